@@ -1,0 +1,28 @@
+"""Named errors: one message that says what is wrong, where, and what is allowed or to be done."""
+
+
+class KnitstudyError(Exception):
+    """Base of every error that a user can cause or mend.
+
+    Commands print its message alone, without a traceback, and end with status 1.
+    """
+
+
+class ConfigurationError(KnitstudyError):
+    """A key or a value of a scene, a table or a command that is not allowed."""
+
+
+class GeometryError(KnitstudyError):
+    """Centrelines that cannot be found, or that no yarn of this radius can follow."""
+
+
+class MeshError(KnitstudyError):
+    """A mesh with folded elements, or yarns that overlap."""
+
+
+class ConvergenceError(KnitstudyError):
+    """An iteration that did not reach its tolerance; what had converged is kept."""
+
+
+class DataFileError(KnitstudyError):
+    """A file that is missing, truncated, or not what its reader expects."""
