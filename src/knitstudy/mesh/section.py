@@ -1,0 +1,151 @@
+"""Cross-section of a yarn: an O-grid of quadrilaterals on the unit disc.
+
+A square core, rounded so that no element is badly shaped, is surrounded by rings that carry its boundary out
+to the circle (the "butterfly" of block-structured meshing).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+from knitstudy.errors import MeshError
+
+FEWEST_CORE = 3
+"""Fewest elements along a side of the core. 12 inscribed angles keep 91% of a circle's bending stiffness."""
+
+ROUNDING = 0.28
+"""How far the core's sides bulge: 0 a square, 1/2 the elliptic map of the square onto the disc."""
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """A cross-section mesh on the unit disc, to be swept along a yarn.
+
+    The polygon of surface nodes has the area of the unit circle, so its nodes lie slightly outside of it: a
+    swept yarn keeps its cross-sectional area, and nearly its bending stiffness.
+
+    Attributes
+    ----------
+    points : ndarray (q, 2)
+        Node positions over the radius of the yarn, dimensionless.
+    quads : ndarray (e, 4) of int
+        Corner nodes, counter-clockwise.
+    ring : ndarray (a,) of int
+        Surface nodes, counter-clockwise.
+    """
+
+    points: np.ndarray
+    quads: np.ndarray
+    ring: np.ndarray
+
+    @classmethod
+    def butterfly(cls, core: int, rings: int) -> Section:
+        """Section with a core of ``core`` by ``core`` elements and ``rings`` rings of ``4 core`` elements.
+
+        Raises
+        ------
+        MeshError
+            If the core has fewer than three elements a side (12 angles), or there is no ring.
+        """
+        if core < FEWEST_CORE:
+            raise MeshError(
+                f"section core: {core} elements a side give {4 * core} angles; at least {FEWEST_CORE} a side "
+                f"({4 * FEWEST_CORE} angles) are allowed"
+            )
+        if rings < 1:
+            raise MeshError(f"section rings: {rings} is not allowed; at least 1")
+        core_points, core_quads, boundary = _core(core, scale=0.27 + 0.6 * core / (core + 2 * rings))
+        layers = _layers(core_points[boundary], rings)
+        angles = 4 * core
+        nodes = np.vstack([boundary, core_points.shape[0] + np.arange(rings * angles).reshape(rings, angles)])
+        inner, outer = nodes[:-1], nodes[1:]
+        ring_quads = np.stack([inner, outer, np.roll(outer, -1, axis=1), np.roll(inner, -1, axis=1)], axis=-1)
+        points = np.vstack([core_points, layers.reshape(-1, 2)])
+        quads = np.vstack([core_quads, ring_quads.reshape(-1, 4)])
+        return cls(*_narrow(points, quads, nodes[-1]))
+
+    @classmethod
+    def for_size(cls, diameter: float, size: float) -> Section:
+        """Section whose elements are about ``size`` wide on a yarn of ``diameter`` (both m).
+
+        ``round(diameter / size)`` elements lie across, a third of them in rings. However coarse the size, the
+        section has at least 12 angles, that is, five elements across.
+
+        Raises
+        ------
+        MeshError
+            If the diameter or the size is not positive.
+        """
+        for name, value in (("diameter", diameter), ("size", size)):
+            if not value > 0:
+                raise MeshError(f"section {name}: {value} m is not allowed; it must be positive")
+        across = round(diameter / size)
+        rings = max(1, round(across / 6))
+        return cls.butterfly(max(FEWEST_CORE, across - 2 * rings), rings)
+
+    @property
+    def size(self) -> int:
+        """Number of nodes of the section."""
+        return self.points.shape[0]
+
+    @cached_property
+    def angles(self) -> np.ndarray:
+        """Polar angles of the surface nodes in rad, increasing, as ``ring`` (a,)."""
+        x, y = self.points[self.ring].T
+        return np.unwrap(np.arctan2(y, x))
+
+    @cached_property
+    def bandwidth(self) -> int:
+        """Largest difference of node numbers in one element; a swept yarn's is ``size`` more."""
+        return int(np.ptp(self.quads, axis=1).max())
+
+    @cached_property
+    def areas(self) -> np.ndarray:
+        """Areas of the elements on the unit disc (e,); they sum up to pi."""
+        corners = self.points[self.quads]
+        p, q = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
+        return 0.5 * (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+
+
+def _core(core: int, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rounded square grid: points ((core + 1)^2, 2), quads (core^2, 4), boundary nodes (4 core,)."""
+    # Halfway between equal steps and equal angles as seen from the centre; rounding closes the rest.
+    t = np.linspace(-1.0, 1.0, core + 1)
+    t = 0.5 * (t + np.tan(0.25 * np.pi * t))
+    y, x = np.meshgrid(t, t, indexing="ij")
+    points = scale * np.stack([x * np.sqrt(1 - ROUNDING * y**2), y * np.sqrt(1 - ROUNDING * x**2)], axis=-1)
+    grid = np.arange((core + 1) ** 2).reshape(core + 1, core + 1)
+    quads = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1)
+    boundary = np.concatenate([grid[0, :-1], grid[:-1, -1], grid[-1, :0:-1], grid[:0:-1, 0]])
+    return points.reshape(-1, 2), quads.reshape(-1, 4), boundary
+
+
+def _layers(boundary: np.ndarray, rings: int) -> np.ndarray:
+    """Ring nodes (rings, a, 2) on straight lines from the core's boundary (a, 2) to the inflated circle."""
+    count = boundary.shape[0]
+    angle = (
+        2 * np.pi * np.arange(count) / count - 0.75 * np.pi
+    )  # the core's first corner lies at -135 degrees
+    # A regular polygon of `count` corners on this radius has the area of the unit circle.
+    radius = np.sqrt(2 * np.pi / (count * np.sin(2 * np.pi / count)))
+    circle = radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    share = (np.arange(1, rings + 1) / rings)[:, None, None]
+    return (1 - share) * boundary + share * circle
+
+
+def _narrow(points: np.ndarray, quads: np.ndarray, ring: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Renumber the nodes for a small bandwidth: the best of reverse Cuthill-McKee and straight sweeps."""
+    size = points.shape[0]
+    pairs = (np.repeat(quads, 4, axis=1).ravel(), np.tile(quads, (1, 4)).ravel())
+    graph = csr_array((np.ones(pairs[0].size), pairs), shape=(size, size))
+    directions = np.pi * np.arange(32) / 32 + 1e-3  # off the axes of symmetry, where nodes tie
+    sweeps = [np.argsort(points @ [np.cos(a), np.sin(a)], kind="stable") for a in directions]
+    orders = [reverse_cuthill_mckee(graph.tocsr(), symmetric_mode=True), *sweeps]
+    order = min(orders, key=lambda order: np.ptp(np.argsort(order)[quads], axis=1).max())
+    number = np.argsort(order)
+    return points[order], number[quads], number[ring]

@@ -1,0 +1,251 @@
+"""Solid mesh of yarns: cross-sections swept along centrelines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import DataFileError, MeshError
+from knitstudy.mesh.frames import rotation_minimising
+from knitstudy.mesh.section import Section
+from knitstudy.mesh.spacing import SpacingFunction, place_slices
+
+SIDES = ("left", "right")
+
+
+class Curve(Protocol):
+    """What a centreline must offer: its length, and points and unit tangents at arc lengths (k,) in m."""
+
+    length: float
+
+    def position(self, s: np.ndarray) -> np.ndarray:
+        """Points (k, 3) in m."""
+
+    def tangent(self, s: np.ndarray) -> np.ndarray:
+        """Unit tangents (k, 3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class SweptMesh:
+    """Hexahedra of all yarns, numbered yarn by yarn, slice by slice, section node by section node.
+
+    Attributes
+    ----------
+    nodes : ndarray (N, 3)
+        Coordinates, m.
+    hexahedra : ndarray (E, 8) of int32
+        Corners in VTK order; within a yarn layer by layer, in a layer as ``section.quads``.
+    section : Section
+    radius : float
+        Yarn radius, m.
+    centres : ndarray (S, 3)
+        Centres of the slices, m.
+    frames : ndarray (S, 3, 3)
+        Rows d1, d2 and the tangent of every slice.
+    arc_length : ndarray (S,)
+        Arc length of every slice from the left end of its yarn, m.
+    first_slice : ndarray (Y + 1,) of int
+        First slice of every yarn, then S.
+    """
+
+    nodes: np.ndarray
+    hexahedra: np.ndarray
+    section: Section
+    radius: float
+    centres: np.ndarray
+    frames: np.ndarray
+    arc_length: np.ndarray
+    first_slice: np.ndarray
+
+    @property
+    def yarns(self) -> int:
+        """Number of yarns Y."""
+        return self.first_slice.size - 1
+
+    @property
+    def slices(self) -> int:
+        """Number of slices S of all yarns."""
+        return self.arc_length.size
+
+    @cached_property
+    def yarn_of_slice(self) -> np.ndarray:
+        """Yarn of every slice (S,)."""
+        return np.repeat(np.arange(self.yarns), np.diff(self.first_slice))
+
+    @cached_property
+    def slice_of_element(self) -> np.ndarray:
+        """Lower slice of every hexahedron (E,)."""
+        layers = np.setdiff1d(np.arange(self.slices), self.first_slice[1:] - 1)
+        return np.repeat(layers, self.section.quads.shape[0])
+
+    def slice_nodes(self, slices: np.ndarray | int) -> np.ndarray:
+        """Node numbers (..., q) of the given slices (...)."""
+        return np.asarray(slices)[..., None] * self.section.size + np.arange(self.section.size)
+
+    def yarn_nodes(self, yarn: int) -> slice:
+        """Range of the nodes of one yarn."""
+        first, last = self.first_slice[yarn : yarn + 2] * self.section.size
+        return slice(int(first), int(last))
+
+    def end_nodes(self, side: str) -> np.ndarray:
+        """Nodes (Y q,) of the first ("left") or last ("right") slices of all yarns.
+
+        Raises
+        ------
+        MeshError
+            If ``side`` is neither "left" nor "right".
+        """
+        if side not in SIDES:
+            raise MeshError(f"side {side!r} is not allowed; one of {', '.join(SIDES)}")
+        ends = self.first_slice[:-1] if side == "left" else self.first_slice[1:] - 1
+        return self.slice_nodes(ends).ravel()
+
+    def surface_nodes(self, yarn: int) -> np.ndarray:
+        """Grid (slices, angles) of the surface nodes of one yarn."""
+        slices = np.arange(*self.first_slice[yarn : yarn + 2])
+        return self.slice_nodes(slices)[:, self.section.ring]
+
+    def surface_quads(self, yarn: int) -> np.ndarray:
+        """Facets ((slices - 1) angles, 4) of one yarn's lateral surface, layer by layer, normals outward."""
+        grid = self.surface_nodes(yarn)
+        ahead = np.roll(grid, -1, axis=1)
+        return np.stack([grid[:-1], ahead[:-1], ahead[1:], grid[1:]], axis=-1).reshape(-1, 4)
+
+    def to_dataset(self) -> xr.Dataset:
+        """Dataset of everything the mesh consists of (SI units)."""
+        metre, one = {"units": "m"}, {"units": "1"}
+        variables = {
+            "nodes": (("node", "xyz"), self.nodes, metre),
+            "hexahedra": (
+                ("element", "corner"),
+                self.hexahedra,
+                one | {"long_name": "corner nodes, VTK order"},
+            ),
+            "centres": (("slice", "xyz"), self.centres, metre),
+            "frames": (("slice", "director", "xyz"), self.frames, one | {"long_name": "d1, d2, tangent"}),
+            "arc_length": (("slice",), self.arc_length, metre),
+            "first_slice": (("yarn_bound",), self.first_slice, one),
+            "section_points": (
+                ("section_node", "plane"),
+                self.section.points,
+                one | {"long_name": "over the radius"},
+            ),
+            "section_quads": (("section_quad", "quad_corner"), self.section.quads, one),
+            "section_ring": (("angle",), self.section.ring, one),
+            "radius": ((), self.radius, metre),
+        }
+        return xr.Dataset(variables)
+
+    @classmethod
+    def from_dataset(cls, dataset: xr.Dataset) -> SweptMesh:
+        """Mesh from what ``to_dataset`` wrote.
+
+        Raises
+        ------
+        DataFileError
+            If a variable is missing, has another shape, or refers to nodes that do not exist.
+        """
+        source = dataset.encoding.get("source", "dataset")
+        names = ("nodes", "hexahedra", "centres", "frames", "arc_length", "first_slice", "radius")
+        names += ("section_points", "section_quads", "section_ring")
+        missing = [name for name in names if name not in dataset]
+        if missing:
+            raise DataFileError(
+                f"{source}: not a mesh; missing {', '.join(missing)}; needed are {', '.join(names)}"
+            )
+        data = {name: dataset[name].values for name in names}
+        section = Section(*(data.pop(f"section_{name}") for name in ("points", "quads", "ring")))
+        data["radius"] = float(data["radius"])
+        mesh = cls(section=section, **data)
+        mesh._check(source)
+        return mesh
+
+    def _check(self, source: str) -> None:
+        """Refuse arrays whose sizes do not fit each other."""
+        layers = self.slices - self.yarns
+        expected = {
+            "nodes": (self.nodes, (self.slices * self.section.size, 3)),
+            "hexahedra": (self.hexahedra, (layers * self.section.quads.shape[0], 8)),
+            "centres": (self.centres, (self.slices, 3)),
+            "frames": (self.frames, (self.slices, 3, 3)),
+        }
+        for name, (array, shape) in expected.items():
+            if array.shape != shape:
+                raise DataFileError(f"{source}: {name} has the shape {array.shape}; {shape} fits the slices")
+            if array.dtype.kind == "f" and not np.isfinite(array).all():
+                raise DataFileError(f"{source}: {name} holds values that are not finite numbers")
+        if (
+            self.first_slice[0] != 0
+            or self.first_slice[-1] != self.slices
+            or (np.diff(self.first_slice) < 2).any()
+        ):
+            raise DataFileError(
+                f"{source}: first_slice is {self.first_slice.tolist()}; it must rise from 0 to {self.slices}"
+            )
+        if self.hexahedra.min() < 0 or self.hexahedra.max() >= self.nodes.shape[0]:
+            raise DataFileError(
+                f"{source}: hexahedra name nodes {self.hexahedra.min()} to {self.hexahedra.max()}; "
+                f"0 to {self.nodes.shape[0] - 1} exist"
+            )
+
+
+def sweep(
+    centrelines: Sequence[Curve],
+    section: Section,
+    radius: float,
+    spacing: SpacingFunction,
+    periods: int = 1,
+) -> SweptMesh:
+    """Sweep a section along every centreline.
+
+    Parameters
+    ----------
+    centrelines : sequence of Curve
+        One a yarn.
+    section : Section
+    radius : float
+        Yarn radius, m.
+    spacing : callable
+        Wanted distance of slices in m at arc lengths in m, the same for all yarns.
+    periods : int
+        Number of equal parts of a yarn (its loops) that get the same number of elements.
+
+    Raises
+    ------
+    MeshError
+        If there is no centreline, or the radius or a spacing is not positive.
+    """
+    if not centrelines:
+        raise MeshError("no centrelines to mesh; at least 1 yarn")
+    if not radius > 0:
+        raise MeshError(f"yarn radius: {radius} m is not allowed; it must be positive")
+    arc_lengths = [place_slices(curve.length, spacing, periods) for curve in centrelines]
+    pairs = list(zip(centrelines, arc_lengths, strict=True))
+    centres = [curve.position(s) for curve, s in pairs]
+    tangents = [curve.tangent(s) for curve, s in pairs]
+    frames = np.concatenate([rotation_minimising(*pair) for pair in zip(centres, tangents, strict=True)])
+    centres = np.concatenate(centres)
+    first_slice = np.concatenate([[0], np.cumsum([s.size for s in arc_lengths])])
+    offset = radius * np.einsum("kd,sdi->ski", section.points, frames[:, :2])
+    return SweptMesh(
+        nodes=(centres[:, None] + offset).reshape(-1, 3),
+        hexahedra=_hexahedra(section, first_slice),
+        section=section,
+        radius=float(radius),
+        centres=centres,
+        frames=frames,
+        arc_length=np.concatenate(arc_lengths),
+        first_slice=first_slice,
+    )
+
+
+def _hexahedra(section: Section, first_slice: np.ndarray) -> np.ndarray:
+    """Corner nodes (E, 8) in VTK order: a section quad, then the same quad one slice further."""
+    layers = np.setdiff1d(np.arange(first_slice[-1]), first_slice[1:] - 1)
+    lower = layers[:, None, None] * section.size + section.quads  # (layers, e, 4)
+    return np.concatenate([lower, lower + section.size], axis=-1).reshape(-1, 8).astype(np.int32)
