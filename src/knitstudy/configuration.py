@@ -1,0 +1,236 @@
+"""From the files of the configuration folder to scenes.
+
+A scene is put together in layers, each over the one before: the calibrated loop (``pattern.loop`` names its
+file), ``defaults.yaml``, and one row of ``scenes.tsv``, whose columns are dotted key names and whose cells are YAML
+values; an empty cell leaves the default.
+"""
+
+from __future__ import annotations
+
+import copy
+import csv
+import re
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.scene import Scene, set_dotted
+from knitstudy.schema import unknown_choice
+
+CONFIG = Path(__file__).resolve().parents[2] / "config"
+"""The checkout's own configuration folder, wherever the current directory is."""
+
+STUDIES = ("ci", "reduced", "full")
+"""Names of the studies that a row of the table can belong to (column ``study``)."""
+
+# Where the keys of a calibrated loop go in a scene.
+_LOOP_KEYS = {
+    "control_points": "pattern.control_points",
+    "course_spacing": "pattern.course_spacing",
+    "wale_spacing": "pattern.wale_spacing",
+    "diameter": "yarn.diameter",
+    "free": "geometry.free",
+}
+_OPTIONAL_LOOP_KEYS = {"free"}
+
+
+def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
+    """Return every scene of a configuration folder by its name, each checked and all checked together.
+
+    Parameters
+    ----------
+    config
+        Folder with ``defaults.yaml``, ``scenes.tsv`` and the loop file that the defaults name.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming file, scene, key, value and what is allowed.
+    """
+    config = Path(config)
+    defaults = read_yaml(config / "defaults.yaml")
+    scenes = {row["scene"]: _scene(row, defaults, config) for row in _read_table(config / "scenes.tsv")}
+    check_scenes_together(scenes, str(config / "scenes.tsv"))
+    return scenes
+
+
+def load_scene(name: str, config: Path = CONFIG) -> Scene:
+    """Return one scene by its name; see `load_scenes`."""
+    scenes = load_scenes(config)
+    if name not in scenes:
+        raise ConfigurationError(
+            f"{Path(config) / 'scenes.tsv'}: {unknown_choice('unknown scene', name, name, sorted(scenes))}"
+        )
+    return scenes[name]
+
+
+def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
+    """Return the names of the scenes that belong to a study, in the order of the table.
+
+    Raises
+    ------
+    ConfigurationError
+        When there is no such study.
+    """
+    if name not in STUDIES:
+        raise ConfigurationError(unknown_choice("unknown study", name, name, list(STUDIES)))
+    rows = _read_table(Path(config) / "scenes.tsv")
+    return tuple(row["scene"] for row in rows if name in _studies(row, Path(config) / "scenes.tsv"))
+
+
+def check_scenes_together(scenes: dict[str, Scene], where: str) -> None:
+    """Check what scenes say of each other: shared knits, and where reduced models take their joints from.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming both scenes and the key.
+    """
+    knits: dict[str, Scene] = {}
+    for scene in scenes.values():
+        first = knits.setdefault(scene.knit, scene)
+        if scene.geometry_key != first.geometry_key:
+            raise ConfigurationError(
+                f"{where}, scene {scene.name!r}: knit is {scene.knit!r}, as in scene {first.name!r}, but"
+                f" {_first_difference(first, scene)}; a knit has one pattern, yarn.diameter and geometry"
+            )
+        if scene.fidelity != "dns":
+            _check_source(scene, scenes, where)
+
+
+def _check_source(scene: Scene, scenes: dict[str, Scene], where: str) -> None:
+    """Check that a reduced model takes its joints from a DNS of the same knit and interaction."""
+    name = scene.rom.contacts_from
+    direct = sorted(other.name for other in scenes.values() if other.fidelity == "dns")
+    if name not in direct:
+        message = unknown_choice("rom.contacts_from names the unknown dns scene", name, name, direct)
+        raise ConfigurationError(f"{where}, scene {scene.name!r}: {message}")
+    for key in ("knit", "interaction"):
+        if getattr(scenes[name], key) != getattr(scene, key):
+            raise ConfigurationError(
+                f"{where}, scene {scene.name!r}: {key} is {getattr(scene, key)!r} but must be"
+                f" {getattr(scenes[name], key)!r} as in rom.contacts_from, {name!r}"
+            )
+
+
+def _first_difference(first: Scene, second: Scene) -> str:
+    """Name the first key of the geometry that differs between two scenes."""
+    for section in ("pattern", "yarn", "geometry"):
+        a, b = first.to_dict()[section], second.to_dict()[section]
+        for key in a:
+            if a[key] != b[key] and (section != "yarn" or key == "diameter"):
+                return f"{section}.{key} is {b[key]!r}, there {a[key]!r}"
+    return "their geometry differs"
+
+
+def _scene(row: dict[str, str], defaults: dict, config: Path) -> Scene:
+    where = f"{config / 'scenes.tsv'}, scene {row['scene']!r}"
+    overrides: dict[str, Any] = {}
+    for key, cell in row.items():
+        if key not in ("scene", "study") and cell.strip():
+            set_dotted(overrides, key, _parse_cell(cell, key, where), where)
+    document = _merged(defaults, overrides)
+    loop = document.get("pattern", {}).pop("loop", None)
+    if loop is not None:
+        document = _merged(_read_loop(config / str(loop)), document)
+    return Scene.from_dict({"name": row["scene"], **document}, where)
+
+
+def _read_table(path: Path) -> list[dict[str, str]]:
+    """Return the rows of the scene table, checked for shape only."""
+    rows = list(csv.DictReader(_read_text(path).splitlines(), delimiter="\t", restkey="surplus"))
+    names: set[str] = set()
+    for number, row in enumerate(rows, start=2):
+        if "scene" not in row or "study" not in row:
+            raise ConfigurationError(
+                f"{path}: the columns 'scene' and 'study' must be there, separated by tabs"
+            )
+        if "surplus" in row or None in row.values():
+            raise ConfigurationError(
+                f"{path}, line {number}: must have as many cells as the first line, tabs between"
+            )
+        if row["scene"] in names:
+            raise ConfigurationError(f"{path}, line {number}: scene {row['scene']!r} is there twice")
+        names.add(row["scene"])
+    if not rows:
+        raise ConfigurationError(f"{path}: must have a line of column names and at least one scene")
+    return rows
+
+
+def _studies(row: dict[str, str], path: Path) -> list[str]:
+    """Return the studies that a row belongs to: names with commas between."""
+    names = [name.strip() for name in row["study"].split(",") if name.strip()]
+    for name in names:
+        if name not in STUDIES:
+            message = unknown_choice("unknown study", name, name, list(STUDIES))
+            raise ConfigurationError(f"{path}, scene {row['scene']!r}: {message}")
+    return names
+
+
+def _read_loop(path: Path) -> dict:
+    """Return the layer of a scene that a file of a calibrated loop gives."""
+    loop = read_yaml(path)
+    layer: dict[str, Any] = {}
+    for key, target in _LOOP_KEYS.items():
+        if key in loop:
+            set_dotted(layer, target, loop[key], str(path))
+        elif key not in _OPTIONAL_LOOP_KEYS:
+            raise ConfigurationError(
+                f"{path}: the key {key!r} is missing; a loop needs {', '.join(_LOOP_KEYS)}"
+            )
+    return layer
+
+
+def _parse_cell(cell: str, key: str, where: str) -> Any:
+    try:
+        return yaml.load(cell, Loader=_Loader)
+    except yaml.YAMLError as error:
+        raise ConfigurationError(f"{where}: {key} is {cell!r}, which is not YAML") from error
+
+
+def _merged(below: dict, above: dict) -> dict:
+    """Return nested mappings laid over each other; lists and values are replaced whole."""
+    result = copy.deepcopy(below)
+    for key, value in above.items():
+        nested = isinstance(value, dict) and isinstance(result.get(key), dict)
+        result[key] = _merged(result[key], value) if nested else copy.deepcopy(value)
+    return result
+
+
+def read_yaml(path: Path) -> dict:
+    """Return the mapping in a YAML file.
+
+    Raises
+    ------
+    ConfigurationError
+        When the file is missing, is not YAML or holds no mapping.
+    """
+    try:
+        document = yaml.load(_read_text(path), Loader=_Loader)
+    except yaml.YAMLError as error:
+        raise ConfigurationError(f"{path}: is not YAML: {' '.join(str(error).split())}") from error
+    if not isinstance(document, dict):
+        raise ConfigurationError(f"{path}: must hold a mapping of keys to values")
+    return document
+
+
+def _read_text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise ConfigurationError(f"{path}: is missing; the configuration folder must have it") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"{path}: cannot be read: {error}") from error
+
+
+class _Loader(yaml.SafeLoader):
+    """SafeLoader that takes 1e-6 for a number, as YAML 1.2 does and YAML 1.1 does not."""
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"^[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+$"),
+    list("-+.0123456789"),
+)

@@ -1,0 +1,177 @@
+"""Files between stages: written whole or not at all, with provenance; errors name the file and the remedy."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pandas as pd
+import xarray as xr
+
+import knitstudy
+from knitstudy.errors import DataFileError
+
+if TYPE_CHECKING:
+    from knitstudy.scene import Scene
+
+
+@contextmanager
+def replacing(path: Path | str) -> Iterator[Path]:
+    """Write a file whole or not at all: yield a temporary name beside it that takes its place on success.
+
+    The temporary name keeps the suffix, since many writers choose their format by it. On an exception the
+    temporary file is deleted and what was at ``path`` before stays.
+
+    Raises
+    ------
+    DataFileError
+        When the folder cannot be made, or the block ended without writing the temporary file.
+    """
+    path = Path(path)
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DataFileError(f"{path}: the folder cannot be made: {error}") from error
+    try:
+        yield temporary
+        if not temporary.exists():
+            raise DataFileError(f"{path}: nothing was written")
+        _flush_to_disk(temporary)
+        os.replace(temporary, path)
+        _flush_to_disk(path.parent)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _flush_to_disk(path: Path) -> None:
+    """Make a rename safe against a crash of the machine: content first, then the folder's entry."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def write_dataset(dataset: xr.Dataset, path: Path | str, scene: Scene | None = None) -> None:
+    """Write a dataset as netCDF 4 with provenance attributes.
+
+    Parameters
+    ----------
+    dataset
+        Data in SI units, each variable with an attribute ``units``.
+    path
+        Where to; the file appears whole or not at all.
+    scene
+        When given, its name and hash are recorded.
+
+    Raises
+    ------
+    DataFileError
+        When the file cannot be written.
+    """
+    attributes = provenance()
+    if scene is not None:
+        attributes |= {"scene": scene.name, "scene_hash": scene.hash}
+    dataset = dataset.assign_attrs(attributes)
+    # Compression at its lowest level: fields shrink by a third or more, writing stays as fast.
+    encoding = {
+        name: {"zlib": True, "complevel": 1, "shuffle": True}
+        for name, variable in dataset.variables.items()
+        if variable.dtype.kind in "fiu" and variable.size > 1000
+    }
+    with replacing(path) as temporary:
+        try:
+            dataset.to_netcdf(temporary, format="NETCDF4", engine="netcdf4", encoding=encoding)
+        except (OSError, RuntimeError) as error:
+            raise DataFileError(f"{path}: cannot be written: {error}") from error
+
+
+def read_dataset(path: Path | str, needs: Iterable[str] = ()) -> xr.Dataset:
+    """Read a netCDF file into memory and close it.
+
+    Parameters
+    ----------
+    path
+        File written by `write_dataset`.
+    needs
+        Names of the variables that the caller goes on to use.
+
+    Raises
+    ------
+    DataFileError
+        When the file is missing, truncated, no netCDF, or lacks a variable.
+    """
+    path = Path(path)
+    remedy = f"delete it and run `snakemake {path}` (or `make study`) to make it anew"
+    if not path.is_file():
+        raise DataFileError(
+            f"{path}: there is no such file; run `snakemake {path}` (or `make study`) to make it"
+        )
+    try:
+        dataset = xr.load_dataset(path, engine="netcdf4")
+    except (OSError, RuntimeError, ValueError, KeyError) as error:
+        raise DataFileError(f"{path}: is truncated or is not netCDF ({error}); {remedy}") from error
+    missing = [name for name in needs if name not in dataset.variables]
+    if missing:
+        present = ", ".join(sorted(map(str, dataset.variables)))
+        raise DataFileError(f"{path}: has no variable {missing[0]!r}, only {present}; {remedy}")
+    return dataset
+
+
+def write_table(table: pd.DataFrame, path: Path | str) -> None:
+    """Write a table as CSV without row numbers; column names carry their units, for example ``force [N]``."""
+    with replacing(path) as temporary:
+        table.to_csv(temporary, index=False)
+
+
+def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
+    """Read a CSV table that must have the columns ``needs``.
+
+    Raises
+    ------
+    DataFileError
+        When the file is missing, is not CSV, or lacks a column.
+    """
+    path = Path(path)
+    try:
+        table = pd.read_csv(path)
+    except FileNotFoundError as error:
+        raise DataFileError(f"{path}: there is no such file; make it with `make study`") from error
+    except (OSError, ValueError) as error:
+        raise DataFileError(
+            f"{path}: is not a CSV table ({error}); delete it and run `make study`"
+        ) from error
+    missing = [name for name in needs if name not in table.columns]
+    if missing:
+        raise DataFileError(
+            f"{path}: has no column {missing[0]!r}, only {', '.join(map(repr, table.columns))}"
+        )
+    return table
+
+
+def provenance() -> dict[str, str]:
+    """Return what made a result: version of the code and of the numerical libraries."""
+    return {"code_version": code_version()} | {name: version(name) for name in ("numpy", "scipy", "pyamg")}
+
+
+@cache
+def code_version() -> str:
+    """Return the package's version, with ``git describe`` where the package lies in its checkout."""
+    here = Path(__file__).resolve().parent
+    command = ["git", "-C", str(here), "describe", "--always", "--dirty", "--abbrev=12"]
+    try:
+        answer = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
+        inside = subprocess.run(
+            ["git", "-C", str(here), "ls-files", "--error-unmatch", __file__], capture_output=True, timeout=10
+        )
+    except (OSError, subprocess.SubprocessError):
+        return knitstudy.__version__
+    tracked = inside.returncode == 0  # an environment inside another project's checkout is not that project
+    return f"{knitstudy.__version__}+{answer.stdout.strip()}" if tracked else knitstudy.__version__

@@ -1,0 +1,295 @@
+"""The scene: one validated, frozen description of one simulation.
+
+It is the only thing that a stage is parametrised by. A scene that exists is valid: constructing one with a
+value that is not allowed raises ConfigurationError. All quantities are SI; the type of a field with a dimension
+names its unit.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from dataclasses import dataclass, fields
+from typing import Annotated, Any, get_type_hints
+
+import numpy as np
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.schema import scene_schema, unknown_choice, validate
+
+Metres = Annotated[float, "m"]
+Pascals = Annotated[float, "Pa"]
+KilogramsPerCubicMetre = Annotated[float, "kg/m3"]
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """Size and shape of the knit: ``rows`` rows of interlocks between ``rows`` + 1 yarns of ``loops`` loops.
+
+    ``control_points`` (P, 3) in m describe one loop from sinker centre to sinker centre before optimisation;
+    ``clearance`` is the gap c0 wanted at every crossing, in yarn radii.
+    """
+
+    loops: int
+    rows: int
+    course_spacing: Metres
+    wale_spacing: Metres
+    control_points: Annotated[np.ndarray, "m"]
+    clearance: float
+
+    def __post_init__(self):
+        points = np.array(self.control_points, dtype=float)
+        points.setflags(write=False)
+        object.__setattr__(self, "control_points", points)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Pattern) and _plain(self) == _plain(other)
+
+    def __hash__(self) -> int:
+        return hash(_digest(_plain(self)))
+
+
+@dataclass(frozen=True)
+class Yarn:
+    """Circular yarn of one isotropic material."""
+
+    diameter: Metres
+    youngs_modulus: Pascals
+    poisson_ratio: float
+    density: KilogramsPerCubicMetre
+    material: str
+
+    @property
+    def radius(self) -> float:
+        """Yarn radius in m."""
+        return self.diameter / 2
+
+
+@dataclass(frozen=True)
+class Free:
+    """Indices of the control points that the optimiser may move, per component."""
+
+    x: tuple[int, ...]
+    y: tuple[int, ...]
+    z: tuple[int, ...]
+
+    def __post_init__(self):
+        for axis in "xyz":
+            object.__setattr__(self, axis, tuple(getattr(self, axis)))
+
+    def mask(self, points: int) -> np.ndarray:
+        """Return the (points, 3) boolean array that is true where a component may move."""
+        free = np.zeros((points, 3), dtype=bool)
+        for component, indices in enumerate((self.x, self.y, self.z)):
+            free[list(indices), component] = True
+        return free
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Weights of Eqs. (1) and (3), the components that may move, and samples a Bezier curve in the search."""
+
+    alpha: float
+    beta: float
+    gamma: float
+    beta_0: float
+    free: Free
+    samples: int
+
+
+@dataclass(frozen=True)
+class Load:
+    """Tension to an engineering ``strain``; ``lateral``: driven ends fixed or free in the other directions."""
+
+    direction: str
+    strain: float
+    lateral: str
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Element sizes: solids at crossings, their growth on legs, and beams."""
+
+    size: Metres
+    growth: float
+    beam_size: Metres
+
+
+@dataclass(frozen=True)
+class Tie:
+    """Tied interaction: points nearer than ``tolerance`` facet sizes are tied."""
+
+    tolerance: float
+
+
+@dataclass(frozen=True)
+class Solver:
+    """Newton's method: first number of increments, tolerances, hourglass coefficient and linear solver."""
+
+    increments: int
+    residual_tolerance: float
+    correction_tolerance: float
+    hourglass: float
+    linear: str
+
+
+@dataclass(frozen=True)
+class Rom:
+    """Reduced order model: the DNS scene that its joints come from (None in a DNS scene) and their kind."""
+
+    contacts_from: str | None
+    joint: str
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One simulation; ``to_dict`` and ``from_dict`` translate to and from plain nested mappings."""
+
+    name: str
+    knit: str
+    fidelity: str
+    interaction: str
+    pattern: Pattern
+    yarn: Yarn
+    geometry: Geometry
+    load: Load
+    mesh: Mesh
+    tie: Tie
+    solver: Solver
+    rom: Rom
+    outputs: tuple[str, ...]
+
+    def __post_init__(self):
+        object.__setattr__(self, "outputs", tuple(self.outputs))
+        where = f"scene {self.name!r}"
+        validate(self.to_dict(), scene_schema(), where)
+        check_keys_together(self, where)
+
+    @classmethod
+    def from_dict(cls, document: dict, where: str = "scene") -> Scene:
+        """Build a scene from a nested mapping of all its keys.
+
+        Raises
+        ------
+        ConfigurationError
+            When a key is unknown, missing or has a value that is not allowed; ``where`` begins the message.
+        """
+        validate(document, scene_schema(), where)
+        return _build(cls, document)
+
+    def to_dict(self) -> dict:
+        """Return the scene as nested mappings of numbers, text and lists."""
+        return _plain(self)
+
+    def replace(self, key: str, value: Any) -> Scene:
+        """Return a scene with one key changed, for example ``scene.replace("solver.increments", 4)``."""
+        document = self.to_dict()
+        set_dotted(document, key, value, f"scene {self.name!r}")
+        return Scene.from_dict(document, f"scene {self.name!r}")
+
+    def scaled(self, length: float = 1.0, stiffness: float = 1.0) -> Scene:
+        """Return the same scene in other units: lengths times ``length``, moduli times ``stiffness``.
+
+        The density is left alone: no result of a quasi-static scene depends on it.
+        """
+        return _scaled(self, {"m": length, "Pa": stiffness})
+
+    @property
+    def geometry_key(self) -> str:
+        """Hash of all that the geometry depends on: pattern, yarn diameter and optimisation."""
+        document = self.to_dict()
+        return _digest([document["pattern"], document["yarn"]["diameter"], document["geometry"]])
+
+    @property
+    def hash(self) -> str:
+        """Hash of everything that determines the result: all but the labels and the list of outputs."""
+        document = self.to_dict()
+        return _digest({key: document[key] for key in document if key not in ("name", "knit", "outputs")})
+
+
+def check_keys_together(scene: Scene, where: str) -> None:
+    """Check what one key allows of another; the JSON schema checks each key alone.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming both keys.
+    """
+    diameter, fidelity, source = scene.yarn.diameter, scene.fidelity, scene.rom.contacts_from
+    for key in ("course_spacing", "wale_spacing"):
+        spacing = getattr(scene.pattern, key)
+        if spacing <= diameter:
+            raise ConfigurationError(
+                f"{where}: pattern.{key} is {spacing:g} m but must exceed yarn.diameter, {diameter:g} m"
+            )
+    points = len(scene.pattern.control_points)
+    for axis in "xyz":
+        highest = max(getattr(scene.geometry.free, axis), default=0)
+        if highest >= points:
+            raise ConfigurationError(
+                f"{where}: geometry.free.{axis} names control point {highest} but must name some of 0 to"
+                f" {points - 1}, as pattern.control_points has {points}"
+            )
+    if fidelity == "dns" and source is not None:
+        raise ConfigurationError(
+            f"{where}: rom.contacts_from is {source!r} but must be empty where fidelity is dns"
+        )
+    if fidelity != "dns" and source is None:
+        raise ConfigurationError(
+            f"{where}: rom.contacts_from is empty but must name a dns scene where fidelity is {fidelity}"
+        )
+
+
+def set_dotted(document: dict, key: str, value: Any, where: str) -> None:
+    """Set a nested key by its dotted name, in place; ConfigurationError when there is no such group."""
+    *groups, last = key.split(".")
+    schema = scene_schema()
+    for group in groups:
+        schema = schema.get("properties", {})
+        if schema.get(group, {}).get("type") != "object":
+            allowed = sorted(name for name, entry in schema.items() if entry.get("type") == "object")
+            raise ConfigurationError(f"{where}: {unknown_choice('unknown key', key, group, allowed)}")
+        schema = schema[group]
+        document = document.setdefault(group, {})
+    document[last] = value
+
+
+def _build(cls: type, document: dict) -> Any:
+    """Build a dataclass and the sections inside it from a valid document."""
+    types = get_type_hints(cls)
+    values = dict(document)
+    for name, value in document.items():
+        if dataclasses.is_dataclass(types[name]):
+            values[name] = _build(types[name], value)
+        elif types[name] is float:  # 905 and 905.0 are one value, with one hash
+            values[name] = float(value)
+    return cls(**values)
+
+
+def _plain(value: Any) -> Any:
+    """Return a dataclass, array or tuple as mappings, lists, numbers and text."""
+    if dataclasses.is_dataclass(value):
+        return {item.name: _plain(getattr(value, item.name)) for item in fields(value)}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _scaled(section: Any, factors: dict[str, float]) -> Any:
+    """Return a section with every quantity times the factor of its unit, sections inside it included."""
+    types = get_type_hints(type(section), include_extras=True)
+    changes = {}
+    for item in fields(section):
+        value = getattr(section, item.name)
+        unit = getattr(types[item.name], "__metadata__", (None,))[0]
+        if dataclasses.is_dataclass(value):
+            changes[item.name] = _scaled(value, factors)
+        elif unit in factors:
+            changes[item.name] = value * factors[unit]
+    return dataclasses.replace(section, **changes)
+
+
+def _digest(document: Any) -> str:
+    """Return a short hash of plain data; numbers enter with all their digits."""
+    return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:16]
