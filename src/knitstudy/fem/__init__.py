@@ -1,0 +1,1 @@
+"""Finite-element core: elements, materials, beams, constraints, Newton and linear solvers."""

@@ -1,0 +1,119 @@
+"""Sums element forces and stiffness blocks into the unknowns, through one sparsity pattern computed once.
+
+Linear ties between nodes are part of the summation: with u = T v (T scalar, nodes x kept nodes) an entry of an
+element goes to every kept node that its node depends on, times the weights. So K = T^T (sum of elements) T is
+formed directly, without the untied matrix.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+
+
+class Assembly:
+    """Summation over elements of one connectivity.
+
+    Parameters
+    ----------
+    connectivity : ndarray of int, shape (E, a)
+        Nodes of the elements.
+    dependence : csr matrix, shape (N, n), optional
+        T: every node as a weighted sum of kept nodes. The identity if omitted.
+    nodes : int
+        N; number of nodes.
+    block : int
+        Unknowns a node.
+    chunk : int
+        Elements a batch; bounds the memory of a batch.
+    """
+
+    def __init__(
+        self,
+        connectivity: np.ndarray,
+        nodes: int,
+        dependence: sp.csr_matrix | None = None,
+        block: int = 3,
+        chunk: int = 1024,
+    ) -> None:
+        elements, corners = connectivity.shape
+        self.block, self.corners = block, corners
+        self.batches = [slice(i, min(i + chunk, elements)) for i in range(0, elements, chunk)]
+        if dependence is None:
+            dependence = sp.identity(nodes, format="csr")
+        self.kept = dependence.shape[1]
+        local = sp.csr_matrix(dependence)[connectivity.ravel()]  # (E a, n): corners on kept nodes
+        self._spread = sp.csr_matrix(local.T)
+        self.indptr, self.indices = _pattern(local, corners)
+        self._sums = [self._batch_sum(local, batch) for batch in self.batches]
+
+    @property
+    def entries(self) -> int:
+        """Number of blocks in the pattern."""
+        return len(self.indices)
+
+    def sum_forces(self, force: np.ndarray) -> np.ndarray:
+        """Return T^T sum of element forces (E, a, block), shape (n block,)."""
+        return (self._spread @ force.reshape(-1, self.block)).ravel()
+
+    def empty_stiffness(self) -> np.ndarray:
+        """Return zero blocks (entries, block^2) to add batches to."""
+        return np.zeros((self.entries, self.block**2))
+
+    def add_stiffness(self, data: np.ndarray, number: int, blocks: np.ndarray) -> None:
+        """Add the stiffness blocks (e, a^2, block^2) of batch `number` to `data`."""
+        rows, matrix = self._sums[number]
+        data[rows] += matrix @ blocks.reshape(-1, self.block**2)
+
+    def matrix(self, data: np.ndarray) -> sp.bsr_matrix:
+        """Wrap blocks (entries, block^2) as a BSR matrix (no copy)."""
+        size = self.kept * self.block
+        blocks = data.reshape(-1, self.block, self.block)
+        return sp.bsr_matrix((blocks, self.indices, self.indptr), shape=(size, size))
+
+    def _batch_sum(self, local: sp.csr_matrix, batch: slice) -> tuple[np.ndarray | slice, sp.csr_matrix]:
+        """Return the pattern entries that a batch touches and the weights that take its blocks there."""
+        a = self.corners
+        count = batch.stop - batch.start
+        part = local[batch.start * a : batch.stop * a]
+        element = np.repeat(np.arange(count), a * a)
+        first = element * a + np.tile(np.repeat(np.arange(a), a), count)  # corner of the row, per pair
+        second = element * a + np.tile(np.arange(a), a * count)
+        degree = np.diff(part.indptr)
+        many = degree[first] * degree[second]
+        pair = np.repeat(np.arange(len(first)), many)
+        within = np.arange(len(pair)) - np.repeat(np.cumsum(many) - many, many)
+        p = part.indptr[first[pair]] + within // degree[second[pair]]
+        q = part.indptr[second[pair]] + within % degree[second[pair]]
+        position = self._find(part.indices[p], part.indices[q])
+        touched, row = np.unique(position, return_inverse=True)
+        weights = part.data[p] * part.data[q]
+        matrix = sp.csr_matrix((weights, (row, pair)), shape=(len(touched), len(first)))
+        if touched[-1] - touched[0] + 1 == len(touched):
+            touched = slice(int(touched[0]), int(touched[-1]) + 1)
+        return touched, matrix
+
+    def _find(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
+        """Return the positions of (row, column) pairs in the pattern."""
+        low, high = int(row.min()), int(row.max()) + 1
+        start, stop = self.indptr[low], self.indptr[high]
+        rows = np.repeat(np.arange(low, high), np.diff(self.indptr[low : high + 1]))
+        keys = rows.astype(np.int64) * self.kept + self.indices[start:stop]
+        return start + np.searchsorted(keys, row.astype(np.int64) * self.kept + column)
+
+
+def _pattern(local: sp.csr_matrix, corners: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return row pointers and sorted columns (int32) of all pairs of kept nodes that share an element."""
+    elements = local.shape[0] // corners
+    incidence = sp.csr_matrix(
+        (
+            np.ones(local.nnz, dtype=np.int8),
+            local.indices,
+            local.indptr[::corners],
+        ),
+        shape=(elements, local.shape[1]),
+    )
+    incidence.data = np.ones(incidence.nnz, dtype=bool)
+    pattern = sp.csr_matrix(incidence.T @ incidence)
+    pattern.sort_indices()
+    return pattern.indptr.astype(np.int32), pattern.indices.astype(np.int32)

@@ -1,0 +1,65 @@
+"""What a mechanical model gives to a solver: a residual and a tangent, and nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+import scipy.sparse as sp
+
+
+@dataclass(frozen=True)
+class Response:
+    """Internal force of a state, with its tangent if that was asked for.
+
+    Attributes
+    ----------
+    force : ndarray, shape (size,)
+        Internal force conjugate to the unknowns [N, and N m for spins].
+    mean_force : float
+        Mean magnitude of the nodal forces of the single elements [N]; what a residual is measured against.
+    energy : dict of str to float
+        Stored energies by form [J], from potentials.
+    stiffness : sparse matrix, shape (size, size), or None
+        Derivative of `force` with respect to a step of the unknowns.
+    """
+
+    force: np.ndarray
+    mean_force: float
+    energy: dict[str, float] = field(default_factory=dict)
+    stiffness: sp.spmatrix | sp.sparray | None = None
+
+
+class Model(Protocol):
+    """Solids, beams, joints or contact, as a solver sees them.
+
+    Attributes
+    ----------
+    block : int
+        Unknowns a node: 3 for solids, 6 for beams (three translations, three of the spin).
+    size : int
+        Number of unknowns.
+    scale : ndarray, shape (size,)
+        ``step * scale`` is a displacement [m] and ``force / scale`` a force [N]: 1 for translations, a length
+        for rotations.
+    length : float
+        Element size h [m], the measure of a correction.
+    """
+
+    block: int
+    size: int
+    scale: np.ndarray
+    length: float
+
+    def start(self) -> Any:
+        """Return the undeformed state."""
+        ...
+
+    def advance(self, state: Any, step: np.ndarray) -> Any:
+        """Return a new state, a step (size,) further; spins act from the left."""
+        ...
+
+    def respond(self, state: Any, stiffness: bool) -> Response:
+        """Return force, energies and, if asked, the tangent of a state; the model does not change."""
+        ...

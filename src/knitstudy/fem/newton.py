@@ -1,0 +1,360 @@
+"""Newton's method with line search along a load path of adaptive increments.
+
+The solver knows neither solids nor beams: it drives any `Model` to equilibrium under prescribed unknowns.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from knitstudy.errors import ConvergenceError
+from knitstudy.fem.constraints import Pinning
+from knitstudy.fem.linear import LinearSolver
+from knitstudy.fem.model import Model, Response
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Prescribed unknowns.
+
+    Attributes
+    ----------
+    fixed : ndarray of int, shape (k,)
+        Indices of the prescribed unknowns.
+    value : ndarray, shape (k,)
+        Their change from the undeformed state to full load; at load factor t it is ``t * value``.
+    """
+
+    fixed: np.ndarray
+    value: np.ndarray
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Accuracy and limits of the load path.
+
+    Attributes
+    ----------
+    increments : int
+        Number of equal increments; their size is the largest that is tried.
+    residual_tolerance : float
+        Largest unbalanced force over the mean internal force.
+    correction_tolerance : float
+        Largest last correction over the element size h.
+    iterations : int
+        Newton iterations after which an increment counts as failed.
+    cutbacks : int
+        Halvings in a row after which the path counts as unreachable.
+    growth : float
+        Factor on the increment after a quick one (at most `quick` iterations).
+    quick : int
+        See `growth`.
+    predictor : int
+        Order of the extrapolation from the increments before: 0, 1 or 2.
+    exact : bool
+        Solve every linear system to 1e-12 instead of as far as Newton profits.
+    """
+
+    increments: int = 12
+    residual_tolerance: float = 1e-6
+    correction_tolerance: float = 1e-6
+    iterations: int = 25
+    cutbacks: int = 8
+    growth: float = 1.5
+    quick: int = 6
+    predictor: int = 2
+    exact: bool = False
+
+
+@dataclass(frozen=True)
+class Rate:
+    """Change of the unknowns over a converged increment: step (size,) over the increment of the load factor."""
+
+    increment: float
+    step: np.ndarray
+
+
+@dataclass(frozen=True)
+class Increment:
+    """A converged state on the load path and how it was reached.
+
+    Attributes
+    ----------
+    index : int
+        0 for the undeformed state.
+    load : float
+        Load factor, 0 to 1.
+    state : object
+        The model's state.
+    response : Response
+        Forces and energies in this state, without tangent.
+    size : float
+        Increment of the load factor to try next.
+    rates : tuple of Rate
+        The last converged increments, newest first, for the predictor.
+    newton_iterations, krylov_iterations : int
+        Iterations spent on this increment, failed attempts included.
+    residual, correction : float
+        Final values of the two measures that `Settings` bounds.
+    residuals : tuple of float
+        Residual measure of every iteration of the successful attempt.
+    timings : dict of str to float
+        Seconds spent on forces, stiffness, constraints, set-up and solve.
+    """
+
+    index: int
+    load: float
+    state: Any
+    response: Response
+    size: float
+    rates: tuple[Rate, ...] = ()
+    newton_iterations: int = 0
+    krylov_iterations: int = 0
+    residual: float = 0.0
+    correction: float = 0.0
+    residuals: tuple[float, ...] = ()
+    timings: dict[str, float] = field(default_factory=dict)
+
+
+class _Failed(Exception):
+    """An increment that did not converge; the message says in what way."""
+
+
+class _Watch:
+    """Seconds by phase of a Newton iteration."""
+
+    def __init__(self) -> None:
+        self.seconds = dict.fromkeys(("force", "stiffness", "constraints", "setup", "solve"), 0.0)
+        self._last = time.perf_counter()
+
+    def start(self) -> None:
+        self._last = time.perf_counter()
+
+    def book(self, phase: str) -> None:
+        now = time.perf_counter()
+        self.seconds[phase] += now - self._last
+        self._last = now
+
+
+def trace(
+    model: Model,
+    drive: Drive,
+    settings: Settings,
+    solver: LinearSolver,
+    resume: Increment | None = None,
+) -> Iterator[Increment]:
+    """Follow the load path from the undeformed state (or from `resume`) to full load.
+
+    Yields
+    ------
+    Increment
+        Every converged increment in order, starting with the undeformed state unless resumed.
+
+    Raises
+    ------
+    ConvergenceError
+        If halving the increment `settings.cutbacks` times does not help; what was yielded stays valid.
+    """
+    largest = 1.0 / settings.increments
+    now = resume
+    if now is None:
+        state = model.start()
+        now = Increment(0, 0.0, state, model.respond(state, stiffness=False), largest)
+        yield now
+    path = _Path(model, drive, settings, solver)
+    cutbacks = 0
+    spent = [0, 0]
+    size = now.size
+    while now.load < 1.0:
+        # Ending on exactly 1 costs nothing; a sliver of an increment at the end would.
+        target = min(now.load + size, 1.0)
+        if 1.0 - target < 1e-9:
+            target = 1.0
+        try:
+            done = path.increment(now, target)
+        except _Failed as failure:
+            cutbacks += 1
+            spent[0] += path.newton_iterations
+            spent[1] += path.krylov_iterations
+            if cutbacks > settings.cutbacks:
+                raise ConvergenceError(
+                    f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}; "
+                    f"the increment was halved {settings.cutbacks} times. Results up to there are kept. "
+                    "More solver.increments, a finer mesh or a smaller load.strain may help."
+                ) from None
+            size = 0.5 * (target - now.load)
+            log.warning("increment %d failed (%s); trying %.3g of the load", now.index + 1, failure, size)
+            continue
+        cutbacks = 0
+        if done.newton_iterations <= settings.quick:
+            size = min(largest, size * settings.growth)
+        now = replace(
+            done,
+            size=size,
+            newton_iterations=done.newton_iterations + spent[0],
+            krylov_iterations=done.krylov_iterations + spent[1],
+        )
+        spent = [0, 0]
+        yield now
+
+
+class _Path:
+    """One increment of the load path at a time."""
+
+    def __init__(self, model: Model, drive: Drive, settings: Settings, solver: LinearSolver) -> None:
+        self.model, self.drive, self.settings, self.solver = model, drive, settings, solver
+        self.free = np.ones(model.size, dtype=bool)
+        self.free[drive.fixed] = False
+        self.pinning: Pinning | None = None
+        self.newton_iterations = 0
+        self.krylov_iterations = 0
+
+    def increment(self, now: Increment, target: float) -> Increment:
+        """Return the converged increment at load factor `target`, or raise _Failed."""
+        model, settings = self.model, self.settings
+        watch = _Watch()
+        self.newton_iterations = self.krylov_iterations = 0
+        change = target - now.load
+        total = self._predict(now, change)
+        state = model.advance(now.state, total)
+        response = model.respond(state, stiffness=False)
+        self._require_finite(response)
+        watch.book("force")
+        residuals = [self._residual(response)]
+        correction = np.inf
+        tangent_is_stale = True
+        while True:
+            if residuals[-1] <= settings.residual_tolerance and correction <= settings.correction_tolerance:
+                break
+            if self.newton_iterations == settings.iterations:
+                raise _Failed(
+                    f"after {settings.iterations} iterations the residual is {residuals[-1]:.2e} "
+                    f"(allowed {settings.residual_tolerance:.1e}) and the correction {correction:.2e} h "
+                    f"(allowed {settings.correction_tolerance:.1e})"
+                )
+            # A balanced state needs only the proof that its last correction is small: the tangent of the
+            # iteration before serves for that.
+            if tangent_is_stale or residuals[-1] > settings.residual_tolerance or settings.exact:
+                self._set_tangent(state, watch)
+                tangent_is_stale = False
+            step = self._solve(response, self._forcing(residuals), watch)
+            step, state, response = self._search(state, response, step)
+            watch.book("force")
+            total += step
+            self.newton_iterations += 1
+            correction = float(np.max(np.abs(step * model.scale)[self.free], initial=0.0)) / model.length
+            residuals.append(self._residual(response))
+            log.debug("iteration %d: residual %.3e, correction %.3e h", len(residuals) - 1, residuals[-1], correction)
+        return Increment(
+            index=now.index + 1,
+            load=target,
+            state=state,
+            response=response,
+            size=change,
+            rates=(Rate(change, total / change), *now.rates)[: settings.predictor],
+            newton_iterations=self.newton_iterations,
+            krylov_iterations=self.krylov_iterations,
+            residual=residuals[-1],
+            correction=correction,
+            residuals=tuple(residuals),
+            timings=watch.seconds,
+        )
+
+    def _predict(self, now: Increment, change: float) -> np.ndarray:
+        """First guess (size,) of the change of all unknowns, exact where they are prescribed."""
+        rates = now.rates[: self.settings.predictor]
+        if not rates:
+            # Moving the driven side alone would crush the elements there: let the tangent spread it.
+            guess = np.zeros(self.model.size)
+            guess[self.drive.fixed] = change * self.drive.value
+            watch = _Watch()
+            stiffness = self._set_tangent(now.state, watch, pin=False)
+            pull = stiffness @ guess
+            self._pin(stiffness)
+            rhs = np.where(self.free, -pull, 0.0)
+            return guess + self._krylov(rhs, 1e-3 if not self.settings.exact else 1e-12)
+        guess = change * rates[0].step
+        if len(rates) > 1:
+            bend = (change + rates[0].increment) / (rates[0].increment + rates[1].increment)
+            guess += change * bend * (rates[0].step - rates[1].step)
+        guess[self.drive.fixed] = change * self.drive.value
+        return guess
+
+    def _set_tangent(self, state: Any, watch: _Watch, pin: bool = True):
+        watch.start()
+        stiffness = self.model.respond(state, stiffness=True).stiffness
+        watch.book("stiffness")
+        if pin:
+            self._pin(stiffness)
+            watch.book("constraints")
+        return stiffness
+
+    def _pin(self, stiffness) -> None:
+        if self.pinning is None:
+            self.pinning = Pinning(stiffness, self.drive.fixed)
+        self.pinning.apply(stiffness)
+        self.solver.use(stiffness)
+
+    def _solve(self, response: Response, tolerance: float, watch: _Watch) -> np.ndarray:
+        step = self._krylov(np.where(self.free, -response.force, 0.0), tolerance)
+        watch.book("solve")
+        # Factors that were made on the way are set-up, not solution.
+        watch.seconds["setup"] += self.solver.setup_seconds
+        watch.seconds["solve"] -= self.solver.setup_seconds
+        return step
+
+    def _krylov(self, rhs: np.ndarray, tolerance: float) -> np.ndarray:
+        try:
+            solution = self.solver.solve(rhs, tolerance)
+        except ConvergenceError as error:
+            raise _Failed(str(error)) from error
+        self.krylov_iterations += solution.iterations
+        return solution.x
+
+    def _forcing(self, residuals: list[float]) -> float:
+        """Relative accuracy of the linear solve that Newton can use (Eisenstat and Walker 1996, choice 2)."""
+        if self.settings.exact:
+            return 1e-12
+        eta = 1e-3
+        if len(residuals) > 1:
+            eta = min(eta, 0.9 * (residuals[-1] / residuals[-2]) ** 2)
+        # Nothing is gained by solving further than the increment has to be balanced.
+        floor = 0.1 * self.settings.residual_tolerance / max(residuals[-1], 1e-300)
+        return min(max(eta, floor, 1e-8), 1e-1)
+
+    def _search(self, state: Any, response: Response, step: np.ndarray) -> tuple[np.ndarray, Any, Response]:
+        """Shorten the step until the force along it has fallen (Crisfield's s criterion)."""
+        slope = float(step @ response.force)
+        before = self._residual(response)
+        alpha = 1.0
+        for _ in range(6):
+            trial = self.model.advance(state, alpha * step)
+            reply = self.model.respond(trial, stiffness=False)
+            if np.all(np.isfinite(reply.force)):
+                s = float(step @ reply.force)
+                if abs(s) <= 0.8 * abs(slope) or self._residual(reply) <= max(
+                    before, self.settings.residual_tolerance
+                ):
+                    return alpha * step, trial, reply
+                alpha *= min(max(slope / (slope - s), 0.1), 0.5) if slope != s else 0.5
+            else:
+                alpha *= 0.25
+        raise _Failed("the line search found no shorter step that lowers the residual")
+
+    def _residual(self, response: Response) -> float:
+        unbalanced = float(np.max(np.abs(response.force / self.model.scale)[self.free], initial=0.0))
+        if unbalanced == 0.0:
+            return 0.0
+        return unbalanced / response.mean_force if response.mean_force > 0.0 else np.inf
+
+    def _require_finite(self, response: Response) -> None:
+        if not np.all(np.isfinite(response.force)):
+            raise _Failed("the predicted state has folded elements or forces that are not finite")
