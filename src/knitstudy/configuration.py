@@ -1,8 +1,8 @@
 """From the files of the configuration folder to scenes.
 
 A scene is put together in layers, each over the one before: the calibrated loop (``pattern.loop`` names its
-file), ``defaults.yaml``, and one row of ``scenes.tsv``, whose columns are dotted key names and whose cells are YAML
-values; an empty cell leaves the default.
+file), ``defaults.yaml``, and one row of ``scenes.tsv``. Columns of the table are dotted key names, cells
+are YAML values, and an empty cell leaves the default.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The scene: one validated, frozen description of one simulation.
 
 It is the only thing that a stage is parametrised by. A scene that exists is valid: constructing one with a
-value that is not allowed raises ConfigurationError. All quantities are SI; the type of a field with a dimension
-names its unit.
+value that is not allowed raises ConfigurationError. All quantities are SI; the type of a field that has a
+dimension names its unit.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class Geometry:
 
 @dataclass(frozen=True)
 class Load:
-    """Tension to an engineering ``strain``; ``lateral``: driven ends fixed or free in the other directions."""
+    """Tension to an engineering ``strain``; ``lateral``: driven ends fixed or free in the others."""
 
     direction: str
     strain: float

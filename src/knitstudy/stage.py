@@ -1,0 +1,95 @@
+"""The frame of a workflow script: its log file, its progress, and what the console says when it fails."""
+
+from __future__ import annotations
+
+import logging
+import os
+import resource
+import sys
+import time
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TextIO
+
+from knitstudy.errors import KnitstudyError
+from knitstudy.io import provenance
+from knitstudy.progress import Progress
+
+
+@contextmanager
+def stage(job: Any) -> Iterator[Progress]:
+    """Run the body of a Snakemake script with everything it prints in the log file of its rule.
+
+    Standard output and standard error go to the log at the level of file descriptors, so that messages of
+    compiled libraries are there too; logging and warnings as well. The console gets a line at the start and
+    the end, the progress that the body reports, and on failure one message and the name of the log; the
+    script then ends with status 1.
+
+    Parameters
+    ----------
+    job
+        The ``snakemake`` object of a script: its ``rule``, ``wildcards``, ``threads`` and ``log`` are used.
+
+    Yields
+    ------
+    Progress
+        To be handed to the stage's function.
+    """
+    label = " ".join([job.rule, *job.wildcards])
+    path = Path(job.log[0])
+    started = time.monotonic()
+    with _redirected_to(path) as console:
+        _log_header(label, job.threads)
+        print(f"{label}  ...", file=console)
+        try:
+            yield Progress(label, streams=(console, sys.stderr))
+        except KnitstudyError as error:
+            _fail(f"error in {label}: {error}", path, console)
+        except Exception as error:
+            _fail(f"error in {label}: {type(error).__name__}: {error}", path, console)
+        _log_footer(started)
+        print(f"{label}  done in {time.monotonic() - started:.0f} s", file=console)
+
+
+@contextmanager
+def _redirected_to(path: Path) -> Iterator[TextIO]:
+    """Send standard output and error, logging and warnings to a file; yield the former standard error."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    with path.open("w", encoding="utf-8") as log, os.fdopen(os.dup(2), "w", buffering=1) as console:
+        for descriptor in (1, 2):
+            os.dup2(log.fileno(), descriptor)
+        sys.stdout.reconfigure(line_buffering=True)
+        logging.basicConfig(
+            stream=sys.stderr, level=logging.INFO, format="%(asctime)s %(name)s: %(message)s", force=True
+        )
+        logging.captureWarnings(True)
+        try:
+            yield console
+        finally:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os.dup2(console.fileno(), 2)
+
+
+def _log_header(label: str, threads: int) -> None:
+    versions = ", ".join(f"{name} {version}" for name, version in provenance().items())
+    print(f"{label}, {time.strftime('%Y-%m-%d %H:%M:%S')}, {threads} threads", file=sys.stderr)
+    print(f"Python {sys.version.split()[0]}, {versions}", file=sys.stderr)
+
+
+def _log_footer(started: float) -> None:
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
+    seconds = time.monotonic() - started
+    print(f"done in {seconds:.1f} s, largest resident memory {peak:.0f} MiB", file=sys.stderr)
+
+
+def _fail(message: str, log: Path, console: TextIO) -> None:
+    """Put the traceback into the log and the message on the console, and end the script with status 1."""
+    traceback.print_exc()
+    print(message, file=console)
+    print(f"  traceback in {log}", file=console)
+    sys.exit(1)
