@@ -33,7 +33,6 @@ _LOOP_KEYS = {
     "diameter": "yarn.diameter",
     "free": "geometry.free",
 }
-_OPTIONAL_LOOP_KEYS = {"free"}
 
 
 def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
@@ -176,7 +175,7 @@ def _read_loop(path: Path) -> dict:
     for key, target in _LOOP_KEYS.items():
         if key in loop:
             set_dotted(layer, target, loop[key], str(path))
-        elif key not in _OPTIONAL_LOOP_KEYS:
+        else:
             raise ConfigurationError(
                 f"{path}: the key {key!r} is missing; a loop needs {', '.join(_LOOP_KEYS)}"
             )

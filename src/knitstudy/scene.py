@@ -67,35 +67,21 @@ class Yarn:
 
 
 @dataclass(frozen=True)
-class Free:
-    """Indices of the control points that the optimiser may move, per component."""
-
-    x: tuple[int, ...]
-    y: tuple[int, ...]
-    z: tuple[int, ...]
-
-    def __post_init__(self):
-        for axis in "xyz":
-            object.__setattr__(self, axis, tuple(getattr(self, axis)))
-
-    def mask(self, points: int) -> np.ndarray:
-        """Return the (points, 3) boolean array that is true where a component may move."""
-        free = np.zeros((points, 3), dtype=bool)
-        for component, indices in enumerate((self.x, self.y, self.z)):
-            free[list(indices), component] = True
-        return free
-
-
-@dataclass(frozen=True)
 class Geometry:
-    """Weights of Eqs. (1) and (3), the components that may move, and samples a Bezier curve in the search."""
+    """Optimisation of the loop: weights of Eqs. (1) and (3), what may move, and samples a Bezier curve.
+
+    ``free`` lists for every control point the components that may move: "", "z", "yz", "xyz" and so on.
+    """
 
     alpha: float
     beta: float
     gamma: float
     beta_0: float
-    free: Free
+    free: tuple[str, ...]
     samples: int
+
+    def __post_init__(self):
+        object.__setattr__(self, "free", tuple(self.free))
 
 
 @dataclass(frozen=True)
@@ -223,14 +209,12 @@ def check_keys_together(scene: Scene, where: str) -> None:
             raise ConfigurationError(
                 f"{where}: pattern.{key} is {spacing:g} m but must exceed yarn.diameter, {diameter:g} m"
             )
-    points = len(scene.pattern.control_points)
-    for axis in "xyz":
-        highest = max(getattr(scene.geometry.free, axis), default=0)
-        if highest >= points:
-            raise ConfigurationError(
-                f"{where}: geometry.free.{axis} names control point {highest} but must name some of 0 to"
-                f" {points - 1}, as pattern.control_points has {points}"
-            )
+    points, entries = len(scene.pattern.control_points), len(scene.geometry.free)
+    if entries != points:
+        raise ConfigurationError(
+            f"{where}: geometry.free has {entries} entries but must have {points}, one for each of"
+            " pattern.control_points"
+        )
     if fidelity == "dns" and source is not None:
         raise ConfigurationError(
             f"{where}: rom.contacts_from is {source!r} but must be empty where fidelity is dns"
