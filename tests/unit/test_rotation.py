@@ -1,0 +1,77 @@
+"""Maps of finite rotations against their definitions, at small and large angles."""
+
+import numpy as np
+import pytest
+
+from knitstudy.fem.rotation import Halfway, exp, hat, log
+
+ANGLES = [0.0, 1e-9, 1e-4, 0.3, 1.0, 2.5, 3.1]
+
+
+def rotation_vectors(angle, count=5):
+    axes = np.random.default_rng(1).normal(size=(count, 3))
+    return angle * axes / np.linalg.norm(axes, axis=1, keepdims=True)
+
+
+def test_hat_is_the_cross_product():
+    v, u = np.random.default_rng(0).normal(size=(2, 4, 3))
+    np.testing.assert_allclose(np.einsum("kij,kj->ki", hat(v), u), np.cross(v, u), atol=1e-15)
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+def test_exp_gives_rotations_that_log_takes_back(angle):
+    v = rotation_vectors(angle)
+    R = exp(v)
+    np.testing.assert_allclose(R @ np.swapaxes(R, 1, 2), np.tile(np.eye(3), (len(v), 1, 1)), atol=1e-14)
+    # Rounding in R of 1e-16 turns into 1e-16 of the angle, amplified by 1/(pi - angle) near pi.
+    np.testing.assert_allclose(log(R), v, atol=1e-13)
+
+
+@pytest.mark.parametrize("angle", [0.1, 1.0, 2.5, np.pi])
+def test_scalars_equal_their_closed_forms(angle):
+    h = Halfway.of(rotation_vectors(angle, 1))
+    a = (angle / 2) / np.sin(angle / 2)
+    assert h.a[0] == pytest.approx(a, rel=1e-14)
+    assert h.b[0] == pytest.approx(np.tan(angle / 4) / (2 * angle), rel=1e-14)
+    assert h.g[0] == pytest.approx((1 - a) / angle**2, rel=1e-12)  # the closed form cancels
+
+
+def test_scalars_at_zero_angle_are_the_limits():
+    h = Halfway.of(np.zeros((1, 3)))
+    assert (h.a[0], h.b[0]) == pytest.approx((1.0, 1 / 8), rel=1e-15)
+    assert h.g[0] == pytest.approx(-1 / 24, rel=1e-15)
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+def test_spins_of_both_ends_turn_relative_and_halfway_rotation(angle):
+    """Differences of log(R1^T R2) and of the spin of R1 exp(Th/2) against H and b."""
+    Th = rotation_vectors(angle)
+    rng = np.random.default_rng(2)
+    R1 = exp(rng.normal(size=Th.shape))
+    w1, w2 = rng.normal(size=(2, *Th.shape))  # in the frame Rm
+    Rm = R1 @ exp(Th / 2)
+
+    def turned(t):
+        G1 = exp(t * np.einsum("kij,kj->ki", Rm, w1)) @ R1
+        G2 = exp(t * np.einsum("kij,kj->ki", Rm, w2)) @ R1 @ exp(Th)
+        relative = log(np.swapaxes(G1, 1, 2) @ G2)
+        return relative, np.swapaxes(Rm, 1, 2) @ G1 @ exp(relative / 2)
+
+    t = 1e-5  # error t^2 of central differences, 1e-16 / t of rounding
+    (Th_plus, M_plus), (Th_minus, M_minus) = turned(t), turned(-t)
+    h = Halfway.of(Th)
+    dTh = np.einsum("kij,kj->ki", h.H(Th), w2 - w1)
+    np.testing.assert_allclose((Th_plus - Th_minus) / (2 * t), dTh, atol=1e-8)
+    spin = 0.5 * (w1 + w2) - h.b[:, None] * np.cross(Th, w2 - w1)
+    np.testing.assert_allclose((M_plus - M_minus) / (2 * t), hat(spin), atol=1e-8)
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+def test_derivatives_of_the_maps(angle):
+    Th, m = rotation_vectors(angle), rotation_vectors(1.0)[::-1]
+    step = 1e-5 * rotation_vectors(1.0, 5)[[2, 0, 1, 4, 3]]
+    plus, minus, now = Halfway.of(Th + step), Halfway.of(Th - step), Halfway.of(Th)
+    difference = np.einsum("kij,kj->ki", plus.H(Th + step) - minus.H(Th - step), m) / 2
+    np.testing.assert_allclose(difference, np.einsum("kij,kj->ki", now.dHm(Th, m), step), atol=1e-13)
+    along = np.einsum("ki,ki->k", Th, step)
+    np.testing.assert_allclose((plus.b - minus.b) / 2, now.db * along, atol=1e-14)

@@ -1,0 +1,99 @@
+"""Tangents of beams and joints against central differences, at states with large rotations."""
+
+import numpy as np
+import pytest
+from dead_loads import balance
+
+from knitstudy.fem.beam import Section
+from knitstudy.fem.beam_model import BeamModel
+
+SECTION = Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
+
+
+def network(offsets, arms_turn=True):
+    """Six nodes, a branch, and a random zigzag; optionally with arms at the ends of all elements."""
+    rng = np.random.default_rng(5)
+    nodes = np.cumsum(rng.normal(size=(6, 3)), axis=0)
+    ends = np.array([[0, 1], [1, 2], [3, 2], [3, 4], [2, 5], [4, 5]])
+    arms = 0.4 * rng.normal(size=(6, 2, 3)) if offsets else None
+    return BeamModel(nodes, ends, SECTION, 0.7, arms, arms_turn)
+
+
+def differences(model, state, step):
+    columns = [
+        (
+            model.respond(model.advance(state, step * column), stiffness=False).force
+            - model.respond(model.advance(state, -step * column), stiffness=False).force
+        )
+        / (2 * step)
+        for column in np.eye(model.size)
+    ]
+    return np.column_stack(columns)
+
+
+CASES = [(False, True), (True, True), (True, False)]
+
+
+@pytest.mark.parametrize(
+    ("offsets", "arms_turn"), CASES, ids=["nodes", "rigid arms", "arms that only follow"]
+)
+def test_tangent_equals_central_differences(offsets, arms_turn):
+    model = network(offsets, arms_turn)
+    state = model.advance(model.start(), 0.6 * np.random.default_rng(6).normal(size=model.size))
+    tangent = model.respond(state, stiffness=True).stiffness.toarray()
+    level = np.abs(tangent).max()
+    errors = [np.abs(differences(model, state, step) - tangent).max() / level for step in (4e-4, 2e-4)]
+    assert errors[1] < 1e-6
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)  # falls as the square of the step
+
+
+@pytest.mark.parametrize("offsets", [False, True])
+def test_force_is_the_derivative_of_energy(offsets):
+    model = network(offsets)
+    rng = np.random.default_rng(7)
+    state = model.advance(model.start(), 0.6 * rng.normal(size=model.size))
+    direction, t = rng.normal(size=model.size), 1e-5
+    plus, minus = (
+        model.respond(model.advance(state, sign * t * direction), stiffness=False).energy["internal"]
+        for sign in (1, -1)
+    )
+    work = model.respond(state, stiffness=False).force @ direction
+    assert (plus - minus) / (2 * t) == pytest.approx(work, rel=1e-8)
+
+
+def balanced():
+    """A network with arms that carries dead forces at its free nodes, far from its reference."""
+    model = network(offsets=True)
+    load = np.zeros((6, 6))
+    load[1:, :3] = 2.0 * np.random.default_rng(8).normal(size=(5, 3))
+    state, _ = balance(model, load.ravel(), np.arange(6), steps=10, tolerance=1e-12)
+    assert np.abs(state.rotation[1:] - np.eye(3)).max() > 0.3
+    return model, state, load.ravel()
+
+
+def test_tangent_is_symmetric_at_equilibrium():
+    """Off equilibrium spins do not commute; with the free nodes balanced under dead forces they do."""
+    model, state, _ = balanced()
+    K = model.respond(state, stiffness=True).stiffness.toarray()[6:, 6:]
+    np.testing.assert_allclose(K, K.T, atol=1e-9 * np.abs(K).max())
+
+
+def test_one_newton_step_squares_the_distance_to_equilibrium():
+    model, state, load = balanced()
+    direction = np.random.default_rng(9).normal(size=model.size)
+    direction[:6] = 0
+    left = []
+    for distance in (2e-3, 1e-3):
+        near = model.advance(state, distance * direction)
+        response = model.respond(near, stiffness=True)
+        step = np.zeros(model.size)
+        step[6:] = np.linalg.solve(response.stiffness.toarray()[6:, 6:], (load - response.force)[6:])
+        left.append(np.abs(model.advance(near, step).position - state.position).max())
+    assert left[0] / left[1] == pytest.approx(4, rel=0.05)
+
+
+def test_ends_turned_against_each_other_by_almost_half_a_turn_give_nan():
+    model = network(offsets=False)
+    step = np.zeros(model.size)
+    step[9] = 0.97 * np.pi
+    assert np.isnan(model.respond(model.advance(model.start(), step), stiffness=False).force).any()
