@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitstudy.fem import beam, rigid_arm
-from knitstudy.fem.block_pattern import BlockPattern
+from knitstudy.fem.assembly import Assembly
 from knitstudy.fem.model import Response
 from knitstudy.fem.rotation import exp
 
@@ -71,7 +71,7 @@ class BeamModel:
         self.length = float(np.mean(self.elements.length))
         self.radius = float(radius)
         self.scale = np.tile(np.repeat([1.0, self.radius], 3), len(self.nodes))
-        self._pattern = BlockPattern(self.ends, len(self.nodes))
+        self._assembly = Assembly(self.ends, len(self.nodes), block=self.block, chunk=len(self.ends))
 
     def start(self) -> BeamState:
         """Return the reference state."""
@@ -88,10 +88,8 @@ class BeamModel:
         now = self._deform(state, arm)
         at_ends = beam.force(now)
         at_nodes = rigid_arm.force_at_nodes(at_ends, arm) if self.arms_turn else at_ends
-        force = np.zeros((len(self.nodes), 2, 3))
-        np.add.at(force, self.ends, at_nodes.reshape(-1, 2, 2, 3))
         return Response(
-            force=force.ravel(),
+            force=self._assembly.sum_forces(at_nodes),
             mean_force=self._mean(at_ends),
             energy={"internal": float(np.sum(beam.energy(self.elements, now)))},
             stiffness=self._tangent(now, at_ends, arm) if stiffness else None,
@@ -130,7 +128,10 @@ class BeamModel:
         matrices = beam.stiffness(self.elements, now)
         if self.arms_turn:
             matrices = rigid_arm.stiffness_at_nodes(matrices, at_ends, arm)
-        return self._pattern.assemble(matrices, self.block)
+        blocks = matrices.reshape(-1, 2, 6, 2, 6).swapaxes(2, 3).reshape(-1, 4, 36)
+        data = self._assembly.empty_stiffness()
+        self._assembly.add_stiffness(data, 0, blocks)
+        return self._assembly.matrix(data)
 
     def _mean(self, at_ends: np.ndarray) -> float:
         """Mean magnitude [N] of end forces and of end moments over the radius.
