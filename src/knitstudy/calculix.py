@@ -1,0 +1,160 @@
+"""CalculiX as the independent code: run a deck, and read what it found and what it cost."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from knitstudy.errors import ConvergenceError, DataFileError
+
+PROGRAM = "ccx"
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What one run of CalculiX found, and what it cost.
+
+    Attributes
+    ----------
+    time : ndarray (i,)
+        Time at the end of every increment; the last one is the number of increments asked for.
+    force : ndarray (i, 3)
+        Total reaction of the driven set, N.
+    iterations : ndarray (i,) of int
+        Newton iterations of every increment, those of failed attempts included.
+    seconds : float
+        Wall time of the whole process.
+    memory_growth : int
+        Largest resident size over that of a process that only prints its version, bytes.
+    memory_peak : int
+        Largest resident size, bytes.
+    log : str
+        Everything that it printed.
+    """
+
+    time: np.ndarray
+    force: np.ndarray
+    iterations: np.ndarray
+    seconds: float
+    memory_growth: int
+    memory_peak: int
+    log: str
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings that it printed, without repetitions."""
+        found = re.findall(r"\*WARNING[^\n]*(?:\n {9}[^\n]*)*", self.log)
+        return list(dict.fromkeys(" ".join(text.split()) for text in found))
+
+
+def available() -> bool:
+    """Whether CalculiX can be run here."""
+    return shutil.which(PROGRAM) is not None
+
+
+def run(deck: Path | str, threads: int = 1, folder: Path | str | None = None) -> Run:
+    """Run a deck in a scratch folder and read its results.
+
+    Parameters
+    ----------
+    deck : Path or str
+        Keyword file that prints the total reaction of one node set.
+    threads : int
+        Threads of element loops and of the equation solver.
+    folder : Path or str, optional
+        Where its files stay; by default they are deleted.
+
+    Raises
+    ------
+    DataFileError
+        If CalculiX is not installed, the deck is missing, or there are no results.
+    ConvergenceError
+        If CalculiX ended with an error.
+    """
+    if not available():
+        raise DataFileError(
+            f"{PROGRAM} is not on the PATH; install CalculiX (Debian: calculix-ccx) to compare"
+        )
+    deck = Path(deck)
+    if not deck.is_file():
+        raise DataFileError(f"{deck}: there is no such file")
+    with tempfile.TemporaryDirectory() as scratch:
+        place = Path(folder or scratch)
+        place.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(deck, place / "deck.inp")
+        bare = _measure([PROGRAM, "-v"], place, threads)
+        log, code, seconds, peak = _measure([PROGRAM, "-i", "deck"], place, threads)
+        if code or "*ERROR" in log:
+            message = re.findall(r"\*ERROR[^\n]*(?:\n {7}[^\n]*)*", log) or log.strip().splitlines()[-1:]
+            raise ConvergenceError(
+                f"{deck}: CalculiX ended with status {code}: {' '.join(message[0].split())}"
+            )
+        moments, force = read_totals(place / "deck.dat")
+        iterations = read_iterations(place / "deck.sta")
+    return Run(
+        time=moments,
+        force=force,
+        iterations=iterations,
+        seconds=seconds,
+        memory_growth=peak - bare[3],
+        memory_peak=peak,
+        log=log,
+    )
+
+
+def read_totals(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Times (i,) and total forces (i, 3) that a `.dat` file holds.
+
+    Raises
+    ------
+    DataFileError
+        If there are none.
+    """
+    text = path.read_text(encoding="ascii", errors="replace") if path.is_file() else ""
+    number = r"([-+]?\d\.\d+E[-+]\d+)"
+    blocks = re.findall(rf"total force[^\n]*time\s+{number}\s+{number}\s+{number}\s+{number}", text)
+    if not blocks:
+        raise DataFileError(f"{path}: no total force of a node set; the deck must print it")
+    values = np.array(blocks, dtype=float)
+    return values[:, 0], values[:, 1:]
+
+
+def read_iterations(path: Path) -> np.ndarray:
+    """Newton iterations of every increment (i,) in a `.sta` file, failed attempts included.
+
+    Raises
+    ------
+    DataFileError
+        If there are none.
+    """
+    text = path.read_text(encoding="ascii", errors="replace") if path.is_file() else ""
+    rows = re.findall(r"^\s*\d+\s+(\d+)\s+\d+U?\s+(\d+)\s", text, flags=re.MULTILINE)
+    if not rows:
+        raise DataFileError(f"{path}: no increments; CalculiX did not get that far")
+    increment, count = np.array(rows, dtype=int).T
+    return np.bincount(increment, count)[1:].astype(int)
+
+
+def _measure(command: list[str], folder: Path, threads: int) -> tuple[str, int, float, int]:
+    """Run a command: what it printed, its status, wall time (s) and largest resident size (bytes)."""
+    count = str(threads)
+    settings = {"OMP_NUM_THREADS": count, "CCX_NPROC_EQUATION_SOLVER": count, "CCX_NPROC_STIFFNESS": count}
+    with open(folder / "log.txt", "w+", encoding="utf-8", errors="replace") as log:
+        start = time.perf_counter()
+        child = subprocess.Popen(
+            command, cwd=folder, env=os.environ | settings, stdout=log, stderr=subprocess.STDOUT
+        )
+        # The usage of this child alone; resource.getrusage would mix it with all others that have ended.
+        _, status, usage = os.wait4(child.pid, 0)
+        seconds = time.perf_counter() - start
+        child.returncode = os.waitstatus_to_exitcode(status)
+        log.seek(0)
+        return log.read(), child.returncode, seconds, usage.ru_maxrss * 1024
