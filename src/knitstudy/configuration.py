@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import copy
 import csv
+import dataclasses
 import re
 from pathlib import Path
 from typing import Any
@@ -53,6 +54,23 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     scenes = {row["scene"]: _scene(row, defaults, config) for row in _read_table(config / "scenes.tsv")}
     check_scenes_together(scenes, str(config / "scenes.tsv"))
     return scenes
+
+
+def load_knits(config: Path = CONFIG) -> dict[str, Scene]:
+    """Return for every knit a scene of its pattern, yarn diameter and geometry, with defaults for all else.
+
+    The geometry stage is parametrised by it: another load or mesh of one scene then leaves the geometry as
+    it is.
+    """
+    defaults = read_yaml(Path(config) / "defaults.yaml")
+    base = _scene({"scene": "defaults", "study": "", "knit": "defaults"}, defaults, Path(config))
+    knits: dict[str, Scene] = {}
+    for scene in load_scenes(config).values():
+        yarn = dataclasses.replace(base.yarn, diameter=scene.yarn.diameter)
+        knits[scene.knit] = dataclasses.replace(
+            base, name=scene.knit, knit=scene.knit, pattern=scene.pattern, yarn=yarn, geometry=scene.geometry
+        )
+    return knits
 
 
 def load_scene(name: str, config: Path = CONFIG) -> Scene:

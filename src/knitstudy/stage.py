@@ -19,7 +19,7 @@ from knitstudy.progress import Progress
 
 
 @contextmanager
-def stage(job: Any) -> Iterator[Progress]:
+def stage(job: Any, resumed: bool = False) -> Iterator[Progress]:
     """Run the body of a Snakemake script with everything it prints in the log file of its rule.
 
     Standard output and standard error go to the log at the level of file descriptors, so that messages of
@@ -31,6 +31,8 @@ def stage(job: Any) -> Iterator[Progress]:
     ----------
     job
         The ``snakemake`` object of a script: its ``rule``, ``wildcards``, ``threads`` and ``log`` are used.
+    resumed
+        Whether the computation goes on where a killed one stopped: the log then goes on too.
 
     Yields
     ------
@@ -40,7 +42,7 @@ def stage(job: Any) -> Iterator[Progress]:
     label = " ".join([job.rule, *job.wildcards])
     path = Path(job.log[0])
     started = time.monotonic()
-    with _redirected_to(path) as console:
+    with _redirected_to(path, "a" if resumed else "w") as console:
         _log_header(label, job.threads)
         print(f"{label}  ...", file=console)
         try:
@@ -54,12 +56,12 @@ def stage(job: Any) -> Iterator[Progress]:
 
 
 @contextmanager
-def _redirected_to(path: Path) -> Iterator[TextIO]:
+def _redirected_to(path: Path, mode: str) -> Iterator[TextIO]:
     """Send standard output and error, logging and warnings to a file; yield the former standard error."""
     path.parent.mkdir(parents=True, exist_ok=True)
     sys.stdout.flush()
     sys.stderr.flush()
-    with path.open("w", encoding="utf-8") as log, os.fdopen(os.dup(2), "w", buffering=1) as console:
+    with path.open(mode, encoding="utf-8") as log, os.fdopen(os.dup(2), "w", buffering=1) as console:
         for descriptor in (1, 2):
             os.dup2(log.fileno(), descriptor)
         sys.stdout.reconfigure(line_buffering=True)

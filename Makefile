@@ -1,0 +1,64 @@
+# The commands of the study. Everything they need and make stays inside this folder.
+SHELL := bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+MAKEFLAGS += --no-print-directory
+
+PYTHON ?= python3
+STUDY ?= reduced
+
+VENV := .venv
+BIN := $(VENV)/bin
+
+# Nothing is read from or written to the home folder: caches of Snakemake, matplotlib and fontconfig lie in the checkout.
+export XDG_CACHE_HOME := $(CURDIR)/.snakemake/cache
+export MPLCONFIGDIR := $(CURDIR)/.snakemake/cache/matplotlib
+export PATH := $(CURDIR)/$(BIN):$(PATH)
+export PYTHONNOUSERSITE := 1
+unexport PYTHONPATH PYTHONHOME
+
+.PHONY: help
+help:  ## show this list
+	@echo "usage: make <target>"
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
+
+.PHONY: study
+study: environment  ## run the reduced study on all cores (STUDY=ci or STUDY=full for another size)
+	@$(BIN)/python workflow/study.py $(STUDY)
+
+.PHONY: test
+test: environment  ## pass all tests
+	@$(BIN)/python -m pytest $(TESTS)
+
+.PHONY: verify
+verify: environment  ## verify at full resolution and write the table of results
+	@$(BIN)/python -m knitstudy.verify
+
+.PHONY: bench
+bench: environment  ## measure time and memory of every scene and solver
+	@$(BIN)/python -m knitstudy.bench
+
+.PHONY: lint
+lint: environment  ## check code, rules and formatting
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/snakefmt --check Snakefile workflow/rules
+	@$(BIN)/snakemake --lint
+
+.PHONY: clean
+clean:  ## delete results, logs and restart files; keep the environment
+	@rm -rf results/{geometry,mesh,dns,contacts,rom,figures,report} logs run
+
+.PHONY: lock
+lock: environment  ## pin newest versions of all packages in requirements.lock (needs the package registry)
+	@$(BIN)/python -m pip install --quiet uv
+	@$(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --extra dev \
+	    --no-emit-index-url --custom-compile-command "make lock" --output-file requirements.lock pyproject.toml
+
+# ---- environment --------------------------------------------------------------------------------------------------
+# See workflow/environment.sh: installs only when the lock has changed, and goes on after an interruption.
+
+.PHONY: environment
+environment:
+	@PYTHON="$(PYTHON)" bash workflow/environment.sh "$(VENV)"

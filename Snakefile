@@ -1,0 +1,31 @@
+# The study: scene -> geometry -> mesh -> dns -> contacts -> rom -> figures, tables, report.
+# `snakemake` alone makes the study that config/config.yaml names; any file under results/ is a target as well.
+from snakemake.utils import min_version
+
+min_version("9.0")
+
+
+configfile: workflow.source_path("config/config.yaml")
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/geometry.smk"
+include: "workflow/rules/mesh.smk"
+include: "workflow/rules/dns.smk"
+include: "workflow/rules/contacts.smk"
+include: "workflow/rules/rom.smk"
+include: "workflow/rules/figures.smk"
+include: "workflow/rules/tables.smk"
+include: "workflow/rules/report.smk"
+
+
+rule all:
+    default_target: True
+    message:
+        "Study {config[study]}: complete"
+    input:
+        histories(STUDY),
+        meshes(STUDY),
+        FIGURES,
+        TABLES,
+        REPORT,

@@ -1,0 +1,73 @@
+# Scenes, and what rules ask about them. Every value that a result depends on reaches its rule as an input or a param.
+import os
+import sys
+from pathlib import Path
+
+import yaml
+
+sys.path.insert(0, str(Path(workflow.basedir) / "src"))
+
+from knitstudy.configuration import load_knits, load_scenes, load_study
+from knitstudy.errors import KnitstudyError
+from knitstudy.imports import modules_behind
+from knitstudy.schema import validate
+
+
+def stop(error):
+    """End before anything runs, with one message and status 1."""
+    print(f"error: {error}", file=sys.stderr)
+    sys.exit(1)
+
+
+try:
+    with open(workflow.source_path("../schemas/config.schema.yaml")) as schema:
+        validate(dict(config), yaml.safe_load(schema), "the workflow's configuration")
+    CONFIG = Path(config["folder"])
+    SCENES = load_scenes(CONFIG)
+    KNITS = load_knits(CONFIG)
+    STUDY = [SCENES[name] for name in load_study(config["study"], CONFIG)]
+except KnitstudyError as error:
+    stop(error)
+
+
+wildcard_constraints:
+    knit="|".join(KNITS),
+    scene="|".join(SCENES),
+
+
+def names(fidelities):
+    """Return a regular expression of the scenes of some fidelities."""
+    return "|".join(scene.name for scene in SCENES.values() if scene.fidelity in fidelities)
+
+
+def code(*modules):
+    """Return the library files that a rule's result depends on, relative to the working directory."""
+    return [os.path.relpath(path) for path in modules_behind(*modules)]
+
+
+def parameters(wildcards):
+    """Return all keys of a scene: a change of one of them runs the rule again."""
+    return SCENES[wildcards.scene].to_dict()
+
+
+def knit_of(wildcards):
+    """Return the geometry of a scene's knit."""
+    return f"results/geometry/{SCENES[wildcards.scene].knit}.nc"
+
+
+def contacts_of(wildcards):
+    """Return the contacts that a reduced model takes its joints from."""
+    return f"results/contacts/{SCENES[wildcards.scene].rom.contacts_from}.nc"
+
+
+def histories(scenes):
+    """Return the result of every scene, under the folder of its stage."""
+    return [f"results/{'dns' if s.fidelity == 'dns' else 'rom'}/{s.name}.nc" for s in scenes]
+
+
+def meshes(scenes):
+    """Return the meshes that scenes ask for in other formats."""
+    direct = [scene for scene in scenes if scene.fidelity == "dns"]
+    return [f"results/mesh/{s.name}.vtu" for s in direct if "vtu" in s.outputs] + [
+        f"results/mesh/{s.name}.{dialect}.inp" for s in direct if "deck" in s.outputs for dialect in DIALECTS
+    ]

@@ -1,0 +1,2 @@
+# Files that `all` asks for from this part.
+FIGURES = []

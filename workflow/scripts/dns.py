@@ -1,0 +1,19 @@
+"""Pull a knit of solid yarns."""
+
+from knitstudy import dns
+from knitstudy.geometry.pattern import Knit
+from knitstudy.io import read_dataset, write_dataset
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.restart import restart_path
+from knitstudy.scene import Scene
+from knitstudy.stage import stage
+
+scene = Scene.from_dict(snakemake.params.scene)
+checkpoint = restart_path(snakemake.params.restart, scene, snakemake.input)
+
+with stage(snakemake, resumed=checkpoint.exists()) as progress:
+    knit = Knit.from_dataset(read_dataset(snakemake.input.knit))
+    mesh = SweptMesh.from_dataset(read_dataset(snakemake.input.mesh))
+    history = dns.run(scene, mesh, knit, checkpoint=checkpoint, progress=progress)
+    write_dataset(history, snakemake.output[0], scene)
+    checkpoint.unlink(missing_ok=True)

@@ -1,0 +1,113 @@
+"""Run a study with Snakemake: what `make study` does.
+
+It takes the lock of a killed run away, shows what the stages report as they do, and ends with where the
+results are or with one message of what is wrong.
+"""
+
+from __future__ import annotations
+
+import argparse
+import fcntl
+import os
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+RESULTS = Path("results")
+REPORT = RESULTS / "report.html"
+LOCK = Path("run/study.lock")
+
+
+def main() -> int:
+    """Run the study named on the command line; return the exit status."""
+    parser = argparse.ArgumentParser(prog="make study", description=__doc__.splitlines()[0])
+    parser.add_argument("study", nargs="?", default="reduced", help="ci, reduced (default) or full")
+    parser.add_argument("options", nargs="*", help="more options of snakemake, after --")
+    arguments = parser.parse_args()
+    snakemake = [sys.executable, "-m", "snakemake", *arguments.options]
+    snakemake += ["--config", f"study={arguments.study}"]
+    with alone() as process:
+        if process:
+            return fail(f"a study is running here already (process {process}); wait for it or end it")
+        return run(snakemake, arguments.study)
+
+
+@contextmanager
+def alone() -> Iterator[str]:
+    """Hold this folder's lock, which ends with this process in any case; yield who else holds it."""
+    LOCK.parent.mkdir(parents=True, exist_ok=True)
+    with LOCK.open("a+", encoding="utf-8") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            yield LOCK.read_text(encoding="utf-8").strip() or "unknown"
+            return
+        lock.truncate(0)
+        lock.write(f"{os.getpid()}\n")
+        lock.flush()
+        yield ""
+
+
+def run(snakemake: list[str], study: str) -> int:
+    """Plan, unlock and run; return the exit status."""
+    started = time.monotonic()
+    plan = subprocess.run([*snakemake, "--dry-run"], capture_output=True, text=True)
+    if plan.returncode:
+        return fail(reason(plan.stdout + plan.stderr))
+    if "Nothing to be done" in plan.stdout + plan.stderr:
+        print(f"Study {study}: nothing to do, everything is up to date. {places()}")
+        return 0
+    # Holding our own lock, we know that Snakemake's is a killed run's.
+    subprocess.run([*snakemake, "--unlock"], capture_output=True)
+    if execute(snakemake, count_of_steps(plan.stdout + plan.stderr)):
+        logs = sorted(Path(".snakemake/log").glob("*.log"))
+        return fail(
+            f"the study stopped; what is done stays done (Snakemake's log: {logs[-1] if logs else 'none'})"
+        )
+    minutes, seconds = divmod(round(time.monotonic() - started), 60)
+    print(f"Study {study}: complete in {minutes} min {seconds} s. {places()}")
+    return 0
+
+
+def execute(snakemake: list[str], steps: int) -> int:
+    """Run Snakemake, itself silent, and show the lines of its stages after the number of steps done."""
+    done = 0
+    silent = [*snakemake, "--quiet", "all"]
+    with subprocess.Popen(silent, stderr=subprocess.PIPE, text=True, bufsize=1) as process:
+        for line in process.stderr:
+            done += bool(re.search(r"  done in \d+ s$", line))
+            print(f"[{done}/{steps}] {line}", end="", flush=True)
+    return process.returncode
+
+
+def count_of_steps(plan: str) -> int:
+    """Return the number of jobs in a plan, the one that only collects results apart."""
+    totals = re.findall(r"^total\s+(\d+)$", plan, flags=re.MULTILINE)
+    return int(totals[0]) - 1 if totals else 0
+
+
+def reason(output: str) -> str:
+    """Return why a plan failed: our own message, or the end of what Snakemake says."""
+    lines = [line for line in output.splitlines() if line.strip()]
+    own = [line.removeprefix("error: ") for line in lines if line.startswith("error: ")]
+    return own[0] if own else "Snakemake cannot plan the study:\n" + "\n".join(lines[-8:])
+
+
+def places() -> str:
+    """Say where the results are."""
+    report = f"Report: {REPORT.absolute()}. " if REPORT.exists() else ""
+    return f"{report}Pictures, tables and data: {RESULTS.absolute()}"
+
+
+def fail(message: str) -> int:
+    """Print one message; return the exit status of a failure."""
+    print(f"error: {message}", file=sys.stderr)
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
