@@ -68,8 +68,17 @@ class Recorder:
     started: float = field(default_factory=time.perf_counter)
     memory_before: int = field(default_factory=peak_memory)
 
-    def add(self, increment: Increment, station_displacement: np.ndarray) -> None:
-        """Append a converged increment; `station_displacement` has shape (S, 3) [m]."""
+    def add(self, increment: Increment, station_displacement: np.ndarray, **crossings: np.ndarray) -> None:
+        """Append a converged increment.
+
+        Parameters
+        ----------
+        increment : Increment
+        station_displacement : ndarray, shape (S, 3)
+            Displacement of the stations [m].
+        **crossings : ndarray, shape (K, 3)
+            `crossing_force` [N] and `crossing_displacement` [m], where the model has them.
+        """
         reaction = np.array([increment.response.force[self.driven[:, i]].sum() for i in range(3)])
         displacement = increment.load * self.travel
         row = {
@@ -85,6 +94,7 @@ class Recorder:
             "centreline_displacement": np.array(station_displacement),
             "energy": self._ledger(increment, displacement, reaction[self.axis]),
             "seconds": np.array([increment.timings.get(phase, 0.0) for phase in PHASES]),
+            **crossings,
         }
         for name, value in row.items():
             self.columns.setdefault(name, []).append(value)
@@ -103,6 +113,7 @@ class Recorder:
         variables = {
             name: (dims, column[name], {"units": unit, "long_name": meaning})
             for name, (dims, unit, meaning) in _COLUMNS.items()
+            if name in column
         }
         variables |= {
             "yarn": ("station", np.asarray(self.stations.yarn), {"units": "1", "long_name": "yarn"}),
@@ -141,5 +152,7 @@ _COLUMNS = {
     "residual": ("increment", "1", "largest unbalanced force over mean internal force"),
     "correction": ("increment", "1", "largest last correction over element size"),
     "centreline_displacement": (("increment", "station", "xyz"), "m", "displacement of the centreline"),
+    "crossing_force": (("increment", "crossing", "xyz"), "N", "force of the interaction on the lower row's yarn"),
+    "crossing_displacement": (("increment", "crossing", "xyz"), "m", "mean displacement of the tied nodes"),
     "seconds": (("increment", "phase"), "s", "time by phase of the Newton iterations"),
 }

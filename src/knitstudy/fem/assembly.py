@@ -65,6 +65,12 @@ class Assembly:
         rows, matrix = self._sums[number]
         data[rows] += matrix @ blocks.reshape(-1, self.block**2)
 
+    def connection(self) -> sp.csr_matrix:
+        """Return which kept nodes (n, n) share an element, as ones."""
+        return sp.csr_matrix(
+            (np.ones(self.entries, dtype=np.int8), self.indices, self.indptr), shape=(self.kept, self.kept)
+        )
+
     def matrix(self, data: np.ndarray) -> sp.bsr_matrix:
         """Wrap blocks (entries, block^2) as a BSR matrix (no copy)."""
         size = self.kept * self.block

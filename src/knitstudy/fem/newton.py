@@ -174,10 +174,11 @@ def trace(
     spent = [0, 0]
     size = now.size
     while now.load < 1.0:
-        # Ending on exactly 1 costs nothing; a sliver of an increment at the end would.
         target = min(now.load + size, 1.0)
-        if 1.0 - target < 1e-9:
-            target = 1.0
+        # Whole shares of the load stay free of rounding.
+        whole = round(target * settings.increments) / settings.increments
+        if abs(target - whole) < 1e-9:
+            target = whole
         try:
             done = path.increment(now, target)
         except _Failed as failure:

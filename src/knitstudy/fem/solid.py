@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -12,11 +11,7 @@ import scipy.sparse as sp
 from knitstudy.fem.assembly import Assembly
 from knitstudy.fem.hexahedron import Hexahedron
 from knitstudy.fem.model import Response
-
-
-def threads() -> int:
-    """Return the number of threads that OMP_NUM_THREADS allows (all cores if unset)."""
-    return int(os.environ.get("OMP_NUM_THREADS") or os.cpu_count() or 1)
+from knitstudy.fem.parallel import threads
 
 
 @dataclass(frozen=True)
@@ -96,7 +91,7 @@ class SolidModel:
         )
         return untied @ self._gather(state, stiffness=False).force.reshape(-1, 3)
 
-    def _gather(self, state: SolidState, stiffness: bool) -> _Gathered:
+    def _gather(self, state: SolidState, stiffness: bool) -> "_Gathered":
         """Evaluate all batches; threads share them, and sums are formed in one fixed order."""
         displacement = self.node_displacement(state)
         count = len(self.hexahedra)

@@ -1,0 +1,1 @@
+"""Interactions between yarns at their crossings."""

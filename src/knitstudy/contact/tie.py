@@ -1,0 +1,235 @@
+"""Tied crossings (Fig. 2a of the paper): slave nodes follow the facet of the master yarn that they lie on.
+
+The yarn of the upper row is the slave. A slave facet is tied when its nearest point to the master's tube is
+within the tolerance, and all its nodes are moved, free of strain, onto the master's surface: only then are the
+weights exact for rigid motions, and a tie carries no load when the pair rotates.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
+
+from knitstudy.contact.tube import distance
+from knitstudy.errors import MeshError
+from knitstudy.geometry.pattern import Knit
+from knitstudy.mesh.sweep import SweptMesh
+
+SAMPLES = 6
+"""Points along each side of a facet in the search for its nearest point."""
+
+
+@dataclass(frozen=True)
+class Tie:
+    """Linear constraints of all tied crossings, x_slave = sum of weights times x_master.
+
+    Attributes
+    ----------
+    slave : ndarray of int, shape (S,)
+        Slave nodes, each once.
+    master : ndarray of int, shape (S, 4)
+        Their master nodes, corners of a facet.
+    weight : ndarray, shape (S, 4)
+        Bilinear weights, rows sum to 1.
+    crossing : ndarray of int, shape (S,)
+        Crossing that a slave belongs to.
+    nodes : ndarray, shape (N, 3)
+        Mesh nodes with the slaves moved onto the masters [m].
+    adjustment : ndarray, shape (S,)
+        How far they were moved [m].
+    area : ndarray, shape (K,)
+        Tied area of every crossing [m2].
+    centroid : ndarray, shape (K, 3)
+        Centroid of the tied area [m].
+    tolerance : float
+        Largest gap beyond the clearance that was tied [m].
+    """
+
+    slave: np.ndarray
+    master: np.ndarray
+    weight: np.ndarray
+    crossing: np.ndarray
+    nodes: np.ndarray
+    adjustment: np.ndarray
+    area: np.ndarray
+    centroid: np.ndarray
+    tolerance: float
+
+    @property
+    def kept(self) -> np.ndarray:
+        """Nodes that are not slaves, ascending."""
+        mask = np.ones(len(self.nodes), dtype=bool)
+        mask[self.slave] = False
+        return np.flatnonzero(mask)
+
+    def dependence(self) -> sp.csr_matrix:
+        """Return T (N, n): every node as a weighted sum of the kept nodes."""
+        total, kept = len(self.nodes), self.kept
+        column = np.full(total, -1)
+        column[kept] = np.arange(len(kept))
+        rows = np.concatenate([kept, np.repeat(self.slave, 4)])
+        columns = np.concatenate([column[kept], column[self.master].ravel()])
+        values = np.concatenate([np.ones(len(kept)), self.weight.ravel()])
+        return sp.csr_matrix((values, (rows, columns)), shape=(total, len(kept)))
+
+    def resultants(self, node_force: np.ndarray) -> np.ndarray:
+        """Return the force (K, 3) of every crossing's tie on the lower row's yarn [N].
+
+        Parameters
+        ----------
+        node_force : ndarray, shape (N, 3)
+            Internal forces of the elements; at a slave they are what the tie supplies.
+        """
+        force = np.zeros((len(self.area), 3))
+        np.add.at(force, self.crossing, -node_force[self.slave])
+        return force
+
+
+def tie_crossings(mesh: SweptMesh, knit: Knit, tolerance: float) -> Tie:
+    """Tie all crossings of a knit.
+
+    Parameters
+    ----------
+    mesh : SweptMesh
+    knit : Knit
+    tolerance : float
+        Gap beyond the clearance within which facets are tied, as a share of the facet size.
+
+    Raises
+    ------
+    MeshError
+        If a crossing has no facet within the tolerance, or a node would be slave and master at once.
+    """
+    reach = tolerance * facet_size(mesh)
+    rows = [_tie_row(mesh, knit, row, reach) for row in range(knit.rows)]
+    facets, crossing = (np.concatenate([row[i] for row in rows]) for i in range(2))
+    _require_all_tied(knit, crossing, reach)
+    slave, first = np.unique(facets, return_index=True)
+    owner = np.repeat(crossing, 4)[first]
+    yarn = mesh.yarn_of_slice[slave // mesh.section.size]
+    master = np.empty((len(slave), 4), dtype=np.int64)
+    weight = np.empty((len(slave), 4))
+    for upper in np.unique(yarn):
+        these = yarn == upper
+        master[these], weight[these] = _masters(mesh, knit, upper - 1, mesh.nodes[slave[these]])
+    if np.isin(master, slave).any():
+        raise MeshError(
+            "tie.tolerance: a node would be slave of one crossing and master of another; use a smaller value "
+            f"than {tolerance} or a finer mesh.size"
+        )
+    nodes = mesh.nodes.copy()
+    nodes[slave] = np.einsum("sm,smi->si", weight, mesh.nodes[master])
+    area, centroid = _areas(nodes, facets, crossing, len(knit.crossings.row))
+    return Tie(
+        slave=slave,
+        master=master,
+        weight=weight,
+        crossing=owner,
+        nodes=nodes,
+        adjustment=np.linalg.norm(nodes[slave] - mesh.nodes[slave], axis=1),
+        area=area,
+        centroid=centroid,
+        tolerance=reach,
+    )
+
+
+def facet_size(mesh: SweptMesh) -> float:
+    """Return the square root of the mean area of the surface facets [m]."""
+    quads = np.concatenate([mesh.surface_quads(yarn) for yarn in range(mesh.yarns)])
+    return float(np.sqrt(np.mean(_facet_areas(mesh.nodes[quads]))))
+
+
+def _facet_areas(corners: np.ndarray) -> np.ndarray:
+    diagonals = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
+    return 0.5 * np.linalg.norm(np.cross(*diagonals), axis=1)
+
+
+def _tie_row(mesh: SweptMesh, knit: Knit, row: int, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return tied facets (f, 4) of the upper yarn of an interlock row, and the crossing (f,) of each."""
+    lower = knit.centrelines[row]
+    quads = mesh.surface_quads(row + 1)
+    limit = mesh.radius * (1 + knit.loop.clearance) + reach
+    # A facet farther off than its own size cannot come within the tolerance.
+    corners = mesh.nodes[quads]
+    size = np.linalg.norm(corners[:, 2] - corners[:, 0], axis=1).max()
+    samples = lower.position(np.linspace(0, lower.length, round(4 * lower.length / mesh.radius)))
+    near = cKDTree(samples).query(corners.mean(axis=1))[0] < limit + size + 0.3 * mesh.radius
+    candidates = np.flatnonzero(near)
+    if not len(candidates):
+        return np.empty((0, 4), dtype=np.int64), np.empty(0, dtype=np.int64)
+    points = _facet_points(mesh, row + 1, candidates)
+    far, _ = distance(lower, points.reshape(-1, 3))
+    gap = far.reshape(points.shape[:2])
+    tied = gap.min(axis=1) <= limit
+    nearest = points[np.arange(len(points)), gap.argmin(axis=1)][tied]
+    here = np.flatnonzero(knit.crossings.row == row)
+    middle = knit.crossings.point[here].mean(axis=1)
+    return quads[candidates[tied]], here[cKDTree(middle).query(nearest)[1]]
+
+
+def _facet_points(mesh: SweptMesh, yarn: int, facets: np.ndarray) -> np.ndarray:
+    """Return points (f, SAMPLES^2, 3) of facets on the tube of the true radius."""
+    angles = mesh.section.angles
+    layer, j = np.divmod(facets, len(angles))
+    first = mesh.first_slice[yarn] + layer
+    share = np.linspace(0, 1, SAMPLES)
+    along, around = (grid.ravel() for grid in np.meshgrid(share, share, indexing="ij"))
+    step = np.diff(np.append(angles, angles[0] + 2 * np.pi))
+    theta = angles[j][:, None] + step[j][:, None] * around  # (f, p)
+    centre = _between(mesh.centres, first, along)
+    frame = _between(mesh.frames, first, along)  # (f, p, 3, 3)
+    radial = np.cos(theta)[..., None] * frame[..., 0, :] + np.sin(theta)[..., None] * frame[..., 1, :]
+    radial /= np.linalg.norm(radial, axis=-1, keepdims=True)
+    return centre + mesh.radius * radial
+
+
+def _between(values: np.ndarray, first: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Interpolate slice values (S, ...) linearly from slices `first` (f,) at shares `along` (p,)."""
+    weight = along.reshape(1, -1, *([1] * (values.ndim - 1)))
+    return (1 - weight) * values[first][:, None] + weight * values[first + 1][:, None]
+
+
+def _masters(mesh: SweptMesh, knit: Knit, yarn: int, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the facet (k, 4) of a yarn that points (k, 3) lie radially over, and their bilinear weights (k, 4)."""
+    _, s = distance(knit.centrelines[yarn], points)
+    first, last = mesh.first_slice[yarn : yarn + 2]
+    stations = mesh.arc_length[first:last]
+    layer = np.clip(np.searchsorted(stations, s, side="right") - 1, 0, len(stations) - 2)
+    along = (s - stations[layer]) / (stations[layer + 1] - stations[layer])
+    blend = along[:, None]
+    centre = (1 - blend) * mesh.centres[first + layer] + blend * mesh.centres[first + layer + 1]
+    frame = (1 - blend[..., None]) * mesh.frames[first + layer] + blend[..., None] * mesh.frames[first + layer + 1]
+    radial = np.einsum("ki,kdi->kd", points - centre, frame)
+    angles = mesh.section.angles
+    theta = angles[0] + np.mod(np.arctan2(radial[:, 1], radial[:, 0]) - angles[0], 2 * np.pi)
+    j = np.searchsorted(angles, theta, side="right") - 1
+    closed = np.append(angles, angles[0] + 2 * np.pi)
+    around = (theta - closed[j]) / (closed[j + 1] - closed[j])
+    facet = mesh.surface_quads(yarn)[layer * len(angles) + j]
+    weight = np.stack(
+        [(1 - along) * (1 - around), (1 - along) * around, along * around, along * (1 - around)], axis=1
+    )
+    return facet, weight
+
+
+def _areas(nodes: np.ndarray, facets: np.ndarray, crossing: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return tied area (K,) and its centroid (K, 3)."""
+    corners = nodes[facets]
+    area = _facet_areas(corners)
+    total = np.bincount(crossing, area, count)
+    moment = np.stack([np.bincount(crossing, area * corners.mean(axis=1)[:, i], count) for i in range(3)], axis=1)
+    return total, moment / total[:, None]
+
+
+def _require_all_tied(knit: Knit, crossing: np.ndarray, reach: float) -> None:
+    missing = np.setdiff1d(np.arange(len(knit.crossings.row)), crossing)
+    if len(missing):
+        k = missing[0]
+        raise MeshError(
+            f"tie.tolerance: {len(missing)} of {len(knit.crossings.row)} crossings have no facet within "
+            f"{reach:.3g} m beyond the clearance, the first in row {knit.crossings.row[k]}, column "
+            f"{knit.crossings.column[k]}, zone {knit.crossings.zone[k]}; use a larger tolerance or check the geometry"
+        )
