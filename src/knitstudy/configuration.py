@@ -94,7 +94,7 @@ def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
     if name not in STUDIES:
         raise ConfigurationError(unknown_choice("unknown study", name, name, list(STUDIES)))
     rows = _read_table(Path(config) / "scenes.tsv")
-    return tuple(row["scene"] for row in rows if name in _studies(row, Path(config) / "scenes.tsv"))
+    return tuple(row["scene"] for row in rows if name in _studies(row))
 
 
 def check_scenes_together(scenes: dict[str, Scene], where: str) -> None:
@@ -156,34 +156,29 @@ def _scene(row: dict[str, str], defaults: dict, config: Path) -> Scene:
 
 
 def _read_table(path: Path) -> list[dict[str, str]]:
-    """Return the rows of the scene table, checked for shape only."""
-    rows = list(csv.DictReader(_read_text(path).splitlines(), delimiter="\t", restkey="surplus"))
+    """Return the rows of the scene table, checked for all but the values of the scenes' keys."""
+    lines = _read_text(path).splitlines()
+    rows = list(csv.DictReader(lines, delimiter="\t", restkey="surplus"))
+    if not rows or not {"scene", "study"} <= set(rows[0]):
+        raise ConfigurationError(f"{path}: must have the columns 'scene' and 'study', and at least one scene")
     names: set[str] = set()
     for number, row in enumerate(rows, start=2):
-        if "scene" not in row or "study" not in row:
-            raise ConfigurationError(
-                f"{path}: the columns 'scene' and 'study' must be there, separated by tabs"
-            )
+        where = f"{path}, line {number}"
         if "surplus" in row or None in row.values():
-            raise ConfigurationError(
-                f"{path}, line {number}: must have as many cells as the first line, tabs between"
-            )
+            raise ConfigurationError(f"{where}: must have as many cells as the first line, tabs between them")
         if row["scene"] in names:
-            raise ConfigurationError(f"{path}, line {number}: scene {row['scene']!r} is there twice")
+            raise ConfigurationError(f"{where}: scene {row['scene']!r} is there twice")
+        unknown = next((name for name in _studies(row) if name not in STUDIES), None)
+        if unknown is not None:
+            message = unknown_choice("unknown study", unknown, unknown, list(STUDIES))
+            raise ConfigurationError(f"{where}: {message}")
         names.add(row["scene"])
-    if not rows:
-        raise ConfigurationError(f"{path}: must have a line of column names and at least one scene")
     return rows
 
 
-def _studies(row: dict[str, str], path: Path) -> list[str]:
+def _studies(row: dict[str, str]) -> list[str]:
     """Return the studies that a row belongs to: names with commas between."""
-    names = [name.strip() for name in row["study"].split(",") if name.strip()]
-    for name in names:
-        if name not in STUDIES:
-            message = unknown_choice("unknown study", name, name, list(STUDIES))
-            raise ConfigurationError(f"{path}, scene {row['scene']!r}: {message}")
-    return names
+    return [name.strip() for name in row["study"].split(",") if name.strip()]
 
 
 def _read_loop(path: Path) -> dict:
@@ -194,9 +189,7 @@ def _read_loop(path: Path) -> dict:
         if key in loop:
             set_dotted(layer, target, loop[key], str(path))
         else:
-            raise ConfigurationError(
-                f"{path}: the key {key!r} is missing; a loop needs {', '.join(_LOOP_KEYS)}"
-            )
+            raise ConfigurationError(f"{path}: the key {key!r} of a calibrated loop is missing")
     return layer
 
 

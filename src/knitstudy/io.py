@@ -109,11 +109,9 @@ def read_dataset(path: Path | str, needs: Iterable[str] = ()) -> xr.Dataset:
         When the file is missing, truncated, no netCDF, or lacks a variable.
     """
     path = Path(path)
-    remedy = f"delete it and run `snakemake {path}` (or `make study`) to make it anew"
+    remedy = "delete it and make it again with `make study`"
     if not path.is_file():
-        raise DataFileError(
-            f"{path}: there is no such file; run `snakemake {path}` (or `make study`) to make it"
-        )
+        raise DataFileError(f"{path}: there is no such file; make it with `make study`")
     try:
         dataset = xr.load_dataset(path, engine="netcdf4")
     except (OSError, RuntimeError, ValueError, KeyError) as error:

@@ -12,8 +12,12 @@ scene = Scene.from_dict(snakemake.params.scene)
 checkpoint = restart_path(snakemake.params.restart, scene, snakemake.input)
 
 with stage(snakemake, resumed=checkpoint.exists()) as progress:
+
+    def watch(increment):
+        """Report an increment that has converged."""
+        progress(increment.load, f"strain {increment.load * scene.load.strain:.2%}")
+
     knit = Knit.from_dataset(read_dataset(snakemake.input.knit))
     mesh = SweptMesh.from_dataset(read_dataset(snakemake.input.mesh))
-    history = dns.run(scene, mesh, knit, checkpoint=checkpoint, progress=progress)
+    history = dns.run(scene, mesh, knit, checkpoint=checkpoint, progress=watch)
     write_dataset(history, snakemake.output[0], scene)
-    checkpoint.unlink(missing_ok=True)

@@ -1,0 +1,65 @@
+"""A small configuration folder that tests may write into."""
+
+import numpy as np
+import pytest
+import yaml
+
+DEFAULTS = {
+    "fidelity": "dns",
+    "interaction": "tie",
+    "pattern": {"loop": "loop.yaml", "loops": 3, "rows": 3, "clearance": 0.01},
+    "yarn": {
+        "youngs_modulus": 1.3e9,
+        "poisson_ratio": 0.42,
+        "density": 905.0,
+        "material": "hencky",
+    },
+    "geometry": {"alpha": 1.0, "beta": 1.0, "gamma": 1.0, "beta_0": 1.0, "samples": 50},
+    "load": {"direction": "course", "strain": 0.05, "lateral": "fixed"},
+    "mesh": {"size": 0.3e-3, "growth": 1.2, "beam_size": 0.5e-3},
+    "tie": {"tolerance": 0.05},
+    "solver": {
+        "increments": 10,
+        "residual_tolerance": 1e-6,
+        "correction_tolerance": 1e-6,
+        "hourglass": 0.005,
+        "linear": "auto",
+    },
+    "rom": {"contacts_from": None, "joint": "rigid"},
+    "outputs": [],
+}
+
+SCENES = (
+    ("scene", "study", "knit", "fidelity", "rom.contacts_from", "load.strain", "outputs"),
+    ("dns-a", "reduced, ci", "plain", "", "", "", "[fields, vtu]"),
+    ("rom3d-a", "reduced", "plain", "rom3d", "dns-a", "2e-2", ""),
+)
+
+
+def loop_points(count: int = 8) -> np.ndarray:
+    """Return control points of a plain loop whose yarn is 1.8 mm thick, (count, 3) in m."""
+    u = np.arange(count) / count
+    return 1e-3 * np.stack(
+        [
+            13.4 * u + 2 * np.sin(4 * np.pi * u),
+            9 * (1 - np.cos(2 * np.pi * u)),
+            -2 * np.cos(4 * np.pi * u),
+        ],
+        axis=-1,
+    )
+
+
+@pytest.fixture
+def config(tmp_path):
+    """Folder with defaults, a table of one solid and one reduced scene, and a loop."""
+    loop = {
+        "control_points": loop_points().tolist(),
+        "course_spacing": 10.4e-3,
+        "wale_spacing": 13.4e-3,
+        "diameter": 1.8e-3,
+        "free": ["z"] * 8,
+    }
+    (tmp_path / "loop.yaml").write_text(yaml.safe_dump(loop))
+    (tmp_path / "defaults.yaml").write_text(yaml.safe_dump(DEFAULTS))
+    (tmp_path / "scenes.tsv").write_text("\n".join("\t".join(row) for row in SCENES) + "\n")
+    return tmp_path

@@ -1,0 +1,21 @@
+"""A file that is being written when its process is killed."""
+
+import signal
+import subprocess
+import sys
+
+CODE = """
+import os, signal, sys
+from knitstudy.io import replacing
+with replacing(sys.argv[1]) as temporary:
+    temporary.write_text("half")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_kill_leaves_the_old_file(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("old")
+    ended = subprocess.run([sys.executable, "-c", CODE, str(path)], check=False)
+    assert ended.returncode == -signal.SIGKILL
+    assert path.read_text() == "old"

@@ -1,0 +1,69 @@
+"""A workflow script writes into its log; the console gets its progress or one message."""
+
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+FRAME = """
+import logging, os, sys, warnings
+from types import SimpleNamespace
+from knitstudy.errors import MeshError
+from knitstudy.stage import stage
+job = SimpleNamespace(rule="mesh", wildcards=["dns-a"], threads=2, log=[sys.argv[1]])
+with stage(job, resumed=len(sys.argv) > 2) as progress:
+"""
+
+
+def run(log, body, *arguments):
+    code = FRAME + textwrap.indent(textwrap.dedent(body), "    ")
+    return subprocess.run(
+        [sys.executable, "-c", code, str(log), *arguments], capture_output=True, text=True, check=False
+    )
+
+
+def test_everything_printed_is_in_the_log(tmp_path):
+    log = tmp_path / "logs" / "a.log"
+    ended = run(
+        log,
+        """
+        print("printed")
+        logging.getLogger("knitstudy.x").info("logged")
+        warnings.warn("warned")
+        os.write(2, b"written by a library\\n")
+        progress(0.5, "half")
+        """,
+    )
+    assert ended.returncode == 0
+    text = log.read_text()
+    for expected in ("printed", "logged", "warned", "written by a library", "50%", "2 threads", "done in"):
+        assert expected in text
+    console = ended.stderr.splitlines()
+    assert [line.split()[:2] for line in console] == [["mesh", "dns-a"]] * 3
+    assert "half" in console[1]
+    assert ended.stdout == ""
+
+
+@pytest.mark.parametrize(
+    ("error", "message"),
+    [
+        ("MeshError('element 7 is folded')", "error in mesh dns-a: element 7 is folded"),
+        ("ValueError('shapes differ')", "error in mesh dns-a: ValueError: shapes differ"),
+    ],
+)
+def test_one_message_on_the_console_and_the_traceback_in_the_log(tmp_path, error, message):
+    ended = run(tmp_path / "a.log", f"raise {error}")
+    assert ended.returncode == 1
+    assert message in ended.stderr.splitlines()
+    assert "Traceback" not in ended.stderr
+    assert "Traceback" in (tmp_path / "a.log").read_text()
+
+
+def test_log_of_a_resumed_run_goes_on(tmp_path):
+    run(tmp_path / "a.log", "print('first')")
+    run(tmp_path / "a.log", "print('second')", "resumed")
+    text = (tmp_path / "a.log").read_text()
+    assert text.index("first") < text.index("second")
+    run(tmp_path / "a.log", "print('third')")
+    assert "first" not in (tmp_path / "a.log").read_text()
