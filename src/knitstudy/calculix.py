@@ -6,8 +6,8 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,15 @@ import numpy as np
 from knitstudy.errors import ConvergenceError, DataFileError
 
 PROGRAM = "ccx"
+
+LAUNCHER = """
+import os, sys, time
+start = time.perf_counter()
+child = os.posix_spawnp(sys.argv[1], sys.argv[1:], os.environ, file_actions=[(os.POSIX_SPAWN_DUP2, 2, 1)])
+_, status, usage = os.wait4(child, 0)
+print(os.waitstatus_to_exitcode(status), time.perf_counter() - start, usage.ru_maxrss)
+"""
+"""A small process to start CalculiX from: a child's largest resident size begins with that of its parent."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,14 +156,15 @@ def _measure(command: list[str], folder: Path, threads: int) -> tuple[str, int, 
     """Run a command: what it printed, its status, wall time (s) and largest resident size (bytes)."""
     count = str(threads)
     settings = {"OMP_NUM_THREADS": count, "CCX_NPROC_EQUATION_SOLVER": count, "CCX_NPROC_STIFFNESS": count}
-    with open(folder / "log.txt", "w+", encoding="utf-8", errors="replace") as log:
-        start = time.perf_counter()
-        child = subprocess.Popen(
-            command, cwd=folder, env=os.environ | settings, stdout=log, stderr=subprocess.STDOUT
+    with open(folder / "log.txt", "wb") as log:
+        answer = subprocess.run(
+            [sys.executable, "-I", "-S", "-c", LAUNCHER, *command],
+            cwd=folder,
+            env=os.environ | settings,
+            stdout=subprocess.PIPE,
+            stderr=log,
+            check=True,
         )
-        # The usage of this child alone; resource.getrusage would mix it with all others that have ended.
-        _, status, usage = os.wait4(child.pid, 0)
-        seconds = time.perf_counter() - start
-        child.returncode = os.waitstatus_to_exitcode(status)
-        log.seek(0)
-        return log.read(), child.returncode, seconds, usage.ru_maxrss * 1024
+    status, seconds, kibibytes = answer.stdout.split()
+    text = (folder / "log.txt").read_text(encoding="utf-8", errors="replace")
+    return text, int(status), float(seconds), int(kibibytes) * 1024

@@ -85,6 +85,9 @@ class Deck:
     increments : int
     automatic : bool
         Whether the program may choose other increments.
+    tolerance : float or None
+        Largest residual force over the mean one, and largest last correction over the increment, at which an
+        increment has converged; None leaves it to the program (0.005 and 0.01 in both).
     """
 
     title: str
@@ -99,6 +102,7 @@ class Deck:
     driven: str
     increments: int
     automatic: bool = False
+    tolerance: float | None = None
 
 
 def tied_knit(

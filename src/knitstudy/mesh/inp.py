@@ -54,12 +54,12 @@ class CalculiX:
         return ""
 
     def tie(self, name: str, tolerance: float) -> str:
-        """Line that opens a tie."""
-        return f"*TIE, NAME={name}, ADJUST=YES, POSITION TOLERANCE={NUMBER % tolerance}\n"
+        """Line that opens a tie; slave nodes are moved onto the master unless that is switched off."""
+        return f"*TIE, NAME={name}, POSITION TOLERANCE={NUMBER % tolerance}\n"
 
     def outputs(self, driven: str) -> str:
-        """Total reaction of the driven set in every increment, displacements at the end."""
-        return f"*NODE PRINT, NSET={driven}, TOTALS=ONLY\nRF\n*NODE FILE, FREQUENCY=999999\nU\n"
+        """Total reaction of the driven set and displacements in every increment."""
+        return f"*NODE PRINT, NSET={driven}, TOTALS=ONLY\nRF\n*NODE FILE\nU\n"
 
 
 DIALECTS: dict[str, Callable[[], Abaqus | CalculiX]] = {"abaqus": Abaqus, "calculix": CalculiX}
@@ -159,6 +159,9 @@ def _write_material(file: TextIO, deck: Deck, program: Abaqus | CalculiX) -> Non
 def _write_step(file: TextIO, deck: Deck, program: Abaqus | CalculiX) -> None:
     direct = "" if deck.automatic else ", DIRECT"
     file.write(f"*STEP, NLGEOM, INC={100 * deck.increments}\n")
+    if deck.tolerance is not None:
+        file.write("*CONTROLS, PARAMETERS=FIELD, FIELD=DISPLACEMENT\n")
+        file.write(f"{NUMBER % deck.tolerance}, {NUMBER % deck.tolerance}\n")
     # Whole numbers of time: increments of a rounded fraction would leave a last one of almost nothing.
     file.write(f"*STATIC{direct}\n1.0, {deck.increments}.0\n*BOUNDARY\n")
     for item in deck.prescribed:
