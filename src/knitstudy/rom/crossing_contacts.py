@@ -1,0 +1,48 @@
+"""Contacts as the geometry alone predicts them: one touching point at every crossing.
+
+They stand in where no simulation of the solid yarns is at hand, in the format of its contacts (see
+docs/architecture.md).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import GeometryError
+
+
+def contacts_of_crossings(knit) -> xr.Dataset:
+    """Return contacts at the closest points of the centrelines of a knit.
+
+    The centroid is halfway between the two closest points and the normal points from side 0 to side 1. A
+    point has no area; forces and displacements are left out.
+
+    Raises
+    ------
+    GeometryError
+        If two centrelines meet, so that there is no normal.
+    """
+    crossings = knit.crossings
+    apart = crossings.point[:, 1] - crossings.point[:, 0]
+    distance = np.linalg.norm(apart, axis=1)
+    if not np.all(distance > 0):
+        k = int(np.argmin(distance))
+        raise GeometryError(
+            f"crossing {k} (row {crossings.row[k]}, column {crossings.column[k]}, zone {crossings.zone[k]}): "
+            "the centrelines of its two yarns meet, which leaves no contact normal; they must be apart"
+        )
+    number, metres = {"units": "1"}, {"units": "m"}
+    return xr.Dataset(
+        {
+            "row": ("crossing", np.asarray(crossings.row), number),
+            "column": ("crossing", np.asarray(crossings.column), number),
+            "zone": ("crossing", np.asarray(crossings.zone), number),
+            "yarn": (("crossing", "side"), np.asarray(crossings.yarn), number),
+            "arc_length": (("crossing", "side"), np.asarray(crossings.arc_length), metres),
+            "centroid": (("crossing", "xyz"), crossings.point.mean(axis=1), metres),
+            "normal": (("crossing", "xyz"), apart / distance[:, None], number),
+            "area": ("crossing", np.zeros(len(distance)), {"units": "m2"}),
+        },
+        coords={"xyz": list("xyz")},
+    )

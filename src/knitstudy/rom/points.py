@@ -1,0 +1,143 @@
+"""Points C1 to C4 of the three-dimensional model, Fig. 5 and section 2.5 of the paper.
+
+P1 and P2 are the centroids of two contact areas that the loop's symmetry maps onto each other: the left and
+the right one of the same level. They and the contact normal define the contact normal plane. Mirrored
+normals (n_x, n_y, n_z) and (-n_x, n_y, n_z) give the same plane, since P2 - P1 lies along x; that is why
+one normal is enough for both points. The plane cuts the centrelines of the two yarns near P1 in C1 and C3,
+near P2 in C2 and C4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import elementwise
+
+from knitstudy.errors import GeometryError
+
+SAMPLES = 40
+"""Intervals of the search for the cut, over a diameter to either side of the crossing."""
+
+
+@dataclass(frozen=True)
+class ContactPoints:
+    """Where two yarns touch and where their centrelines belong to that touch, for K crossings.
+
+    Attributes
+    ----------
+    yarn : ndarray of int, shape (K, 2)
+        The lower row's yarn and the upper row's yarn.
+    arc_length : ndarray, shape (K, 2)
+        Of the points C on their centrelines [m].
+    point : ndarray, shape (K, 2, 3)
+        The points C [m].
+    centroid : ndarray, shape (K, 3)
+        The points P [m].
+    """
+
+    yarn: np.ndarray
+    arc_length: np.ndarray
+    point: np.ndarray
+    centroid: np.ndarray
+
+
+def contact_points(knit, contacts: xr.Dataset) -> ContactPoints:
+    """Return points P and C of all crossings.
+
+    Parameters
+    ----------
+    knit : Knit
+        Centrelines and yarn radius.
+    contacts : Dataset
+        Contacts in the format of docs/architecture.md.
+
+    Raises
+    ------
+    GeometryError
+        If a contact has no mirror image, the normal lies along the line P1 P2, or a centreline does not cut
+        the plane within a diameter of its crossing.
+    """
+    yarn = contacts["yarn"].to_numpy().astype(int)
+    centroid = contacts["centroid"].to_numpy()
+    plane = contact_normal_planes(contacts)
+    arc_length = np.empty(yarn.shape)
+    point = np.empty((*yarn.shape, 3))
+    for number, centreline in enumerate(knit.centrelines):
+        on_yarn = yarn == number
+        crossing = np.nonzero(on_yarn)[0]
+        arc_length[on_yarn] = _cut(
+            centreline,
+            contacts["arc_length"].to_numpy()[on_yarn],
+            plane[crossing],
+            centroid[crossing],
+            2 * knit.loop.radius,
+            [_name(contacts, k, number) for k in crossing],
+        )
+        point[on_yarn] = centreline.position(arc_length[on_yarn])
+    return ContactPoints(yarn, arc_length, point, centroid)
+
+
+def contact_normal_planes(contacts: xr.Dataset) -> np.ndarray:
+    """Return the unit normals (K, 3) of the contact normal planes, which hold P1, P2 and the contact normal.
+
+    Raises
+    ------
+    GeometryError
+        If a contact has no mirror image, or its normal lies along the line P1 P2.
+    """
+    row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
+    place = {key: k for k, key in enumerate(zip(row, column, zone, strict=True))}
+    # Zones 0 and 1 are left and right below, 2 and 3 left and right above.
+    mirror = np.array([place.get((r, c, z ^ 1), -1) for r, c, z in zip(row, column, zone, strict=True)])
+    if np.any(mirror < 0):
+        k = int(np.argmin(mirror))
+        raise GeometryError(
+            f"contacts: row {row[k]}, column {column[k]} has zone {zone[k]} but not its mirror image, zone "
+            f"{zone[k] ^ 1}; the contact normal plane needs both"
+        )
+    centroid, normal = contacts["centroid"].to_numpy(), contacts["normal"].to_numpy()
+    line = centroid[mirror] - centroid
+    line /= np.linalg.norm(line, axis=1, keepdims=True)
+    across = np.cross(line, normal)
+    sine = np.linalg.norm(across, axis=1)
+    if np.any(~(sine > 1e-3)):
+        k = int(np.argmin(np.nan_to_num(sine)))
+        raise GeometryError(
+            f"contacts: the normal {normal[k]} at row {row[k]}, column {column[k]}, zone {zone[k]} lies "
+            "along the line between the contact and its mirror image; together they must span a plane"
+        )
+    return across / sine[:, None]
+
+
+def _cut(centreline, start, plane, centroid, reach, names) -> np.ndarray:
+    """Arc lengths (k,) nearest to `start` where a centreline cuts planes (k, 3) through centroids (k, 3)."""
+
+    def height(s, *plane_and_level):
+        *across, level = plane_and_level
+        return np.einsum("ki,ki->k", centreline.position(s), np.column_stack(across)) - level
+
+    level = np.einsum("ki,ki->k", plane, centroid)
+    s = np.clip(start[:, None] + np.linspace(-reach, reach, SAMPLES + 1), 0.0, centreline.length)
+    position = centreline.position(s.ravel()).reshape(*s.shape, 3)
+    above = np.einsum("kqi,ki->kq", position, plane) > level[:, None]
+    changes = above[:, 1:] != above[:, :-1]
+    if not changes.any(axis=1).all():
+        k = int(np.argmin(changes.any(axis=1)))
+        raise GeometryError(
+            f"{names[k]}: the centreline does not cut the contact normal plane within a yarn diameter "
+            f"({reach:.3g} m) of the crossing; contact and centreline do not belong together"
+        )
+    middle = 0.5 * (s[:, 1:] + s[:, :-1])
+    nearest = np.argmin(np.where(changes, np.abs(middle - start[:, None]), np.inf), axis=1)
+    each = np.arange(len(s))
+    bracket = (s[each, nearest], s[each, nearest + 1])
+    return elementwise.find_root(
+        height, bracket, args=(*plane.T, level), tolerances={"xatol": 1e-12 * reach}
+    ).x
+
+
+def _name(contacts: xr.Dataset, k: int, yarn: int) -> str:
+    row, column, zone = (int(contacts[name][k]) for name in ("row", "column", "zone"))
+    return f"contact of row {row}, column {column}, zone {zone} on yarn {yarn}"

@@ -1,0 +1,66 @@
+"""What tests of several kinds share: one small plain knit that needs no optimisation."""
+
+import numpy as np
+import pytest
+
+from knitstudy.geometry.build import initial_loop
+from knitstudy.geometry.pattern import Knit
+from knitstudy.scene import Scene
+
+
+@pytest.fixture(scope="session")
+def plain_scene():
+    """Scene of a 3 x 3 knit whose yarns just do not touch: an analytic loop of 39.3 mm of 1.8 mm yarn."""
+    t = 2 * np.pi * np.arange(12) / 12
+    wale, course, height = 10.15e-3, 7.85e-3, 13.52e-3
+    x = wale * (t / (2 * np.pi) + 0.24 * np.sin(2 * t))
+    points = np.column_stack([x, -height / 2 * np.cos(t), -1.135e-3 * np.cos(2 * t)])
+    return Scene.from_dict(
+        {
+            "name": "plain-rom3d",
+            "knit": "plain",
+            "fidelity": "rom3d",
+            "interaction": "tie",
+            "pattern": {
+                "loops": 3,
+                "rows": 3,
+                "course_spacing": course,
+                "wale_spacing": wale,
+                "control_points": points.tolist(),
+                "clearance": 0.02,
+            },
+            "yarn": {
+                "diameter": 1.8e-3,
+                "youngs_modulus": 1.3e9,
+                "poisson_ratio": 0.42,
+                "density": 905.0,
+                "material": "hencky",
+            },
+            "geometry": {
+                "alpha": 1.0,
+                "beta": 1e-3,
+                "gamma": 1.0,
+                "beta_0": 1.0,
+                "free": [""] * 12,
+                "samples": 100,
+            },
+            "load": {"direction": "course", "strain": 0.05, "lateral": "fixed"},
+            "mesh": {"size": 0.45e-3, "growth": 1.2, "beam_size": 0.5e-3},
+            "tie": {"tolerance": 0.05},
+            "solver": {
+                "increments": 4,
+                "residual_tolerance": 1e-6,
+                "correction_tolerance": 1e-6,
+                "hourglass": 0.005,
+                "linear": "auto",
+            },
+            "rom": {"contacts_from": "plain-dns", "joint": "rigid"},
+            "outputs": [],
+        }
+    )
+
+
+@pytest.fixture(scope="session")
+def knit_of():
+    """Return the function that lays out the knit of a scene as its control points describe it."""
+    return lambda scene: Knit(initial_loop(scene), scene.pattern.loops, scene.pattern.rows)

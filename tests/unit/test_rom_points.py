@@ -1,0 +1,78 @@
+"""Points C and P of the three-dimensional reduced model, and contacts made of crossings."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from knitstudy.errors import GeometryError
+from knitstudy.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.rom.points import contact_normal_planes, contact_points
+
+
+@pytest.fixture(scope="module")
+def knit(plain_scene, knit_of):
+    return knit_of(plain_scene)
+
+
+@pytest.fixture
+def contacts(knit):
+    return contacts_of_crossings(knit)
+
+
+def test_contacts_of_crossings_lie_halfway_with_normals_across(knit, contacts):
+    point = knit.crossings.point
+    across = contacts["normal"].to_numpy() * knit.crossings.distance[:, None]
+    np.testing.assert_allclose(contacts["centroid"] + 0.5 * across, point[:, 1], atol=1e-15)
+    np.testing.assert_allclose(contacts["centroid"] - 0.5 * across, point[:, 0], atol=1e-15)
+
+
+def test_yarns_that_meet_have_no_normal():
+    crossings = SimpleNamespace(row=[0], column=[0], zone=[0], point=np.zeros((1, 2, 3)))
+    with pytest.raises(GeometryError, match="row 0, column 0, zone 0"):
+        contacts_of_crossings(SimpleNamespace(crossings=crossings))
+
+
+def test_closest_points_are_the_points_C_of_their_own_contacts(knit, contacts):
+    """P halfway between closest points, with the normal across, puts both of them into the plane."""
+    points = contact_points(knit, contacts)
+    np.testing.assert_allclose(points.arc_length, knit.crossings.arc_length, atol=1e-11)
+    np.testing.assert_allclose(points.point, knit.crossings.point, atol=1e-11)
+
+
+def test_points_C_lie_in_the_plane_of_P_and_normal(knit, contacts):
+    """Contacts as a simulation may find them: moved along the yarns and tilted, left and right alike."""
+    mirror = np.where(contacts["zone"] % 2 == 0, 1.0, -1.0)
+    shift = np.column_stack([2e-4 * mirror, np.full(len(mirror), 1e-4), np.full(len(mirror), 3e-5)])
+    normal = contacts["normal"].to_numpy() + np.column_stack([0.1 * mirror, 0 * mirror + 0.1, 0 * mirror])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    moved = contacts.assign(centroid=contacts["centroid"] + shift, normal=(("crossing", "xyz"), normal))
+    points = contact_points(knit, moved)
+    plane = contact_normal_planes(moved)
+    height = np.einsum("ksi,ki->ks", points.point - moved["centroid"].to_numpy()[:, None], plane)
+    np.testing.assert_allclose(height, 0, atol=1e-11)
+    np.testing.assert_allclose(np.einsum("ki,ki->k", plane, normal), 0, atol=1e-14)
+    assert 1e-5 < np.abs(points.arc_length - knit.crossings.arc_length).max() < 5e-4
+
+
+def test_mirrored_contacts_share_their_plane(contacts):
+    plane = contact_normal_planes(contacts)
+    zone = contacts["zone"].to_numpy()
+    left, right = plane[zone % 2 == 0], plane[zone % 2 == 1]
+    np.testing.assert_allclose(np.abs(np.einsum("ki,ki->k", left, right)), 1, atol=1e-12)
+
+
+def test_contact_without_mirror_image_is_refused(contacts):
+    with pytest.raises(GeometryError, match="has zone 1 but not its mirror image, zone 0"):
+        contact_normal_planes(contacts.isel(crossing=slice(1, None)))
+
+
+def test_normal_along_the_line_between_mirror_images_is_refused(contacts):
+    along_x = np.tile([1.0, 0.0, 0.0], (contacts.sizes["crossing"], 1))
+    with pytest.raises(GeometryError, match="span a plane"):
+        contact_normal_planes(contacts.assign(normal=(("crossing", "xyz"), along_x)))
+
+
+def test_contact_far_from_its_yarns_is_refused(knit, contacts):
+    with pytest.raises(GeometryError, match="row 0, column 0, zone 0 on yarn 0"):
+        contact_points(knit, contacts.assign(centroid=contacts["centroid"] + [0, 5e-3, 0]))

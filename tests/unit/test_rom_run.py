@@ -1,0 +1,55 @@
+"""What a run of a reduced model refuses, and what it records."""
+
+import numpy as np
+import pytest
+
+from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.rom.run import run
+
+
+@pytest.fixture(scope="module")
+def knit(plain_scene, knit_of):
+    return knit_of(plain_scene)
+
+
+@pytest.fixture(scope="module")
+def contacts(knit):
+    return contacts_of_crossings(knit)
+
+
+@pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])
+def test_history_holds_what_the_scene_asked_for(plain_scene, knit, contacts, fidelity):
+    scene = plain_scene.replace("fidelity", fidelity).replace("mesh.beam_size", 3e-3)
+    history = run(scene, knit, contacts)
+    np.testing.assert_allclose(history["strain"], np.linspace(0, 0.05, 5), rtol=1e-12)
+    assert history.attrs["fidelity"] == fidelity
+    assert history.attrs["dof"] > history.attrs["unknowns"] > 0
+    moved = history["centreline_displacement"].isel(increment=-1)
+    right = np.isclose(history["centreline"][:, 0], 3 * knit.loop.wale_spacing)
+    assert right.sum() == 4
+    np.testing.assert_allclose(moved[right], np.tile([0.05 * 3 * knit.loop.wale_spacing, 0, 0], (4, 1)))
+    assert np.all(np.diff(history["force"]) > 0)
+
+
+def test_solid_scene_is_refused(plain_scene, knit, contacts):
+    document = plain_scene.to_dict() | {"fidelity": "dns", "rom": {"contacts_from": None, "joint": "rigid"}}
+    with pytest.raises(ConfigurationError, match="fidelity is 'dns'"):
+        run(type(plain_scene).from_dict(document), knit, contacts)
+
+
+def test_iterative_solver_is_refused(plain_scene, knit, contacts):
+    with pytest.raises(ConfigurationError, match=r"solver\.linear is 'amg'"):
+        run(plain_scene.replace("solver.linear", "amg"), knit, contacts)
+
+
+def test_contacts_of_another_knit_are_refused(plain_scene, knit, contacts):
+    with pytest.raises(DataFileError, match="35 crossings that are not the 36"):
+        run(plain_scene, knit, contacts.isel(crossing=slice(35)))
+
+
+def test_contact_without_centroid_is_refused(plain_scene, knit, contacts):
+    centroid = contacts["centroid"].copy()
+    centroid[5] = np.nan
+    with pytest.raises(DataFileError, match="row 0, column 1, zone 1 has no centroid"):
+        run(plain_scene, knit, contacts.assign(centroid=centroid))

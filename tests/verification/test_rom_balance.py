@@ -1,0 +1,153 @@
+"""Reduced models: balance of forces and moments, energy, joints as rigid bodies, independence of units."""
+
+import numpy as np
+import pytest
+from dead_loads import balance
+
+from knitstudy.fem.beam import Section
+from knitstudy.fem.beam_model import BeamModel
+from knitstudy.fem.linear import LU
+from knitstudy.fem.newton import Settings, trace
+from knitstudy.rom import honeycomb, rom3d
+from knitstudy.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.rom.points import contact_points
+from knitstudy.rom.run import course_tension, pull, run
+
+
+@pytest.fixture(scope="module")
+def knit(plain_scene, knit_of):
+    return knit_of(plain_scene)
+
+
+@pytest.fixture(scope="module")
+def contacts(knit):
+    return contacts_of_crossings(knit)
+
+
+def pulled(scene, knit, contacts, joint):
+    """Return network, model and final state of the three-dimensional model at 5% strain."""
+    network = rom3d.build(knit, contact_points(knit, contacts), 2e-3, joint)
+    model = network.model(scene.yarn.diameter, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
+    drive = course_tension(network, 0.05 * 3 * knit.loop.wale_spacing, "fixed")
+    *_, last = trace(model, drive, Settings(increments=4, residual_tolerance=1e-10), LU())
+    return network, model, last.state
+
+
+def reactions(network, model, state):
+    """Return resultant force (3,) and moment (3,) about the origin that the ends of the yarns carry."""
+    ends = np.concatenate([network.end_nodes("left"), network.end_nodes("right")])
+    force, moment = model.respond(state, stiffness=False).force.reshape(-1, 2, 3)[ends].swapaxes(0, 1)
+    levels = np.abs(force).sum(), np.abs(np.cross(state.position[ends], force)).sum()
+    return force.sum(axis=0), (np.cross(state.position[ends], force) + moment).sum(axis=0), levels
+
+
+def test_rigid_joints_balance_forces_and_moments(plain_scene, knit, contacts):
+    network, model, state = pulled(plain_scene, knit, contacts, "rigid")
+    force, moment, (level_of_force, level_of_moment) = reactions(network, model, state)
+    np.testing.assert_allclose(force, 0, atol=1e-9 * level_of_force)
+    np.testing.assert_allclose(moment, 0, atol=1e-9 * level_of_moment)
+    np.testing.assert_array_equal(model.couples(state), 0)
+
+
+def test_coincident_joints_leave_just_the_couples_that_are_accounted_for(plain_scene, knit, contacts):
+    network, model, state = pulled(plain_scene, knit, contacts, "coincident")
+    force, moment, (level_of_force, level_of_moment) = reactions(network, model, state)
+    couples = model.couples(state)
+    np.testing.assert_allclose(force, 0, atol=1e-9 * level_of_force)
+    np.testing.assert_allclose(moment + couples.sum(axis=0), 0, atol=1e-9 * level_of_moment)
+    assert np.abs(couples).sum() > 1e-3 * level_of_moment  # there is something to account for
+
+
+def test_points_of_a_rigid_joint_move_as_one_body(plain_scene, knit, contacts):
+    network, model, state = pulled(plain_scene, knit, contacts, "rigid")
+    moved = network.station_displacement(model, state) + network.stations.position
+    for joint in np.flatnonzero(np.bincount(network.station_node) == 2):
+        pair = network.station_node == joint
+        before = np.diff(network.stations.position[pair], axis=0)[0]
+        after = np.diff(moved[pair], axis=0)[0]
+        np.testing.assert_allclose(after, state.rotation[joint] @ before, atol=1e-12)
+        assert np.linalg.norm(after) == pytest.approx(np.linalg.norm(before), rel=1e-10)
+
+
+def test_points_of_a_coincident_joint_have_equal_displacements(plain_scene, knit, contacts):
+    network, model, state = pulled(plain_scene, knit, contacts, "coincident")
+    displacement = network.station_displacement(model, state)
+    for joint in np.flatnonzero(np.bincount(network.station_node) == 2):
+        first, second = displacement[network.station_node == joint]
+        np.testing.assert_allclose(first, second, atol=1e-15)
+
+
+def test_arms_are_the_limit_of_stiff_beams():
+    """Two crossing yarns joined by an arm eliminated, and by a beam 1e4 times as stiff as they are."""
+    rng = np.random.default_rng(11)
+    soft, gap = Section(EA=2e3, kGA=1e3, EI=40.0, GJ=30.0), 0.6
+    along = np.linspace(-1, 1, 5)
+    lower = np.column_stack([along, 0 * along, 0 * along - gap / 2])
+    upper = np.column_stack([0 * along, along, 0 * along + gap / 2])
+    points = np.concatenate([lower, upper])
+    chain = np.column_stack([np.arange(4), np.arange(1, 5)])
+    ends = np.concatenate([chain, chain + 5])
+    load = np.zeros((10, 6))
+    load[[4, 9]] = rng.normal(size=(2, 6)) * [12, 12, 12, 6, 6, 6]
+
+    factor = np.append(np.ones(8), 1e4)
+    stiff = Section(2e3 * factor, 1e3 * factor, 40.0 * factor, 30.0 * factor)
+    explicit = BeamModel(points, np.concatenate([ends, [[2, 7]]]), stiff, 1.0)
+    reference, _ = balance(explicit, load.ravel(), np.arange(6), steps=30, tolerance=1e-6)
+
+    offset = points[ends] - np.where(np.isin(ends, [2, 7])[..., None], 0.0, points[ends])
+    kept = np.where(ends == 7, 2, ends)
+    kept -= kept > 7
+    nodes = np.delete(points, 7, axis=0)
+    nodes[2] = 0.0
+    joined = BeamModel(nodes, kept, soft, 1.0, offset)
+    state, _ = balance(joined, np.delete(load, 7, axis=0).ravel(), np.arange(6), steps=10)
+    assert np.abs(state.rotation[-1] - np.eye(3)).max() > 0.25  # some 20 degrees
+    # What is left is the stretch of the stiff beam, 1e-4 of the displacements.
+    np.testing.assert_allclose(state.position[-1], reference.position[-1], atol=5e-5)
+
+
+@pytest.mark.parametrize("joint", ["rigid", "coincident"])
+def test_work_of_the_reactions_is_stored(plain_scene, knit, contacts, joint):
+    """Trapezoidal work misses the stored energy by the curvature of the force over 4 increments."""
+    history = run(plain_scene.replace("rom.joint", joint).replace("mesh.beam_size", 2e-3), knit, contacts)
+    energy = history["energy"].isel(increment=-1)
+    stored = float(energy.sel(form="internal"))
+    assert float(energy.sel(form="external")) == pytest.approx(stored, rel=2e-3)
+
+
+@pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])
+@pytest.mark.parametrize(("length", "stiffness"), [(1e-3, 1.0), (1e3, 1.0), (1.0, 1e-6), (1.0, 1e6)])
+def test_units_leave_the_dimensionless_force_alone(
+    plain_scene, knit_of, knit, contacts, fidelity, length, stiffness
+):
+    base = plain_scene.replace("fidelity", fidelity).replace("mesh.beam_size", 2e-3)
+    scene = base.scaled(length=length, stiffness=stiffness)
+    scaled_knit = knit_of(scene)
+    force = run(scene, scaled_knit, contacts_of_crossings(scaled_knit))["force"].to_numpy()
+    expected = run(base, knit, contacts)["force"].to_numpy()
+    np.testing.assert_allclose(force / (stiffness * length**2), expected, rtol=1e-8)
+
+
+def test_force_of_the_three_dimensional_model_converges_with_element_size(plain_scene, knit, contacts):
+    """Second order: chords for arcs and one-point integration both err with the square of the size."""
+    sizes = np.array([2e-3, 1e-3, 0.5e-3, 0.25e-3])
+    scene = plain_scene.replace("solver.increments", 1).replace("load.strain", 0.002)
+    force = [float(run(scene.replace("mesh.beam_size", h), knit, contacts)["force"][-1]) for h in sizes]
+    change = np.abs(np.diff(force))
+    assert np.polyfit(np.log(sizes[:-1]), np.log(change), 1)[0] == pytest.approx(2.0, abs=0.3)
+
+
+def test_force_of_the_honeycomb_converges_with_elements_a_segment(plain_scene, knit, contacts):
+    """Second order; the slenderness compensation keeps one element a segment, the paper's count, near."""
+    scene = plain_scene.replace("solver.increments", 1).replace("load.strain", 0.002)
+    counts = np.array([1, 2, 4, 8, 16])
+    force = [
+        float(
+            pull(honeycomb.build(knit, contacts, int(count)), scene, 3 * knit.loop.wale_spacing)["force"][-1]
+        )
+        for count in counts
+    ]
+    change = np.abs(np.diff(force))
+    assert -np.polyfit(np.log(counts[1:-1]), np.log(change[1:]), 1)[0] == pytest.approx(2.0, abs=0.2)
+    assert force[0] == pytest.approx(force[-1], rel=0.15)
