@@ -1,8 +1,8 @@
 """Tied crossings (Fig. 2a of the paper): slave nodes follow the facet of the master yarn that they lie on.
 
-The yarn of the upper row is the slave. A slave facet is tied when its nearest point to the master's tube is
-within the tolerance, and all its nodes are moved, free of strain, onto the master's surface: only then are the
-weights exact for rigid motions, and a tie carries no load when the pair rotates.
+The yarn of the upper row is the slave. Tied are, at every crossing, the slave facet nearest to the master's tube
+and all facets whose four nodes are within the tolerance. Their nodes are moved, free of strain, onto the master's
+surface: only then are the weights exact for rigid motions, and a tie carries no load when the pair rotates.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
-from knitstudy.contact.tube import distance
+from knitstudy.contact.tube import distance, project
 from knitstudy.errors import MeshError
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.sweep import SweptMesh
 
 SAMPLES = 6
-"""Points along each side of a facet in the search for its nearest point."""
+"""Points along each side of a facet in the search for the nearest facet; odd shares would favour its nodes."""
 
 
 @dataclass(frozen=True)
@@ -96,17 +96,16 @@ def tie_crossings(mesh: SweptMesh, knit: Knit, tolerance: float) -> Tie:
     mesh : SweptMesh
     knit : Knit
     tolerance : float
-        Gap beyond the clearance within which facets are tied, as a share of the facet size.
+        Gap beyond the clearance within which nodes count as touching, as a share of the facet size.
 
     Raises
     ------
     MeshError
-        If a crossing has no facet within the tolerance, or a node would be slave and master at once.
+        If a node would be slave and master at once.
     """
     reach = tolerance * facet_size(mesh)
     rows = [_tie_row(mesh, knit, row, reach) for row in range(knit.rows)]
     facets, crossing = (np.concatenate([row[i] for row in rows]) for i in range(2))
-    _require_all_tied(knit, crossing, reach)
     slave, first = np.unique(facets, return_index=True)
     owner = np.repeat(crossing, 4)[first]
     yarn = mesh.yarn_of_slice[slave // mesh.section.size]
@@ -114,7 +113,8 @@ def tie_crossings(mesh: SweptMesh, knit: Knit, tolerance: float) -> Tie:
     weight = np.empty((len(slave), 4))
     for upper in np.unique(yarn):
         these = yarn == upper
-        master[these], weight[these] = _masters(mesh, knit, upper - 1, mesh.nodes[slave[these]])
+        guess = _parameter(knit, upper - 1, owner[these])
+        master[these], weight[these] = _masters(mesh, knit, upper - 1, mesh.nodes[slave[these]], guess)
     if np.isin(master, slave).any():
         raise MeshError(
             "tie.tolerance: a node would be slave of one crossing and master of another; use a smaller value "
@@ -149,25 +149,27 @@ def _facet_areas(corners: np.ndarray) -> np.ndarray:
 
 def _tie_row(mesh: SweptMesh, knit: Knit, row: int, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """Return tied facets (f, 4) of the upper yarn of an interlock row, and the crossing (f,) of each."""
-    lower = knit.centrelines[row]
-    quads = mesh.surface_quads(row + 1)
-    limit = mesh.radius * (1 + knit.loop.clearance) + reach
-    # A facet farther off than its own size cannot come within the tolerance.
-    corners = mesh.nodes[quads]
-    size = np.linalg.norm(corners[:, 2] - corners[:, 0], axis=1).max()
-    samples = lower.position(np.linspace(0, lower.length, round(4 * lower.length / mesh.radius)))
-    near = cKDTree(samples).query(corners.mean(axis=1))[0] < limit + size + 0.3 * mesh.radius
-    candidates = np.flatnonzero(near)
-    if not len(candidates):
-        return np.empty((0, 4), dtype=np.int64), np.empty(0, dtype=np.int64)
-    points = _facet_points(mesh, row + 1, candidates)
-    far, _ = distance(lower, points.reshape(-1, 3))
-    gap = far.reshape(points.shape[:2])
-    tied = gap.min(axis=1) <= limit
-    nearest = points[np.arange(len(points)), gap.argmin(axis=1)][tied]
     here = np.flatnonzero(knit.crossings.row == row)
-    middle = knit.crossings.point[here].mean(axis=1)
-    return quads[candidates[tied]], here[cKDTree(middle).query(nearest)[1]]
+    middle = cKDTree(knit.crossings.point[here].mean(axis=1))
+    quads = mesh.surface_quads(row + 1)
+    apart, owner = middle.query(mesh.nodes[quads].mean(axis=1), distance_upper_bound=mesh.radius)
+    candidates = np.flatnonzero(np.isfinite(apart))
+    owner = owner[candidates]
+    points = _facet_points(mesh, row + 1, candidates)  # (f, p, 3)
+    start = np.repeat(_parameter(knit, row, here[owner]), points.shape[1])
+    far = distance(knit.centrelines[row], points.reshape(-1, 3), start)
+    gap = far.reshape(points.shape[:2]) - mesh.radius * (1 + knit.loop.clearance)
+    corners = np.ravel_multi_index(([0, 0, -1, -1], [0, -1, 0, -1]), (SAMPLES, SAMPLES), mode="wrap")
+    tied = gap[:, corners].max(axis=1) <= reach
+    order = np.lexsort((gap.min(axis=1), owner))
+    nearest = order[np.unique(owner[order], return_index=True)[1]]
+    tied[nearest] = True
+    return quads[candidates[tied]], here[owner[tied]]
+
+
+def _parameter(knit: Knit, row: int, crossing: np.ndarray) -> np.ndarray:
+    """Return the spline parameters (k,) of crossings on the lower yarn of a row."""
+    return knit.centrelines[row].parameter(knit.crossings.arc_length[crossing, 0])
 
 
 def _facet_points(mesh: SweptMesh, yarn: int, facets: np.ndarray) -> np.ndarray:
@@ -192,9 +194,12 @@ def _between(values: np.ndarray, first: np.ndarray, along: np.ndarray) -> np.nda
     return (1 - weight) * values[first][:, None] + weight * values[first + 1][:, None]
 
 
-def _masters(mesh: SweptMesh, knit: Knit, yarn: int, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _masters(
+    mesh: SweptMesh, knit: Knit, yarn: int, points: np.ndarray, guess: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the facet (k, 4) of a yarn that points (k, 3) lie radially over, and their bilinear weights (k, 4)."""
-    _, s = distance(knit.centrelines[yarn], points)
+    centreline = knit.centrelines[yarn]
+    s = centreline.arc_length(project(centreline, points, guess))
     first, last = mesh.first_slice[yarn : yarn + 2]
     stations = mesh.arc_length[first:last]
     layer = np.clip(np.searchsorted(stations, s, side="right") - 1, 0, len(stations) - 2)
@@ -222,14 +227,3 @@ def _areas(nodes: np.ndarray, facets: np.ndarray, crossing: np.ndarray, count: i
     total = np.bincount(crossing, area, count)
     moment = np.stack([np.bincount(crossing, area * corners.mean(axis=1)[:, i], count) for i in range(3)], axis=1)
     return total, moment / total[:, None]
-
-
-def _require_all_tied(knit: Knit, crossing: np.ndarray, reach: float) -> None:
-    missing = np.setdiff1d(np.arange(len(knit.crossings.row)), crossing)
-    if len(missing):
-        k = missing[0]
-        raise MeshError(
-            f"tie.tolerance: {len(missing)} of {len(knit.crossings.row)} crossings have no facet within "
-            f"{reach:.3g} m beyond the clearance, the first in row {knit.crossings.row[k]}, column "
-            f"{knit.crossings.column[k]}, zone {knit.crossings.zone[k]}; use a larger tolerance or check the geometry"
-        )

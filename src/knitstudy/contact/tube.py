@@ -2,61 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 import numpy as np
-from scipy.spatial import cKDTree
+
+from knitstudy.geometry.spline import Centreline
 
 
-class Curve(Protocol):
-    """A centreline by arc length; see `knitstudy.geometry.spline.Centreline`."""
+def project(centreline: Centreline, points: np.ndarray, guess: np.ndarray) -> np.ndarray:
+    """Return the spline parameters (k,) of the nearest points of a centreline.
 
-    length: float
-
-    def position(self, s: np.ndarray) -> np.ndarray:
-        """Points (k, 3) [m]."""
-
-    def tangent(self, s: np.ndarray) -> np.ndarray:
-        """Unit tangents (k, 3)."""
-
-
-def project(curve: Curve, points: np.ndarray, guess: np.ndarray | None = None) -> np.ndarray:
-    """Return the arc lengths (k,) [m] of the nearest points of a centreline.
+    Newton's method on (x - r(u)) . r'(u) = 0; where the curve bends away so strongly that its slope loses its
+    sign, the step of a straight line is taken.
 
     Parameters
     ----------
-    curve : Curve
+    centreline : Centreline
     points : ndarray, shape (k, 3)
         Points within a radius of curvature of the centreline [m].
-    guess : ndarray, shape (k,), optional
-        Arc lengths to start from; by default the nearest of dense samples.
+    guess : ndarray, shape (k,)
+        Spline parameters near the nearest points.
     """
-    if guess is None:
-        samples = np.linspace(0, curve.length, 1 + max(200, round(curve.length / _mean_distance(curve, points))))
-        guess = samples[cKDTree(curve.position(samples)).query(points)[1]]
-    s = np.array(guess, dtype=float)
-    step = 1e-4 * curve.length
-    for _ in range(20):
-        gap = points - curve.position(s)
-        tangent = curve.tangent(s)
-        bend = (curve.tangent(np.minimum(s + step, curve.length)) - curve.tangent(np.maximum(s - step, 0))) / (
-            np.minimum(s + step, curve.length) - np.maximum(s - step, 0)
-        )[:, None]
-        slope = 1 - np.einsum("ki,ki->k", gap, bend)
-        move = np.einsum("ki,ki->k", gap, tangent) / np.maximum(slope, 0.1)
-        s = np.clip(s + move, 0, curve.length)
-        if np.max(np.abs(move), initial=0.0) < 1e-12 * curve.length:
+    curve = centreline.curve
+    u = np.array(guess, dtype=float)
+    for _ in range(30):
+        gap, along = points - curve.value(u), curve.d1(u)
+        square = np.einsum("ki,ki->k", along, along)
+        slope = square - np.einsum("ki,ki->k", gap, curve.d2(u))
+        move = np.einsum("ki,ki->k", gap, along) / np.maximum(slope, 0.1 * square)
+        u = u + move
+        if np.max(np.abs(move), initial=0.0) < 1e-12 * curve.period:
             break
-    return s
+    return u
 
 
-def _mean_distance(curve: Curve, points: np.ndarray) -> float:
-    """Sampling distance that cannot miss the nearest stretch: a tenth of the distance to the curve."""
-    coarse = curve.position(np.linspace(0, curve.length, 200))
-    return 0.1 * max(float(np.median(cKDTree(coarse).query(points)[0])), 1e-3 * curve.length)
-
-
-def distance(curve: Curve, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return distance (k,) [m] of points (k, 3) to a centreline, and the arc lengths (k,) of its nearest points."""
-    s = project(curve, points)
-    return np.linalg.norm(points - curve.position(s), axis=1), s
+def distance(centreline: Centreline, points: np.ndarray, guess: np.ndarray) -> np.ndarray:
+    """Return the distances (k,) [m] of points (k, 3) to a centreline; `guess` as in `project`."""
+    u = project(centreline, points, guess)
+    return np.linalg.norm(points - centreline.curve.value(u), axis=1)
