@@ -63,25 +63,37 @@ def run(snakemake: list[str], study: str) -> int:
         return 0
     # Holding our own lock, we know that Snakemake's is a killed run's.
     subprocess.run([*snakemake, "--unlock"], capture_output=True)
-    if execute(snakemake, count_of_steps(plan.stdout + plan.stderr)):
+    status, explained = execute(snakemake, count_of_steps(plan.stdout + plan.stderr))
+    if status and not explained:  # by the stage itself: it was killed, or Snakemake stopped
         logs = sorted(Path(".snakemake/log").glob("*.log"))
-        return fail(
-            f"the study stopped; what is done stays done (Snakemake's log: {logs[-1] if logs else 'none'})"
-        )
+        return fail(f"the study stopped without a word of its stages; see {logs[-1] if logs else 'logs/'}")
+    if status:
+        return status
     minutes, seconds = divmod(round(time.monotonic() - started), 60)
     print(f"Study {study}: complete in {minutes} min {seconds} s. {places()}")
     return 0
 
 
-def execute(snakemake: list[str], steps: int) -> int:
-    """Run Snakemake, itself silent, and show the lines of its stages after the number of steps done."""
-    done = 0
+def execute(snakemake: list[str], steps: int) -> tuple[int, bool]:
+    """Run Snakemake, itself silent, and show what the stages say after the number of steps done.
+
+    Returns
+    -------
+    status : int
+        Exit status of Snakemake.
+    explained : bool
+        Whether a stage said why it failed.
+    """
+    done, explained = 0, False
     silent = [*snakemake, "--quiet", "all"]
     with subprocess.Popen(silent, stderr=subprocess.PIPE, text=True, bufsize=1) as process:
         for line in process.stderr:
+            if line.startswith("Using workflow specific profile"):
+                continue
             done += bool(re.search(r"  done in \d+ s$", line))
-            print(f"[{done}/{steps}] {line}", end="", flush=True)
-    return process.returncode
+            explained |= line.startswith("error")
+            print(line if explained else f"[{done}/{steps}] {line}", end="", flush=True)
+    return process.returncode, explained
 
 
 def count_of_steps(plan: str) -> int:

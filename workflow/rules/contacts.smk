@@ -3,7 +3,6 @@ rule contacts:
         "Find the contacts of {wildcards.scene}"
     input:
         knit=knit_of,
-        mesh="results/mesh/{scene}.nc",
         history="results/dns/{scene}.nc",
         code=code("knitstudy.contacts"),
     output:
