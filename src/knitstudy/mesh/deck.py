@@ -88,6 +88,8 @@ class Deck:
     tolerance : float or None
         Largest residual force over the mean one, and largest last correction over the increment, at which an
         increment has converged; None leaves it to the program (0.005 and 0.01 in both).
+    fields : bool
+        Whether displacements are written; the total reaction always is.
     """
 
     title: str
@@ -103,6 +105,7 @@ class Deck:
     increments: int
     automatic: bool = False
     tolerance: float | None = None
+    fields: bool = True
 
 
 def tied_knit(

@@ -34,12 +34,12 @@ class Abaqus:
             f"*TIE, NAME={name}, TYPE=NODE TO SURFACE, ADJUST=YES, POSITION TOLERANCE={NUMBER % tolerance}\n"
         )
 
-    def outputs(self, driven: str) -> str:
-        """Total reaction of the driven set in every increment, displacements and stresses at the end."""
+    def outputs(self, driven: str, fields: bool) -> str:
+        """Energies and the total reaction of the driven set in every increment, fields at the end."""
+        ending = "*OUTPUT, FIELD, NUMBER INTERVAL=1\n*NODE OUTPUT\nU, RF\n*ELEMENT OUTPUT\nS, LE\n"
+        always = "*OUTPUT, HISTORY, FREQUENCY=1\n*ENERGY OUTPUT\nALLIE, ALLSE, ALLAE, ALLWK\n"
         return (
-            "*OUTPUT, FIELD, NUMBER INTERVAL=1\n*NODE OUTPUT\nU, RF\n*ELEMENT OUTPUT\nS, LE\n"
-            "*OUTPUT, HISTORY, FREQUENCY=1\n*ENERGY OUTPUT\nALLIE, ALLSE, ALLAE, ALLWK\n"
-            f"*NODE PRINT, NSET={driven}, TOTALS=YES, SUMMARY=NO\nRF\n"
+            (ending if fields else "") + always + f"*NODE PRINT, NSET={driven}, TOTALS=YES, SUMMARY=NO\nRF\n"
         )
 
 
@@ -57,9 +57,9 @@ class CalculiX:
         """Line that opens a tie; slave nodes are moved onto the master unless that is switched off."""
         return f"*TIE, NAME={name}, POSITION TOLERANCE={NUMBER % tolerance}\n"
 
-    def outputs(self, driven: str) -> str:
-        """Total reaction of the driven set and displacements in every increment."""
-        return f"*NODE PRINT, NSET={driven}, TOTALS=ONLY\nRF\n*NODE FILE\nU\n"
+    def outputs(self, driven: str, fields: bool) -> str:
+        """Total reaction of the driven set, and displacements, in every increment."""
+        return f"*NODE PRINT, NSET={driven}, TOTALS=ONLY\nRF\n" + ("*NODE FILE\nU\n" if fields else "")
 
 
 DIALECTS: dict[str, Callable[[], Abaqus | CalculiX]] = {"abaqus": Abaqus, "calculix": CalculiX}
@@ -166,7 +166,7 @@ def _write_step(file: TextIO, deck: Deck, program: Abaqus | CalculiX) -> None:
     file.write(f"*STATIC{direct}\n1.0, {deck.increments}.0\n*BOUNDARY\n")
     for item in deck.prescribed:
         file.write(f"{item.node_set}, {item.first}, {item.last}, {NUMBER % item.value}\n")
-    file.write(program.outputs(deck.driven))
+    file.write(program.outputs(deck.driven, deck.fields))
     file.write("*END STEP\n")
 
 

@@ -1,0 +1,110 @@
+"""A tied 1 x 1 knit pulled by CalculiX and by this code on the same mesh."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from knitstudy import calculix
+from knitstudy.contact.tie import tie_crossings
+from knitstudy.fem.calculix_hexahedron import CalculixHexahedron
+from knitstudy.fem.hexahedron import OnePointHexahedron
+from knitstudy.fem.linear import LU
+from knitstudy.fem.material import Material
+from knitstudy.fem.newton import Drive, Settings, trace
+from knitstudy.fem.solid import SolidModel
+from knitstudy.geometry.loop import Loop
+from knitstudy.geometry.pattern import Knit
+from knitstudy.mesh.deck import tied_knit
+from knitstudy.mesh.inp import write_inp
+from knitstudy.mesh.knit import mesh_knit
+
+pytestmark = [
+    pytest.mark.ccx,
+    pytest.mark.skipif(not calculix.available(), reason="CalculiX (ccx) is not installed"),
+]
+
+SIZE, INCREMENTS, STRAIN = 0.6e-3, 2, 0.05
+SCENE = SimpleNamespace(
+    name="tied",
+    yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42),
+    load=SimpleNamespace(direction="course", strain=STRAIN, lateral="fixed"),
+    solver=SimpleNamespace(increments=INCREMENTS),
+)
+
+
+@pytest.fixture(scope="module")
+def knit():
+    """One cell of a loop in closed form, of a yarn that just fits between its crossings."""
+    t = 2 * np.pi * np.arange(16) / 16
+    wale, course, height, bulge, depth = 11e-3, 8.5e-3, 13.8e-3, 2.3e-3, 1.45e-3
+    points = np.stack(
+        [wale * t / (2 * np.pi) + bulge * np.sin(2 * t), -0.5 * height * np.cos(t), -depth * np.cos(2 * t)],
+        axis=1,
+    )
+    distance = Knit(Loop(points, wale, course, 0.8e-3), 1, 1).crossings.distance
+    clearance = 0.01
+    return Knit(Loop(points, wale, course, distance.min() / (2 + clearance), clearance), 1, 1)
+
+
+@pytest.fixture(scope="module")
+def mesh(knit):
+    return mesh_knit(knit, SIZE, growth=1.3)
+
+
+@pytest.fixture(scope="module")
+def tie(mesh, knit):
+    return tie_crossings(mesh, knit, tolerance=0.1)
+
+
+def pulled_here(knit, mesh, tie, element, *options):
+    """Reaction in N of every increment, with this code."""
+    material = Material("st_venant_kirchhoff", SCENE.yarn.youngs_modulus, SCENE.yarn.poisson_ratio)
+    elements = element(tie.nodes[mesh.hexahedra], material, *options)
+    model = SolidModel(tie.nodes, mesh.hexahedra, elements, SIZE, tie.dependence())
+    number = np.full(len(tie.nodes), -1)
+    number[tie.kept] = np.arange(len(tie.kept))
+    held, driven = (3 * number[mesh.end_nodes(side)][:, None] + np.arange(3) for side in ("left", "right"))
+    value = np.zeros((len(driven), 3))
+    value[:, 0] = STRAIN * knit.loops * knit.loop.wale_spacing
+    drive = Drive(
+        np.concatenate([held.ravel(), driven.ravel()]), np.append(np.zeros(held.size), value.ravel())
+    )
+    path = trace(model, drive, Settings(increments=INCREMENTS), LU())
+    return np.array([increment.response.force[driven[:, 0]].sum() for increment in path][1:])
+
+
+def pulled_by_calculix(folder, deck):
+    write_inp(deck, folder / "deck.inp", "calculix")
+    run = calculix.run(folder / "deck.inp")
+    assert not run.warnings
+    return run
+
+
+@pytest.fixture(scope="module")
+def peer(knit, mesh, tie, tmp_path_factory):
+    """The same constraints as equations, and increments that are fully converged."""
+    deck = replace(tied_knit(SCENE, knit, mesh, tie, "equations"), tolerance=1e-7)
+    return pulled_by_calculix(tmp_path_factory.mktemp("ccx"), deck)
+
+
+def test_same_element_gives_the_same_force(knit, mesh, tie, peer):
+    force = pulled_here(knit, mesh, tie, CalculixHexahedron)
+    # Seven digits are printed; both codes are converged to about 1e-6.
+    np.testing.assert_allclose(force, peer.force[:, 0], rtol=3e-6)
+
+
+def test_own_element_differs_by_its_hourglass_control_alone(knit, mesh, tie, peer):
+    force = pulled_here(knit, mesh, tie, OnePointHexahedron, 0.005)
+    # Five elements across, the coarsest section there is: its hourglass energy is some 3% of all.
+    np.testing.assert_allclose(force, peer.force[:, 0], rtol=0.05)
+
+
+def test_calculix_ties_the_surfaces_to_the_same_effect(knit, mesh, tie, peer, tmp_path):
+    run = pulled_by_calculix(tmp_path, tied_knit(SCENE, knit, mesh, tie, "surfaces"))
+    assert run.time.tolist() == [1.0, 2.0]
+    # Its projection onto flat master faces places the slaves a little differently.
+    np.testing.assert_allclose(run.force[:, 0], peer.force[:, 0], rtol=0.01)
+    assert (run.iterations >= 1).all()
+    assert 0 < run.memory_growth < run.memory_peak
