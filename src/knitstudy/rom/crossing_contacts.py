@@ -10,9 +10,10 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import GeometryError
+from knitstudy.geometry.pattern import Knit
 
 
-def contacts_of_crossings(knit) -> xr.Dataset:
+def contacts_of_crossings(knit: Knit) -> xr.Dataset:
     """Return contacts at the closest points of the centrelines of a knit.
 
     The centroid is halfway between the two closest points and the normal points from side 0 to side 1. A

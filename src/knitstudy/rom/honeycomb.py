@@ -18,11 +18,12 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Stations
 from knitstudy.rom.network import Network
 
 
-def build(knit, contacts: xr.Dataset, elements: int = 1, doubled: bool = False) -> Network:
+def build(knit: Knit, contacts: xr.Dataset, elements: int = 1, doubled: bool = False) -> Network:
     """Return the network of a knit.
 
     Parameters
@@ -84,12 +85,14 @@ class _Corners:
         return np.append(self.yarn[1:] == self.yarn[:-1], False)
 
     @classmethod
-    def sorted(cls, yarn, arc_length, number, point) -> _Corners:
+    def sorted(
+        cls, yarn: np.ndarray, arc_length: np.ndarray, number: np.ndarray, point: np.ndarray
+    ) -> _Corners:
         order = np.lexsort((arc_length, yarn))
         return cls(yarn[order], arc_length[order], number[order], point)
 
 
-def _corners(knit, contacts: xr.Dataset) -> _Corners:
+def _corners(knit: Knit, contacts: xr.Dataset) -> _Corners:
     """Corners in contact zones, and where the zones of the rows beyond the edges would be."""
     zone = contacts["centroid"].to_numpy() * [1.0, 1.0, 0.0]
     row = contacts["row"].to_numpy()
@@ -97,8 +100,8 @@ def _corners(knit, contacts: xr.Dataset) -> _Corners:
     course = np.array([0.0, knit.loop.course_spacing, 0.0])
     feet, heads = np.flatnonzero(row == 0), np.flatnonzero(row == knit.rows - 1)
     number = np.arange(len(zone))
-    # All yarns are one shape: the bottom yarn's feet are those of yarn 1, the top yarn's heads those below
-    # it.
+    # All yarns have one shape: the bottom yarn's feet are where yarn 1 has them, the top yarn's heads where
+    # the yarn below it has them.
     return _Corners.sorted(
         np.concatenate([yarn[:, 0], yarn[:, 1], yarn[feet, 0], yarn[heads, 1]]),
         np.concatenate([arc_length[:, 0], arc_length[:, 1], arc_length[feet, 1], arc_length[heads, 0]]),
@@ -107,7 +110,7 @@ def _corners(knit, contacts: xr.Dataset) -> _Corners:
     )
 
 
-def _end_in_cut(knit, corners: _Corners) -> _Corners:
+def _end_in_cut(knit: Knit, corners: _Corners) -> _Corners:
     """Add the ends of the yarns."""
     start = np.flatnonzero(np.append(True, np.diff(corners.yarn) != 0))
     stop = np.append(start[1:], len(corners.yarn)) - 1

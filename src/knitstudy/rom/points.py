@@ -16,6 +16,8 @@ import xarray as xr
 from scipy.optimize import elementwise
 
 from knitstudy.errors import GeometryError
+from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.spline import Centreline
 
 SAMPLES = 40
 """Intervals of the search for the cut, over a diameter to either side of the crossing."""
@@ -43,7 +45,7 @@ class ContactPoints:
     centroid: np.ndarray
 
 
-def contact_points(knit, contacts: xr.Dataset) -> ContactPoints:
+def contact_points(knit: Knit, contacts: xr.Dataset) -> ContactPoints:
     """Return points P and C of all crossings.
 
     Parameters
@@ -111,7 +113,14 @@ def contact_normal_planes(contacts: xr.Dataset) -> np.ndarray:
     return across / sine[:, None]
 
 
-def _cut(centreline, start, plane, centroid, reach, names) -> np.ndarray:
+def _cut(
+    centreline: Centreline,
+    start: np.ndarray,
+    plane: np.ndarray,
+    centroid: np.ndarray,
+    reach: float,
+    names: list[str],
+) -> np.ndarray:
     """Arc lengths (k,) nearest to `start` where a centreline cuts planes (k, 3) through centroids (k, 3)."""
 
     def height(s, *plane_and_level):

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from knitstudy.errors import ConfigurationError, GeometryError
+from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Stations
 from knitstudy.rom.network import Network
 from knitstudy.rom.points import ContactPoints
@@ -18,7 +19,7 @@ from knitstudy.rom.points import ContactPoints
 JOINTS = ("rigid", "coincident")
 
 
-def build(knit, contacts: ContactPoints, size: float, joint: str = "rigid") -> Network:
+def build(knit: Knit, contacts: ContactPoints, size: float, joint: str = "rigid") -> Network:
     """Return the network of a knit.
 
     Parameters
@@ -84,7 +85,9 @@ def _divide(joints: np.ndarray, length: float, size: float, yarn: int) -> np.nda
     return np.append(stops[piece] + step * (gaps / counts)[piece], length)
 
 
-def _join(yarn, arc_length, position, contacts: ContactPoints) -> tuple[np.ndarray, np.ndarray]:
+def _join(
+    yarn: np.ndarray, arc_length: np.ndarray, position: np.ndarray, contacts: ContactPoints
+) -> tuple[np.ndarray, np.ndarray]:
     """Node of every station, and the positions of the nodes: a joint's stations share one at its centroid."""
     station = np.empty(contacts.yarn.shape, dtype=int)
     for number in range(yarn[-1] + 1):

@@ -8,16 +8,18 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.fem.linear import LU
 from knitstudy.fem.newton import Drive, Settings, trace
+from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder
 from knitstudy.rom import honeycomb, rom3d
 from knitstudy.rom.network import Network
 from knitstudy.rom.points import contact_points
+from knitstudy.scene import Scene
 
 X, Y, Z = range(3)
 SPIN_X, SPIN_Y, SPIN_Z = range(3, 6)
 
 
-def run(scene, knit, contacts: xr.Dataset) -> xr.Dataset:
+def run(scene: Scene, knit: Knit, contacts: xr.Dataset) -> xr.Dataset:
     """Return the history of a scene of fidelity "rom2d" or "rom3d".
 
     Parameters
@@ -45,7 +47,7 @@ def run(scene, knit, contacts: xr.Dataset) -> xr.Dataset:
     return pull(build(scene, knit, contacts), scene, knit.loops * knit.loop.wale_spacing)
 
 
-def pull(network: Network, scene, gauge: float) -> xr.Dataset:
+def pull(network: Network, scene: Scene, gauge: float) -> xr.Dataset:
     """Return the history of a network of width `gauge` [m] under the load of a scene.
 
     Beside the format of docs/architecture.md it holds `joint_couple`, the sum of `BeamModel.couples`.
@@ -77,7 +79,7 @@ def pull(network: Network, scene, gauge: float) -> xr.Dataset:
     return history.assign(joint_couple=(("increment", "xyz"), np.array(couples), meaning))
 
 
-def build(scene, knit, contacts: xr.Dataset) -> Network:
+def build(scene: Scene, knit: Knit, contacts: xr.Dataset) -> Network:
     """Return the network of beams that a scene asks for."""
     if scene.fidelity == "rom2d":
         return honeycomb.build(knit, contacts)
@@ -103,7 +105,7 @@ def course_tension(network: Network, travel: float, lateral: str) -> Drive:
     )
 
 
-def _require_beams(scene) -> None:
+def _require_beams(scene: Scene) -> None:
     """Refuse what would otherwise be left out in silence."""
     allowed = {
         "fidelity": (scene.fidelity, ("rom2d", "rom3d")),
@@ -118,7 +120,7 @@ def _require_beams(scene) -> None:
             )
 
 
-def _require_all_crossings(contacts: xr.Dataset, knit) -> None:
+def _require_all_crossings(contacts: xr.Dataset, knit: Knit) -> None:
     """Refuse contacts that do not describe every crossing of this knit."""
     crossings = knit.crossings
     same = contacts.sizes["crossing"] == len(crossings.row) and all(
