@@ -21,11 +21,11 @@ include: "workflow/rules/report.smk"
 
 rule all:
     default_target: True
-    message:
-        "Study {config[study]}: complete"
     input:
         histories(STUDY),
         meshes(STUDY),
         FIGURES,
         TABLES,
         REPORT,
+    message:
+        "Study {config[study]}: complete"

@@ -1,4 +1,6 @@
 # Scenes, and what rules ask about them. Every value that a result depends on reaches its rule as an input or a param.
+# Outputs are marked update(): whatever was there is restored when a job fails. Stages write their files whole or not at
+# all, so nothing is ever really updated.
 import os
 import sys
 from pathlib import Path

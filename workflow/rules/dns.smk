@@ -1,23 +1,25 @@
 rule dns:
-    message:
-        "Pull {wildcards.scene}"
     input:
         knit=knit_of,
         mesh="results/mesh/{scene}.nc",
         code=code("knitstudy.dns"),
     output:
-        "results/dns/{scene}.nc",
+        update("results/dns/{scene}.nc"),
     log:
         "logs/dns/{scene}.log",
     benchmark:
         "logs/dns/{scene}.benchmark.tsv"
-    params:
-        scene=parameters,
-        restart="run/dns",
     wildcard_constraints:
         scene=names({"dns"}),
+    # On the longest path: before whatever else is ready.
+    priority: 10
     threads: 2
     resources:
         mem_mb=4000,
+    params:
+        scene=parameters,
+        restart="run/dns",
+    message:
+        "Pull {wildcards.scene}"
     script:
         "../scripts/dns.py"
