@@ -25,7 +25,9 @@ def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
     """
     crossings = knit.crossings
     if "crossing_force" not in history:
-        raise DataFileError("the history holds no crossing_force: contacts come from a scene with fidelity 'dns'")
+        raise DataFileError(
+            "the history holds no crossing_force: contacts come from a scene with fidelity 'dns'"
+        )
     if history.sizes["crossing"] != len(crossings.row):
         raise DataFileError(
             f"the history has {history.sizes['crossing']} crossings and the knit {len(crossings.row)}: "
@@ -39,7 +41,11 @@ def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
             "strain": history["strain"],
             "row": ("crossing", crossings.row, one),
             "column": ("crossing", crossings.column, one),
-            "zone": ("crossing", crossings.zone, one | {"long_name": "0 left lower, 1 right lower, 2, 3 upper"}),
+            "zone": (
+                "crossing",
+                crossings.zone,
+                one | {"long_name": "0 left lower, 1 right lower, 2, 3 upper"},
+            ),
             "yarn": (("crossing", "side"), crossings.yarn, one),
             "arc_length": (("crossing", "side"), crossings.arc_length, metre),
             "centroid": (("crossing", "xyz"), history["tied_centroid"].values, metre),
@@ -62,5 +68,9 @@ def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
             ),
         },
         coords={"xyz": list("xyz")},
-        attrs={name: history.attrs[name] for name in ("scene", "scene_hash", "interaction") if name in history.attrs},
+        attrs={
+            name: history.attrs[name]
+            for name in ("scene", "scene_hash", "interaction")
+            if name in history.attrs
+        },
     )

@@ -18,6 +18,7 @@ from knitstudy.fem.hexahedron import OnePointHexahedron
 from knitstudy.fem.linear import LU, LinearSolver
 from knitstudy.fem.material import Material
 from knitstudy.fem.newton import Drive, Increment, Settings, trace
+from knitstudy.fem.parallel import serial_blas
 from knitstudy.fem.solid import SolidModel, SolidState
 from knitstudy.fem.three_scale import KnitStructure, ThreeScale
 from knitstudy.geometry.pattern import Knit
@@ -120,21 +121,13 @@ def run(
     if resume is not None:
         log.info("going on from increment %d at load factor %.4g (%s)", resume.index, resume.load, checkpoint)
     last = resume
-    for last in trace(simulation.model, simulation.drive, simulation.settings, simulation.solver, resume):
-        _record(simulation, last)
-        if restart:
-            restart.save(last, recorder)
-        log.info(
-            "increment %d: strain %.4f, force %.6g N, %d Newton and %d Krylov iterations, residual %.1e",
-            last.index,
-            recorder.columns["strain"][-1],
-            recorder.columns["force"][-1],
-            last.newton_iterations,
-            last.krylov_iterations,
-            last.residual,
-        )
-        if progress:
-            progress(last)
+    with serial_blas():
+        for last in trace(simulation.model, simulation.drive, simulation.settings, simulation.solver, resume):
+            record(simulation, last)
+            if restart:
+                restart.save(last, recorder)
+            if progress:
+                progress(last)
     dataset = _dataset(simulation, last.state)
     if restart:
         restart.remove()
@@ -151,11 +144,13 @@ def _drive(scene: Scene, mesh: SweptMesh, tie: Tie, knit: Knit) -> tuple[Drive, 
     travel = scene.load.strain * knit.loops * knit.loop.wale_spacing
     components = driven if scene.load.lateral == "fixed" else driven[:, :1]
     fixed = np.concatenate([held.ravel(), components.ravel()])
-    value = np.concatenate([np.zeros(held.size), np.tile([travel, 0.0, 0.0][: components.shape[1]], len(driven))])
+    value = np.concatenate(
+        [np.zeros(held.size), np.tile([travel, 0.0, 0.0][: components.shape[1]], len(driven))]
+    )
     return Drive(fixed, value), driven
 
 
-def structure(model: SolidModel, mesh: SweptMesh, tie: Tie, drive: Drive, rings: int = 2) -> KnitStructure:
+def structure(model: SolidModel, mesh: SweptMesh, tie: Tie, drive: Drive, rings: int = 1) -> KnitStructure:
     """Return where the unknowns lie; a patch reaches `rings` elements around the tied nodes."""
     kept = tie.kept
     unknown = np.full(len(tie.nodes), -1)
@@ -186,19 +181,31 @@ def _solver(name: str, model: SolidModel, mesh: SweptMesh, tie: Tie, drive: Driv
     return ConjugateGradients(preconditioner)
 
 
-def _record(simulation: Simulation, increment: Increment) -> None:
-    """Add an increment to the history: centreline motion, and what the ties carry."""
+def record(simulation: Simulation, increment: Increment) -> None:
+    """Add a converged increment to the history: centreline motion, and what the ties carry."""
     model, mesh, tie, recorder = simulation.model, simulation.mesh, simulation.tie, simulation.recorder
     displacement = model.node_displacement(increment.state)
     rings = mesh.slice_nodes(np.arange(mesh.slices))[:, mesh.section.ring]
-    tied = np.stack(
-        [np.bincount(tie.crossing, displacement[tie.slave, i], len(tie.area)) for i in range(3)], axis=1
-    ) / np.bincount(tie.crossing, minlength=len(tie.area))[:, None]
+    tied = (
+        np.stack(
+            [np.bincount(tie.crossing, displacement[tie.slave, i], len(tie.area)) for i in range(3)], axis=1
+        )
+        / np.bincount(tie.crossing, minlength=len(tie.area))[:, None]
+    )
     recorder.add(
         increment,
         displacement[rings].mean(axis=1),
         crossing_force=tie.resultants(model.node_force(increment.state)),
         crossing_displacement=tied,
+    )
+    log.info(
+        "increment %d: strain %.4f, force %.6g N, %d Newton and %d Krylov iterations, residual %.1e",
+        increment.index,
+        recorder.columns["strain"][-1],
+        recorder.columns["force"][-1],
+        increment.newton_iterations,
+        increment.krylov_iterations,
+        increment.residual,
     )
 
 
@@ -219,7 +226,11 @@ def _dataset(simulation: Simulation, state: SolidState) -> xr.Dataset:
         tie_largest_adjustment=float(tie.adjustment.max()),
     )
     dataset["tied_area"] = ("crossing", tie.area, {"units": "m2", "long_name": "tied area"})
-    dataset["tied_centroid"] = (("crossing", "xyz"), tie.centroid, {"units": "m", "long_name": "its centroid"})
+    dataset["tied_centroid"] = (
+        ("crossing", "xyz"),
+        tie.centroid,
+        {"units": "m", "long_name": "its centroid"},
+    )
     if "fields" in scene.outputs:
         field = model.node_displacement(state)
         dataset["node_displacement"] = (("node", "xyz"), field, {"units": "m", "long_name": "displacement"})

@@ -104,7 +104,9 @@ class Recorder:
         if self.columns:
             # Trapezoidal work of the reactions: independent of the potentials that it is held against.
             mean = 0.5 * (force + self.columns["force"][-1])
-            ledger[0] = self.columns["energy"][-1][0] + mean * (displacement - self.columns["displacement"][-1])
+            ledger[0] = self.columns["energy"][-1][0] + mean * (
+                displacement - self.columns["displacement"][-1]
+            )
         return ledger
 
     def to_dataset(self, **attributes) -> xr.Dataset:
@@ -152,7 +154,11 @@ _COLUMNS = {
     "residual": ("increment", "1", "largest unbalanced force over mean internal force"),
     "correction": ("increment", "1", "largest last correction over element size"),
     "centreline_displacement": (("increment", "station", "xyz"), "m", "displacement of the centreline"),
-    "crossing_force": (("increment", "crossing", "xyz"), "N", "force of the interaction on the lower row's yarn"),
+    "crossing_force": (
+        ("increment", "crossing", "xyz"),
+        "N",
+        "force of the interaction on the lower row's yarn",
+    ),
     "crossing_displacement": (("increment", "crossing", "xyz"), "m", "mean displacement of the tied nodes"),
     "seconds": (("increment", "phase"), "s", "time by phase of the Newton iterations"),
 }

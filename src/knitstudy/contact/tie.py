@@ -206,7 +206,9 @@ def _masters(
     along = (s - stations[layer]) / (stations[layer + 1] - stations[layer])
     blend = along[:, None]
     centre = (1 - blend) * mesh.centres[first + layer] + blend * mesh.centres[first + layer + 1]
-    frame = (1 - blend[..., None]) * mesh.frames[first + layer] + blend[..., None] * mesh.frames[first + layer + 1]
+    frame = (1 - blend[..., None]) * mesh.frames[first + layer] + blend[..., None] * mesh.frames[
+        first + layer + 1
+    ]
     radial = np.einsum("ki,kdi->kd", points - centre, frame)
     angles = mesh.section.angles
     theta = angles[0] + np.mod(np.arctan2(radial[:, 1], radial[:, 0]) - angles[0], 2 * np.pi)
@@ -220,10 +222,14 @@ def _masters(
     return facet, weight
 
 
-def _areas(nodes: np.ndarray, facets: np.ndarray, crossing: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _areas(
+    nodes: np.ndarray, facets: np.ndarray, crossing: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return tied area (K,) and its centroid (K, 3)."""
     corners = nodes[facets]
     area = _facet_areas(corners)
     total = np.bincount(crossing, area, count)
-    moment = np.stack([np.bincount(crossing, area * corners.mean(axis=1)[:, i], count) for i in range(3)], axis=1)
+    moment = np.stack(
+        [np.bincount(crossing, area * corners.mean(axis=1)[:, i], count) for i in range(3)], axis=1
+    )
     return total, moment / total[:, None]

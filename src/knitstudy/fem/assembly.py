@@ -34,7 +34,7 @@ class Assembly:
         nodes: int,
         dependence: sp.csr_matrix | None = None,
         block: int = 3,
-        chunk: int = 1024,
+        chunk: int = 512,
     ) -> None:
         elements, corners = connectivity.shape
         self.block, self.corners = block, corners
@@ -45,6 +45,7 @@ class Assembly:
         local = sp.csr_matrix(dependence)[connectivity.ravel()]  # (E a, n): corners on kept nodes
         self._spread = sp.csr_matrix(local.T)
         self.indptr, self.indices = _pattern(local, corners)
+        self._ones = np.ones(chunk * corners**2)
         self._sums = [self._batch_sum(local, batch) for batch in self.batches]
 
     @property
@@ -94,10 +95,19 @@ class Assembly:
         position = self._find(part.indices[p], part.indices[q])
         touched, row = np.unique(position, return_inverse=True)
         weights = part.data[p] * part.data[q]
-        matrix = sp.csr_matrix((weights, (row, pair)), shape=(len(touched), len(first)))
+        order = np.argsort(row, kind="stable")
+        indptr = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=len(touched)))])
+        matrix = sp.csr_matrix(
+            (self._shared(weights[order]), pair[order].astype(np.int32), indptr.astype(np.int32)),
+            shape=(len(touched), len(first)),
+        )
         if touched[-1] - touched[0] + 1 == len(touched):
             touched = slice(int(touched[0]), int(touched[-1]) + 1)
         return touched, matrix
+
+    def _shared(self, weights: np.ndarray) -> np.ndarray:
+        """Return the same weights, in one array for all batches where they are all 1: most are."""
+        return self._ones[: len(weights)] if np.all(weights == 1) else weights
 
     def _find(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
         """Return the positions of (row, column) pairs in the pattern."""

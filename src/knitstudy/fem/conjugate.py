@@ -78,6 +78,10 @@ class ConjugateGradients:
         """Take over a new matrix; the preconditioner stays."""
         self._matrix, self._fresh = matrix, False
 
+    def release(self) -> None:
+        """Forget the matrix; the preconditioner stays."""
+        self._matrix = None
+
     def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
         """Solve to a true relative residual of `tolerance`.
 
@@ -135,7 +139,12 @@ class ConjugateGradients:
             image = matrix @ direction
             curvature = direction @ image
             if not curvature > 0:
-                return x, iteration, 1.0, "the stiffness matrix is not positive definite (a buckling or a mechanism)"
+                return (
+                    x,
+                    iteration,
+                    1.0,
+                    "the stiffness matrix is not positive definite (a buckling or a mechanism)",
+                )
             length = (direction @ residual) / curvature
             x += length * direction
             residual -= length * image
@@ -143,6 +152,11 @@ class ConjugateGradients:
             if norm <= goal:
                 return x, iteration, norm / np.linalg.norm(rhs), None
         reached = norm / np.linalg.norm(rhs)
-        return x, iteration, reached, (
-            f"{MOST_ITERATIONS} iterations reached a relative residual of {reached:.1e}, wanted {tolerance:.1e}"
+        return (
+            x,
+            iteration,
+            reached,
+            (
+                f"{MOST_ITERATIONS} iterations reached a relative residual of {reached:.1e}, wanted {tolerance:.1e}"
+            ),
         )

@@ -15,7 +15,8 @@ from knitstudy.errors import MeshError
 from knitstudy.fem.material import FULL, Material
 
 CORNERS = np.array(
-    [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)], dtype=float
+    [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)],
+    dtype=float,
 )
 """Natural coordinates (8, 3) of the nodes."""
 

@@ -70,7 +70,9 @@ class IncompatibleHexahedron:
             before = size
             modes = modes - step.reshape(e, MODES, 3)
         else:
-            raise ConvergenceError("incompatible modes: no equilibrium inside an element; use smaller increments")
+            raise ConvergenceError(
+                "incompatible modes: no equilibrium inside an element; use smaller increments"
+            )
         condensed = None
         if stiffness:
             outer = matrix[:, :24, :24] - matrix[:, :24, 24:] @ inner

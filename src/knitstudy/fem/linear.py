@@ -36,6 +36,10 @@ class LinearSolver(Protocol):
         """Take over a new matrix; factors are made when they are needed."""
         ...
 
+    def release(self) -> None:
+        """Forget the matrix, so that its memory can serve for the next one."""
+        ...
+
     def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
         """Solve to a relative residual of `tolerance`; raises ConvergenceError if that is not reached."""
         ...
@@ -53,6 +57,10 @@ class LU:
         """Take over a new matrix."""
         self._matrix, self._factors = matrix, None
 
+    def release(self) -> None:
+        """Forget the matrix and its factors."""
+        self._matrix = self._factors = None
+
     def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
         """Solve directly; `tolerance` is met by far or the matrix is reported as singular."""
         started = time.perf_counter()
@@ -62,7 +70,9 @@ class LU:
             self.setup_seconds = time.perf_counter() - started
         x = self._factors.solve(rhs)
         if not np.all(np.isfinite(x)):
-            raise ConvergenceError("the stiffness matrix is singular: something is free to move as a rigid body")
+            raise ConvergenceError(
+                "the stiffness matrix is singular: something is free to move as a rigid body"
+            )
         return Solution(x, 0)
 
 

@@ -57,9 +57,13 @@ class Material:
         if self.law not in LAWS:
             raise ConfigurationError(f"yarn.material is {self.law!r}; allowed: {', '.join(sorted(LAWS))}")
         if not self.youngs_modulus > 0:
-            raise ConfigurationError(f"yarn.youngs_modulus is {self.youngs_modulus}; it has to be positive [Pa]")
+            raise ConfigurationError(
+                f"yarn.youngs_modulus is {self.youngs_modulus}; it has to be positive [Pa]"
+            )
         if not -1 < self.poisson_ratio < 0.5:
-            raise ConfigurationError(f"yarn.poisson_ratio is {self.poisson_ratio}; it has to lie in (-1, 0.5)")
+            raise ConfigurationError(
+                f"yarn.poisson_ratio is {self.poisson_ratio}; it has to lie in (-1, 0.5)"
+            )
 
     @property
     def shear_modulus(self) -> float:

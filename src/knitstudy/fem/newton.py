@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.fem.constraints import Pinning
@@ -221,7 +222,7 @@ class _Path:
     def increment(self, now: Increment, target: float) -> Increment:
         """Return the converged increment at load factor `target`, or raise _Failed."""
         model, settings = self.model, self.settings
-        watch = _Watch()
+        self.watch = watch = _Watch()
         self.newton_iterations = self.krylov_iterations = 0
         change = target - now.load
         total = self._predict(now, change)
@@ -244,16 +245,21 @@ class _Path:
             # A balanced state needs only the proof that its last correction is small: the tangent of the
             # iteration before serves for that.
             if tangent_is_stale or residuals[-1] > settings.residual_tolerance or settings.exact:
-                self._set_tangent(state, watch)
+                self._pin(self._tangent(state))
                 tangent_is_stale = False
-            step = self._solve(response, self._forcing(residuals), watch)
+            step = self._solve(np.where(self.free, -response.force, 0.0), self._forcing(residuals))
             step, state, response = self._search(state, response, step)
             watch.book("force")
             total += step
             self.newton_iterations += 1
             correction = float(np.max(np.abs(step * model.scale)[self.free], initial=0.0)) / model.length
             residuals.append(self._residual(response))
-            log.debug("iteration %d: residual %.3e, correction %.3e h", len(residuals) - 1, residuals[-1], correction)
+            log.debug(
+                "iteration %d: residual %.3e, correction %.3e h",
+                len(residuals) - 1,
+                residuals[-1],
+                correction,
+            )
         return Increment(
             index=now.index + 1,
             load=target,
@@ -276,12 +282,10 @@ class _Path:
             # Moving the driven side alone would crush the elements there: let the tangent spread it.
             guess = np.zeros(self.model.size)
             guess[self.drive.fixed] = change * self.drive.value
-            watch = _Watch()
-            stiffness = self._set_tangent(now.state, watch, pin=False)
-            pull = stiffness @ guess
+            stiffness = self._tangent(now.state)
+            pull = np.where(self.free, -(stiffness @ guess), 0.0)
             self._pin(stiffness)
-            rhs = np.where(self.free, -pull, 0.0)
-            return guess + self._krylov(rhs, 1e-3 if not self.settings.exact else 1e-12)
+            return guess + self._solve(pull, 1e-12 if self.settings.exact else 1e-3)
         guess = change * rates[0].step
         if len(rates) > 1:
             bend = (change + rates[0].increment) / (rates[0].increment + rates[1].increment)
@@ -289,35 +293,33 @@ class _Path:
         guess[self.drive.fixed] = change * self.drive.value
         return guess
 
-    def _set_tangent(self, state: Any, watch: _Watch, pin: bool = True):
-        watch.start()
+    def _tangent(self, state: Any) -> sp.bsr_matrix | sp.csr_matrix:
+        # Two tangents at once would be the largest part of the memory.
+        self.solver.release()
+        self.watch.start()
         stiffness = self.model.respond(state, stiffness=True).stiffness
-        watch.book("stiffness")
-        if pin:
-            self._pin(stiffness)
-            watch.book("constraints")
+        self.watch.book("stiffness")
         return stiffness
 
-    def _pin(self, stiffness) -> None:
+    def _pin(self, stiffness: sp.bsr_matrix | sp.csr_matrix) -> None:
+        self.watch.start()
         if self.pinning is None:
             self.pinning = Pinning(stiffness, self.drive.fixed)
         self.pinning.apply(stiffness)
         self.solver.use(stiffness)
+        self.watch.book("constraints")
 
-    def _solve(self, response: Response, tolerance: float, watch: _Watch) -> np.ndarray:
-        step = self._krylov(np.where(self.free, -response.force, 0.0), tolerance)
-        watch.book("solve")
-        # Factors that were made on the way are set-up, not solution.
-        watch.seconds["setup"] += self.solver.setup_seconds
-        watch.seconds["solve"] -= self.solver.setup_seconds
-        return step
-
-    def _krylov(self, rhs: np.ndarray, tolerance: float) -> np.ndarray:
+    def _solve(self, rhs: np.ndarray, tolerance: float) -> np.ndarray:
+        self.watch.start()
         try:
             solution = self.solver.solve(rhs, tolerance)
         except ConvergenceError as error:
             raise _Failed(str(error)) from error
         self.krylov_iterations += solution.iterations
+        self.watch.book("solve")
+        # Factors that were made on the way are set-up, not solution.
+        self.watch.seconds["setup"] += self.solver.setup_seconds
+        self.watch.seconds["solve"] -= self.solver.setup_seconds
         return solution.x
 
     def _forcing(self, residuals: list[float]) -> float:

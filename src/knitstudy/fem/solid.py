@@ -107,8 +107,8 @@ class SolidModel:
         batches = self.assembly.batches
         with ThreadPoolExecutor(self._threads) as pool:
             # A window of a few batches keeps the memory of finished ones bounded.
-            for first in range(0, len(batches), 4 * self._threads):
-                window = batches[first : first + 4 * self._threads]
+            for first in range(0, len(batches), 2 * self._threads):
+                window = batches[first : first + 2 * self._threads]
                 for number, blocks in enumerate(pool.map(evaluate, window), start=first):
                     if stiffness:
                         self.assembly.add_stiffness(data, number, blocks)

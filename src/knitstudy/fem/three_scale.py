@@ -54,11 +54,12 @@ class KnitStructure:
 class YarnScale:
     """Banded Cholesky factors of every yarn's diagonal block.
 
-    Entries outside of the band, which only ties bring in, are left out, and their magnitude is added to the
+    Single precision halves memory and time and costs no iteration: the factors only precondition. Entries outside
+    of the band, which only ties bring in, are left out, and their magnitude is added to the
     diagonal, so that the block stays positive definite (Ajiz and Jennings 1984).
     """
 
-    def __init__(self, structure: KnitStructure, dtype: type = np.float64) -> None:
+    def __init__(self, structure: KnitStructure, dtype: type = np.float32) -> None:
         counts = np.bincount(structure.yarn)
         self._bounds = 3 * np.concatenate([[0], np.cumsum(counts)])
         self._nodes = self._bounds // 3
@@ -163,7 +164,7 @@ def _block_rows(matrix: sp.bsr_matrix, nodes: np.ndarray) -> sp.csr_matrix:
 class FabricScale:
     """Galerkin grid of rigid motions of groups of cross-sections, carried by pyamg."""
 
-    def __init__(self, structure: KnitStructure, slices: int = 3) -> None:
+    def __init__(self, structure: KnitStructure, slices: int = 2) -> None:
         group = _groups(structure, slices)
         self.prolongation = rigid_motions(structure, group)
         self._nullspace = _global_modes(structure, group)
@@ -218,7 +219,9 @@ def _spins(arm: np.ndarray) -> np.ndarray:
     """Return the matrices (n, 3, 3) whose columns are e_k x arm."""
     x, y, z = arm.T
     zero = np.zeros_like(x)
-    return np.stack([np.stack([zero, z, -y], -1), np.stack([-z, zero, x], -1), np.stack([y, -x, zero], -1)], axis=1)
+    return np.stack(
+        [np.stack([zero, z, -y], -1), np.stack([-z, zero, x], -1), np.stack([y, -x, zero], -1)], axis=1
+    )
 
 
 def _global_modes(structure: KnitStructure, group: np.ndarray) -> np.ndarray:
@@ -261,7 +264,7 @@ def _anchor(coarse: sp.bsr_matrix) -> sp.bsr_matrix:
 class ThreeScale:
     """The combined preconditioner: symmetric, and positive definite where the matrix is."""
 
-    def __init__(self, structure: KnitStructure, slices: int = 3, dtype: type = np.float64) -> None:
+    def __init__(self, structure: KnitStructure, slices: int = 2, dtype: type = np.float32) -> None:
         self.fabric = FabricScale(structure, slices)
         self.crossing = CrossingScale(structure)
         self.yarn = YarnScale(structure, dtype)
