@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError, MeshError
+from knitstudy.io import read_dataset, write_dataset
 from knitstudy.mesh import Section, Spacing, SweptMesh, sweep
 from knitstudy.mesh.frames import rotation_minimising
 from knitstudy.mesh.spacing import place_slices
@@ -150,6 +151,23 @@ def test_a_mesh_survives_its_dataset(two_yarns):
         assert getattr(again, name).dtype == getattr(two_yarns, name).dtype
     np.testing.assert_array_equal(again.section.quads, two_yarns.section.quads)
     assert again.radius == two_yarns.radius
+
+
+def test_a_mesh_survives_its_file(two_yarns, tmp_path):
+    write_dataset(two_yarns.to_dataset(), tmp_path / "mesh.nc")
+    again = SweptMesh.from_dataset(read_dataset(tmp_path / "mesh.nc"))
+    np.testing.assert_array_equal(again.nodes, two_yarns.nodes)
+    np.testing.assert_array_equal(again.hexahedra, two_yarns.hexahedra)
+    assert again.hexahedra.dtype == np.int32
+
+
+@pytest.mark.parametrize("size", [0, 100, 5000])
+def test_truncated_files_are_refused(two_yarns, tmp_path, size):
+    path = tmp_path / "mesh.nc"
+    write_dataset(two_yarns.to_dataset(), path)
+    path.write_bytes(path.read_bytes()[:size])
+    with pytest.raises(DataFileError, match=r"mesh\.nc"):
+        SweptMesh.from_dataset(read_dataset(path))
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,9 @@ class Section:
             )
         if rings < 1:
             raise MeshError(f"section rings: {rings} is not allowed; at least 1")
-        core_points, core_quads, boundary = _core(core, scale=0.27 + 0.6 * core / (core + 2 * rings))
+        # From a search over cores of 3 to 8 and one or two rings: corner sines above 0.8, areas within 1.6.
+        scale = 0.27 + 0.6 * core / (core + 2 * rings)
+        core_points, core_quads, boundary = _core(core, scale)
         layers = _layers(core_points[boundary], rings)
         angles = 4 * core
         nodes = np.vstack([boundary, core_points.shape[0] + np.arange(rings * angles).reshape(rings, angles)])

@@ -1,0 +1,159 @@
+"""The tied knit of a scene, pulled by CalculiX and by this code on the same mesh: forces, and what they cost.
+
+    python benchmarks/calculix.py dns-tie-course --loops 2 --rows 2 --log benchmarks/calculix-2x2.log
+
+Both codes use St Venant-Kirchhoff's law. This code runs twice, with CalculiX's own hourglass control, where
+the forces should be the same, and with its own; CalculiX runs with its own search for ties, and with the
+constraints of this code as equations.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from knitstudy import calculix, dns
+from knitstudy.configuration import load_scene
+from knitstudy.errors import KnitstudyError
+from knitstudy.fem.calculix_hexahedron import CalculixHexahedron
+from knitstudy.fem.newton import trace
+from knitstudy.fem.solid import SolidModel
+from knitstudy.geometry.build import build
+from knitstudy.geometry.pattern import Knit
+from knitstudy.mesh.deck import CONSTRAINTS, tied_knit
+from knitstudy.mesh.inp import write_inp
+from knitstudy.mesh.knit import mesh_knit
+
+
+@dataclasses.dataclass(frozen=True)
+class Pull:
+    """Forces (i,) in N, iterations, wall time in s and, of CalculiX, memory growth in MB of one run."""
+
+    label: str
+    force: np.ndarray
+    iterations: int
+    seconds: float
+    memory: float = np.nan
+    notes: tuple[str, ...] = ()
+
+
+def main() -> None:
+    """Run the comparison that the command line asks for, and print and keep its table."""
+    options = _options()
+    scene = load_scene(options.scene).replace("yarn.material", "st_venant_kirchhoff")
+    for key, value in (("pattern.loops", options.loops), ("pattern.rows", options.rows)):
+        scene = scene if value is None else scene.replace(key, value)
+    if options.increments:
+        scene = scene.replace("solver.increments", options.increments)
+    knit = Knit.from_dataset(build(scene))
+    simulation = dns.assemble(scene, mesh_knit(knit, scene.mesh.size, scene.mesh.growth), knit)
+    pulls = [
+        _here(simulation, "this code, CalculiX's hourglass control", _with_calculix_element(simulation)),
+        _here(simulation, f"this code, hourglass coefficient {scene.solver.hourglass}", simulation.model),
+        *(_there(simulation, knit, kind, options.threads) for kind in CONSTRAINTS),
+    ]
+    text = _table(simulation, knit, pulls, options.threads)
+    print(text, end="")
+    if options.log:
+        Path(options.log).write_text(text, encoding="utf-8")
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("scene", help="a dns scene of config/scenes.tsv")
+    parser.add_argument("--loops", type=int, help="instead of the scene's")
+    parser.add_argument("--rows", type=int, help="instead of the scene's")
+    parser.add_argument("--increments", type=int, help="instead of the scene's")
+    parser.add_argument(
+        "--threads", type=int, default=1, help="of CalculiX; this code follows OMP_NUM_THREADS"
+    )
+    parser.add_argument("--log", help="file that keeps the table")
+    return parser.parse_args()
+
+
+def _with_calculix_element(simulation: dns.Simulation) -> SolidModel:
+    model = simulation.model
+    elements = CalculixHexahedron(model.nodes[model.hexahedra], model.elements.material)
+    return SolidModel(model.nodes, model.hexahedra, elements, model.length, model.dependence)
+
+
+def _here(simulation: dns.Simulation, label: str, model: SolidModel) -> Pull:
+    started = time.perf_counter()
+    path = list(_forces(simulation, model))
+    return Pull(
+        label=label,
+        force=np.array([force for force, _ in path]),
+        iterations=sum(count for _, count in path),
+        seconds=time.perf_counter() - started,
+    )
+
+
+def _forces(simulation: dns.Simulation, model: SolidModel):
+    """Reaction and iterations of every increment; increments are dropped as soon as they are read."""
+    pulled = simulation.drive.fixed[simulation.drive.value != 0]
+    for increment in trace(model, simulation.drive, simulation.settings, simulation.solver):
+        if increment.index:
+            yield float(increment.response.force[pulled].sum()), increment.newton_iterations
+
+
+def _there(simulation: dns.Simulation, knit: Knit, constraints: str, threads: int) -> Pull:
+    deck = tied_knit(simulation.scene, knit, simulation.mesh, simulation.tie, constraints)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "deck.inp"
+        write_inp(dataclasses.replace(deck, fields=False), path, "calculix")
+        run = calculix.run(path, threads)
+    return Pull(
+        label=f"CalculiX, ties as {constraints}",
+        force=run.force[:, 0],
+        iterations=int(run.iterations.sum()),
+        seconds=run.seconds,
+        memory=run.memory_growth / 1e6,
+        notes=tuple(run.warnings),
+    )
+
+
+def _table(simulation: dns.Simulation, knit: Knit, pulls: list[Pull], threads: int) -> str:
+    scene, settings = simulation.scene, simulation.settings
+    cost = pd.DataFrame(
+        {
+            "force [N]": [pull.force[-1] for pull in pulls],
+            "difference": [pull.force[-1] / pulls[-1].force[-1] - 1 for pull in pulls],
+            "iterations": [pull.iterations for pull in pulls],
+            "time [s]": [round(pull.seconds, 1) for pull in pulls],
+            "memory growth [MB]": [round(pull.memory) if pull.memory > 0 else "" for pull in pulls],
+        },
+        index=[pull.label for pull in pulls],
+    )
+    forces = pd.DataFrame(
+        {pull.label: pull.force for pull in pulls}, index=1 + np.arange(len(pulls[0].force))
+    )
+    return "\n".join(
+        [
+            f"{scene.name}, {knit.loops} x {knit.rows}: {simulation.mesh.nodes.size} degrees of freedom,",
+            f"h = {1e3 * scene.mesh.size:g} mm, strain {scene.load.strain:g}, {settings.increments} increments",
+            f"threads in CalculiX: {threads}; differences from the last row",
+            "",
+            cost.to_string(float_format="{:.7g}".format),
+            "",
+            "Force [N] of every increment",
+            forces.T.to_string(float_format="{:.7g}".format),
+            *(f"{pull.label}: {note}" for pull in pulls for note in pull.notes),
+            "",
+        ]
+    )
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except KnitstudyError as error:
+        sys.exit(f"error: {error}")
