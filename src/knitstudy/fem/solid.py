@@ -91,7 +91,7 @@ class SolidModel:
         )
         return untied @ self._gather(state, stiffness=False).force.reshape(-1, 3)
 
-    def _gather(self, state: SolidState, stiffness: bool) -> "_Gathered":
+    def _gather(self, state: SolidState, stiffness: bool) -> _Gathered:
         """Evaluate all batches; threads share them, and sums are formed in one fixed order."""
         displacement = self.node_displacement(state)
         count = len(self.hexahedra)
