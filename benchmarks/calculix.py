@@ -138,9 +138,9 @@ def _table(simulation: dns.Simulation, knit: Knit, pulls: list[Pull], threads: i
     )
     return "\n".join(
         [
-            f"{scene.name}, {knit.loops} x {knit.rows}: {simulation.mesh.nodes.size} degrees of freedom,",
-            f"h = {1e3 * scene.mesh.size:g} mm, strain {scene.load.strain:g}, {settings.increments} increments",
-            f"threads in CalculiX: {threads}; differences from the last row",
+            f"{scene.name}, {knit.loops} x {knit.rows}, strain {scene.load.strain:g}, {settings.increments} increments",
+            f"{simulation.mesh.nodes.size} degrees of freedom, h = {1e3 * scene.mesh.size:g} mm",
+            f"{threads} threads in CalculiX; differences from the last row",
             "",
             cost.to_string(float_format="{:.7g}".format),
             "",
