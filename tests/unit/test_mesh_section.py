@@ -21,6 +21,11 @@ def test_size_sets_the_elements_across(size, nodes, quads, angles):
     assert (section.size, section.quads.shape[0], section.ring.size) == (nodes, quads, angles)
 
 
+@pytest.mark.parametrize("unit", [1e-6, 1e-3, 0.1, 1e3])
+def test_section_does_not_depend_on_the_unit_of_length(unit):
+    assert Section.for_size(1.8 * unit, 0.24 * unit).size == Section.for_size(1.8, 0.24).size  # 7.5 across
+
+
 @pytest.mark.parametrize(("core", "rings"), [(3, 1), (4, 1), (4, 2), (5, 1), (6, 2), (8, 2)])
 def test_elements_are_well_shaped(core, rings):
     section = Section.butterfly(core, rings)

@@ -86,7 +86,8 @@ class Section:
         for name, value in (("diameter", diameter), ("size", size)):
             if not value > 0:
                 raise MeshError(f"section {name}: {value} m is not allowed; it must be positive")
-        across = round(diameter / size)
+        # Rounded first: the same section in whatever unit of length, halves included.
+        across = round(round(diameter / size, 6))
         rings = max(1, round(across / 6))
         return cls.butterfly(max(FEWEST_CORE, across - 2 * rings), rings)
 
