@@ -1,0 +1,95 @@
+"""The geometry stage: from a scene to the optimised knit and the report on it."""
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.geometry.loop import Loop
+from knitstudy.geometry.optimise import CONTACT_TOLERANCE, optimise
+from knitstudy.geometry.pattern import Knit, metre
+from knitstudy.geometry.survey import check_yarns, survey
+
+
+def build(scene):
+    """Optimise the loop of a scene and lay out its knit.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its sections pattern, yarn (diameter) and geometry are read.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``Knit.to_dataset()``, with the initial control points and, for both states "before" and "after", the
+        terms of F, length, smallest radius of curvature, deepest penetration, gaps and angles.
+
+    Raises
+    ------
+    GeometryError
+        When no valid knit comes out.
+    """
+    initial = initial_loop(scene)
+    loop, optimum = optimise(initial, scene.geometry)
+    surveys = survey(initial), survey(loop)
+    check_yarns(surveys[1], loop, CONTACT_TOLERANCE)
+    knit = Knit(loop, scene.pattern.loops, scene.pattern.rows)
+    return knit.to_dataset().merge(report(initial, optimum, surveys))
+
+
+def initial_loop(scene):
+    """The loop of a scene before its optimisation: Loop."""
+    pattern = scene.pattern
+    return Loop(
+        np.asarray(pattern.control_points, dtype=float),
+        pattern.wale_spacing,
+        pattern.course_spacing,
+        0.5 * scene.yarn.diameter,
+        pattern.clearance,
+    )
+
+
+def report(initial, optimum, surveys):
+    """What the optimisation changed: a dataset over the states "before" and "after".
+
+    Parameters
+    ----------
+    initial : Loop
+    optimum : Optimum
+    surveys : tuple of two Survey
+        Of the loop before and after.
+
+    Returns
+    -------
+    xarray.Dataset
+    """
+    terms = list(optimum.after)
+    values = [[state[term] for term in terms] for state in (optimum.before, optimum.after)]
+
+    def measured(name, attributes):
+        return ("state", [getattr(surveyed, name) for surveyed in surveys], attributes)
+
+    degrees = {"units": "degree", "long_name": "angle to x in the plane"}
+    return xr.Dataset(
+        {
+            "control_points_before": (
+                ("point", "xyz"),
+                initial.control_points,
+                metre("before the optimisation"),
+            ),
+            "cost": (("state", "term"), values, {"units": "1", "long_name": "terms of F, unweighted, and F"}),
+            "loop_length": measured("length", metre("arc length of yarn in a loop")),
+            "radius_of_curvature": measured("radius_of_curvature", metre("the smallest one")),
+            "penetration": measured("penetration", metre("deepest penetration of two pieces of yarn")),
+            "gap": measured("gap", metre("smallest gap of pieces that are not neighbours along a yarn")),
+            "other_gap": measured("other_gap", metre("the same, away from the crossings")),
+            "crossing_distance": (
+                ("state", "cell_zone"),
+                [s.distance for s in surveys],
+                metre("of centrelines"),
+            ),
+            "interlock_angle": measured("interlock_angle", degrees),
+            "leg_angle": measured("leg_angle", degrees),
+        },
+        coords={"state": ["before", "after"], "term": terms},
+        attrs={"iterations": optimum.iterations, "gradient": optimum.gradient},
+    )

@@ -1,0 +1,224 @@
+"""Catmull-Rom curves, and the arc-length curve of one yarn.
+
+A Catmull-Rom curve runs through its control points P_k; between P_k and P_k+1 it is a cubic Bezier curve
+whose inner control points are P_k + (P_k+1 - P_k-1)/6 and P_k+1 - (P_k+2 - P_k)/6, so that neighbours join
+with C1 continuity (Catmull and Rom 1974). It is linear in its control points, which is what makes exact
+gradients cheap.
+"""
+
+from functools import cached_property
+
+import numpy as np
+
+from knitstudy.errors import GeometryError
+
+STENCIL = np.arange(-1, 3)
+"""Control points that a Bezier segment k depends on, relative to k."""
+
+BASIS = 0.5 * np.array([[0, -1, 2, -1], [2, 0, -5, 3], [0, 1, 4, -3], [0, 0, -1, 1]])
+"""Weight of each stencil point as a polynomial of the segment's t: powers 0 to 3 along the columns."""
+
+_LEGENDRE_POINTS, _LEGENDRE_WEIGHTS = np.polynomial.legendre.leggauss(16)
+GAUSS_POINTS, GAUSS_WEIGHTS = 0.5 * (_LEGENDRE_POINTS + 1), 0.5 * _LEGENDRE_WEIGHTS
+"""Gauss rule on [0, 1]: the length of a segment to about 1e-10 of it."""
+
+
+class CatmullRom:
+    """C1 piecewise cubic curve through control points, periodic up to an advance.
+
+    Parameters
+    ----------
+    control_points : array_like (P, 3)
+        Points that the curve passes at the parameters u = 0, 1, ..., P - 1. [m]
+    advance : array_like (3,)
+        What the curve moves on by when u grows by P: C(u + P) = C(u) + advance. [m]
+
+    Raises
+    ------
+    GeometryError
+        With fewer than four control points, or points that are not finite or not of shape (P, 3).
+    """
+
+    def __init__(self, control_points, advance):
+        self.control_points = np.array(control_points, dtype=float)
+        self.advance = np.array(advance, dtype=float)
+        shape = self.control_points.shape
+        if len(shape) != 2 or shape[1] != 3 or shape[0] < 4 or self.advance.shape != (3,):
+            raise GeometryError(
+                f"control points of shape {shape}, advance of shape {self.advance.shape}: "
+                "a curve needs at least 4 points of 3 coordinates and an advance of 3"
+            )
+        if not (np.isfinite(self.control_points).all() and np.isfinite(self.advance).all()):
+            raise GeometryError("control points or advance are not finite: all coordinates must be numbers")
+
+    @property
+    def period(self):
+        """Number of Bezier segments, and of control points, in one period."""
+        return len(self.control_points)
+
+    def value(self, u):
+        """Points of the curve: u (k,) -> (k, 3), m."""
+        return self._evaluate(u, 0)
+
+    def d1(self, u):
+        """First derivative with respect to u: (k,) -> (k, 3), m."""
+        return self._evaluate(u, 1)
+
+    def d2(self, u):
+        """Second derivative with respect to u, discontinuous at integers: (k,) -> (k, 3), m."""
+        return self._evaluate(u, 2)
+
+    def _evaluate(self, u, order):
+        index, weights = stencil(u, order)
+        return (weights[..., None] * self.points(index)).sum(axis=-2)
+
+    def points(self, index):
+        """Control points of any integer index, beyond one period too: (...) -> (..., 3), m."""
+        turns, k = np.divmod(index, self.period)
+        return self.control_points[k] + turns[..., None] * self.advance
+
+    def operator(self, u, order=0):
+        """The curve, or a derivative of it, as a linear map of the control points.
+
+        Parameters
+        ----------
+        u : ndarray (k,)
+        order : int
+            Order of the derivative, 0 to 2.
+
+        Returns
+        -------
+        matrix : ndarray (k, P)
+        offset : ndarray (k, 3)
+            ``matrix @ control_points + offset`` is the derivative at u; the offset stems from the advance.
+            [m]
+        """
+        index, weights = stencil(u, order)
+        turns, k = np.divmod(index, self.period)
+        matrix = np.zeros((len(index), self.period))
+        np.add.at(matrix, (np.arange(len(index))[:, None], k), weights)
+        return matrix, (weights * turns).sum(axis=1)[:, None] * self.advance
+
+    def bezier(self):
+        """Control points of the Bezier segments of one period: (P, 4, 3), m."""
+        before, start, end, after = np.moveaxis(self.points(np.arange(self.period)[:, None] + STENCIL), 1, 0)
+        return np.stack([start, start + (end - before) / 6, end - (after - start) / 6, end], axis=1)
+
+    def segment_lengths(self):
+        """Arc length of every Bezier segment of one period: (P,), m."""
+        u = np.arange(self.period)[:, None] + GAUSS_POINTS
+        return np.linalg.norm(self.d1(u), axis=-1) @ GAUSS_WEIGHTS
+
+    def curvature(self, u):
+        """Curvature |C' x C''| / |C'|^3: (k,) -> (k,), 1/m."""
+        d1 = self.d1(u)
+        return np.linalg.norm(np.cross(d1, self.d2(u)), axis=-1) / np.linalg.norm(d1, axis=-1) ** 3
+
+    def shifted(self, vector):
+        """The same curve moved by a vector (3,), m."""
+        return CatmullRom(self.control_points + np.asarray(vector), self.advance)
+
+
+def stencil(u, order):
+    """Indices and weights of the control points that a point of the curve is made of.
+
+    Parameters
+    ----------
+    u : array_like (...)
+    order : int
+        Order of the derivative with respect to u, 0 to 2.
+
+    Returns
+    -------
+    index : ndarray of int (..., 4)
+    weights : ndarray (..., 4)
+    """
+    u = np.asarray(u, dtype=float)
+    segment = np.floor(u)
+    t = u - segment
+    one, zero = np.ones_like(t), np.zeros_like(t)
+    powers = (
+        (one, t, t * t, t * t * t),
+        (zero, one, 2 * t, 3 * t * t),
+        (zero, zero, 2 * one, 6 * t),
+    )[order]
+    return segment[..., None].astype(int) + STENCIL, np.stack(powers, axis=-1) @ BASIS.T
+
+
+class Centreline:
+    """Centreline of one yarn as a curve of its arc length, from the left sinker centre to the right one.
+
+    Parameters
+    ----------
+    curve : CatmullRom
+        Its control point 0 is the sinker centre where the yarn is cut. [m]
+    loops : int
+        Number of periods that the yarn is long.
+
+    Attributes
+    ----------
+    length : float
+        Arc length of the yarn. [m]
+    """
+
+    def __init__(self, curve, loops):
+        self.curve = curve
+        self.loops = loops
+        self.length = float(self._knots[-1])
+
+    @cached_property
+    def _knots(self):
+        """Arc length at every control point: (loops P + 1,), m."""
+        return np.concatenate([[0.0], np.cumsum(np.tile(self.curve.segment_lengths(), self.loops))])
+
+    def position(self, s):
+        """Points at the arc lengths s: (k,) -> (k, 3), m."""
+        return self.curve.value(self.parameter(s))
+
+    def tangent(self, s):
+        """Unit tangents at the arc lengths s: (k,) -> (k, 3)."""
+        d1 = self.curve.d1(self.parameter(s))
+        return d1 / np.linalg.norm(d1, axis=-1, keepdims=True)
+
+    def curvature(self, s):
+        """Curvature at the arc lengths s: (k,) -> (k,), 1/m."""
+        return self.curve.curvature(self.parameter(s))
+
+    def arc_length(self, u):
+        """Arc length from the left end to the curve's parameter u: (k,) -> (k,), m."""
+        u = np.asarray(u, dtype=float)
+        segment = np.clip(np.floor(u), 0, len(self._knots) - 2).astype(int)
+        return self._knots[segment] + self._partial_length(segment, u - segment)
+
+    def parameter(self, s):
+        """The curve's parameter u at the arc lengths s: (k,) -> (k,).
+
+        Newton's method on the length of the part of a segment; the length grows with u, so that a bracket
+        of one segment, halved where Newton leaves it, cannot fail.
+
+        Raises
+        ------
+        GeometryError
+            When an arc length lies outside the yarn.
+        """
+        s = np.asarray(s, dtype=float)
+        slack = 1e-9 * self.length
+        if s.size and not (s.min() >= -slack and s.max() <= self.length + slack):
+            raise GeometryError(f"arc length {s.min()} .. {s.max()} m: allowed is 0 .. {self.length} m")
+        segment = np.clip(np.searchsorted(self._knots, s, side="right") - 1, 0, len(self._knots) - 2)
+        rest = s - self._knots[segment]
+        t = np.clip(rest / np.diff(self._knots)[segment], 0, 1)
+        low, high = np.zeros_like(t), np.ones_like(t)
+        for _ in range(60):
+            error = self._partial_length(segment, t) - rest
+            if np.abs(error).max(initial=0.0) <= 1e-14 * self.length:
+                break
+            low, high = np.where(error < 0, t, low), np.where(error > 0, t, high)
+            newton = t - error / np.linalg.norm(self.curve.d1(segment + t), axis=-1)
+            t = np.where((newton < low) | (newton > high), 0.5 * (low + high), newton)
+        return segment + t
+
+    def _partial_length(self, segment, t):
+        """Arc length of a segment from its start to its parameter t: (k,), (k,) -> (k,), m."""
+        u = segment[..., None] + t[..., None] * GAUSS_POINTS
+        return t * (np.linalg.norm(self.curve.d1(u), axis=-1) @ GAUSS_WEIGHTS)
