@@ -50,10 +50,18 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
         Naming file, scene, key, value and what is allowed.
     """
     config = Path(config)
+    default_scene(config)  # what is wrong in the defaults is said of the defaults
     defaults = read_yaml(config / "defaults.yaml")
     scenes = {row["scene"]: _scene(row, defaults, config) for row in _read_table(config / "scenes.tsv")}
     check_scenes_together(scenes, str(config / "scenes.tsv"))
     return scenes
+
+
+def default_scene(config: Path = CONFIG) -> Scene:
+    """Return the scene that the defaults and their loop describe."""
+    path = Path(config) / "defaults.yaml"
+    document = _over_loop(read_yaml(path), Path(config))
+    return Scene.from_dict({"name": "defaults", "knit": "defaults", **document}, str(path))
 
 
 def load_knits(config: Path = CONFIG) -> dict[str, Scene]:
@@ -62,8 +70,7 @@ def load_knits(config: Path = CONFIG) -> dict[str, Scene]:
     The geometry stage is parametrised by it: another load or mesh of one scene then leaves the geometry as
     it is.
     """
-    defaults = read_yaml(Path(config) / "defaults.yaml")
-    base = _scene({"scene": "defaults", "study": "", "knit": "defaults"}, defaults, Path(config))
+    base = default_scene(config)
     knits: dict[str, Scene] = {}
     for scene in load_scenes(config).values():
         yarn = dataclasses.replace(base.yarn, diameter=scene.yarn.diameter)
@@ -148,11 +155,17 @@ def _scene(row: dict[str, str], defaults: dict, config: Path) -> Scene:
     for key, cell in row.items():
         if key not in ("scene", "study") and cell.strip():
             set_dotted(overrides, key, _parse_cell(cell, key, where), where)
-    document = _merged(defaults, overrides)
-    loop = document.get("pattern", {}).pop("loop", None)
-    if loop is not None:
-        document = _merged(_read_loop(config / str(loop)), document)
+    document = _over_loop(_merged(defaults, overrides), config)
     return Scene.from_dict({"name": row["scene"], **document}, where)
+
+
+def _over_loop(document: dict, config: Path) -> dict:
+    """Return a document with the loop file that ``pattern.loop`` names laid under it."""
+    pattern = document.get("pattern")
+    if not isinstance(pattern, dict) or "loop" not in pattern:
+        return document
+    rest = {key: value for key, value in pattern.items() if key != "loop"}
+    return _merged(_read_loop(config / str(pattern["loop"])), document | {"pattern": rest})
 
 
 def _read_table(path: Path) -> list[dict[str, str]]:

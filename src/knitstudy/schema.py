@@ -37,15 +37,19 @@ def validate(document: Any, schema: dict, where: str) -> None:
     Raises
     ------
     ConfigurationError
-        For the first key, in alphabetical order, that is unknown, missing or has a value that is not allowed.
+        For the first key that is unknown, missing or has a value that is not allowed.
     """
     _check_finite(document, where)
     errors = jsonschema.Draft202012Validator(schema).iter_errors(document)
-    first = min(
-        errors, key=lambda error: ([str(part) for part in error.absolute_path], error.message), default=None
-    )
+    first = min(errors, key=_rank, default=None)
     if first is not None:
         raise ConfigurationError(f"{where}: {_message(first)}")
+
+
+def _rank(error: ValidationError) -> tuple[int, str]:
+    """Order errors: an unknown key first and a missing key last, since a misspelt one is missing as well."""
+    ranks = {"additionalProperties": 0, "required": 2}
+    return ranks.get(error.validator, 1), dotted(error.absolute_path)
 
 
 def _message(error: ValidationError) -> str:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import logging
 import os
 import resource
+import signal
 import sys
+import threading
 import time
 import traceback
 from collections.abc import Iterator
@@ -39,6 +41,7 @@ def stage(job: Any, resumed: bool = False) -> Iterator[Progress]:
     Progress
         To be handed to the stage's function.
     """
+    _end_with_parent()
     label = " ".join([job.rule, *job.wildcards])
     path = Path(job.log[0])
     started = time.monotonic()
@@ -53,6 +56,21 @@ def stage(job: Any, resumed: bool = False) -> Iterator[Progress]:
             _fail(f"error in {label}: {type(error).__name__}: {error}", path, console)
         _log_footer(started)
         print(f"{label}  done in {time.monotonic() - started:.0f} s", file=console)
+
+
+def _end_with_parent() -> None:
+    """End this process when the workflow engine that started it is killed.
+
+    An orphan would go on writing the restart file that the next run goes on from.
+    """
+    parent = os.getppid()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 @contextmanager

@@ -97,6 +97,8 @@ def test_scenes_of_one_knit_share_its_geometry(config):
         ("scenes.tsv", None, r"scenes\.tsv: is missing"),
         ("loop.yaml", None, r"loop\.yaml: is missing"),
         ("defaults.yaml", "a: [", r"defaults\.yaml: is not YAML"),
+        ("defaults.yaml", "pattern: 3", r"defaults\.yaml: pattern is 3 but must be a group of keys"),
+        ("defaults.yaml", "lod: 3", r"defaults\.yaml: unknown key 'lod' \(did you mean 'load'\?\)"),
         ("defaults.yaml", "- 1", r"defaults\.yaml: must hold a mapping"),
         ("loop.yaml", "diameter: 1.8e-3", r"loop\.yaml: the key 'control_points' .* is missing"),
         (

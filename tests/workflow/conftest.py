@@ -1,0 +1,86 @@
+"""The real workflow in a copy of the checkout, in a folder whose name has a space."""
+
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PARTS = ("Snakefile", "config", "profiles", "resources", "src", "workflow", "pyproject.toml")
+
+
+@dataclass(frozen=True)
+class Checkout:
+    """A copy of all that the workflow needs."""
+
+    folder: Path
+
+    @property
+    def environment(self):
+        """Variables under which the copy's own library is used, and nothing outside of it is written."""
+        cache = self.folder / ".snakemake" / "cache"
+        own = {"PYTHONPATH": str(self.folder / "src"), "XDG_CACHE_HOME": str(cache)}
+        return os.environ | own
+
+    def study(self, *arguments):
+        """Run what `make study` runs."""
+        command = [sys.executable, "workflow/study.py", *arguments]
+        return subprocess.run(
+            command, cwd=self.folder, env=self.environment, capture_output=True, text=True, check=False
+        )
+
+    def start_study(self, *arguments):
+        """Start what `make study` runs in a process group of its own, and return at once."""
+        command = [sys.executable, "workflow/study.py", *arguments]
+        return subprocess.Popen(
+            command,
+            cwd=self.folder,
+            env=self.environment,
+            start_new_session=True,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+
+    def snakemake(self, *arguments):
+        """Run plain snakemake."""
+        command = [sys.executable, "-m", "snakemake", *arguments]
+        return subprocess.run(
+            command, cwd=self.folder, env=self.environment, capture_output=True, text=True, check=False
+        )
+
+    def planned(self, *arguments):
+        """Return the jobs that Snakemake would run, as a set of rule names."""
+        ended = self.snakemake("--dry-run", "--config", "study=ci", *arguments)
+        assert ended.returncode == 0, ended.stderr
+        lines = (ended.stdout + ended.stderr).splitlines()
+        rows = [line.split() for line in lines]
+        return {row[0] for row in rows if len(row) == 2 and row[1].isdigit()} - {"total", "all"}
+
+
+def copy_checkout(folder):
+    """Copy the checkout without its results into a folder."""
+    folder.mkdir(parents=True)
+    for part in PARTS:
+        source, target = ROOT / part, folder / part
+        if source.is_dir():
+            shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+        else:
+            shutil.copy2(source, target)
+    return Checkout(folder)
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory):
+    """Checkout in which the coarsest study was run from nothing: (checkout, ended process)."""
+    checkout = copy_checkout(tmp_path_factory.mktemp("workflow") / "a checkout")
+    return checkout, checkout.study("ci")
+
+
+@pytest.fixture
+def fresh(tmp_path):
+    """Checkout in which nothing was run."""
+    return copy_checkout(tmp_path / "a checkout")

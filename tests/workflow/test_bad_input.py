@@ -1,0 +1,59 @@
+"""What a user can get wrong ends with one message and status 1, and earlier results stay."""
+
+import os
+
+import pytest
+
+
+def rewrite(path, old, new):
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+
+
+def one_message(ended):
+    """Return the only line of a failed run that is not progress."""
+    assert ended.returncode == 1
+    lines = [line for line in (ended.stdout + ended.stderr).splitlines() if not line.startswith("[")]
+    assert len([line for line in lines if line.startswith("error")]) == 1, lines
+    assert "Traceback" not in ended.stdout + ended.stderr
+    return lines[0]
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "message"),
+    [
+        ("defaults.yaml", "strain: 0.05", "strain: 0", "load.strain is 0 but must be a number > 0"),
+        ("defaults.yaml", "loops: 3", "loops: three", "pattern.loops is 'three' but must be a whole number"),
+        ("defaults.yaml", "strain:", "strane:", "unknown key 'load.strane' (did you mean 'strain'?)"),
+        ("calibrated_loop.yaml", "diameter:", "width:", "the key 'diameter' of a calibrated loop is missing"),
+    ],
+)
+def test_wrong_configuration_runs_nothing(fresh, file, old, new, message):
+    rewrite(fresh.folder / "config" / file, old, new)
+    assert message in one_message(fresh.study("ci"))
+    assert not (fresh.folder / "results").exists()
+
+
+def test_unknown_study(fresh):
+    assert "study is 'tiny' but must be ci, reduced or full" in one_message(fresh.study("tiny"))
+
+
+def test_unknown_key_of_the_workflow(fresh):
+    ended = fresh.snakemake("--dry-run", "--config", "mash=1")
+    assert ended.returncode == 1
+    assert "unknown key 'mash'" in ended.stderr
+
+
+def test_truncated_mesh_keeps_the_results(finished):
+    checkout, _ = finished
+    mesh = checkout.folder / "results" / "mesh" / "dns-tie-course-coarse.nc"
+    history = checkout.folder / "results" / "dns" / "dns-tie-course-coarse.nc"
+    content, earlier = mesh.read_bytes(), history.read_bytes()
+    try:
+        os.truncate(mesh, len(content) // 2)
+        message = one_message(checkout.study("ci"))
+        assert "results/mesh/dns-tie-course-coarse.nc: is truncated or is not netCDF" in message
+        assert history.read_bytes() == earlier
+    finally:
+        mesh.write_bytes(content)

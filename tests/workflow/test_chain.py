@@ -1,0 +1,102 @@
+"""The whole study on the coarsest 3 x 3 knit: results, nothing to do, and what an edit runs again."""
+
+import numpy as np
+import pytest
+
+from knitstudy.configuration import load_scenes, load_study
+from knitstudy.io import read_dataset
+
+SIMULATION = {"geometry", "mesh", "dns", "contacts", "rom"}
+
+
+@pytest.fixture(scope="module")
+def checkout(finished):
+    checkout, ended = finished
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    return checkout
+
+
+def test_last_line_says_where_the_results_are(finished):
+    checkout, ended = finished
+    last = ended.stdout.splitlines()[-1]
+    assert last.startswith("Study ci: complete in ")
+    assert str(checkout.folder / "results") in last
+
+
+def test_every_scene_has_a_history_with_provenance(checkout):
+    scenes = load_scenes(checkout.folder / "config")
+    for name in load_study("ci", checkout.folder / "config"):
+        stage = "dns" if scenes[name].fidelity == "dns" else "rom"
+        history = read_dataset(checkout.folder / "results" / stage / f"{name}.nc", ["strain", "force"])
+        assert history.scene_hash == scenes[name].hash
+        assert history.strain[-1] == pytest.approx(scenes[name].load.strain)
+        assert (np.diff(history.force) > 0).all(), "a knit in tension pulls back harder and harder"
+
+
+def test_progress_has_the_time_left(finished):
+    assert "100% [" in finished[1].stdout
+
+
+def test_logs_say_what_ran(checkout):
+    log = (checkout.folder / "logs" / "dns" / "dns-tie-course-coarse.log").read_text()
+    assert "increment 1: strain" in log
+    assert "numpy" in log
+
+
+def test_again_there_is_nothing_to_do(checkout):
+    ended = checkout.study("ci")
+    assert ended.returncode == 0
+    assert ended.stdout.startswith("Study ci: nothing to do, everything is up to date.")
+
+
+@pytest.fixture
+def edited(checkout):
+    """Function that appends a line to a file of the checkout, taken away again at the end of the test."""
+    before = {}
+
+    def edit(path, line="# edited\n"):
+        path = checkout.folder / path
+        before[path] = path.read_text()
+        path.write_text(before[path] + line)
+
+    yield edit
+    for path, text in before.items():
+        path.write_text(text)
+
+
+def test_edited_figures_run_no_simulation(checkout, edited):
+    for path in sorted((checkout.folder / "src" / "knitstudy" / "figures").glob("*.py")):
+        edited(path.relative_to(checkout.folder))
+    assert not checkout.planned() & SIMULATION
+
+
+def test_edited_solver_runs_simulations_and_no_mesh(checkout, edited):
+    edited("src/knitstudy/fem/newton.py")
+    planned = checkout.planned()
+    assert {"dns", "contacts", "rom"} <= planned
+    assert not {"geometry", "mesh"} & planned
+
+
+def test_edited_documentation_of_the_scene_runs_nothing(checkout, edited):
+    edited("src/knitstudy/scene.py")
+    assert checkout.planned() == set()
+
+
+def test_changed_scene_runs_itself_and_what_depends_on_it(checkout, edited):
+    path = checkout.folder / "config" / "scenes.tsv"
+    rows = path.read_text().splitlines()
+    column = rows[0].split("\t").index("load.strain")
+    for number, row in enumerate(rows):
+        cells = row.split("\t")
+        if cells[0] == "rom2d-tie-course-coarse":
+            cells[column] = "0.02"
+            rows[number] = "\t".join(cells)
+    edited("config/scenes.tsv", "")
+    path.write_text("\n".join(rows) + "\n")
+    planned = checkout.planned()
+    assert "rom" in planned
+    assert not {"geometry", "mesh", "dns", "contacts"} & planned
+
+
+def test_single_files_are_targets(checkout):
+    assert checkout.planned("results/mesh/dns-tie-course.nc") == {"mesh"}

@@ -1,0 +1,56 @@
+"""A run that was killed goes on: lock, incomplete files and converged increments included."""
+
+import os
+import signal
+import time
+
+import numpy as np
+
+from knitstudy.io import read_dataset
+
+LOG = "logs/dns/dns-tie-course-coarse.log"
+HISTORY = "results/dns/dns-tie-course-coarse.nc"
+PATIENCE = 120
+"""Seconds until a simulation that reports no increment counts as failed."""
+
+
+def wait_for(text, path):
+    deadline = time.monotonic() + PATIENCE
+    while not (path.exists() and text in path.read_text()):
+        assert time.monotonic() < deadline, f"{text!r} did not appear in {path}"
+        time.sleep(0.05)
+
+
+def test_killed_simulation_goes_on(finished, fresh):
+    log = fresh.folder / LOG
+    process = fresh.start_study("ci")
+    wait_for("increment 1: ", log)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    assert not (fresh.folder / HISTORY).exists()
+
+    # One scene is enough here; the rest of the study is made as in any other run.
+    ended = fresh.study("ci", "--", "--until", "dns")
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    text = log.read_text()
+    assert text.count("increment 1: ") == 1, "what had converged is not computed again"
+    assert "going on from increment 1" in text
+
+    checkout, _ = finished
+    force = read_dataset(fresh.folder / HISTORY).force
+    reference = read_dataset(checkout.folder / HISTORY).force
+    # The bar for restarts: 1e-6 of the largest force over the whole curve.
+    np.testing.assert_allclose(force, reference, rtol=0, atol=1e-6 * float(reference.max()))
+
+
+def test_second_study_at_once_is_refused(fresh):
+    process = fresh.start_study("ci")
+    try:
+        lock = fresh.folder / "run" / "study.lock"
+        wait_for(str(process.pid), lock)
+        ended = fresh.study("ci")
+        assert ended.returncode == 1
+        assert f"a study is running here already (process {process.pid})" in ended.stderr
+    finally:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
