@@ -1,0 +1,94 @@
+"""Cases of verification record what they measured; `make verify` keeps that as a table.
+
+A case takes the fixture `verify` and hands it a result, its reference and its bar. With ``--full`` cases run at full
+resolution; with ``--table FILE`` the session writes the table of all cases, when all of them have run.
+"""
+
+import csv
+import datetime
+
+import pytest
+
+from knitstudy.imports import modules_behind
+from knitstudy.io import replacing
+
+PHYSICS = ("knitstudy.geometry.build", "knitstudy.mesh.knit", "knitstudy.dns", "knitstudy.rom.run", "knitstudy.contacts")
+"""Stages whose code the table speaks of."""
+
+COLUMNS = ("case", "reference", "result", "bar", "holds", "date", "test")
+
+
+def pytest_addoption(parser):
+    group = parser.getgroup("verification")
+    group.addoption("--full", action="store_true", help="run cases of verification at full resolution")
+    group.addoption("--table", metavar="FILE", help="write the table of verification cases")
+
+
+class Verify:
+    """Judges one case after the other and keeps a row of each."""
+
+    def __init__(self, test, rows):
+        self._test, self._rows = test, rows
+
+    def within(self, case, result, reference, bar):
+        """The result differs from the reference by at most the share `bar` of it."""
+        self._judge(case, f"{reference:.6g}", f"{result:.6g}", f"within {bar:.2g}", abs(result / reference - 1) <= bar)
+
+    def at_most(self, case, result, bar, reference="0"):
+        """An error is at most `bar`."""
+        self._judge(case, reference, f"{result:.3g}", f"<= {bar:.2g}", result <= bar)
+
+    def at_least(self, case, result, bar, reference):
+        """A rate is at least `bar`."""
+        self._judge(case, reference, f"{result:.4g}", f">= {bar:g}", result >= bar)
+
+    def _judge(self, case, reference, result, bar, holds):
+        today = datetime.date.today().isoformat()
+        self._rows.append(dict(zip(COLUMNS, (case, reference, result, bar, bool(holds), today, self._test), strict=True)))
+        assert holds, f"{case}: {result}, reference {reference}, bar {bar}"
+
+
+ROWS = pytest.StashKey[list]()
+
+
+def pytest_configure(config):
+    config.stash[ROWS] = []
+
+
+@pytest.fixture
+def verify(request):
+    return Verify(request.node.nodeid, request.config.stash[ROWS])
+
+
+@pytest.fixture(scope="session")
+def full(request):
+    """Whether cases run at full resolution."""
+    return request.config.getoption("--full")
+
+
+def fingerprint():
+    """Checksum of the code that the table speaks of."""
+    import hashlib
+
+    digest = hashlib.sha256()
+    for path in modules_behind(*PHYSICS):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def pytest_sessionfinish(session, exitstatus):
+    path = session.config.getoption("--table")
+    if not path or exitstatus != 0:
+        return
+    with replacing(path) as temporary, open(temporary, "w", newline="") as file:
+        file.write(f"# physics {fingerprint()}\n")
+        table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        table.writeheader()
+        table.writerows(sorted(session.config.stash[ROWS], key=lambda row: (row["test"], row["case"])))
+
+
+def pytest_terminal_summary(terminalreporter, exitstatus, config):
+    path = config.getoption("--table")
+    if path and exitstatus == 0:
+        rows = config.stash[ROWS]
+        terminalreporter.write_line(f"{len(rows)} cases of verification hold: {path}")

@@ -1,0 +1,42 @@
+"""Small blocks of hexahedra, for cases with exact solutions."""
+
+import numpy as np
+
+from knitstudy.fem.hexahedron import OnePointHexahedron
+from knitstudy.fem.material import Material
+from knitstudy.fem.solid import SolidModel
+
+
+def block(n, distortion=0.0, seed=0):
+    """Nodes (N, 3), hexahedra (n^3, 8) and the boundary's node numbers of an n x n x n block.
+
+    Inner nodes are moved at random by `distortion` of an element's edge.
+    """
+    grid = np.stack(np.meshgrid(*3 * [np.linspace(0, 1, n + 1)], indexing="ij"), axis=-1).reshape(-1, 3)
+    hexahedra = connect([n, n, n])
+    outside = np.flatnonzero(((grid < 1e-9) | (grid > 1 - 1e-9)).any(axis=1))
+    shift = np.random.default_rng(seed).uniform(-1, 1, grid.shape) * distortion / n
+    shift[outside] = 0
+    return grid + shift, hexahedra, outside
+
+
+def connect(counts):
+    """Hexahedra (E, 8) of a grid with `counts` elements along x, y and z, nodes in C order."""
+    shape = np.asarray(counts) + 1
+    index = np.arange(np.prod(shape)).reshape(shape)
+    low, high = index[:-1], index[1:]
+    bottom = [low[:, :-1, :-1], high[:, :-1, :-1], high[:, 1:, :-1], low[:, 1:, :-1]]
+    top = [low[:, :-1, 1:], high[:, :-1, 1:], high[:, 1:, 1:], low[:, 1:, 1:]]
+    return np.stack([corner.ravel() for corner in bottom + top], axis=1)
+
+
+def solid(nodes, hexahedra, law="hencky", element=OnePointHexahedron, modulus=1300.0):
+    """SolidModel of a block, nu = 0.42."""
+    material = Material(law, modulus, 0.42)
+    length = np.cbrt(np.ptp(nodes, axis=0).prod() / len(hexahedra))
+    return SolidModel(nodes, hexahedra, element(nodes[hexahedra], material), length)
+
+
+def unknowns(nodes):
+    """Unknowns of all components of some nodes."""
+    return (3 * np.asarray(nodes)[:, None] + np.arange(3)).ravel()

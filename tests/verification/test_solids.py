@@ -1,0 +1,184 @@
+"""Solids against exact solutions: patch test, rigid rotation, tangents, manufactured solution."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hexahedral_block import block, connect, solid, unknowns
+
+from knitstudy.fem.hexahedron import CORNERS, GRADIENTS, OnePointHexahedron, jacobians
+from knitstudy.fem.incompatible import IncompatibleHexahedron
+from knitstudy.fem.linear import LU
+from knitstudy.fem.material import LAWS, VOIGT, Material
+from knitstudy.fem.newton import Drive, Settings, trace
+from knitstudy.fem.rotation import exp
+from knitstudy.fem.solid import SolidModel, SolidState
+
+ELEMENTS = {"one-point": OnePointHexahedron, "incompatible modes": IncompatibleHexahedron}
+elements = pytest.mark.parametrize("name", ELEMENTS)
+laws = pytest.mark.parametrize("law", sorted(LAWS))
+
+EXACT = Settings(increments=1, residual_tolerance=1e-12, correction_tolerance=1e-9, exact=True)
+
+
+@laws
+@elements
+def test_patch(name, law, verify):
+    """An affine motion of the boundary of a distorted block is continued inside, whatever the law."""
+    nodes, hexahedra, outside = block(3, distortion=0.25)
+    model = solid(nodes, hexahedra, law, ELEMENTS[name])
+    gradient = np.array([[0.05, 0.02, -0.03], [0.04, -0.06, 0.01], [0.02, 0.03, 0.08]])
+    affine = nodes @ gradient.T
+    drive = Drive(unknowns(outside), affine[outside].ravel())
+    *_, end = trace(model, drive, EXACT, LU())
+    error = np.abs(end.state.displacement - affine).max() / np.abs(affine).max()
+    verify.at_most(f"patch test, {name}, {law}: displacement", error, 1e-10)
+
+
+@laws
+@elements
+def test_rigid_rotation(name, law, verify):
+    """A rotation alone gives no force, and superposed on a deformation it only turns the forces."""
+    nodes, hexahedra, _ = block(2, distortion=0.25)
+    model = solid(nodes, hexahedra, law, ELEMENTS[name])
+    rotation = exp(np.array([1.1, -0.7, 2.0]))
+    rigid = model.respond(SolidState(nodes @ rotation.T - nodes), stiffness=False)
+    level = 1300.0 * model.length**2
+    verify.at_most(f"rigid rotation, {name}, {law}: force over E h^2", np.abs(rigid.force).max() / level, 1e-10)
+    shift = 0.05 * model.length * np.random.default_rng(1).normal(size=nodes.shape)
+    before = model.respond(SolidState(shift), stiffness=False)
+    after = model.respond(SolidState((nodes + shift) @ rotation.T - nodes), stiffness=False)
+    turned = before.force.reshape(-1, 3) @ rotation.T
+    error = np.abs(after.force.reshape(-1, 3) - turned).max() / np.abs(turned).max()
+    verify.at_most(f"superposed rotation, {name}, {law}: force", error, 1e-10)
+    assert after.energy["internal"] == pytest.approx(before.energy["internal"], rel=1e-10)
+
+
+@laws
+def test_material_tangent(law, verify):
+    """Stress is the derivative of energy and the tangent that of stress, also at repeated principal strains."""
+    material = Material(law, 1.0, 0.42)
+    strain = 0.1 * np.random.default_rng(2).normal(size=(6, 3, 3))
+    strain = 0.5 * (strain + np.swapaxes(strain, 1, 2))
+    strain[0], strain[1], strain[2] = 0, 0.1 * np.eye(3), np.diag([0.1, 0.1, -0.1])
+    answer = material.respond(strain, tangent=True)
+    step, error = 1e-5, 0.0
+    for column, (i, j) in enumerate(VOIGT):
+        change = np.zeros((3, 3))
+        change[i, j] += 0.5 * step
+        change[j, i] += 0.5 * step
+        plus, minus = (material.respond(strain + sign * change, tangent=False) for sign in (1, -1))
+        slope = (plus.energy - minus.energy) / (2 * step)
+        np.testing.assert_allclose(slope, answer.stress[:, i, j], atol=1e-8)
+        slopes = (plus.stress - minus.stress)[:, VOIGT[:, 0], VOIGT[:, 1]] / (2 * step)
+        error = max(error, np.abs(slopes - answer.tangent[:, :, column]).max())
+    verify.at_most(f"tangent, {law}", error / np.abs(answer.tangent).max(), 1e-6, "central differences")
+
+
+@laws
+@elements
+def test_element_tangent(name, law, verify):
+    """The tangent agrees with central differences of the force, whose error falls with the square of the step."""
+    rng = np.random.default_rng(3)
+    corners = 0.5 * (CORNERS + 1) + 0.08 * rng.normal(size=(4, 8, 3))
+    element = ELEMENTS[name](corners, Material(law, 1.0, 0.42))
+    u = 0.05 * rng.normal(size=corners.shape)
+    direction = rng.normal(size=corners.shape)
+    stiffness = element.respond(slice(None), u, stiffness=True).stiffness.reshape(4, 8, 8, 3, 3)
+    exact = np.einsum("eabik,ebk->eai", stiffness, direction)
+    errors = []
+    for step in (4e-4, 2e-4):
+        forces = [element.respond(slice(None), u + sign * step * direction, False).force for sign in (1, -1)]
+        errors.append(np.abs((forces[0] - forces[1]) / (2 * step) - exact).max() / np.abs(exact).max())
+    verify.at_most(f"tangent, {name}, {law}", errors[1], 1e-6, "central differences")
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.1)
+
+
+class Loaded:
+    """A solid under dead nodal loads that starts from a given state."""
+
+    def __init__(self, model, load, start):
+        self.model, self.load, self._start = model, load, start
+        self.block, self.size, self.scale, self.length = model.block, model.size, model.scale, model.length
+
+    def start(self):
+        return self._start
+
+    def advance(self, state, step):
+        return self.model.advance(state, step)
+
+    def respond(self, state, stiffness):
+        response = self.model.respond(state, stiffness)
+        return dataclasses.replace(response, force=response.force - self.load)
+
+
+def manufactured(x):
+    """A smooth motion of the unit cube: displacement (k, 3) and its gradient (k, 3, 3)."""
+    a = 0.06
+    s, c = np.sin(np.pi * x), np.cos(np.pi * x)
+    u = a * np.stack([s[:, 0] * c[:, 1], s[:, 1] * c[:, 2], s[:, 2] * c[:, 0]], axis=1)
+    h = np.zeros((len(x), 3, 3))
+    for i, j in ((0, 1), (1, 2), (2, 0)):
+        h[:, i, i] = a * np.pi * c[:, i] * c[:, j]
+        h[:, i, j] = -a * np.pi * s[:, i] * s[:, j]
+    return u, h
+
+
+def consistent_load(model: SolidModel, material: Material):
+    """Nodal loads that hold the manufactured motion: the work of its stress on every shape function."""
+    corners = model.nodes[model.hexahedra]
+    force = np.zeros(corners.shape)
+    for natural, point in zip(GRADIENTS, CORNERS / np.sqrt(3), strict=True):
+        shape = np.prod(1 + CORNERS * point, axis=1) / 8
+        determinant, gradient = jacobians(corners, natural)
+        _, h = manufactured(np.einsum("a,eai->ei", shape, corners))
+        strain = 0.5 * (h + np.swapaxes(h, 1, 2) + np.swapaxes(h, 1, 2) @ h)
+        first = (h + np.eye(3)) @ material.respond(strain, tangent=False).stress
+        force += determinant[:, None, None] * gradient @ np.swapaxes(first, 1, 2)
+    return model.assembly.sum_forces(force)
+
+
+@elements
+def test_manufactured_solution(name, verify, full):
+    """Displacements of a smooth motion at finite strain converge with the second power of the element size."""
+    counts = np.array([4, 8, 16] if full else [3, 6])
+    material, errors = Material("hencky", 1300.0, 0.42), []
+    for n in counts:
+        nodes, hexahedra, outside = block(n)
+        bulge = 0.04 * np.prod(np.sin(np.pi * nodes), axis=1)
+        nodes = nodes + bulge[:, None]  # a smooth distortion that leaves the boundary in place
+        model = solid(nodes, hexahedra, "hencky", ELEMENTS[name])
+        exact, _ = manufactured(nodes)
+        loaded = Loaded(model, consistent_load(model, material), SolidState(exact))
+        fixed = unknowns(outside)
+        *_, end = trace(loaded, Drive(fixed, np.zeros(len(fixed))), EXACT, LU())
+        errors.append(np.sqrt(np.mean((end.state.displacement - exact) ** 2)))
+    order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    verify.at_least(f"manufactured solution, {name}: order of displacements", order, 1.8, "2")
+
+
+def test_pure_bending(verify, full):
+    """A bar six elements high bends as beam theory says, and its hourglass control carries next to nothing."""
+    high, count = 6, 60 if full else 36
+    nodes, hexahedra = _bar(count, high)
+    model = solid(nodes, hexahedra)
+    x, y, z = nodes.T
+    left, right = np.flatnonzero(x == 0), np.flatnonzero(x == x.max())
+    angle = 1e-3
+    # The ends stay plane and turn against each other about y; nothing else is held but rigid motions.
+    corner, above = left[(y[left] == 0) & (z[left] == 0)], left[(y[left] == 0) & (z[left] == 1)]
+    held = np.concatenate([3 * left, 3 * corner + 1, 3 * corner + 2, 3 * above + 1])
+    value = np.concatenate([np.zeros(len(held)), -angle * (z[right] - 0.5)])
+    *_, end = trace(model, Drive(np.concatenate([held, 3 * right]), value), EXACT, LU())
+    moment = -end.response.force[3 * right] @ (z[right] - 0.5)
+    theory = 1300.0 / 12 * angle / x.max()  # E I kappa
+    verify.within("pure bending, six one-point elements high: moment", moment, theory, 0.04)
+    share = end.response.energy["hourglass"] / end.response.energy["internal"]
+    verify.at_most("pure bending, six one-point elements high: hourglass over internal energy", share, 0.05)
+
+
+def _bar(count, high):
+    """Nodes and hexahedra of a bar of cubes with a section of 1 x 1, `high` elements a side."""
+    counts = np.array([count, high, high])
+    grid = np.stack(np.meshgrid(*map(np.arange, counts + 1), indexing="ij"), axis=-1)
+    return grid.reshape(-1, 3) / high, connect(counts)
