@@ -76,7 +76,7 @@ def assemble(scene: Scene, mesh: SweptMesh, knit: Knit) -> Simulation:
     stations = Stations(mesh.yarn_of_slice, mesh.arc_length, mesh.centres)
     gauge = knit.loops * knit.loop.wale_spacing
     recorder = Recorder(stations, driven, axis=0, travel=scene.load.strain * gauge, length=gauge)
-    solver = _solver(scene.solver.linear, model, mesh, tie, drive)
+    solver = linear_solver(scene.solver.linear, model, mesh, tie, drive)
     settings = Settings(
         increments=scene.solver.increments,
         residual_tolerance=scene.solver.residual_tolerance,
@@ -170,7 +170,7 @@ def structure(model: SolidModel, mesh: SweptMesh, tie: Tie, drive: Drive, rings:
     )
 
 
-def _solver(name: str, model: SolidModel, mesh: SweptMesh, tie: Tie, drive: Drive) -> LinearSolver:
+def linear_solver(name: str, model: SolidModel, mesh: SweptMesh, tie: Tie, drive: Drive) -> LinearSolver:
     """Return the linear solver of a scene; `auto` takes LU for small models and three scales for large ones."""
     if name == "auto":
         name = "lu" if model.size <= DIRECT_UNKNOWNS else "three_scale"

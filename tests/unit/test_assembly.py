@@ -1,0 +1,65 @@
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from knitstudy.fem.assembly import Assembly
+
+# Two quadrilaterals side by side: 0 1 2 over 3 4 5.
+QUADS = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
+
+
+def dense_sum(connectivity, nodes, blocks, block):
+    """The same sum with loops, into a dense matrix."""
+    a = connectivity.shape[1]
+    total = np.zeros((nodes, block, nodes, block))
+    for element, corners in enumerate(connectivity):
+        for p in range(a):
+            for q in range(a):
+                total[corners[p], :, corners[q], :] += blocks[element, p * a + q].reshape(block, block)
+    return total.reshape(nodes * block, nodes * block)
+
+
+def assembled(assembly, blocks):
+    data = assembly.empty_stiffness()
+    for number, batch in enumerate(assembly.batches):
+        assembly.add_stiffness(data, number, blocks[batch])
+    return assembly.matrix(data).toarray()
+
+
+@pytest.fixture
+def blocks():
+    return np.random.default_rng(0).normal(size=(2, 16, 9))
+
+
+@pytest.mark.parametrize("chunk", [1, 2, 512])
+def test_stiffness_is_the_sum_over_elements(blocks, chunk):
+    assembly = Assembly(QUADS, 6, chunk=chunk)
+    np.testing.assert_allclose(assembled(assembly, blocks), dense_sum(QUADS, 6, blocks, 3), atol=1e-14)
+
+
+def tie():
+    """Node 5 hangs on nodes 0 and 3."""
+    rows, columns, values = [0, 1, 2, 3, 4, 5, 5], [0, 1, 2, 3, 4, 0, 3], [1, 1, 1, 1, 1, 0.25, 0.75]
+    return sp.csr_matrix((values, (rows, columns)), shape=(6, 5))
+
+
+@pytest.mark.parametrize("chunk", [1, 512])
+def test_ties_give_the_triple_product(blocks, chunk):
+    assembly = Assembly(QUADS, 6, tie(), chunk=chunk)
+    expanded = np.kron(tie().toarray(), np.eye(3))
+    expected = expanded.T @ dense_sum(QUADS, 6, blocks, 3) @ expanded
+    np.testing.assert_allclose(assembled(assembly, blocks), expected, atol=1e-14)
+
+
+def test_ties_collect_forces():
+    force = np.random.default_rng(1).normal(size=(2, 4, 3))
+    nodal = np.zeros((6, 3))
+    np.add.at(nodal, QUADS, force)
+    collected = Assembly(QUADS, 6, tie()).sum_forces(force)
+    np.testing.assert_allclose(collected.reshape(-1, 3), tie().T @ nodal)
+
+
+def test_connection_tells_which_nodes_share_an_element():
+    connection = Assembly(QUADS, 6).connection().toarray()
+    assert connection[1].tolist() == [1] * 6
+    assert connection[0].tolist() == [1, 1, 0, 1, 1, 0]

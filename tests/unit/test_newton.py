@@ -1,0 +1,107 @@
+"""Newton's method on springs whose solution is known."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from knitstudy.errors import ConvergenceError
+from knitstudy.fem.linear import LU
+from knitstudy.fem.model import Response
+from knitstudy.fem.newton import Drive, Settings, trace
+
+
+@dataclass(frozen=True)
+class State:
+    x: np.ndarray
+
+
+class Chain:
+    """Springs in a row between unknowns, each with force f(stretch) and slope df."""
+
+    block = 1
+    length = 1.0
+
+    def __init__(self, count, f, df):
+        self.size, self.f, self.df = count, f, df
+        self.scale = np.ones(count)
+
+    def start(self):
+        return State(np.zeros(self.size))
+
+    def advance(self, state, step):
+        return State(state.x + step)
+
+    def respond(self, state, stiffness):
+        pull = self.f(np.diff(state.x))
+        force = np.zeros(self.size)
+        force[:-1] -= pull
+        force[1:] += pull
+        matrix = None
+        if stiffness:
+            k = self.df(np.diff(state.x))
+            main = np.append(k, 0) + np.append(0, k)
+            matrix = sp.csr_matrix(sp.diags([-k, main, -k], [-1, 0, 1]))
+        return Response(force, float(np.mean(np.abs(pull))), {"internal": 0.0}, matrix)
+
+
+def cubic():
+    return Chain(4, lambda e: e + e**3, lambda e: 1 + 3 * e**2)
+
+
+PULL = Drive(np.array([0, 3]), np.array([0.0, 3.0]))
+
+
+def test_reaches_full_load_in_the_increments_asked_for():
+    increments = list(trace(cubic(), PULL, Settings(increments=3), LU()))
+    assert [i.load for i in increments] == [0, 1 / 3, 2 / 3, 1]
+    np.testing.assert_allclose(increments[-1].state.x, [0, 1, 2, 3], atol=1e-9)
+    assert all(i.residual <= 1e-6 and i.correction <= 1e-6 for i in increments)
+
+
+def test_goes_on_from_any_increment():
+    whole = list(trace(cubic(), PULL, Settings(increments=4), LU()))
+    rest = list(trace(cubic(), PULL, Settings(increments=4), LU(), resume=whole[2]))
+    assert [i.index for i in rest] == [3, 4]
+    np.testing.assert_array_equal(rest[-1].state.x, whole[-1].state.x)
+
+
+def test_halves_increments_that_fail_and_grows_again():
+    def fragile(e):
+        """Springs of which no step may stretch one by more than a fifth of the load."""
+        return np.where(e > fragile.limit, np.nan, e)
+
+    fragile.limit = 0.3
+    chain = Chain(4, fragile, np.ones_like)
+    increments = []
+    for increment in trace(chain, PULL, Settings(increments=1), LU()):
+        increments.append(increment)
+        fragile.limit = np.max(np.diff(increment.state.x)) + 0.3
+    sizes = np.diff([i.load for i in increments])
+    assert sizes.min() < 0.5
+    assert increments[-1].load == 1
+
+
+def test_says_where_a_path_ends_and_keeps_what_converged():
+    chain = Chain(4, lambda e: np.where(e > 0.55, np.nan, e), np.ones_like)
+    path, seen = trace(chain, PULL, Settings(increments=4), LU()), []
+    with pytest.raises(ConvergenceError, match=r"does not converge beyond load factor 0\.5[45]"):
+        for increment in path:
+            seen.append(increment)
+    assert 0.54 < seen[-1].load < 0.55
+
+
+def test_line_search_tames_a_step_that_overshoots():
+    """Full Newton steps on arctan diverge from here; shortened ones arrive."""
+    chain = Chain(3, lambda e: np.arctan(3 * (e - 1)) + np.arctan(3.0), lambda e: 3 / (1 + 9 * (e - 1) ** 2))
+    drive = Drive(np.array([0, 2]), np.array([0.0, 5.0]))
+    *_, end = trace(chain, drive, Settings(increments=1), LU())
+    np.testing.assert_allclose(end.state.x, [0, 2.5, 5], atol=1e-6)
+
+
+def test_a_free_mechanism_is_an_error():
+    chain = Chain(3, lambda e: e, np.ones_like)
+    loose = Drive(np.array([], dtype=int), np.array([]))
+    with pytest.raises(ConvergenceError):
+        list(trace(chain, loose, Settings(increments=1, cutbacks=1), LU()))

@@ -1,0 +1,145 @@
+"""Direct simulation of a tied knit: energies, convergence of Newton's method, repeatability, units."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pull import knit_and_mesh
+
+from knitstudy import dns
+from knitstudy.configuration import load_scene
+from knitstudy.fem.newton import Settings, trace
+
+PULL = Path(__file__).with_name("pull.py")
+
+
+def changed(scene, **changes):
+    for key, value in changes.items():
+        scene = scene.replace(key.replace("__", "."), value)
+    return scene
+
+
+@pytest.fixture(scope="module")
+def scene(full):
+    """The fine 3 x 3 knit of the paper, or one coarse cell."""
+    if full:
+        return load_scene("dns-tie-course-fine")
+    return changed(load_scene("dns-tie-course-coarse"), pattern__loops=1, pattern__rows=1, load__strain=0.05)
+
+
+@pytest.fixture(scope="module")
+def cell(scene):
+    """One cell of it, for cases that run several times."""
+    return changed(scene, pattern__loops=1, pattern__rows=1, mesh__size=max(scene.mesh.size, 0.45e-3))
+
+
+def pull(scene):
+    knit, mesh = knit_and_mesh(scene)
+    return dns.run(scene, mesh, knit)
+
+
+def unbalance(history):
+    """Largest gap of the ledger over the largest external work."""
+    energy = history["energy"]
+    external = energy.sel(form="external")
+    return float(np.abs(2 * external - energy.sum("form")).max() / np.abs(external).max())
+
+
+@pytest.fixture(scope="module")
+def history(scene, full):
+    """A full loading in few increments: nothing that it relies on may change on the way."""
+    return pull(changed(scene, solver__increments=12 if full else 4))
+
+
+def test_every_increment_converges(history, verify):
+    verify.at_most("tied knit to 5%: residual over mean internal force", float(history["residual"].max()), 1e-6)
+    verify.at_most("tied knit to 5%: last correction over h", float(history["correction"].max()), 1e-6)
+    assert history["strain"][-1] == pytest.approx(0.05)
+
+
+def test_ledger_of_energies(history, scene, verify):
+    finer = pull(changed(scene, solver__increments=2 * (history.sizes["increment"] - 1)))
+    gap = unbalance(history)
+    verify.at_most("tied knit: ledger of energies over external work", gap, 0.01)
+    verify.at_most("tied knit: the same with twice the increments, ratio", unbalance(finer) / gap, 0.5, "1/4")
+
+
+def test_hourglass_energy(history, verify):
+    internal, hourglass = (history["energy"].sel(form=form) for form in ("internal", "hourglass"))
+    counted = internal >= 0.01 * internal[-1]
+    share = float((hourglass / internal.where(counted)).max())
+    verify.at_most("tied knit: hourglass over internal energy", share, 0.05)
+
+
+def test_newton_converges_quadratically(cell, verify):
+    """With exact tangents and exact solves the number of digits doubles, up to rounding."""
+    knit, mesh = knit_and_mesh(cell)
+    simulation = dns.assemble(changed(cell, solver__linear="lu"), mesh, knit)
+    settings = Settings(increments=1, residual_tolerance=1e-9, correction_tolerance=1e-6, exact=True)
+    *_, end = trace(simulation.model, simulation.drive, settings, simulation.solver)
+    # Residuals at rounding say nothing about the method.
+    digits = np.log([r for r in end.residuals if r > 1e-10])[-4:]
+    exponents = np.diff(digits)[1:] / np.diff(digits)[:-1]
+    verify.at_least("Newton on the tied cell, 5% in one increment: exponent", exponents[-1], 1.8, "2")
+
+
+def test_tie_follows_rigid_rotations(cell, verify):
+    """Rotating a tied knit as a whole gives no force: slaves lie where their masters put them."""
+    from knitstudy.fem.rotation import exp
+    from knitstudy.fem.solid import SolidState
+
+    knit, mesh = knit_and_mesh(cell)
+    simulation = dns.assemble(cell, mesh, knit)
+    rotation = exp(np.array([0.4, -1.2, 0.9]))
+    nodes = simulation.tie.nodes[simulation.tie.kept]
+    force = simulation.model.respond(SolidState(nodes @ rotation.T - nodes), stiffness=False).force
+    level = cell.yarn.youngs_modulus * cell.mesh.size**2
+    verify.at_most("rigid rotation of a tied cell: force over E h^2", np.abs(force).max() / level, 1e-10)
+
+
+def run_apart(tmp_path, scene_options, threads, *more):
+    forces, checkpoint = tmp_path / f"forces-{threads}.npy", tmp_path / f"restart-{threads}.npz"
+    command = [sys.executable, str(PULL), "dns-tie-course-coarse", str(forces), str(checkpoint)]
+    environment = {**os.environ, "OMP_NUM_THREADS": str(threads)}
+    done = subprocess.run(
+        [*command, *scene_options, *more], env=environment, capture_output=True, text=True, check=False
+    )
+    return forces, done
+
+
+def largest_difference(a, b):
+    a, b = np.load(a), np.load(b)
+    return float(np.abs(a[1:] / b[1:] - 1).max())
+
+
+def test_force_repeats(tmp_path, full, verify):
+    """One thread or two, in one go or killed and started again: the same curve."""
+    size = 3 if full else 1
+    options = [f"pattern.loops={size}", f"pattern.rows={size}", "load.strain=0.05", "solver.increments=6"]
+    options += ['solver.linear="three_scale"', f"mesh.size={0.45e-3 if full else 0.6e-3}"]
+    one, done = run_apart(tmp_path, options, 1)
+    assert done.returncode == 0, done.stderr
+    two, killed = run_apart(tmp_path, options, 2, "kill=3")
+    assert killed.returncode == -signal.SIGKILL
+    assert not two.exists()
+    two, done = run_apart(tmp_path, options, 2)
+    assert done.returncode == 0, done.stderr
+    # The log goes on at the next increment.
+    assert done.stdout.split() == "increment 4 increment 5 increment 6".split()
+    verify.at_most("force, 1 thread against 2 threads killed and restarted", largest_difference(one, two), 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("length", "stiffness"), [(1e-3, 1.0), (1e3, 1.0), (1.0, 1e-6), (1.0, 1e6)], ids=["mm", "km", "uPa", "MPa"]
+)
+def test_units(cell, length, stiffness, verify):
+    """The dimensionless curve is the same in any units, optimisation included."""
+    cell = changed(cell, solver__linear="three_scale")
+    force = pull(cell)["force"].to_numpy()
+    scaled = pull(cell.scaled(length=length, stiffness=stiffness))["force"].to_numpy() / (stiffness * length**2)
+    error = np.abs(scaled - force).max() / np.abs(force).max()
+    verify.at_most(f"units: lengths x {length:g}, moduli x {stiffness:g}: force", error, 1e-6)
