@@ -8,6 +8,9 @@ from pathlib import Path
 
 from knitstudy.scene import Scene
 
+DIGITS = 16
+"""Length of the digest in a restart file's name."""
+
 
 def restart_path(folder: Path | str, scene: Scene, inputs: Iterable[Path | str]) -> Path:
     """Return the name of a restart file that belongs to a scene and to the content of all its inputs.
@@ -28,4 +31,12 @@ def restart_path(folder: Path | str, scene: Scene, inputs: Iterable[Path | str])
     digest = hashlib.sha256(scene.hash.encode())
     for path in sorted(map(str, inputs)):
         digest.update(Path(path).read_bytes())
-    return Path(folder) / f"{scene.name}-{digest.hexdigest()[:16]}.npz"
+    return Path(folder) / f"{scene.name}-{digest.hexdigest()[:DIGITS]}.npz"
+
+
+def forget_others(restart: Path) -> None:
+    """Delete the restart files of the same scene with other inputs, and the logs beside them."""
+    name = restart.stem[: -DIGITS - 1]
+    for path in restart.parent.glob(f"{name}-{DIGITS * '[0-9a-f]'}.*"):
+        if path.stem != restart.stem:
+            path.unlink()

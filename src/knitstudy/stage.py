@@ -21,7 +21,7 @@ from knitstudy.progress import Progress
 
 
 @contextmanager
-def stage(job: Any, resumed: bool = False) -> Iterator[Progress]:
+def stage(job: Any, restart: Path | None = None) -> Iterator[Progress]:
     """Run the body of a Snakemake script with everything it prints in the log file of its rule.
 
     Standard output and standard error go to the log at the level of file descriptors, so that messages of
@@ -33,8 +33,8 @@ def stage(job: Any, resumed: bool = False) -> Iterator[Progress]:
     ----------
     job
         The ``snakemake`` object of a script: its ``rule``, ``wildcards``, ``threads`` and ``log`` are used.
-    resumed
-        Whether the computation goes on where a killed one stopped: the log then goes on too.
+    restart
+        Restart file of a computation that goes on where a killed one stopped: its log then goes on too.
 
     Yields
     ------
@@ -45,7 +45,7 @@ def stage(job: Any, resumed: bool = False) -> Iterator[Progress]:
     label = " ".join([job.rule, *job.wildcards])
     path = Path(job.log[0])
     started = time.monotonic()
-    with _redirected_to(path, "a" if resumed else "w") as console:
+    with _log_file(path, restart) as log, _redirected_to(log) as console:
         _log_header(label, job.threads)
         print(f"{label}  ...", file=console)
         try:
@@ -74,12 +74,33 @@ def _end_with_parent() -> None:
 
 
 @contextmanager
-def _redirected_to(path: Path, mode: str) -> Iterator[TextIO]:
-    """Send standard output and error, logging and warnings to a file; yield the former standard error."""
+def _log_file(path: Path, restart: Path | None) -> Iterator[TextIO]:
+    """Open the log of a rule, which goes on if there is a restart file.
+
+    The workflow engine deletes the logs of a rule before it runs it again. The log of a computation that can be
+    restarted therefore has a second name beside its restart file, until it has come to its end.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
+    path.unlink(missing_ok=True)
+    kept = restart.with_suffix(".log") if restart else None
+    if kept:
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        if not restart.exists():
+            kept.unlink(missing_ok=True)
+        kept.touch()
+        os.link(kept, path)
+    with path.open("a", encoding="utf-8") as log:
+        yield log
+    if kept:
+        kept.unlink()
+
+
+@contextmanager
+def _redirected_to(log: TextIO) -> Iterator[TextIO]:
+    """Send standard output and error, logging and warnings to a file; yield the former standard error."""
     sys.stdout.flush()
     sys.stderr.flush()
-    with path.open(mode, encoding="utf-8") as log, os.fdopen(os.dup(2), "w", buffering=1) as console:
+    with os.fdopen(os.dup(2), "w", buffering=1) as console:
         for descriptor in (1, 2):
             os.dup2(log.fileno(), descriptor)
         sys.stdout.reconfigure(line_buffering=True)

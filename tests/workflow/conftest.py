@@ -54,7 +54,7 @@ class Checkout:
 
     def planned(self, *arguments):
         """Return the jobs that Snakemake would run, as a set of rule names."""
-        ended = self.snakemake("--dry-run", "--config", "study=ci", *arguments)
+        ended = self.snakemake(*arguments, "--dry-run", "--config", "study=ci")
         assert ended.returncode == 0, ended.stderr
         lines = (ended.stdout + ended.stderr).splitlines()
         rows = [line.split() for line in lines]
@@ -78,6 +78,13 @@ def finished(tmp_path_factory):
     """Checkout in which the coarsest study was run from nothing: (checkout, ended process)."""
     checkout = copy_checkout(tmp_path_factory.mktemp("workflow") / "a checkout")
     return checkout, checkout.study("ci")
+
+
+@pytest.fixture
+def finished_copy(finished, tmp_path):
+    """Copy of the checkout in which the coarsest study was run, to be spoilt."""
+    shutil.copytree(finished[0].folder, tmp_path / "a checkout", copy_function=shutil.copy2)
+    return Checkout(tmp_path / "a checkout")
 
 
 @pytest.fixture

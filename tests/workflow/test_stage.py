@@ -8,19 +8,31 @@ import pytest
 
 FRAME = """
 import logging, os, sys, warnings
+from pathlib import Path
 from types import SimpleNamespace
 from knitstudy.errors import MeshError
 from knitstudy.stage import stage
 job = SimpleNamespace(rule="mesh", wildcards=["dns-a"], threads=2, log=[sys.argv[1]])
-with stage(job, resumed=len(sys.argv) > 2) as progress:
+with stage(job, *map(Path, sys.argv[2:])) as progress:
 """
 
 
-def run(log, body, *arguments):
+PARENT = """
+import pathlib, subprocess, sys, time
+log = pathlib.Path(sys.argv[1])
+subprocess.Popen(sys.argv[2:])
+while not log.exists() or "ready" not in log.read_text():
+    time.sleep(0.05)
+"""
+
+
+def command(log, body, *arguments):
     code = FRAME + textwrap.indent(textwrap.dedent(body), "    ")
-    return subprocess.run(
-        [sys.executable, "-c", code, str(log), *arguments], capture_output=True, text=True, check=False
-    )
+    return [sys.executable, "-c", code, str(log), *arguments]
+
+
+def run(log, body, *arguments):
+    return subprocess.run(command(log, body, *arguments), capture_output=True, text=True, check=False)
 
 
 def test_everything_printed_is_in_the_log(tmp_path):
@@ -60,10 +72,22 @@ def test_one_message_on_the_console_and_the_traceback_in_the_log(tmp_path, error
     assert "Traceback" in (tmp_path / "a.log").read_text()
 
 
-def test_log_of_a_resumed_run_goes_on(tmp_path):
-    run(tmp_path / "a.log", "print('first')")
-    run(tmp_path / "a.log", "print('second')", "resumed")
-    text = (tmp_path / "a.log").read_text()
+def test_log_of_a_killed_run_goes_on(tmp_path):
+    log, restart = tmp_path / "a.log", tmp_path / "run" / "a.npz"
+    run(log, "print('first'); Path(sys.argv[2]).touch(); os.kill(os.getpid(), 9)", str(restart))
+    log.unlink()  # as the workflow engine does before it runs a rule again
+    run(log, "print('second'); Path(sys.argv[2]).unlink()", str(restart))
+    text = log.read_text()
     assert text.index("first") < text.index("second")
-    run(tmp_path / "a.log", "print('third')")
-    assert "first" not in (tmp_path / "a.log").read_text()
+    run(log, "print('third')", str(restart))
+    assert "first" not in log.read_text()
+    assert list(restart.parent.iterdir()) == []
+
+
+def test_ends_with_the_process_that_started_it(tmp_path):
+    log = tmp_path / "a.log"
+    stage = command(log, "print('ready', flush=True); import time; time.sleep(60)")
+    # The stage holds the other end of this pipe as its console: the call returns when it has ended.
+    subprocess.run(
+        [sys.executable, "-c", PARENT, str(log), *stage], stderr=subprocess.PIPE, timeout=40, check=True
+    )

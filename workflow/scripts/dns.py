@@ -4,14 +4,15 @@ from knitstudy import dns
 from knitstudy.geometry.pattern import Knit
 from knitstudy.io import read_dataset, write_dataset
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.restart import restart_path
+from knitstudy.restart import forget_others, restart_path
 from knitstudy.scene import Scene
 from knitstudy.stage import stage
 
 scene = Scene.from_dict(snakemake.params.scene)
 checkpoint = restart_path(snakemake.params.restart, scene, snakemake.input)
+forget_others(checkpoint)
 
-with stage(snakemake, resumed=checkpoint.exists()) as progress:
+with stage(snakemake, restart=checkpoint) as progress:
 
     def watch(increment):
         """Report an increment that has converged."""
