@@ -79,14 +79,12 @@ def read_problem(folder):
         targets = {name: float(target["value"]) for name, target in calibration["targets"].items()}
         search = {name: float(value) for name, value in calibration["search"].items()}
         where = folder / "defaults.yaml"
-        weights = {
-            name: float(defaults["geometry"][name])
-            for name in ("alpha", "beta", "gamma", "beta_0", "samples")
-        }
+        weights = {name: float(defaults["geometry"][name]) for name in ("alpha", "beta", "gamma", "beta_0")}
+        samples = int(defaults["geometry"]["samples"])
         clearance = float(defaults["pattern"]["clearance"])
         points = int(search["points"])
         radius = 0.5 * targets["diameter"]
-        settings = SimpleNamespace(**weights | {"samples": int(weights["samples"])}, free=("z",) * points)
+        settings = SimpleNamespace(**weights, samples=samples, free=("z",) * points)
         problem = Problem(
             length=targets["length"] / radius,
             interlock_angle=targets["interlock_angle"],
@@ -133,9 +131,8 @@ def loop_record(candidate, problem, radius):
     GeometryError
         When the optimisation does not confirm the loop.
     """
-    wale, course = (
-        round(spacing * radius, DECIMALS) for spacing in (candidate.wale_spacing, candidate.course_spacing)
-    )
+    wale = round(float(candidate.wale_spacing) * radius, DECIMALS)
+    course = round(float(candidate.course_spacing) * radius, DECIMALS)
     quarter = candidate.points[: problem.quarter + 1] * [1, 1, problem.flattening] * radius
     quarter = np.round(quarter, DECIMALS)
     quarter[-1, 0] = wale / 4
