@@ -41,10 +41,10 @@ def test_closest_points_are_the_points_C_of_their_own_contacts(knit, contacts):
 
 
 def test_points_C_lie_in_the_plane_of_P_and_normal(knit, contacts):
-    """Contacts as a simulation may find them: moved along the yarns and tilted, left and right alike."""
-    mirror = np.where(contacts["zone"] % 2 == 0, 1.0, -1.0)
-    shift = np.column_stack([2e-4 * mirror, np.full(len(mirror), 1e-4), np.full(len(mirror), 3e-5)])
-    normal = contacts["normal"].to_numpy() + np.column_stack([0.1 * mirror, 0 * mirror + 0.1, 0 * mirror])
+    """Contacts as a simulation may find them: moved and tilted."""
+    rng = np.random.default_rng(12)
+    shift = 1e-4 * rng.normal(size=(36, 3))
+    normal = contacts["normal"].to_numpy() + 0.1 * rng.normal(size=(36, 3))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     moved = contacts.assign(centroid=contacts["centroid"] + shift, normal=(("crossing", "xyz"), normal))
     points = contact_points(knit, moved)
@@ -52,25 +52,31 @@ def test_points_C_lie_in_the_plane_of_P_and_normal(knit, contacts):
     height = np.einsum("ksi,ki->ks", points.point - moved["centroid"].to_numpy()[:, None], plane)
     np.testing.assert_allclose(height, 0, atol=1e-11)
     np.testing.assert_allclose(np.einsum("ki,ki->k", plane, normal), 0, atol=1e-14)
-    assert 1e-5 < np.abs(points.arc_length - knit.crossings.arc_length).max() < 5e-4
+    assert 1e-5 < np.abs(points.arc_length - knit.crossings.arc_length).max() < 1e-3
 
 
-def test_mirrored_contacts_share_their_plane(contacts):
+def test_planes_cut_both_yarns_at_a_good_angle(plain_scene, knit, contacts):
+    """A plane that grazes a centreline would move C by many times an error of P."""
     plane = contact_normal_planes(contacts)
-    zone = contacts["zone"].to_numpy()
-    left, right = plane[zone % 2 == 0], plane[zone % 2 == 1]
-    np.testing.assert_allclose(np.abs(np.einsum("ki,ki->k", left, right)), 1, atol=1e-12)
+    yarn, arc_length = knit.crossings.yarn, knit.crossings.arc_length
+    for number, centreline in enumerate(knit.centrelines):
+        on_yarn = yarn == number
+        tangent = centreline.tangent(arc_length[on_yarn])
+        sine = np.abs(np.einsum("ki,ki->k", tangent, plane[np.nonzero(on_yarn)[0]]))
+        assert sine.min() > 0.5
 
 
-def test_contact_without_mirror_image_is_refused(contacts):
-    with pytest.raises(GeometryError, match="has zone 1 but not its mirror image, zone 0"):
+def test_contact_without_partner_is_refused(contacts):
+    with pytest.raises(GeometryError, match="has zone 2 but not zone 0"):
         contact_normal_planes(contacts.isel(crossing=slice(1, None)))
 
 
-def test_normal_along_the_line_between_mirror_images_is_refused(contacts):
-    along_x = np.tile([1.0, 0.0, 0.0], (contacts.sizes["crossing"], 1))
-    with pytest.raises(GeometryError, match="span a plane"):
-        contact_normal_planes(contacts.assign(normal=(("crossing", "xyz"), along_x)))
+def test_normal_along_the_line_between_partners_is_refused(contacts):
+    line = np.diff(contacts["centroid"].to_numpy()[[0, 2]], axis=0)
+    normal = contacts["normal"].to_numpy().copy()
+    normal[0] = line / np.linalg.norm(line)
+    with pytest.raises(GeometryError, match="row 0, column 0, zone 0 lies along the line"):
+        contact_normal_planes(contacts.assign(normal=(("crossing", "xyz"), normal)))
 
 
 def test_contact_far_from_its_yarns_is_refused(knit, contacts):

@@ -1,10 +1,15 @@
 """Points C1 to C4 of the three-dimensional model, Fig. 5 and section 2.5 of the paper.
 
-P1 and P2 are the centroids of two contact areas that the loop's symmetry maps onto each other: the left and
-the right one of the same level. They and the contact normal define the contact normal plane. Mirrored
-normals (n_x, n_y, n_z) and (-n_x, n_y, n_z) give the same plane, since P2 - P1 lies along x; that is why
-one normal is enough for both points. The plane cuts the centrelines of the two yarns near P1 in C1 and C3,
-near P2 in C2 and C4.
+P1 and P2 are the centroids of the two contacts on one side of an interlock, the lower and the upper one,
+where the same two yarns touch one after the other. The line P1 P2 and the contact normal at P1 span the
+contact normal plane of P1, which cuts the centrelines of the two yarns near P1 in C1 and C3; the normal at
+P2 gives C2 and C4 in the same way.
+
+The paper takes one normal for both points; here each has its own, for the two differ by more than 50
+degrees on a loop with the angles of Table 4. Where centroid and normal come from the closest points of the
+centrelines, these are the points C. The left and the right contact of one level would be the other reading
+of Fig. 5; their plane grazes the yarn that turns into a sinker or a head (14 degrees, against 37 and 48
+here), and misses it for centroids a little off.
 """
 
 from __future__ import annotations
@@ -58,8 +63,8 @@ def contact_points(knit: Knit, contacts: xr.Dataset) -> ContactPoints:
     Raises
     ------
     GeometryError
-        If a contact has no mirror image, the normal lies along the line P1 P2, or a centreline does not cut
-        the plane within a diameter of its crossing.
+        If a contact has no partner on its side of the interlock, the normal lies along the line P1 P2, or a
+        centreline does not cut the plane within a diameter of its crossing.
     """
     yarn = contacts["yarn"].to_numpy().astype(int)
     centroid = contacts["centroid"].to_numpy()
@@ -87,20 +92,22 @@ def contact_normal_planes(contacts: xr.Dataset) -> np.ndarray:
     Raises
     ------
     GeometryError
-        If a contact has no mirror image, or its normal lies along the line P1 P2.
+        If a contact has no partner on its side of the interlock, or its normal lies along the line P1 P2.
     """
     row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
     place = {key: k for k, key in enumerate(zip(row, column, zone, strict=True))}
     # Zones 0 and 1 are left and right below, 2 and 3 left and right above.
-    mirror = np.array([place.get((r, c, z ^ 1), -1) for r, c, z in zip(row, column, zone, strict=True)])
-    if np.any(mirror < 0):
-        k = int(np.argmin(mirror))
+    partner = np.array(
+        [place.get((r, c, (z + 2) % 4), -1) for r, c, z in zip(row, column, zone, strict=True)]
+    )
+    if np.any(partner < 0):
+        k = int(np.argmin(partner))
         raise GeometryError(
-            f"contacts: row {row[k]}, column {column[k]} has zone {zone[k]} but not its mirror image, zone "
-            f"{zone[k] ^ 1}; the contact normal plane needs both"
+            f"contacts: row {row[k]}, column {column[k]} has zone {zone[k]} but not zone {(zone[k] + 2) % 4} on "
+            "the same side of the interlock; the contact normal plane needs both"
         )
     centroid, normal = contacts["centroid"].to_numpy(), contacts["normal"].to_numpy()
-    line = centroid[mirror] - centroid
+    line = centroid[partner] - centroid
     line /= np.linalg.norm(line, axis=1, keepdims=True)
     across = np.cross(line, normal)
     sine = np.linalg.norm(across, axis=1)
@@ -108,7 +115,7 @@ def contact_normal_planes(contacts: xr.Dataset) -> np.ndarray:
         k = int(np.argmin(np.nan_to_num(sine)))
         raise GeometryError(
             f"contacts: the normal {normal[k]} at row {row[k]}, column {column[k]}, zone {zone[k]} lies "
-            "along the line between the contact and its mirror image; together they must span a plane"
+            "along the line between the two contacts of its side; together they must span a plane"
         )
     return across / sine[:, None]
 
