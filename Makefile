@@ -33,11 +33,11 @@ test: environment  ## pass all tests
 
 .PHONY: verify
 verify: environment  ## verify at full resolution and write the table of results
-	@$(BIN)/python -m knitstudy.verify
+	@$(BIN)/python -m pytest tests/verification --full --table resources/verification.csv
 
 .PHONY: bench
 bench: environment  ## measure time and memory of every scene and solver
-	@$(BIN)/python -m knitstudy.bench
+	@$(BIN)/python benchmarks/run.py
 
 .PHONY: lint
 lint: environment  ## check code, rules and formatting

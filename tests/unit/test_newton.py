@@ -87,8 +87,7 @@ def test_says_where_a_path_ends_and_keeps_what_converged():
     chain = Chain(4, lambda e: np.where(e > 0.55, np.nan, e), np.ones_like)
     path, seen = trace(chain, PULL, Settings(increments=4), LU()), []
     with pytest.raises(ConvergenceError, match=r"does not converge beyond load factor 0\.5[45]"):
-        for increment in path:
-            seen.append(increment)
+        seen.extend(path)
     assert 0.54 < seen[-1].load < 0.55
 
 

@@ -12,7 +12,13 @@ import pytest
 from knitstudy.imports import modules_behind
 from knitstudy.io import replacing
 
-PHYSICS = ("knitstudy.geometry.build", "knitstudy.mesh.knit", "knitstudy.dns", "knitstudy.rom.run", "knitstudy.contacts")
+PHYSICS = (
+    "knitstudy.geometry.build",
+    "knitstudy.mesh.knit",
+    "knitstudy.dns",
+    "knitstudy.rom.run",
+    "knitstudy.contacts",
+)
 """Stages whose code the table speaks of."""
 
 COLUMNS = ("case", "reference", "result", "bar", "holds", "date", "test")
@@ -32,7 +38,9 @@ class Verify:
 
     def within(self, case, result, reference, bar):
         """The result differs from the reference by at most the share `bar` of it."""
-        self._judge(case, f"{reference:.6g}", f"{result:.6g}", f"within {bar:.2g}", abs(result / reference - 1) <= bar)
+        self._judge(
+            case, f"{reference:.6g}", f"{result:.6g}", f"within {bar:.2g}", abs(result / reference - 1) <= bar
+        )
 
     def at_most(self, case, result, bar, reference="0"):
         """An error is at most `bar`."""
@@ -44,7 +52,9 @@ class Verify:
 
     def _judge(self, case, reference, result, bar, holds):
         today = datetime.date.today().isoformat()
-        self._rows.append(dict(zip(COLUMNS, (case, reference, result, bar, bool(holds), today, self._test), strict=True)))
+        self._rows.append(
+            dict(zip(COLUMNS, (case, reference, result, bar, bool(holds), today, self._test), strict=True))
+        )
         assert holds, f"{case}: {result}, reference {reference}, bar {bar}"
 
 

@@ -66,7 +66,9 @@ def test_an_old_preconditioner_serves_a_new_matrix(cell):
 
 def test_the_preconditioner_is_symmetric(cell):
     matrix, _ = tangent(cell)
-    preconditioner = dns.linear_solver("three_scale", cell.model, cell.mesh, cell.tie, cell.drive).preconditioner
+    preconditioner = dns.linear_solver(
+        "three_scale", cell.model, cell.mesh, cell.tie, cell.drive
+    ).preconditioner
     preconditioner.update(matrix)
     a, b = np.random.default_rng(1).normal(size=(2, cell.model.size))
     a[cell.drive.fixed] = b[cell.drive.fixed] = 0

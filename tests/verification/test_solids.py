@@ -44,7 +44,9 @@ def test_rigid_rotation(name, law, verify):
     rotation = exp(np.array([1.1, -0.7, 2.0]))
     rigid = model.respond(SolidState(nodes @ rotation.T - nodes), stiffness=False)
     level = 1300.0 * model.length**2
-    verify.at_most(f"rigid rotation, {name}, {law}: force over E h^2", np.abs(rigid.force).max() / level, 1e-10)
+    verify.at_most(
+        f"rigid rotation, {name}, {law}: force over E h^2", np.abs(rigid.force).max() / level, 1e-10
+    )
     shift = 0.05 * model.length * np.random.default_rng(1).normal(size=nodes.shape)
     before = model.respond(SolidState(shift), stiffness=False)
     after = model.respond(SolidState((nodes + shift) @ rotation.T - nodes), stiffness=False)

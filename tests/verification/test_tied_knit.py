@@ -56,7 +56,9 @@ def history(scene, full):
 
 
 def test_every_increment_converges(history, verify):
-    verify.at_most("tied knit to 5%: residual over mean internal force", float(history["residual"].max()), 1e-6)
+    verify.at_most(
+        "tied knit to 5%: residual over mean internal force", float(history["residual"].max()), 1e-6
+    )
     verify.at_most("tied knit to 5%: last correction over h", float(history["correction"].max()), 1e-6)
     assert history["strain"][-1] == pytest.approx(0.05)
 
@@ -130,16 +132,22 @@ def test_force_repeats(tmp_path, full, verify):
     assert done.returncode == 0, done.stderr
     # The log goes on at the next increment.
     assert done.stdout.split() == "increment 4 increment 5 increment 6".split()
-    verify.at_most("force, 1 thread against 2 threads killed and restarted", largest_difference(one, two), 1e-6)
+    verify.at_most(
+        "force, 1 thread against 2 threads killed and restarted", largest_difference(one, two), 1e-6
+    )
 
 
 @pytest.mark.parametrize(
-    ("length", "stiffness"), [(1e-3, 1.0), (1e3, 1.0), (1.0, 1e-6), (1.0, 1e6)], ids=["mm", "km", "uPa", "MPa"]
+    ("length", "stiffness"),
+    [(1e-3, 1.0), (1e3, 1.0), (1.0, 1e-6), (1.0, 1e6)],
+    ids=["mm", "km", "uPa", "MPa"],
 )
 def test_units(cell, length, stiffness, verify):
     """The dimensionless curve is the same in any units, optimisation included."""
     cell = changed(cell, solver__linear="three_scale")
     force = pull(cell)["force"].to_numpy()
-    scaled = pull(cell.scaled(length=length, stiffness=stiffness))["force"].to_numpy() / (stiffness * length**2)
+    scaled = pull(cell.scaled(length=length, stiffness=stiffness))["force"].to_numpy() / (
+        stiffness * length**2
+    )
     error = np.abs(scaled - force).max() / np.abs(force).max()
     verify.at_most(f"units: lengths x {length:g}, moduli x {stiffness:g}: force", error, 1e-6)

@@ -1,8 +1,9 @@
 """Tied crossings (Fig. 2a of the paper): slave nodes follow the facet of the master yarn that they lie on.
 
 The yarn of the upper row is the slave. Tied are, at every crossing, the slave facet nearest to the master's tube
-and all facets whose four nodes are within the tolerance. Their nodes are moved, free of strain, onto the master's
-surface: only then are the weights exact for rigid motions, and a tie carries no load when the pair rotates.
+(two where they are equally near) and all facets whose four nodes are within the tolerance. Their nodes are moved,
+free of strain, onto the master's surface: only then are the weights exact for rigid motions, and a tie carries no
+load when the pair rotates.
 """
 
 from __future__ import annotations
@@ -19,7 +20,10 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.sweep import SweptMesh
 
 SAMPLES = 6
-"""Points along each side of a facet in the search for the nearest facet; odd shares would favour its nodes."""
+"""Points along each side of a facet in the search for the nearest one; those on edges belong to both sides."""
+
+ROUNDING = 1e-6
+"""Difference of gaps, in radii, up to which facets are equally near."""
 
 
 @dataclass(frozen=True)
@@ -161,9 +165,11 @@ def _tie_row(mesh: SweptMesh, knit: Knit, row: int, reach: float) -> tuple[np.nd
     gap = far.reshape(points.shape[:2]) - mesh.radius * (1 + knit.loop.clearance)
     corners = np.ravel_multi_index(([0, 0, -1, -1], [0, -1, 0, -1]), (SAMPLES, SAMPLES), mode="wrap")
     tied = gap[:, corners].max(axis=1) <= reach
-    order = np.lexsort((gap.min(axis=1), owner))
-    nearest = order[np.unique(owner[order], return_index=True)[1]]
-    tied[nearest] = True
+    smallest = gap.min(axis=1)
+    nearest = np.full(len(here), np.inf)
+    np.minimum.at(nearest, owner, smallest)
+    # Where the crossing lies on an edge, rounding must not choose between the facets beside it.
+    tied |= smallest <= nearest[owner] + ROUNDING * mesh.radius
     return quads[candidates[tied]], here[owner[tied]]
 
 

@@ -1,0 +1,76 @@
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from knitstudy.errors import DataFileError
+from knitstudy.fem.checkpoint import Checkpoint
+from knitstudy.fem.model import Response
+from knitstudy.fem.newton import Increment, Rate
+from knitstudy.history import Recorder, Stations
+
+
+@dataclass(frozen=True)
+class State:
+    displacement: np.ndarray
+
+
+def recorder():
+    stations = Stations(np.zeros(1, int), np.zeros(1), np.zeros((1, 3)))
+    return Recorder(stations, driven=np.array([[0, 1, 2]]), axis=0, travel=2.0, length=10.0)
+
+
+def increment(index, load):
+    response = Response(np.arange(3.0) + index, 1.5, {"internal": 2.0 * load})
+    return Increment(
+        index, load, State(np.full((1, 3), load)), response, 0.25, (Rate(0.25, np.ones(3)),), 3, 7
+    )
+
+
+@pytest.fixture
+def saved(tmp_path):
+    file, record = Checkpoint(tmp_path / "run" / "a.npz", "key", State), recorder()
+    for index, load in enumerate((0.0, 0.25, 0.5)):
+        record.add(increment(index, load), np.zeros((1, 3)))
+        file.save(increment(index, load), record)
+    return file, record
+
+
+def test_a_restart_gives_back_increment_and_history(saved):
+    file, record = saved
+    fresh = recorder()
+    back = file.load(fresh)
+    assert (back.index, back.load, back.size) == (2, 0.5, 0.25)
+    np.testing.assert_array_equal(back.state.displacement, np.full((1, 3), 0.5))
+    np.testing.assert_array_equal(back.rates[0].step, np.ones(3))
+    for name, values in record.columns.items():
+        np.testing.assert_array_equal(fresh.columns[name], values)
+    fresh.add(increment(3, 0.75), np.zeros((1, 3)))
+    record.add(increment(3, 0.75), np.zeros((1, 3)))
+    assert fresh.to_dataset()["energy"].equals(record.to_dataset()["energy"])
+
+
+def test_without_a_file_a_run_starts_anew(tmp_path):
+    assert Checkpoint(tmp_path / "none.npz", "key", State).load(recorder()) is None
+
+
+def test_a_file_of_another_scene_is_refused(saved):
+    file, _ = saved
+    with pytest.raises(DataFileError, match="another scene"):
+        Checkpoint(file.path, "other", State).load(recorder())
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
+def test_a_damaged_file_is_refused(saved, share):
+    file, _ = saved
+    content = file.path.read_bytes()
+    file.path.write_bytes(content[: int(share * len(content))])
+    with pytest.raises(DataFileError, match="delete it"):
+        file.load(recorder())
+
+
+def test_trapezoidal_work(saved):
+    """Reactions 0, 1, 2 N over steps of 0.5 m: 0.25 J, then 0.75 J more."""
+    _, record = saved
+    external = record.to_dataset()["energy"].sel(form="external")
+    np.testing.assert_allclose(external, [0, 0.25, 1.0])

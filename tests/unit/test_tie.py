@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+
+from knitstudy.contact.tie import facet_size, tie_crossings
+from knitstudy.contact.tube import distance, project
+from knitstudy.mesh.knit import mesh_knit
+
+
+@pytest.fixture(scope="module")
+def knit(plain_scene, knit_of):
+    return knit_of(plain_scene.replace("pattern.loops", 1).replace("pattern.rows", 2))
+
+
+@pytest.fixture(scope="module")
+def mesh(knit):
+    return mesh_knit(knit, 0.6e-3)
+
+
+@pytest.fixture(scope="module")
+def tie(knit, mesh):
+    return tie_crossings(mesh, knit, 0.05)
+
+
+def test_every_crossing_is_tied_once(tie, knit):
+    assert set(tie.crossing) == set(range(len(knit.crossings.row)))
+    assert len(np.unique(tie.slave)) == len(tie.slave)
+    assert not np.isin(tie.master, tie.slave).any()
+
+
+def test_slaves_lie_where_their_masters_put_them(tie):
+    np.testing.assert_allclose(tie.weight.sum(axis=1), 1, atol=1e-14)
+    assert tie.weight.min() >= -1e-12
+    placed = np.einsum("sm,smi->si", tie.weight, tie.nodes[tie.master])
+    np.testing.assert_allclose(placed, tie.nodes[tie.slave], atol=1e-15)
+
+
+def test_only_slaves_move_and_by_less_than_a_facet(tie, mesh):
+    moved = np.linalg.norm(tie.nodes - mesh.nodes, axis=1)
+    np.testing.assert_array_equal(np.flatnonzero(moved), np.sort(tie.slave))
+    np.testing.assert_allclose(moved[tie.slave], tie.adjustment)
+    assert tie.adjustment.max() < 0.5 * facet_size(mesh)
+
+
+def test_slave_is_the_upper_rows_yarn(tie, knit, mesh):
+    yarn = mesh.yarn_of_slice[tie.slave // mesh.section.size]
+    np.testing.assert_array_equal(yarn, knit.crossings.yarn[tie.crossing, 1])
+
+
+def test_dependence_carries_rigid_and_affine_motions(tie):
+    gradient = np.random.default_rng(0).normal(size=(3, 3))
+    everywhere = tie.nodes @ gradient.T
+    np.testing.assert_allclose(tie.dependence() @ everywhere[tie.kept], everywhere, atol=1e-15)
+
+
+def test_tied_area_and_centroid(tie, knit, mesh):
+    facets = tie.area / facet_size(mesh) ** 2
+    assert ((facets > 0.5) & (facets < 4)).all()
+    middle = knit.crossings.point.mean(axis=1)
+    assert np.linalg.norm(tie.centroid - middle, axis=1).max() < 0.6 * facet_size(mesh)
+
+
+def test_a_larger_tolerance_ties_more(tie, knit, mesh):
+    wider = tie_crossings(mesh, knit, 0.5)
+    assert set(tie.slave) < set(wider.slave)
+    assert (wider.area >= tie.area).all()
+
+
+def test_resultants_act_on_the_lower_yarn(tie):
+    force = np.zeros_like(tie.nodes)
+    force[tie.slave] = [0, 0, 1.0]
+    count = np.bincount(tie.crossing)
+    np.testing.assert_allclose(tie.resultants(force)[:, 2], -count)
+
+
+def test_mirrored_crossings_are_tied_alike(tie, knit):
+    """The loop is symmetric about its middle: so are the areas of zones 0 and 1, and of 2 and 3."""
+    area = tie.area.reshape(-1, 4)
+    np.testing.assert_allclose(area[:, 0], area[:, 1], rtol=1e-3)
+    np.testing.assert_allclose(area[:, 2], area[:, 3], rtol=1e-3)
+
+
+def test_projection_finds_the_nearest_point(knit):
+    line = knit.centrelines[0]
+    u = np.linspace(0.5, 11.5, 23)
+    along = line.curve.d1(u)
+    normal = np.cross(along, [0.3, -0.2, 0.9])
+    normal *= 0.4e-3 / np.linalg.norm(normal, axis=1, keepdims=True)
+    points = line.curve.value(u) + normal
+    np.testing.assert_allclose(project(line, points, u + 0.2), u, atol=1e-9)
+    np.testing.assert_allclose(distance(line, points, u - 0.2), 0.4e-3, rtol=1e-12)
