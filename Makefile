@@ -32,11 +32,11 @@ test: environment  ## pass all tests
 	@$(BIN)/python -m pytest $(TESTS)
 
 .PHONY: verify
-verify: environment  ## verify at full resolution and write the table of results
+verify: environment  ## verify at full resolution; results/tables/verification.csv
 	@$(BIN)/python -m pytest tests/verification --full --table resources/verification.csv
 
 .PHONY: bench
-bench: environment  ## measure time and memory of every scene and solver
+bench: environment  ## measure time and memory of scenes and solvers; results/tables/bench.csv
 	@$(BIN)/python benchmarks/run.py
 
 .PHONY: lint

@@ -23,7 +23,7 @@ def wait_for(text, path):
 
 def test_killed_simulation_goes_on(finished, fresh):
     log = fresh.folder / LOG
-    process = fresh.start_study("ci")
+    process = fresh.start_study("ci", "--", "--until", "dns")
     wait_for("increment 1: ", log)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
