@@ -15,7 +15,7 @@ import sys
 import time
 from pathlib import Path
 
-from knitstudy.history import peak_memory
+from knitstudy.memory import Memory
 
 HERE = Path(__file__).resolve().parent
 
@@ -47,7 +47,7 @@ class _Start:
         self.reset()
 
     def reset(self) -> None:
-        self.time, self.memory = time.perf_counter(), peak_memory()
+        self.time, self.memory = time.perf_counter(), Memory()
 
 
 START = _Start()
@@ -65,10 +65,11 @@ def main(function: str, options: str) -> None:
     call = getattr(importlib.import_module(module), name)
     ready()
     result = call(**json.loads(options))
+    growth, peak = START.memory.measure()
     result |= {
         "wall_s": time.perf_counter() - START.time,
-        "memory_growth_MB": (peak_memory() - START.memory) / 1e6,
-        "memory_peak_MB": peak_memory() / 1e6,
+        "memory_growth_MB": growth / 1e6,
+        "memory_peak_MB": peak / 1e6,
     }
     print(json.dumps(result))
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import resource
-import sys
 import time
 from dataclasses import dataclass, field
 
@@ -11,15 +9,10 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.fem.newton import Increment
+from knitstudy.memory import Memory
 
 FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisation")
 """Forms of energy in the ledger: external work = the sum of all others."""
-
-
-def peak_memory() -> int:
-    """Return the largest resident memory that this process has had [bytes]."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else 1024 * peak
 
 
 @dataclass(frozen=True)
@@ -66,7 +59,7 @@ class Recorder:
     length: float
     columns: dict[str, list] = field(default_factory=dict)
     started: float = field(default_factory=time.perf_counter)
-    memory_before: int = field(default_factory=peak_memory)
+    memory: Memory = field(default_factory=Memory)
 
     def add(self, increment: Increment, station_displacement: np.ndarray, **crossings: np.ndarray) -> None:
         """Append a converged increment.
@@ -127,10 +120,10 @@ class Recorder:
             ),
         }
         coordinates = {"xyz": list("xyz"), "form": list(FORMS), "phase": list(PHASES)}
-        peak = peak_memory()
+        growth, peak = self.memory.measure()
         attributes = {
             "wall_seconds": time.perf_counter() - self.started,
-            "memory_growth": peak - self.memory_before,
+            "memory_growth": growth,
             "memory_peak": peak,
             "axis": self.axis,
             "gauge_length": self.length,

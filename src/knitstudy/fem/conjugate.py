@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import logging
 import time
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -14,10 +14,11 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.fem.linear import Solution
 from knitstudy.fem.three_scale import KnitStructure, rigid_modes
 
-log = logging.getLogger(__name__)
-
 MOST_ITERATIONS = 400
-"""Iterations after which a solve counts as failed."""
+"""Iterations with a fresh preconditioner after which a solve counts as failed."""
+
+PATIENCE = 60
+"""Iterations that one solve may take with a preconditioner made for an earlier matrix."""
 
 WASTE = 30
 """Iterations beyond those of a fresh preconditioner that may add up before it is made anew."""
@@ -91,21 +92,16 @@ class ConjugateGradients:
             If that takes too many iterations, or the matrix is not positive definite.
         """
         self.setup_seconds = 0.0
-        if not np.any(rhs):
-            return Solution(np.zeros_like(rhs), 0)
+        state = _Iterate(np.zeros_like(rhs), rhs.copy(), np.linalg.norm(rhs))
         if self._waste > WASTE:
             self._renew()
-        spent = 0
-        while True:
-            x, iterations, reached, problem = self._iterate(rhs, tolerance)
-            spent += iterations
-            if problem is None:
-                break
-            if self._fresh:
-                raise ConvergenceError(f"conjugate gradients: {problem}")
+        problem = self._iterate(state, tolerance)
+        if problem and not self._fresh:
             self._renew()
-        self._book(iterations, reached)
-        return Solution(x, spent)
+            problem = self._iterate(state, tolerance)
+        if problem:
+            raise ConvergenceError(f"conjugate gradients: {problem}")
+        return Solution(state.x, state.iterations)
 
     def _renew(self) -> None:
         started = time.perf_counter()
@@ -114,23 +110,26 @@ class ConjugateGradients:
         self._fresh, self._waste, self._rate = True, 0.0, 0.0
         self.setup_seconds += time.perf_counter() - started
 
-    def _book(self, iterations: int, reached: float) -> None:
-        decades = -np.log10(max(reached, 1e-16))
+    def _book(self, iterations: int, decades: float) -> None:
         rate = decades / max(iterations, 1)
-        if self._rate == 0.0 or rate > self._rate:
-            self._rate = rate
-        self._waste += iterations - decades / self._rate
+        self._rate = max(self._rate, rate)
+        if self._rate > 0:
+            self._waste += iterations - decades / self._rate
 
-    def _iterate(self, rhs: np.ndarray, tolerance: float) -> tuple[np.ndarray, int, float, str | None]:
-        """Return iterate, iterations, relative residual and what went wrong, if anything."""
+    def _iterate(self, state: _Iterate, tolerance: float) -> str | None:
+        """Improve an iterate in place; return what went wrong, if anything."""
         matrix, apply = self._matrix, self.preconditioner.apply
-        goal = tolerance * np.linalg.norm(rhs)
-        x = np.zeros_like(rhs)
-        residual = rhs.copy()
+        goal = tolerance * state.level
+        most = MOST_ITERATIONS if self._fresh else PATIENCE
+        norm = start = np.linalg.norm(state.residual)
         direction = image = None
         curvature = 0.0
-        for iteration in range(1, MOST_ITERATIONS + 1):
-            correction = apply(matrix, residual)
+        for iteration in range(most):
+            if norm <= goal:
+                self._book(iteration, np.log10(max(start, 1e-300) / max(norm, 1e-16 * start, 1e-300)))
+                return None
+            state.iterations += 1
+            correction = apply(matrix, state.residual)
             if direction is None:
                 direction = correction
             else:
@@ -139,24 +138,21 @@ class ConjugateGradients:
             image = matrix @ direction
             curvature = direction @ image
             if not curvature > 0:
-                return (
-                    x,
-                    iteration,
-                    1.0,
-                    "the stiffness matrix is not positive definite (a buckling or a mechanism)",
-                )
-            length = (direction @ residual) / curvature
-            x += length * direction
-            residual -= length * image
-            norm = np.linalg.norm(residual)
-            if norm <= goal:
-                return x, iteration, norm / np.linalg.norm(rhs), None
-        reached = norm / np.linalg.norm(rhs)
-        return (
-            x,
-            iteration,
-            reached,
-            (
-                f"{MOST_ITERATIONS} iterations reached a relative residual of {reached:.1e}, wanted {tolerance:.1e}"
-            ),
-        )
+                return "the stiffness matrix is not positive definite (a buckling or a mechanism)"
+            length = (direction @ state.residual) / curvature
+            state.x += length * direction
+            state.residual -= length * image
+            norm = np.linalg.norm(state.residual)
+        if norm <= goal:
+            return None
+        return f"{most} iterations reached a relative residual of {norm / state.level:.1e}, wanted {tolerance:.1e}"
+
+
+@dataclass
+class _Iterate:
+    """Approximate solution, its residual, the norm of the right-hand side, and iterations so far."""
+
+    x: np.ndarray
+    residual: np.ndarray
+    level: float
+    iterations: int = 0
