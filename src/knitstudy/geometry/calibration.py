@@ -103,6 +103,13 @@ class Candidate:
         xy = np.vstack([[0.0, y_sinker], plane.reshape(-1, 2), [wale / 4, 0.0]])
         return cls(wale, course, whole_loop(np.column_stack([xy, z]), wale), float(force[0]))
 
+    def unknowns(self):
+        """The vector of unknowns: the inverse of `from_unknowns`."""
+        quarter = len(self.points) // 4
+        first = [self.wale_spacing, self.course_spacing, self.points[0, 1]]
+        plane, z = self.points[1:quarter, :2], self.points[: quarter + 1, 2]
+        return np.concatenate([first, plane.ravel(), z, [self.force]])
+
     def loop(self, problem, flattening=1.0):
         """The loop of these points, its z components times a factor: Loop, in radii."""
         points = self.points * [1, 1, flattening]
@@ -248,16 +255,17 @@ def calibrate(problem, starts, seed):
     best, outcomes = None, []
     for number in range(starts):
         start = first + (number > 0) * SPREAD * random.normal(size=first.size)
-        found = _solve(start, problem)
+        found = solve(start, problem)
         outcomes.append({"start": number, "residual": float(np.sqrt(2 * found.cost))})
         if best is None or found.cost < best.cost:
             best = found
     if best.cost >= UNUSABLE:
         raise GeometryError(f"calibration: none of {starts} starts leads to a plain knit; allow more starts")
     for share in SHARPENING[1:]:
-        best = _solve(best.x, replace(problem, bending=share * problem.bending))
+        best = solve(best.x, replace(problem, bending=share * problem.bending))
     return Candidate.from_unknowns(best.x, problem.quarter), outcomes
 
 
-def _solve(start, problem):
+def solve(start, problem):
+    """Least squares from one vector of unknowns: scipy's OptimizeResult."""
     return least_squares(residuals, start, args=(problem,), x_scale="jac", max_nfev=MOST_EVALUATIONS)

@@ -74,7 +74,7 @@ def approaches(loop, reach=REACH, samples=SAMPLES):
     # One more sample at both ends of the loop, so that minima at its ends are seen as such.
     here = np.arange(-1, curve.period * samples + 2) / samples
     around = np.arange(-curve.period * samples, 2 * curve.period * samples + 1) / samples
-    starts = [_local_minima(loop, here, around, row, reach) for row in range(_rows_in_reach(loop) + 1)]
+    starts = [_local_minima(loop, here, around, row, reach) for row in range(_rows_in_reach(loop, reach) + 1)]
     row = np.repeat(np.arange(len(starts)), [len(start) for start in starts])
     start = np.concatenate(starts)
     shift = row[:, None] * loop.rise
@@ -87,10 +87,10 @@ def approaches(loop, reach=REACH, samples=SAMPLES):
     return result.selected(_first_of_equals(result))
 
 
-def _rows_in_reach(loop):
-    """Rows above a yarn that can come nearer to it than a course spacing."""
+def _rows_in_reach(loop, reach):
+    """Rows above a yarn that can come nearer to it than the reach."""
     y = loop.curve.value(np.linspace(0, loop.curve.period, 20 * loop.curve.period))[:, 1]
-    return max(1, int((np.ptp(y) + loop.course_spacing) // loop.course_spacing))
+    return max(1, int((np.ptp(y) + reach * loop.radius) // loop.course_spacing))
 
 
 def _local_minima(loop, here, around, row, reach):

@@ -44,11 +44,9 @@ class CostFunction:
 
     Parameters
     ----------
-    points : ndarray (P, 3)
-        Control points at the start; they give the rest lengths and sigma.
-    wale_spacing, course_spacing : float
-    target : float
-        The distance 2 + c0 of the centrelines that F_Distance aims at.
+    loop : Loop
+        The loop at the start, in radii; it gives the rest lengths and sigma, and the distance 2 + c0 of the
+        centrelines that F_Distance aims at.
     weights : Weights
     window : ndarray (4, 2, 2)
         Where on the two yarns each crossing is looked for, see `crossing.windows`.
@@ -56,19 +54,19 @@ class CostFunction:
         Samples a Bezier segment in the search of the closest points.
     """
 
-    def __init__(self, points, wale_spacing, course_spacing, target, weights, window, samples):
-        self.advance = np.array([wale_spacing, 0.0, 0.0])
-        self.course_spacing = course_spacing
-        self.target = target
+    def __init__(self, loop, weights, window, samples):
+        start = loop.curve
+        self.advance = start.advance
+        self.course_spacing = loop.course_spacing
+        self.target = loop.target
         self.weights = weights
         self.window = window
         self.samples = samples
-        start = CatmullRom(points, self.advance)
         self.rest_length = start.segment_lengths()
         segments = np.arange(start.period)[:, None]
         self._tangent, self._tangent_offset = start.operator((segments + GAUSS_POINTS).ravel(), 1)
         self._bend, self._bend_offset = start.operator((segments + CURVATURE_POINTS).ravel(), 2)
-        chord = np.linalg.norm(_chords(points, self.advance), axis=1)
+        chord = np.linalg.norm(_chords(loop.control_points, self.advance), axis=1)
         self.sigma = 0.5 * (chord + np.roll(chord, 1))
 
     def softened(self, share):

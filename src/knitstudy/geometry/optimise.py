@@ -17,6 +17,11 @@ from knitstudy.geometry.symmetry import symmetric_motions, symmetries
 CONTACT_TOLERANCE = 1e-3
 """|D - 2R - c0| / R that every crossing must meet."""
 
+UPPER_IN_FRONT = np.array([False, False, True, True])
+"""By crossing zone: whether the upper row's yarn passes in front of the lower row's."""
+SMALLEST_DISTANCE = 1e-6
+"""Distance of centrelines, in radii, from which on the direction between them is known."""
+
 CONTINUATION = (1e-4, 1e-2, 1.0)
 """Shares of alpha with which F is minimised in turn: a stiff valley is entered from its wide end."""
 
@@ -76,28 +81,21 @@ def optimise(loop, settings):
     """
     start = loop.in_radii()
     cost = cost_function(start, settings)
+    check_interlock(cost, start.control_points)
     motions = symmetric_motions(
         free_components(settings.free, len(start.control_points)), symmetries(start.curve)
     )
     optimum = minimise(cost, start.control_points, motions)
     check_contact(cost, optimum.points)
+    check_interlock(cost, optimum.points)
     return loop.with_points(optimum.points * loop.radius), optimum
 
 
-def cost_function(loop, settings, window=None):
+def cost_function(loop, settings):
     """F of a loop given in radii, with the crossings' windows taken from the loop as it stands."""
-    curve = loop.curve
-    if window is None:
-        window = windows(crossings_in_plane(curve, loop.course_spacing), curve.period)
-    return CostFunction(
-        loop.control_points,
-        loop.wale_spacing,
-        loop.course_spacing,
-        loop.target,
-        Weights(settings.alpha, settings.beta, settings.gamma, settings.beta_0),
-        window,
-        settings.samples,
-    )
+    window = windows(crossings_in_plane(loop.curve, loop.course_spacing), loop.curve.period)
+    weights = Weights(settings.alpha, settings.beta, settings.gamma, settings.beta_0)
+    return CostFunction(loop, weights, window, settings.samples)
 
 
 def free_components(free, count):
@@ -195,7 +193,7 @@ def _polish(function, q):
 
 
 def check_contact(cost, points):
-    """Every crossing at its distance, and the yarns still on their own sides of each other.
+    """Every crossing is at its distance.
 
     Raises
     ------
@@ -210,9 +208,22 @@ def check_contact(cost, points):
             f"zone {zone}, allowed is {cost.target:g} within {CONTACT_TOLERANCE:g} (closest points inside "
             f"their windows: {found.interior.tolist()}): raise geometry.alpha or free more in geometry.free"
         )
-    above = found.point[:, 1, 2] > found.point[:, 0, 2]
-    if (above != [False, False, True, True]).any():
+
+
+def check_interlock(cost, points):
+    """The yarns pass each other on the sides that make a plain knit.
+
+    Raises
+    ------
+    GeometryError
+        Also where the centrelines cut each other: the direction in which to part them is not defined then.
+    """
+    found = cost.approach(points)
+    in_front = found.point[:, 1, 2] > found.point[:, 0, 2]
+    if (in_front != UPPER_IN_FRONT).any() or (found.distance < SMALLEST_DISTANCE).any():
         raise GeometryError(
-            "the yarns do not interlock: the upper row's yarn passes in front at the crossing zones "
-            f"{np.flatnonzero(above).tolist()}, allowed is behind at 0 and 1 and in front at 2 and 3"
+            "pattern.control_points: the yarns do not interlock: the upper row's yarn passes in front of the lower "
+            f"row's at the crossing zones {np.flatnonzero(in_front).tolist()}, {found.distance.min():.2e} radii away "
+            "at least; allowed is behind at 0 and 1, in front at 2 and 3, at a distance of more than "
+            f"{SMALLEST_DISTANCE:g}"
         )
