@@ -2,11 +2,14 @@
 # Outputs are marked update(): whatever was there is restored when a job fails. Stages write their files whole or not at
 # all, so nothing is ever really updated.
 import os
+import shlex
 import sys
 from pathlib import Path
 
 import yaml
 
+# Snakemake puts the interpreter into a shell command as it is: a checkout whose path has a space needs the quotes.
+sys.executable = shlex.quote(sys.executable)
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
 from knitstudy.configuration import load_knits, load_scenes, load_study
