@@ -8,6 +8,13 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.scene import Scene
 
 
+def pytest_addoption(parser):
+    group = parser.getgroup("verification")
+    group.addoption("--full", action="store_true", help="run cases of verification at full resolution")
+    group.addoption("--cases", action="store_true", help="collect only tests that record a case")
+    group.addoption("--table", metavar="FILE", help="write the table of verification cases")
+
+
 @pytest.fixture(scope="session")
 def plain_scene():
     """Scene of a 3 x 3 knit whose yarns just do not touch: an analytic loop of 39.3 mm of 1.8 mm yarn."""

@@ -6,6 +6,7 @@ resolution; with ``--table FILE`` the session writes the table of all cases, whe
 
 import csv
 import datetime
+import hashlib
 
 import pytest
 
@@ -22,12 +23,6 @@ PHYSICS = (
 """Stages whose code the table speaks of."""
 
 COLUMNS = ("case", "reference", "result", "bar", "holds", "date", "test")
-
-
-def pytest_addoption(parser):
-    group = parser.getgroup("verification")
-    group.addoption("--full", action="store_true", help="run cases of verification at full resolution")
-    group.addoption("--table", metavar="FILE", help="write the table of verification cases")
 
 
 class Verify:
@@ -65,6 +60,11 @@ def pytest_configure(config):
     config.stash[ROWS] = []
 
 
+def pytest_collection_modifyitems(config, items):
+    if config.getoption("--cases"):
+        items[:] = [item for item in items if "verify" in item.fixturenames]
+
+
 @pytest.fixture
 def verify(request):
     return Verify(request.node.nodeid, request.config.stash[ROWS])
@@ -78,8 +78,6 @@ def full(request):
 
 def fingerprint():
     """Checksum of the code that the table speaks of."""
-    import hashlib
-
     digest = hashlib.sha256()
     for path in modules_behind(*PHYSICS):
         digest.update(path.read_bytes())

@@ -31,19 +31,18 @@ def differences(model, state, step):
     return np.column_stack(columns)
 
 
-CASES = [(False, True), (True, True), (True, False)]
+CASES = {"nodes": (False, True), "rigid arms": (True, True), "arms that only follow": (True, False)}
 
 
-@pytest.mark.parametrize(
-    ("offsets", "arms_turn"), CASES, ids=["nodes", "rigid arms", "arms that only follow"]
-)
-def test_tangent_equals_central_differences(offsets, arms_turn):
+@pytest.mark.parametrize("name", CASES)
+def test_tangent_equals_central_differences(name, verify):
+    offsets, arms_turn = CASES[name]
     model = network(offsets, arms_turn)
     state = model.advance(model.start(), 0.6 * np.random.default_rng(6).normal(size=model.size))
     tangent = model.respond(state, stiffness=True).stiffness.toarray()
     level = np.abs(tangent).max()
     errors = [np.abs(differences(model, state, step) - tangent).max() / level for step in (4e-4, 2e-4)]
-    assert errors[1] < 1e-6
+    verify.at_most(f"tangent, beams and joints: {name}", errors[1], 1e-6, "central differences")
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)  # falls as the square of the step
 
 

@@ -1,0 +1,55 @@
+"""The calibrated and optimised knit against what it was asked for."""
+
+import numpy as np
+import pytest
+
+from knitstudy.configuration import load_scene
+from knitstudy.geometry.build import build
+from knitstudy.geometry.pattern import Knit
+from knitstudy.mesh.knit import mesh_knit
+from knitstudy.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.rom.run import build as build_beams
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return load_scene("dns-tie-course-fine")
+
+
+@pytest.fixture(scope="module")
+def geometry(scene):
+    return build(scene)
+
+
+@pytest.fixture(scope="module")
+def knit(geometry):
+    return Knit.from_dataset(geometry)
+
+
+def test_yarns_just_do_not_touch(geometry, knit, verify):
+    radius = knit.loop.radius
+    target = radius * (2 + knit.loop.clearance)
+    error = np.abs(knit.crossings.distance - target).max() / radius
+    verify.at_most("optimised knit: |D - 2R - c0| over R at the crossings", error, 1e-3)
+    other = float(geometry["other_gap"].sel(state="after")) / radius
+    verify.at_least("optimised knit: gap of all other pieces over R", other, 0.0, "0")
+
+
+def test_optimisation_keeps_the_length(geometry, verify):
+    before, after = (float(geometry["loop_length"].sel(state=state)) for state in ("before", "after"))
+    verify.within("optimised knit: arc length [m] against the one before", after, before, 0.02)
+
+
+def test_calibration(geometry, verify):
+    after = geometry.sel(state="after")
+    verify.within("calibration: yarn a loop [m]", float(after["loop_length"]), 41.6e-3, 0.02)
+    for name, degrees in (("interlock", 66.0), ("leg", 80.0)):
+        error = abs(float(after[f"{name}_angle"]) - degrees)
+        verify.at_most(f"calibration: {name} angle, degrees off Table 4", error, 3.0, f"{degrees:g}")
+
+
+def test_sizes_of_table_5(scene, knit, verify):
+    mesh = mesh_knit(knit, scene.mesh.size, scene.mesh.growth)
+    verify.within("3 x 3 knit of solids, 0.3 mm: DOF", mesh.nodes.size, 189_513, 0.05)
+    network = build_beams(load_scene("rom3d-tie-course"), knit, contacts_of_crossings(knit))
+    verify.within("3 x 3 knit, 3D model, 0.5 mm: DOF", 6 * network.beam_nodes, 5_994, 0.05)
