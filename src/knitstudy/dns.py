@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.contact.tie import Tie, tie_crossings
-from knitstudy.errors import ConfigurationError
+from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.fem.checkpoint import Checkpoint
 from knitstudy.fem.conjugate import AlgebraicMultigrid, ConjugateGradients
 from knitstudy.fem.hexahedron import OnePointHexahedron
@@ -30,6 +30,9 @@ log = logging.getLogger(__name__)
 
 DIRECT_UNKNOWNS = 20_000
 """Up to here a sparse LU is the fastest solver; beyond, its fill is not (see `make bench`)."""
+
+HOURGLASS_SHARE = 0.05
+"""Largest share of hourglass energy in the internal energy: beyond it the stabilisation carries load."""
 
 Watcher = Callable[[Increment], None]
 """Called after every converged increment, for progress."""
@@ -77,11 +80,7 @@ def assemble(scene: Scene, mesh: SweptMesh, knit: Knit) -> Simulation:
     gauge = knit.loops * knit.loop.wale_spacing
     recorder = Recorder(stations, driven, axis=0, travel=scene.load.strain * gauge, length=gauge)
     solver = linear_solver(scene.solver.linear, model, mesh, tie, drive)
-    settings = Settings(
-        increments=scene.solver.increments,
-        residual_tolerance=scene.solver.residual_tolerance,
-        correction_tolerance=scene.solver.correction_tolerance,
-    )
+    settings = Settings.of(scene.solver)
     return Simulation(scene, mesh, model, tie, drive, settings, solver, recorder)
 
 
@@ -112,7 +111,8 @@ def run(
     Raises
     ------
     ConvergenceError
-        If the load cannot be reached; the restart file keeps what had converged.
+        If the load cannot be reached, or the hourglass control carries load; the restart file keeps what had
+        converged.
     """
     simulation = assemble(scene, mesh, knit)
     recorder = simulation.recorder
@@ -126,12 +126,32 @@ def run(
             record(simulation, last)
             if restart:
                 restart.save(last, recorder)
+            require_small_hourglass(last, scene.solver.hourglass)
             if progress:
                 progress(last)
     dataset = _dataset(simulation, last.state)
     if restart:
         restart.remove()
     return dataset
+
+
+def require_small_hourglass(increment: Increment, coefficient: float) -> None:
+    """Refuse a state in which hourglass control carries load.
+
+    In the first tenth of the load, with a hundredth of the energy, rounding and slack may prevail.
+
+    Raises
+    ------
+    ConvergenceError
+        If hourglass energy exceeds `HOURGLASS_SHARE` of the internal energy.
+    """
+    energy = increment.response.energy
+    if increment.load >= 0.1 and energy["hourglass"] > HOURGLASS_SHARE * energy["internal"]:
+        raise ConvergenceError(
+            f"increment {increment.index}: hourglass energy is {energy['hourglass'] / energy['internal']:.1%} of the "
+            f"internal energy and may be {HOURGLASS_SHARE:.0%}; use a smaller mesh.size, or a smaller "
+            f"solver.hourglass than {coefficient:g}"
+        )
 
 
 def _drive(scene: Scene, mesh: SweptMesh, tie: Tie, knit: Knit) -> tuple[Drive, np.ndarray]:

@@ -12,6 +12,7 @@ from pull import knit_and_mesh
 
 from knitstudy import dns
 from knitstudy.configuration import load_scene
+from knitstudy.errors import ConvergenceError
 from knitstudy.fem.newton import Settings, trace
 
 PULL = Path(__file__).with_name("pull.py")
@@ -75,6 +76,12 @@ def test_hourglass_energy(history, verify):
     counted = internal >= 0.01 * internal[-1]
     share = float((hourglass / internal.where(counted)).max())
     verify.at_most("tied knit: hourglass over internal energy", share, 0.05)
+
+
+def test_hourglass_control_that_carries_load_is_an_error(cell):
+    knit, mesh = knit_and_mesh(cell)
+    with pytest.raises(ConvergenceError, match=r"increment 1: hourglass energy is \d+.* solver.hourglass"):
+        dns.run(changed(cell, solver__hourglass=0.5, solver__increments=2), mesh, knit)
 
 
 def test_newton_converges_quadratically(cell, verify):

@@ -74,6 +74,15 @@ class Settings:
     predictor: int = 2
     exact: bool = False
 
+    @classmethod
+    def of(cls, solver: Any) -> Settings:
+        """Return the settings of a scene's section `solver`."""
+        return cls(
+            increments=solver.increments,
+            residual_tolerance=solver.residual_tolerance,
+            correction_tolerance=solver.correction_tolerance,
+        )
+
 
 @dataclass(frozen=True)
 class Rate:

@@ -89,7 +89,8 @@ def report(initial, optimum, surveys):
             ),
             "interlock_angle": measured("interlock_angle", degrees),
             "leg_angle": measured("leg_angle", degrees),
+            "iterations": ((), optimum.iterations, {"units": "1", "long_name": "of the quasi-Newton method"}),
+            "gradient": ((), optimum.gradient, {"units": "1", "long_name": "what remains of F's, relative"}),
         },
         coords={"state": ["before", "after"], "term": terms},
-        attrs={"iterations": optimum.iterations, "gradient": optimum.gradient},
     )

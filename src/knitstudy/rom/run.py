@@ -57,11 +57,7 @@ def pull(network: Network, scene: Scene, gauge: float) -> xr.Dataset:
     drive = course_tension(network, travel, scene.load.lateral)
     driven = 6 * network.end_nodes("right")[:, None] + [X, Y, Z]
     recorder = Recorder(network.stations, driven, axis=X, travel=travel, length=gauge)
-    settings = Settings(
-        increments=scene.solver.increments,
-        residual_tolerance=scene.solver.residual_tolerance,
-        correction_tolerance=scene.solver.correction_tolerance,
-    )
+    settings = Settings.of(scene.solver)
     couples = []
     for increment in trace(model, drive, settings, LU()):
         recorder.add(increment, network.station_displacement(model, increment.state))
