@@ -1,0 +1,83 @@
+"""All figures by name: what each shows, which results it needs, and how it is drawn.
+
+A new figure is a module with a function ``draw(**datasets) -> Figure``, an entry here, and a caption in
+``workflow/report/``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.schema import unknown_choice
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+TIED_COURSE = {"interaction": "tie", "load.direction": "course"}
+"""Scenes with ties, pulled in the course direction."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A figure.
+
+    Attributes
+    ----------
+    title : str
+        With its number in the paper.
+    needs : tuple of str
+        Results that ``draw`` takes, by keyword: "geometry", "mesh", "dns", "contacts", "rom3d", "rom2d".
+    of : dict
+        Which scenes it is about: values of keys of the scene.
+    """
+
+    title: str
+    needs: tuple[str, ...]
+    of: dict[str, str]
+
+
+FIGURES = {
+    "fig15a_force_strain": Entry(
+        "Fig. 15a: force against strain in course direction, ties",
+        ("dns", "rom3d", "rom2d"),
+        TIED_COURSE,
+    ),
+    "fig01_unit_cell": Entry("Fig. 1: unit cell before and after optimisation", ("geometry",), TIED_COURSE),
+    "fig02_interfaces": Entry("Fig. 2: tie constraint and contact with friction", (), {}),
+    "fig04_honeycomb": Entry(
+        "Fig. 4: 2D reduced model on the solid knit", ("geometry", "mesh", "contacts"), TIED_COURSE
+    ),
+    "fig05_contact_points": Entry(
+        "Fig. 5: points of the 3D reduced model", ("geometry", "contacts"), TIED_COURSE
+    ),
+    "fig06_joints": Entry(
+        "Fig. 6: 3D reduced model and its joints", ("geometry", "contacts", "rom3d"), TIED_COURSE
+    ),
+}
+"""In the order of the report: the main comparison first."""
+
+
+def entry(name: str) -> Entry:
+    """Return a figure's entry.
+
+    Raises
+    ------
+    ConfigurationError
+        When there is no such figure; the message names those that there are.
+    """
+    if name not in FIGURES:
+        raise ConfigurationError(unknown_choice("unknown figure", name, name, sorted(FIGURES)))
+    return FIGURES[name]
+
+
+def draw(name: str, **datasets: xr.Dataset) -> Figure:
+    """Draw a figure from the results that its entry names."""
+    needs = entry(name).needs
+    missing = [need for need in needs if need not in datasets]
+    if missing:
+        raise ConfigurationError(f"figure {name!r} needs {', '.join(needs)}: {', '.join(missing)} is missing")
+    return import_module(f"knitstudy.figures.{name}").draw(**{need: datasets[need] for need in needs})

@@ -1,0 +1,83 @@
+"""Fig. 4: the two-dimensional reduced model, a honeycomb of beams, on the solid knit that it stands for."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar, triad
+from knitstudy.figures.picture import bounds, show
+from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, SINGLE, YARNS, figure, styled, tint
+from knitstudy.figures.surface import yarn_of_mesh
+from knitstudy.figures.view import FRONT
+from knitstudy.geometry.pattern import Knit
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.rom import honeycomb
+from knitstudy.rom.network import Network
+
+WIDTH = 1.5 * SINGLE
+SILL = 3.0
+"""Room below the knit for the scale bar [mm of the knit]."""
+
+FOOT = 9.0
+"""Height of the legend [mm]."""
+
+
+@styled
+def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure:
+    """Draw the honeycomb over the undeformed mesh, with the contact zones that are its joints.
+
+    Parameters
+    ----------
+    geometry, mesh, contacts : Dataset
+        Of one direct simulation (see docs/architecture.md).
+    """
+    solid = SweptMesh.from_dataset(mesh)
+    network = honeycomb.build(Knit.from_dataset(geometry), contacts)
+    surfaces = [yarn_of_mesh(solid, i, tint(YARNS[i % len(YARNS)])) for i in range(solid.yarns)]
+    left, right, bottom, top = bounds(surfaces, FRONT, margin=0.03)
+    window = (left, right, bottom - SILL, top)
+    height = WIDTH * (window[3] - window[2]) / (window[1] - window[0])
+    drawing = figure(WIDTH, height + FOOT)
+    axes = drawing.add_axes((0, FOOT / (height + FOOT), 1, height / (height + FOOT)))
+    show(axes, surfaces, FRONT, window)
+    _draw_network(axes, network)
+    zones = MILLIMETRE * FRONT.project(contacts["centroid"].to_numpy())
+    axes.scatter(*zones.T, s=26, facecolor=PAPER, edgecolor=ACCENT, linewidth=1.4, zorder=6)
+    scale_bar(axes, 5, (0.02, 0.025))
+    triad(axes, FRONT, 2.5, (0.92, 0.03))
+    _legend(drawing)
+    return drawing
+
+
+def _draw_network(axes: Axes, network: Network) -> None:
+    """Draw beams as lines and their nodes outside of contact zones, the yarns' corners and ends, as dots."""
+    nodes = MILLIMETRE * FRONT.project(network.nodes)
+    colour = MODELS["rom2d"].colour
+    lines = LineCollection(
+        nodes[network.ends], colors=colour, linewidths=2.2, capstyle="round", path_effects=HALO, zorder=5
+    )
+    axes.add_collection(lines, autolim=False)
+    axes.scatter(*nodes.T, s=9, color=colour, zorder=5.5)
+
+
+def _legend(drawing: Figure) -> None:
+    beam, zone = MODELS["rom2d"].colour, {"markerfacecolor": PAPER, "markeredgecolor": ACCENT}
+    handles = [
+        Line2D([], [], color=beam, linewidth=2.2, label="beam of the 2D ROM"),
+        Line2D(
+            [],
+            [],
+            linestyle="",
+            marker="o",
+            markersize=5,
+            markeredgewidth=1.4,
+            label="contact zone, a joint",
+            **zone,
+        ),
+        Line2D([], [], linestyle="", marker="o", markersize=3.5, color=beam, label="node without contact"),
+    ]
+    drawing.legend(handles=handles, loc="lower center", ncols=3, labelcolor=INK)

@@ -1,0 +1,107 @@
+"""Fig. 6: the three-dimensional reduced model, and one of its joints with the directions of its forces."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from knitstudy.figures.annotation import MILLIMETRE, label, scale_bar, triad
+from knitstudy.figures.interlock import Interlock, piece
+from knitstudy.figures.picture import bounds, show
+from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, panel_letter, styled
+from knitstudy.figures.surface import Surface, arrow, rod, sphere, tube
+from knitstudy.figures.view import View
+from knitstudy.geometry.pattern import Knit
+from knitstudy.rom.points import contact_points
+
+WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=-30, tilt=24)
+
+SHARE = 0.55
+"""Of the figure's width for the whole knit."""
+
+BEAM, ARM = 0.26, 0.16
+"""Radii in which beams and joints are drawn, over the yarn's."""
+
+REACH = 3.2
+"""How much of the yarns the detail shows on either side of the joint, in radii."""
+
+
+@styled
+def draw(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figure:
+    """Draw the beams of the model between their nodes, and the arms that join them.
+
+    Parameters
+    ----------
+    geometry, contacts : Dataset
+        Of the direct simulation that the joints come from (see docs/architecture.md).
+    rom3d : Dataset
+        History of the reduced model: its stations are the nodes of the beams.
+    """
+    knit = Knit.from_dataset(geometry)
+    whole = _beams(rom3d, knit.loop.radius) + _joints(knit, contacts)
+    window = bounds(whole, WHOLE)
+    height = SHARE * DOUBLE * (window[3] - window[2] + 3) / (window[1] - window[0]) / 0.93
+    drawing = figure(DOUBLE, height)
+    left = drawing.add_axes((0.01, 0.0, SHARE, 0.93))
+    show(left, whole, WHOLE, (*window[:2], window[2] - 3, window[3]))
+    scale_bar(left, 5, (0.03, 0.02))
+    triad(left, WHOLE, 2.5, (0.9, 0.04))
+    panel_letter(left, "a", "beams and joints")
+    _draw_joint(drawing.add_axes((SHARE + 0.03, 0.10, 0.96 - SHARE, 0.72)), knit, contacts, rom3d)
+    return drawing
+
+
+def _beams(rom3d: xr.Dataset, radius: float) -> list[Surface]:
+    """Return every yarn's chain of straight beams."""
+    yarn, position = rom3d["yarn"].to_numpy(), rom3d["centreline"].to_numpy()
+    return [tube(position[yarn == i], BEAM * radius, YARNS[i % len(YARNS)]) for i in np.unique(yarn)]
+
+
+def _joints(knit: Knit, contacts: xr.Dataset) -> list[Surface]:
+    """Return the arms from the points C to P, and the points C, of all contacts."""
+    points, radius = contact_points(knit, contacts), knit.loop.radius
+    arms = [
+        rod(end, centroid, ARM * radius, ACCENT)
+        for pair, centroid in zip(points.point, points.centroid, strict=True)
+        for end in pair
+    ]
+    return arms + [sphere(point, 1.35 * BEAM * radius, ACCENT) for point in points.point.reshape(-1, 3)]
+
+
+def _draw_joint(axes: Axes, knit: Knit, contacts: xr.Dataset, rom3d: xr.Dataset) -> None:
+    """Draw the joint at P1: C1 and C3, the arms, the beam nodes around, and the directions x, y, z."""
+    radius, interlock = knit.loop.radius, Interlock.in_the_middle(knit, contacts)
+    surfaces = []
+    for side, colour in ((0, YARNS[2]), (1, YARNS[1])):
+        yarn, s = int(interlock.yarn[side]), interlock.arc_length[0, side]
+        span = (s - REACH * radius, s + REACH * radius)
+        nodes = _nodes(rom3d, yarn, *span)
+        surfaces += [piece(knit, yarn, *span, radius, colour, 0.2), tube(nodes, 0.09 * radius, colour)]
+        surfaces += [sphere(node, 0.16 * radius, colour) for node in nodes]
+        surfaces.append(rod(interlock.C[0, side], interlock.P[0], 0.10 * radius, ACCENT))
+    start = interlock.P[0]
+    surfaces += [arrow(start, 1.9 * radius * direction, 0.05 * radius, INK) for direction in np.eye(3)]
+    show(axes, surfaces, DETAIL)
+    _name_joint(axes, interlock, radius)
+    scale_bar(axes, 1, (0.02, 0.0))
+    panel_letter(axes, "b", "joint of $C_1$ and $C_3$ at $P_1$")
+
+
+def _nodes(rom3d: xr.Dataset, yarn: int, start: float, end: float) -> np.ndarray:
+    """Return the beam nodes (k, 3) of a yarn between two arc lengths [m]."""
+    s = rom3d["arc_length"].to_numpy()
+    inside = (rom3d["yarn"].to_numpy() == yarn) & (s >= start) & (s <= end)
+    return rom3d["centreline"].to_numpy()[inside]
+
+
+def _name_joint(axes: Axes, interlock: Interlock, radius: float) -> None:
+    points = {"C_1": (interlock.C[0, 0], (-30, 22)), "C_3": (interlock.C[0, 1], (34, 18))}
+    points["P_1"] = (interlock.P[0], (-38, -14))
+    for name, (point, offset) in points.items():
+        axes.scatter(*MILLIMETRE * DETAIL.project(point), s=22, color=ACCENT, edgecolor=PAPER, zorder=8)
+        label(axes, DETAIL, point, f"${name}$", offset, ACCENT)
+    for name, direction in zip("xyz", np.eye(3), strict=True):
+        tip = interlock.P[0] + 2.2 * radius * direction
+        axes.text(*MILLIMETRE * DETAIL.project(tip), f"${name}$", ha="center", va="center", zorder=10)

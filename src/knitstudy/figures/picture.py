@@ -1,0 +1,158 @@
+"""Puts a three-dimensional picture into axes: rendered by VTK where that works, else drawn by matplotlib."""
+
+from __future__ import annotations
+
+import logging
+import os
+import pickle
+import subprocess
+import sys
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+import knitstudy
+from knitstudy.errors import ConfigurationError
+from knitstudy.figures.painter import paint
+from knitstudy.figures.style import DPI, FAINT, INCH
+from knitstudy.figures.surface import Surface
+from knitstudy.figures.view import View
+from knitstudy.figures.vtk_program import Job
+
+log = logging.getLogger(__name__)
+
+MILLIMETRE = 1e3
+
+CHOICE = "KNITSTUDY_RENDERER"
+"""Environment variable: ``vtk`` (default) or ``matplotlib``."""
+
+PATIENCE = 300.0
+"""Time after which a rendering counts as failed [s]; a slow machine needs a tenth of it."""
+
+FALLBACK = "drawn-without-vtk"
+"""Group id of the note on figures that matplotlib drew."""
+
+
+def show(
+    axes: Axes, surfaces: Sequence[Surface], view: View, window: tuple[float, ...] | None = None
+) -> None:
+    """Fill axes with surfaces; their coordinates then are mm in the plane of the picture.
+
+    Parameters
+    ----------
+    axes : Axes
+        Placed in a figure; frame and ticks are taken away.
+    surfaces : sequence of Surface
+    view : View
+    window : tuple of 4 floats, optional
+        Left, right, bottom and top of what is shown [mm]; everything by default. It is widened in one
+        direction to the shape of the axes.
+
+    Raises
+    ------
+    ConfigurationError
+        When the environment variable KNITSTUDY_RENDERER names no renderer.
+    """
+    size = _size(axes)
+    window = _fitted(window or bounds(surfaces, view), size)
+    axes.set(xlim=window[:2], ylim=window[2:], aspect="equal")
+    axes.set_axis_off()
+    image = _rendered(Job(tuple(surfaces), view, window, tuple(int(DPI / INCH * mm) for mm in size)))
+    if image is not None:
+        axes.imshow(image, extent=window, interpolation="none", zorder=0)
+    else:
+        paint(axes, surfaces, view)
+        _note(axes.figure)
+
+
+def bounds(
+    surfaces: Sequence[Surface], view: View, margin: float = 0.04
+) -> tuple[float, float, float, float]:
+    """Return left, right, bottom and top of surfaces in the picture [mm], with a margin as share of them."""
+    flat = MILLIMETRE * view.project(np.concatenate([surface.points for surface in surfaces]))
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    rim = margin * (high - low).max()
+    return (low[0] - rim, high[0] + rim, low[1] - rim, high[1] + rim)
+
+
+def is_fallback(figure: Figure) -> bool:
+    """Whether a picture in a figure was drawn without VTK."""
+    return any(text.get_gid() == FALLBACK for text in figure.texts)
+
+
+def _size(axes: Axes) -> tuple[float, float]:
+    """Return width and height of axes [mm]."""
+    share = axes.get_position(original=True)
+    width, height = axes.figure.get_size_inches()
+    return INCH * width * share.width, INCH * height * share.height
+
+
+def _fitted(window: tuple[float, ...], size: tuple[float, float]) -> tuple[float, float, float, float]:
+    """Widen a window about its middle to the shape of the axes."""
+    middle = np.array([window[0] + window[1], window[2] + window[3]]) / 2
+    extent = np.array([window[1] - window[0], window[3] - window[2]])
+    half = np.array(size) * (extent / size).max() / 2
+    (left, bottom), (right, top) = middle - half, middle + half
+    return float(left), float(right), float(bottom), float(top)
+
+
+def _note(figure: Figure) -> None:
+    if not is_fallback(figure):
+        figure.text(
+            0.995,
+            0.004,
+            "drawn without a 3D renderer",
+            ha="right",
+            va="bottom",
+            fontsize=5.5,
+            color=FAINT,
+            gid=FALLBACK,
+        )
+
+
+def _rendered(job: Job) -> np.ndarray | None:
+    """Return the picture as RGBA array, or None where VTK is not wanted or cannot render."""
+    choice = os.environ.get(CHOICE, "vtk")
+    if choice not in ("vtk", "matplotlib"):
+        raise ConfigurationError(f"{CHOICE} is {choice!r}: allowed are 'vtk' and 'matplotlib'")
+    if choice == "matplotlib" or not _vtk_renders():
+        log.warning(
+            "pictures are drawn by matplotlib: %s", "as asked for" if choice != "vtk" else "VTK cannot render"
+        )
+        return None
+    return _run_vtk(job)
+
+
+@cache
+def _vtk_renders() -> bool:
+    """Whether VTK can render here: tried once a process, on a picture of one facet."""
+    facet = Surface(
+        np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) / MILLIMETRE, np.array([[0, 1, 2, 3]]), "red"
+    )
+    image = _run_vtk(Job((facet,), View((0.0, 0.0, -1.0)), (0.0, 1.0, 0.0, 1.0), (16, 16)))
+    return image is not None and bool(image[..., 3].any())
+
+
+def _run_vtk(job: Job) -> np.ndarray | None:
+    """Render in a process of its own; None, and a line in the log, when that process fails."""
+    source = Path(knitstudy.__file__).parents[1]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(source), *sys.path[1:]])}
+    with TemporaryDirectory() as folder:
+        task, picture = Path(folder, "job.pickle"), Path(folder, "picture.png")
+        task.write_bytes(pickle.dumps(job))
+        command = [sys.executable, "-m", "knitstudy.figures.vtk_program", str(task), str(picture)]
+        try:
+            subprocess.run(
+                command, check=True, capture_output=True, text=True, timeout=PATIENCE, env=environment
+            )
+            return imread(picture)
+        except (OSError, subprocess.SubprocessError, SyntaxError) as error:
+            said = (getattr(error, "stderr", None) or "").strip().splitlines()
+            log.warning("VTK did not render: %s%s", error, f" ({said[-1]})" if said else "")
+            return None

@@ -1,0 +1,69 @@
+"""Writes figures as PNG and PDF, whole or not at all, with their origin inside the file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+import matplotlib
+import xarray as xr
+from matplotlib.figure import Figure
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.figures.picture import is_fallback
+from knitstudy.figures.style import RC
+from knitstudy.io import code_version, replacing
+
+
+def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, xr.Dataset], title: str) -> None:
+    """Write a figure.
+
+    Parameters
+    ----------
+    figure : Figure
+    paths : iterable of Path or str
+        Where to; the suffix chooses the format, ".png" (300 dpi) or ".pdf".
+    sources : mapping of str to Dataset
+        What it was drawn from: scene and hash of each are recorded.
+    title : str
+        Title of the document.
+
+    Raises
+    ------
+    ConfigurationError
+        When a suffix is not known.
+    DataFileError
+        When a folder cannot be made.
+    """
+    origin = describe(sources)
+    renderer = "matplotlib" if is_fallback(figure) else "VTK"
+    metadata = {
+        ".png": {
+            "Title": title,
+            "Source": origin,
+            "Software": f"knitstudy {code_version()}",
+            "Renderer": renderer,
+        },
+        # Without a date the same data give the same file.
+        ".pdf": {
+            "Title": title,
+            "Subject": origin,
+            "Creator": f"knitstudy {code_version()}",
+            "CreationDate": None,
+        },
+    }
+    with matplotlib.rc_context(RC):
+        for path in map(Path, paths):
+            if path.suffix not in metadata:
+                raise ConfigurationError(f"{path}: figures are written as {' and '.join(metadata)}")
+            with replacing(path) as temporary:
+                figure.savefig(temporary, metadata=metadata[path.suffix])
+
+
+def describe(sources: Mapping[str, xr.Dataset]) -> str:
+    """Return the stages, scenes and scene hashes of datasets in one line."""
+    parts = [
+        f"{stage} of {source.attrs.get('scene', 'unknown')} [{source.attrs.get('scene_hash', 'unknown')}]"
+        for stage, source in sources.items()
+    ]
+    return "; ".join(parts) or "drawn without data"

@@ -1,0 +1,104 @@
+"""One visual language for all figures: sizes, type, and a colour for every yarn and every model.
+
+The colours can be told apart with any colour vision; models differ in marker and dash as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import wraps
+
+import matplotlib
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+INCH = 25.4
+"""Millimetres."""
+
+SINGLE, DOUBLE = 84.0, 174.0
+"""Widths of a figure of one and of two columns [mm]."""
+
+DPI = 300
+
+YARNS = ("#D55E00", "#009E73", "#0072B2", "#E69F00")
+"""Vermilion, green and blue stand for the red, green and blue of Fig. 1 (Okabe and Ito 2008)."""
+
+INK, FAINT, PAPER = "#1A1A1A", "#8C8C8C", "#FFFFFF"
+ACCENT = "#8E1B5A"
+"""What a three-dimensional picture points at: joints, contact points."""
+
+RC = {
+    "font.family": "DejaVu Sans",  # comes with matplotlib: the same letters on every machine
+    "mathtext.fontset": "dejavusans",
+    "font.size": 8.0,
+    "axes.titlesize": 8.0,
+    "axes.labelsize": 8.0,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "legend.fontsize": 7.5,
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.direction": "out",
+    "ytick.direction": "out",
+    "lines.linewidth": 1.4,
+    "lines.markersize": 4.0,
+    "legend.frameon": False,
+    "savefig.dpi": DPI,
+    "pdf.fonttype": 42,  # letters stay letters: PDFs can be searched and edited
+}
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a model is called and drawn in every figure."""
+
+    label: str
+    colour: str
+    dash: str
+    marker: str
+
+    @property
+    def line(self) -> dict:
+        """Keywords of a matplotlib line."""
+        return {"color": self.colour, "linestyle": self.dash, "marker": self.marker}
+
+
+MODELS = {
+    "dns": Look("DNS", INK, "-", "o"),
+    "rom3d": Look("3D ROM", "#7B3294", "--", "s"),
+    "rom2d": Look("2D ROM", "#D9740B", "-.", "^"),
+}
+
+
+def figure(width: float, height: float) -> Figure:
+    """Return an empty figure of a size in mm; no global state of pyplot is involved."""
+    return Figure(figsize=(width / INCH, height / INCH))
+
+
+def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
+    """Make a figure function draw in this style whatever the caller's settings are."""
+
+    @wraps(draw)
+    def inside(*datasets, **named):
+        with matplotlib.rc_context(RC):
+            return draw(*datasets, **named)
+
+    return inside
+
+
+def panel_letter(axes, letter: str, title: str = "") -> None:
+    """Put the letter of a panel, and its title, above its upper left corner."""
+    axes.set_title(f"({letter})  {title}".rstrip(), loc="left", fontsize=8.5, pad=4)
+
+
+def tint(colour: str, share: float = 0.45) -> tuple[float, float, float]:
+    """Return a colour mixed with white; `share` is what remains of it."""
+    red, green, blue = to_rgb(colour)
+    return tuple(share * part + 1 - share for part in (red, green, blue))

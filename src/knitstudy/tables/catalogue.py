@@ -1,0 +1,61 @@
+"""All tables by name: what each holds, which results it needs, and how it is built.
+
+A new table is a module with a function ``build(...) -> DataFrame`` and an entry here.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.figures.catalogue import TIED_COURSE, Entry
+from knitstudy.schema import unknown_choice
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+TABLES = {
+    "stiffness": Entry(
+        "Stiffness and out-of-plane motion", ("dns", "rom3d", "rom2d", "geometry"), TIED_COURSE
+    ),
+    "table4_angles": Entry("Table 4: angles of the honeycomb's segments", ("contacts", "paper"), TIED_COURSE),
+    "table5_cost": Entry(
+        "Table 5: cost of the models", ("dns", "rom3d", "rom2d", "paper", "scenes"), TIED_COURSE
+    ),
+    "geometry": Entry("Unit cell before and after optimisation", ("geometry", "targets"), TIED_COURSE),
+    "claims": Entry(
+        "Claims of the paper and verdicts",
+        ("geometry", "dns", "rom3d", "rom2d", "paper", "claims", "scenes"),
+        TIED_COURSE,
+    ),
+}
+"""In the order of the report. "paper", "claims" and "targets" are files of reference, "scenes" the scenes."""
+
+
+def entry(name: str) -> Entry:
+    """Return a table's entry.
+
+    Raises
+    ------
+    ConfigurationError
+        When there is no such table; the message names those that there are.
+    """
+    if name not in TABLES:
+        raise ConfigurationError(unknown_choice("unknown table", name, name, sorted(TABLES)))
+    return TABLES[name]
+
+
+def build(name: str, **sources: Any) -> pd.DataFrame:
+    """Build a table from what its entry names.
+
+    Raises
+    ------
+    ConfigurationError
+        When there is no such table, or something that it needs is missing.
+    """
+    needs = entry(name).needs
+    missing = [need for need in needs if need not in sources]
+    if missing:
+        raise ConfigurationError(f"table {name!r} needs {', '.join(needs)}: {', '.join(missing)} is missing")
+    return import_module(f"knitstudy.tables.{name}").build(**{need: sources[need] for need in needs})

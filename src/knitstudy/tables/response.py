@@ -1,0 +1,97 @@
+"""What is compared of two histories: stiffness, distance of their force curves, and out-of-plane motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import DataFileError
+
+Z = 2
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How alike the out-of-plane displacements of two models are along the centrelines.
+
+    Attributes
+    ----------
+    correlation : float
+        Of u_z at the same places (Pearson); NaN where a model stays in its plane.
+    amplitude : float
+        Root mean square of u_z over the reference's; NaN where the reference stays in its plane.
+    """
+
+    correlation: float
+    amplitude: float
+
+
+def secant_stiffness(history: xr.Dataset) -> float:
+    """Return force over displacement of the driven side at full load [N/m]."""
+    return float(history["force"][-1] / history["displacement"][-1])
+
+
+def force_distance(history: xr.Dataset, reference: xr.Dataset) -> float:
+    """Return the L2 distance of two curves of force against strain, over the norm of the reference.
+
+    The curves are polygons through their increments, compared up to the smaller of the two largest strains.
+
+    Raises
+    ------
+    DataFileError
+        When a history holds nothing but the unloaded state.
+    """
+    for each in (history, reference):
+        if each.sizes["increment"] < 2:
+            raise DataFileError(
+                f"history of {each.attrs.get('scene', '?')!r}: has no loaded increment to compare"
+            )
+    end = min(float(history["strain"][-1]), float(reference["strain"][-1]))
+    knots = np.union1d(history["strain"], reference["strain"])
+    knots = np.append(knots[knots < end], end)
+    force, measure = (np.interp(knots, each["strain"], each["force"]) for each in (history, reference))
+    return float(np.sqrt(_integral_of_square(force - measure, knots) / _integral_of_square(measure, knots)))
+
+
+def _integral_of_square(values: np.ndarray, knots: np.ndarray) -> float:
+    """Integrate the square of a polygon, exactly."""
+    a, b = values[:-1], values[1:]
+    return float(np.sum(np.diff(knots) * (a * a + a * b + b * b) / 3))
+
+
+def largest_out_of_plane(history: xr.Dataset) -> float:
+    """Return max |u_z| along the centrelines at full load [m]."""
+    return float(np.abs(history["centreline_displacement"][-1, :, Z]).max())
+
+
+def out_of_plane_agreement(history: xr.Dataset, reference: xr.Dataset) -> Agreement:
+    """Compare u_z at full load at the stations of `history`; the reference is interpolated along its yarns."""
+    ours, theirs = _at_stations(history, history), _at_stations(reference, history)
+    moving = ours.std() > 0 and theirs.std() > 0
+    size = np.sqrt(np.mean(theirs**2))
+    return Agreement(
+        correlation=float(np.corrcoef(ours, theirs)[0, 1]) if moving else np.nan,
+        amplitude=float(np.sqrt(np.mean(ours**2)) / size) if size > 0 else np.nan,
+    )
+
+
+def _at_stations(history: xr.Dataset, places: xr.Dataset) -> np.ndarray:
+    """Return u_z of a history at full load, at the yarns and shares of arc length of other stations."""
+    u_z = history["centreline_displacement"].to_numpy()[-1, :, Z]
+    yarn, share = history["yarn"].to_numpy(), _shares(history)
+    wanted_yarn, wanted = places["yarn"].to_numpy(), _shares(places)
+    result = np.empty(len(wanted))
+    for number in np.unique(wanted_yarn):
+        of, at = yarn == number, wanted_yarn == number
+        result[at] = np.interp(wanted[at], share[of], u_z[of])
+    return result
+
+
+def _shares(history: xr.Dataset) -> np.ndarray:
+    """Return the arc lengths of the stations over the lengths of their yarns."""
+    s, yarn = history["arc_length"].to_numpy(), history["yarn"].to_numpy()
+    longest = np.zeros(yarn.max() + 1)
+    np.maximum.at(longest, yarn, s)
+    return s / longest[yarn]
