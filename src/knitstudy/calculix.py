@@ -22,7 +22,8 @@ import os, sys, time
 start = time.perf_counter()
 child = os.posix_spawnp(sys.argv[1], sys.argv[1:], os.environ, file_actions=[(os.POSIX_SPAWN_DUP2, 2, 1)])
 _, status, usage = os.wait4(child, 0)
-print(os.waitstatus_to_exitcode(status), time.perf_counter() - start, usage.ru_maxrss)
+cpu = usage.ru_utime + usage.ru_stime
+print(os.waitstatus_to_exitcode(status), time.perf_counter() - start, cpu, usage.ru_maxrss)
 """
 """A small process to start CalculiX from: a child's largest resident size begins with that of its parent."""
 
@@ -41,6 +42,8 @@ class Run:
         Newton iterations of every increment, those of failed attempts included.
     seconds : float
         Wall time of the whole process.
+    cpu_seconds : float
+        Processor time of all its threads; more telling than the wall time where the machine is shared.
     memory_growth : int
         Largest resident size over that of a process that only prints its version, bytes.
     memory_peak : int
@@ -53,6 +56,7 @@ class Run:
     force: np.ndarray
     iterations: np.ndarray
     seconds: float
+    cpu_seconds: float
     memory_growth: int
     memory_peak: int
     log: str
@@ -100,11 +104,11 @@ def run(deck: Path | str, threads: int = 1, folder: Path | str | None = None) ->
         place.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(deck, place / "deck.inp")
         bare = _measure([PROGRAM, "-v"], place, threads)
-        log, code, seconds, peak = _measure([PROGRAM, "-i", "deck"], place, threads)
-        if code or "*ERROR" in log:
-            message = re.findall(r"\*ERROR[^\n]*(?:\n {7}[^\n]*)*", log) or log.strip().splitlines()[-1:]
+        process = _measure([PROGRAM, "-i", "deck"], place, threads)
+        if process.status or "*ERROR" in process.log:
+            errors = re.findall(r"\*ERROR[^\n]*(?:\n {7}[^\n]*)*", process.log) or ["it printed no error"]
             raise ConvergenceError(
-                f"{deck}: CalculiX ended with status {code}: {' '.join(message[0].split())}"
+                f"{deck}: CalculiX ended with status {process.status}: {' '.join(errors[0].split())}"
             )
         moments, force = read_totals(place / "deck.dat")
         iterations = read_iterations(place / "deck.sta")
@@ -112,10 +116,11 @@ def run(deck: Path | str, threads: int = 1, folder: Path | str | None = None) ->
         time=moments,
         force=force,
         iterations=iterations,
-        seconds=seconds,
-        memory_growth=peak - bare[3],
-        memory_peak=peak,
-        log=log,
+        seconds=process.seconds,
+        cpu_seconds=process.cpu_seconds,
+        memory_growth=process.peak - bare.peak,
+        memory_peak=process.peak,
+        log=process.log,
     )
 
 
@@ -152,8 +157,19 @@ def read_iterations(path: Path) -> np.ndarray:
     return np.bincount(increment, count)[1:].astype(int)
 
 
-def _measure(command: list[str], folder: Path, threads: int) -> tuple[str, int, float, int]:
-    """Run a command: what it printed, its status, wall time (s) and largest resident size (bytes)."""
+@dataclass(frozen=True)
+class _Process:
+    """What an ended process printed, its status, its times (s) and its largest resident size (bytes)."""
+
+    log: str
+    status: int
+    seconds: float
+    cpu_seconds: float
+    peak: int
+
+
+def _measure(command: list[str], folder: Path, threads: int) -> _Process:
+    """Run a command in a folder and measure it."""
     count = str(threads)
     settings = {"OMP_NUM_THREADS": count, "CCX_NPROC_EQUATION_SOLVER": count, "CCX_NPROC_STIFFNESS": count}
     with open(folder / "log.txt", "wb") as log:
@@ -165,6 +181,11 @@ def _measure(command: list[str], folder: Path, threads: int) -> tuple[str, int, 
             stderr=log,
             check=True,
         )
-    status, seconds, kibibytes = answer.stdout.split()
-    text = (folder / "log.txt").read_text(encoding="utf-8", errors="replace")
-    return text, int(status), float(seconds), int(kibibytes) * 1024
+    status, seconds, cpu_seconds, kibibytes = answer.stdout.split()
+    return _Process(
+        log=(folder / "log.txt").read_text(encoding="utf-8", errors="replace"),
+        status=int(status),
+        seconds=float(seconds),
+        cpu_seconds=float(cpu_seconds),
+        peak=int(kibibytes) * 1024,
+    )

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from knitstudy import calculix
-from knitstudy.errors import DataFileError
+from knitstudy.errors import ConvergenceError, DataFileError
 
 TOTALS = """
  total force (fx,fy,fz) for set RIGHT and time  0.1000000E+01
@@ -41,6 +41,21 @@ def test_missing_and_empty_results_are_named(tmp_path, reader):
     (tmp_path / "deck.out").write_text("nothing\n")
     with pytest.raises(DataFileError, match=r"deck\.out"):
         reader(tmp_path / "deck.out")
+
+
+@pytest.fixture
+def failing(monkeypatch, tmp_path):
+    """A program of CalculiX's name that prints an error and ends with status 201."""
+    program = tmp_path / "ccx"
+    program.write_text("#!/bin/sh\necho ' *ERROR reading *NODE:'\necho '        no such card'\nexit 201\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+
+
+def test_an_error_of_calculix_is_passed_on(failing, tmp_path):
+    (tmp_path / "deck.inp").write_text("*NODE\n")
+    with pytest.raises(ConvergenceError, match=r"status 201: \*ERROR reading \*NODE: no such card"):
+        calculix.run(tmp_path / "deck.inp")
 
 
 def test_without_calculix_the_message_says_so(monkeypatch, tmp_path):
