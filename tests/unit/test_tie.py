@@ -56,11 +56,13 @@ def test_tied_area_and_centroid(tie, knit, mesh):
     facets = tie.area / facet_size(mesh) ** 2
     assert ((facets > 0.5) & (facets < 4)).all()
     middle = knit.crossings.point.mean(axis=1)
-    assert np.linalg.norm(tie.centroid - middle, axis=1).max() < 0.6 * facet_size(mesh)
+    # One facet, whose middle lies under the contact point; what remains is the sag of its flat face.
+    assert np.linalg.norm(tie.centroid - middle, axis=1).max() < 0.1 * facet_size(mesh)
 
 
 def test_a_larger_tolerance_ties_more(tie, knit, mesh):
-    wider = tie_crossings(mesh, knit, 0.5)
+    # The nearest facet is under the contact; the next ones have corners one and a half facets away from it.
+    wider = tie_crossings(mesh, knit, 1.0)
     assert set(tie.slave) < set(wider.slave)
     assert (wider.area >= tie.area).all()
 

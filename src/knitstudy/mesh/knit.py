@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knitstudy.mesh.quality import OVERLAP_TOLERANCE, check
+from knitstudy.mesh.roll import Targets
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing
 from knitstudy.mesh.sweep import SweptMesh, sweep
@@ -24,7 +25,9 @@ RAMP = 2.0
 def mesh_knit(knit: Knit, size: float, growth: float = 1.0, overlap: float = OVERLAP_TOLERANCE) -> SweptMesh:
     """Mesh all yarns of a knit, and refuse the mesh if it fails a gate.
 
-    All loops get the same slices, those of the outer yarns too, which are crossed only on one side.
+    Every crossing lies in the middle of a layer of elements, and the point of contact over the middle of a facet.
+    All loops get the same slices and the same roll, those of the outer yarns too, which are crossed only on one
+    side.
 
     Parameters
     ----------
@@ -39,18 +42,48 @@ def mesh_knit(knit: Knit, size: float, growth: float = 1.0, overlap: float = OVE
     Raises
     ------
     MeshError
-        If the sizes are not allowed, elements are folded, the yarn bends too tightly, or yarns overlap.
+        If the sizes are not allowed, crossings are too close together for them, elements are folded, the yarn
+        bends too tightly, or yarns overlap.
     """
     radius = knit.loop.radius
     section = Section.for_size(2 * radius, size)
-    mesh = sweep(knit.centrelines, section, radius, crossing_spacing(knit, size, growth), periods=knit.loops)
+    spacing = crossing_spacing(knit, size, growth)
+    mesh = sweep(knit.centrelines, section, radius, spacing, knit.loops, contact_targets(knit))
     check(mesh, knit.centrelines, overlap)
     return mesh
 
 
 def crossing_spacing(knit: Knit, size: float, growth: float) -> Spacing:
     """Spacing along a yarn: ``size`` near all places of a loop that are crossed in any row (m)."""
-    period = knit.centrelines[0].length / knit.loops
-    stations = np.unique(np.round(knit.crossings.arc_length.ravel() % period / period, 9)) * period
     radius = knit.loop.radius
+    stations = loop_contacts(knit).arc_length
+    period = knit.centrelines[0].length / knit.loops
     return Spacing(size, growth, tuple(stations), period, reach=REACH * radius, ramp=RAMP * radius)
+
+
+def contact_targets(knit: Knit) -> list[Targets]:
+    """Crossings and points of contact of every yarn, as if all yarns were crossed on both sides."""
+    loop, contacts = knit.loop, loop_contacts(knit)
+    period = knit.centrelines[0].length / knit.loops
+    column = np.arange(knit.loops)[:, None]
+    arc_length = (contacts.arc_length + period * column).ravel()
+    along, rise = np.diag([loop.wale_spacing, loop.course_spacing, 0.0])[:2]
+    points = (contacts.point + column[..., None] * along).reshape(-1, 3)
+    return [Targets(arc_length, points + yarn * rise) for yarn in range(knit.rows + 1)]
+
+
+def loop_contacts(knit: Knit) -> Targets:
+    """Crossings of the first loop of yarn 0 with the yarns above and below it, and their points of contact.
+
+    A point of contact lies in the middle between the closest points of the two centrelines. The yarn below need
+    not exist: its crossings are those that yarn 1 has with yarn 0, one row lower.
+    """
+    loop, crossings = knit.loop, knit.crossings
+    here = (crossings.row == 0) & (crossings.column == 0)
+    middle = crossings.point[here].mean(axis=1)  # (4, 3)
+    lower_row = middle - [0.0, loop.course_spacing, 0.0]
+    period = knit.centrelines[0].length / knit.loops
+    turn, arc_length = np.divmod(crossings.arc_length[here].T.ravel(), period)
+    point = np.concatenate([middle, lower_row]) - turn[:, None] * [loop.wale_spacing, 0.0, 0.0]
+    order = np.argsort(arc_length)
+    return Targets(arc_length[order], point[order])

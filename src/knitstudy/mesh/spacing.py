@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,9 @@ SpacingFunction = Callable[[np.ndarray], np.ndarray]
 """Wanted distance of slices in m at arc lengths s in m: (k,) -> (k,)."""
 
 SAMPLES_PER_ELEMENT = 32
+
+COUNT_DIGITS = 6
+"""Digits behind the point to which numbers of elements are known, rounding errors apart."""
 
 
 @dataclass(frozen=True)
@@ -59,11 +62,14 @@ class Spacing:
         return self.size * (1 + (self.growth - 1) * t**2 * (3 - 2 * t))
 
 
-def place_slices(length: float, spacing: SpacingFunction, periods: int = 1) -> np.ndarray:
+def place_slices(
+    length: float, spacing: SpacingFunction, periods: int = 1, centred: Sequence[float] = ()
+) -> np.ndarray:
     """Arc lengths of the slices of one yarn, equidistributed with respect to ``spacing``.
 
-    Between neighbours the integral of ds / spacing(s) is the same everywhere; the first and the last slice
-    lie exactly on the ends.
+    The ends of the periods, and the layers of elements that have one of the ``centred`` arc lengths in their
+    middle, divide the yarn into parts. Within a part the integral of ds / spacing(s) between neighbours is the
+    same everywhere, and as near to 1 as a whole number of elements allows.
 
     Parameters
     ----------
@@ -72,7 +78,10 @@ def place_slices(length: float, spacing: SpacingFunction, periods: int = 1) -> n
     spacing : callable
         Wanted distance of neighbours in m at arc lengths in m.
     periods : int
-        Number of equal parts of the yarn (its loops) that get the same number of elements.
+        Number of equally long parts of the yarn (its loops) at whose ends slices stand.
+    centred : sequence of float
+        Increasing arc lengths (the crossings) that shall lie in the middle of a layer of elements, whose length
+        is the spacing there, m.
 
     Returns
     -------
@@ -82,18 +91,65 @@ def place_slices(length: float, spacing: SpacingFunction, periods: int = 1) -> n
     Raises
     ------
     MeshError
-        If the length or a spacing is not positive and finite.
+        If the length or a spacing is not positive and finite, or two centred arc lengths, or one and the end of
+        a period, leave no room for an element between their layers.
     """
     if not (np.isfinite(length) and length > 0):
         raise MeshError(f"yarn length: {length} m is not allowed; it must be positive")
-    coarse = _checked(spacing, np.linspace(0.0, length, 4097))
-    s = np.linspace(0.0, length, 1 + SAMPLES_PER_ELEMENT * int(np.ceil(length / coarse.min())))
+    bounds, is_layer = _parts(length, spacing, periods, np.asarray(centred, dtype=float))
+    s, count = _element_count(length, spacing, bounds)
+    at_bounds = np.interp(bounds, s, count)
+    # Rounded first: the same numbers in whatever unit of length, halves included.
+    number = np.round(np.round(np.diff(at_bounds), COUNT_DIGITS))
+    if len(centred):
+        _check_room(bounds, number)
+    number = np.where(is_layer, 1, np.maximum(number, 1)).astype(int)
+    first = np.concatenate([[0], np.cumsum(number)])
+    slices = np.interp(np.interp(np.arange(first[-1] + 1), first, at_bounds), count, s)
+    slices[first] = bounds
+    return slices
+
+
+def _parts(
+    length: float, spacing: SpacingFunction, periods: int, centred: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds (p + 1,) of the parts of a yarn in m, and which parts (p,) are layers about centred arc lengths."""
+    if centred.size and not (0 < centred[0] and centred[-1] < length and (np.diff(centred) > 0).all()):
+        raise MeshError(
+            f"mesh spacing: centred arc lengths {centred.tolist()} m are not allowed; they must increase and lie "
+            f"between 0 and {length:.6g} m"
+        )
+    half = 0.5 * _checked(spacing, centred)
+    layers = np.stack([centred - half, centred + half], axis=-1)  # (c, 2)
+    ends = np.arange(periods + 1) * (length / periods)
+    ends[-1] = length
+    place = 2 * np.searchsorted(centred, ends)
+    begins_layer = np.tile([True, False], centred.size)
+    return np.insert(layers.ravel(), place, ends), np.insert(begins_layer, place, False)[:-1]
+
+
+def _element_count(
+    length: float, spacing: SpacingFunction, bounds: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Arc lengths (k,) in m, bounds among them, and the integral (k,) of ds / spacing from 0 to them."""
+    smallest = _checked(spacing, np.linspace(0.0, length, 4097)).min()
+    samples = SAMPLES_PER_ELEMENT * int(np.ceil(round(length / smallest, COUNT_DIGITS)))
+    s = np.union1d(np.linspace(0.0, length, 1 + samples), np.clip(bounds, 0.0, length))
     density = 1.0 / _checked(spacing, s)
-    count = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(s))])
-    divisions = periods * max(1, round(count[-1] / periods))
-    stations = np.interp(np.arange(divisions + 1) * (count[-1] / divisions), count, s)
-    stations[[0, -1]] = 0.0, length
-    return stations
+    return s, np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(s))])
+
+
+def _check_room(bounds: np.ndarray, number: np.ndarray) -> None:
+    """Refuse parts (p,) of a yarn with a ``number`` of elements that is not positive."""
+    tight = (number < 1) | (np.diff(bounds) <= 0)
+    if tight.any():
+        part = np.flatnonzero(tight)[0]
+        room = bounds[part + 1] - bounds[part]
+        raise MeshError(
+            f"mesh size: {room:.4g} m between s = {bounds[part]:.6g} m and s = {bounds[part + 1]:.6g} m, beside "
+            "layers of elements with a crossing in their middle, are not allowed; there must be room for half an "
+            "element: use a smaller mesh.size"
+        )
 
 
 def _checked(spacing: SpacingFunction, s: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError, MeshError
 from knitstudy.mesh.frames import rotation_minimising
+from knitstudy.mesh.roll import Targets, roll_towards, rolled
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import SpacingFunction, place_slices
 
@@ -200,8 +201,11 @@ def sweep(
     radius: float,
     spacing: SpacingFunction,
     periods: int = 1,
+    targets: Sequence[Targets] | None = None,
 ) -> SweptMesh:
     """Sweep a section along every centreline.
+
+    Frames do not spin about the centreline, but for the roll that turns facets to the targets.
 
     Parameters
     ----------
@@ -213,24 +217,30 @@ def sweep(
     spacing : callable
         Wanted distance of slices in m at arc lengths in m, the same for all yarns.
     periods : int
-        Number of equal parts of a yarn (its loops) that get the same number of elements.
+        Number of equally long parts of a yarn (its loops) at whose ends slices stand.
+    targets : sequence of Targets, optional
+        One a yarn: places that shall lie in the middle of a layer of elements, and points that the middle of one
+        of its facets shall face there.
 
     Raises
     ------
     MeshError
-        If there is no centreline, or the radius or a spacing is not positive.
+        If there is no centreline, the radius or a spacing is not positive, there are not as many targets as
+        centrelines, or targets are too close together for the spacing.
     """
     if not centrelines:
         raise MeshError("no centrelines to mesh; at least 1 yarn")
     if not radius > 0:
         raise MeshError(f"yarn radius: {radius} m is not allowed; it must be positive")
-    arc_lengths = [place_slices(curve.length, spacing, periods) for curve in centrelines]
-    pairs = list(zip(centrelines, arc_lengths, strict=True))
-    centres = [curve.position(s) for curve, s in pairs]
-    tangents = [curve.tangent(s) for curve, s in pairs]
-    frames = np.concatenate([rotation_minimising(*pair) for pair in zip(centres, tangents, strict=True)])
-    centres = np.concatenate(centres)
-    first_slice = np.concatenate([[0], np.cumsum([s.size for s in arc_lengths])])
+    targets = [Targets()] * len(centrelines) if targets is None else targets
+    if len(targets) != len(centrelines):
+        raise MeshError(f"{len(targets)} targets for {len(centrelines)} centrelines; one a yarn is allowed")
+    yarns = [
+        _slices(curve, aim, section, spacing, periods)
+        for curve, aim in zip(centrelines, targets, strict=True)
+    ]
+    arc_length, centres, frames = (np.concatenate(parts) for parts in zip(*yarns, strict=True))
+    first_slice = np.concatenate([[0], np.cumsum([s.size for s, _, _ in yarns])])
     offset = radius * np.einsum("kd,sdi->ski", section.points, frames[:, :2])
     return SweptMesh(
         nodes=(centres[:, None] + offset).reshape(-1, 3),
@@ -239,9 +249,19 @@ def sweep(
         radius=float(radius),
         centres=centres,
         frames=frames,
-        arc_length=np.concatenate(arc_lengths),
+        arc_length=arc_length,
         first_slice=first_slice,
     )
+
+
+def _slices(
+    curve: Curve, targets: Targets, section: Section, spacing: SpacingFunction, periods: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Arc lengths (s,), centres (s, 3) and frames (s, 3, 3) of the slices of one yarn."""
+    s = place_slices(curve.length, spacing, periods, targets.arc_length)
+    centres = curve.position(s)
+    frames = rotation_minimising(centres, curve.tangent(s))
+    return s, centres, rolled(frames, roll_towards(targets, s, centres, frames, section.angles))
 
 
 def _hexahedra(section: Section, first_slice: np.ndarray) -> np.ndarray:

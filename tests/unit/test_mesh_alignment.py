@@ -1,0 +1,112 @@
+"""Meshes of knits against their crossings: every contact lies in the middle of an element layer and of a facet."""
+
+import numpy as np
+import pytest
+
+from knitstudy.errors import MeshError
+from knitstudy.geometry.pattern import Knit
+from knitstudy.mesh.knit import contact_targets, mesh_knit
+from knitstudy.mesh.quality import scaled_jacobian
+
+GROWTH = 1.2
+SIZES = [0.6e-3, 0.45e-3, 0.3e-3]
+
+EXACT = 1e-6
+"""Share of the element size: crossings are refined to about 1e-8 of it."""
+
+
+@pytest.fixture(scope="module")
+def knit(plain_scene, knit_of):
+    return knit_of(plain_scene.replace("pattern.loops", 2).replace("pattern.rows", 2))
+
+
+@pytest.fixture(scope="module", params=SIZES, ids=lambda size: f"{size * 1e3:g}mm")
+def size(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def mesh(knit, size):
+    return mesh_knit(knit, size, GROWTH)
+
+
+def layers(mesh, knit):
+    """Slices below all crossings, on both sides (K, 2)."""
+    below = np.empty(knit.crossings.yarn.shape, dtype=int)
+    for yarn in range(mesh.yarns):
+        first, last = mesh.first_slice[yarn : yarn + 2]
+        here = knit.crossings.yarn == yarn
+        s = knit.crossings.arc_length[here]
+        below[here] = first + np.searchsorted(mesh.arc_length[first:last], s) - 1
+    return below
+
+
+def test_crossings_lie_in_the_middle_of_a_layer_as_long_as_the_size(mesh, knit, size):
+    below = layers(mesh, knit)
+    s = mesh.arc_length[below], mesh.arc_length[below + 1]
+    np.testing.assert_allclose(0.5 * (s[0] + s[1]), knit.crossings.arc_length, atol=EXACT * size, rtol=0)
+    np.testing.assert_allclose(s[1] - s[0], size, rtol=1e-9)  # rounding of arc lengths of 80 mm
+
+
+def test_contacts_lie_over_the_middle_of_a_facet(mesh, knit, size):
+    contact = knit.crossings.point.mean(axis=1)
+    for side in range(2):
+        below = layers(mesh, knit)[:, side]
+        nodes = mesh.nodes[mesh.slice_nodes(np.stack([below, below + 1], axis=1))[..., mesh.section.ring]]
+        corners = np.stack([nodes, np.roll(nodes, -1, axis=2)], axis=3)  # (K, slice, facet, corner, 3)
+        centre = 0.5 * (mesh.centres[below] + mesh.centres[below + 1])[:, None]
+        facet = corners.mean(axis=(1, 3)) - centre
+        seen = contact[:, None] - centre
+        nearest = np.linalg.norm(facet - seen, axis=-1).argmin(axis=1)
+        facet = facet[np.arange(len(nearest)), nearest]
+        # Seen along the yarn the two lie on one line from its middle.
+        along = np.cross(*np.moveaxis(mesh.frames[below][:, :2] + mesh.frames[below + 1][:, :2], 1, 0))
+        off = np.einsum("ki,ki->k", np.cross(facet, seen[:, 0]), along)
+        off /= np.linalg.norm(along, axis=1) * np.linalg.norm(facet, axis=1)
+        assert np.abs(off).max() < EXACT * size
+
+
+def test_all_loops_of_all_yarns_are_alike(mesh, knit, size):
+    per_yarn = np.diff(mesh.first_slice)
+    assert (per_yarn == per_yarn[0]).all()
+    nodes = mesh.nodes.reshape(mesh.yarns, per_yarn[0], mesh.section.size, 3)
+    rise = np.arange(mesh.yarns)[:, None, None, None] * [0, knit.loop.course_spacing, 0]
+    np.testing.assert_allclose(nodes - rise, np.broadcast_to(nodes[0], nodes.shape), atol=EXACT * size)
+    loop = (per_yarn[0] - 1) // knit.loops
+    moved = nodes[:, :-loop] + [knit.loop.wale_spacing, 0, 0]
+    np.testing.assert_allclose(moved, nodes[:, loop:], atol=EXACT * size)
+
+
+def test_the_mesh_is_its_own_mirror_image(mesh, knit, size):
+    nodes = mesh.nodes.reshape(mesh.yarns, -1, mesh.section.size, 3)
+    mirrored = nodes[:, ::-1] * [-1, 1, 1] + [knit.loops * knit.loop.wale_spacing, 0, 0]
+    np.testing.assert_allclose(mirrored, nodes, atol=EXACT * size)
+
+
+def test_alignment_hardly_twists_elements(mesh):
+    # The same yarns without targets: 0.841, 0.845 and 0.862 from coarse to fine.
+    assert scaled_jacobian(mesh.nodes, mesh.hexahedra).min() > 0.835
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e3])
+def test_the_mesh_scales_with_the_knit(mesh, knit, size, factor):
+    scaled = mesh_knit(Knit(knit.loop.scaled(factor), knit.loops, knit.rows), size * factor, GROWTH)
+    np.testing.assert_array_equal(scaled.hexahedra, mesh.hexahedra)
+    np.testing.assert_allclose(scaled.nodes / factor, mesh.nodes, atol=EXACT * size, rtol=0)
+
+
+def test_outer_yarns_are_aligned_as_if_they_were_crossed_on_both_sides(knit):
+    targets = contact_targets(knit)
+    assert [aim.arc_length.size for aim in targets] == [8 * knit.loops] * (knit.rows + 1)
+    middle = knit.crossings.point.mean(axis=1)
+    for side in range(2):
+        for yarn, s, point in zip(
+            knit.crossings.yarn[:, side], knit.crossings.arc_length[:, side], middle, strict=True
+        ):
+            nearest = np.abs(targets[yarn].arc_length - s).argmin()
+            np.testing.assert_allclose(targets[yarn].point[nearest], point, atol=1e-12)
+
+
+def test_sizes_that_leave_no_room_between_crossings_are_refused(knit):
+    with pytest.raises(MeshError, match=r"mesh size: .* use a smaller mesh\.size"):
+        mesh_knit(knit, 2.6e-3)
