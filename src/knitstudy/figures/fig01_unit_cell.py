@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -15,6 +13,7 @@ from knitstudy.figures.style import PAPER, YARNS, figure, panel_letter, styled
 from knitstudy.figures.surface import Surface, sphere, tube
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
+from knitstudy.tables.geometry import loop_of
 
 WIDTH = 130.0
 """Of the figure [mm]."""
@@ -24,7 +23,7 @@ VIEW = View.orbit(turn=-24, tilt=14)
 POINTS = 300
 """Points along a loop."""
 
-BULGE = 1.55
+BULGE = 1.7
 """Radius of a sphere over the yarn's: it must show outside of both yarns that it marks."""
 
 STATES = ("before", "after")
@@ -39,7 +38,7 @@ def draw(geometry: xr.Dataset) -> Figure:
     geometry : Dataset
         Result of the geometry stage (see docs/architecture.md).
     """
-    knits = [cell(geometry, state) for state in STATES]
+    knits = [Knit(loop_of(geometry, state), loops=1, rows=2) for state in STATES]
     surfaces = [yarns(knit) for knit in knits]
     window = np.array([bounds(each, VIEW) for each in surfaces])
     window = (window[:, 0].min() - 2, window[:, 1].max() + 2, window[:, 2].min() - 2, window[:, 3].max())
@@ -53,14 +52,6 @@ def draw(geometry: xr.Dataset) -> Figure:
         _state_numbers(axes, geometry.sel(state=state), float(geometry["radius"]))
     triad(drawing.axes[0], VIEW, 2.0)
     return drawing
-
-
-def cell(geometry: xr.Dataset, state: str) -> Knit:
-    """Return three yarns of one loop, before or after the optimisation."""
-    loop = Knit.from_dataset(geometry).loop
-    if state == "before":
-        loop = replace(loop, control_points=geometry["control_points_before"].to_numpy())
-    return Knit(loop, loops=1, rows=2)
 
 
 def yarns(knit: Knit) -> list[Surface]:

@@ -19,7 +19,7 @@ from knitstudy.rom import honeycomb
 from knitstudy.rom.network import Network
 
 WIDTH = 1.5 * SINGLE
-SILL = 3.0
+SILL = 4.0
 """Room below the knit for the scale bar [mm of the knit]."""
 
 FOOT = 9.0
@@ -47,8 +47,8 @@ def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure
     _draw_network(axes, network)
     zones = MILLIMETRE * FRONT.project(contacts["centroid"].to_numpy())
     axes.scatter(*zones.T, s=26, facecolor=PAPER, edgecolor=ACCENT, linewidth=1.4, zorder=6)
-    scale_bar(axes, 5, (0.02, 0.025))
-    triad(axes, FRONT, 2.5, (0.92, 0.03))
+    scale_bar(axes, 5, (0.02, 0.015))
+    triad(axes, FRONT, 2.5, (0.92, 0.02))
     _legend(drawing)
     return drawing
 

@@ -14,6 +14,9 @@ from knitstudy.figures.picture import is_fallback
 from knitstudy.figures.style import RC
 from knitstudy.io import code_version, replacing
 
+FALLBACK_RENDERER = "matplotlib instead of VTK"
+"""Entry ``Renderer`` in the PNG of a three-dimensional figure that was drawn without VTK."""
+
 
 def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, xr.Dataset], title: str) -> None:
     """Write a figure.
@@ -36,22 +39,14 @@ def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, xr.D
         When a folder cannot be made.
     """
     origin = describe(sources)
-    renderer = "matplotlib" if is_fallback(figure) else "VTK"
+    software = f"knitstudy {code_version()}"
     metadata = {
-        ".png": {
-            "Title": title,
-            "Source": origin,
-            "Software": f"knitstudy {code_version()}",
-            "Renderer": renderer,
-        },
+        ".png": {"Title": title, "Source": origin, "Software": software},
         # Without a date the same data give the same file.
-        ".pdf": {
-            "Title": title,
-            "Subject": origin,
-            "Creator": f"knitstudy {code_version()}",
-            "CreationDate": None,
-        },
+        ".pdf": {"Title": title, "Subject": origin, "Creator": software, "CreationDate": None},
     }
+    if is_fallback(figure):
+        metadata[".png"]["Renderer"] = FALLBACK_RENDERER
     with matplotlib.rc_context(RC):
         for path in map(Path, paths):
             if path.suffix not in metadata:

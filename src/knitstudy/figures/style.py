@@ -13,6 +13,8 @@ import matplotlib
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
+from knitstudy.tables.response import NAMES
+
 INCH = 25.4
 """Millimetres."""
 
@@ -71,9 +73,9 @@ class Look:
 
 
 MODELS = {
-    "dns": Look("DNS", INK, "-", "o"),
-    "rom3d": Look("3D ROM", "#7B3294", "--", "s"),
-    "rom2d": Look("2D ROM", "#D9740B", "-.", "^"),
+    "dns": Look(NAMES["dns"], INK, "-", "o"),
+    "rom3d": Look(NAMES["rom3d"], "#7B3294", "--", "s"),
+    "rom2d": Look(NAMES["rom2d"], "#D9740B", "-.", "^"),
 }
 
 

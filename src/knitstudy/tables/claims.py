@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.figures.fig01_unit_cell import cell
 from knitstudy.scene import Scene
+from knitstudy.tables.geometry import loop_of
 from knitstudy.tables.reference import number
 from knitstudy.tables.response import force_distance, largest_out_of_plane, out_of_plane_agreement
 from knitstudy.tables.table5_cost import CASES, MEGABYTE
@@ -127,7 +127,7 @@ def judge_penetration(evidence: Evidence) -> Judgement:
 def judge_length(evidence: Evidence) -> Judgement:
     """G2: no Bezier curve of the yarn changes its length."""
     before, after = (
-        cell(evidence.geometry, state).loop.curve.segment_lengths() for state in ("before", "after")
+        loop_of(evidence.geometry, state).curve.segment_lengths() for state in ("before", "after")
     )
     change = after / before - 1
     total = after.sum() / before.sum() - 1
@@ -188,7 +188,9 @@ def judge_cost(evidence: Evidence) -> Judgement:
     )
     size, wanted = evidence.scenes["dns"].mesh.size, _printed(evidence, "dns", "mesh size")
     if not np.isclose(size, wanted):
-        return Judgement(measured, NOT_RUN, f"mesh size is {size:g} m, the paper's {wanted:g} m; {note}")
+        return Judgement(
+            measured, NOT_RUN, f"elements of {1e3 * size:g} mm, the paper's of {1e3 * wanted:g} mm; {note}"
+        )
     return Judgement(measured, _verdict(reproduced), note)
 
 
@@ -211,7 +213,7 @@ def _at_full_strain(evidence: Evidence, judgement: Judgement) -> Judgement:
     wanted = number(evidence.paper, "fig7", "course isotropic", "strain at the end") / 100
     reached = min(float(history["strain"][-1]) for history in evidence.histories.values())
     size = evidence.scenes["dns"].mesh.size
-    note = f"{judgement.note}; DNS elements of {size:g} m"
+    note = f"{judgement.note}; DNS elements of {1e3 * size:g} mm"
     if reached < 0.999 * wanted:
         return Judgement(
             judgement.measured, NOT_RUN, f"pulled to {reached:.2%}, the paper to {wanted:.0%}; {note}"

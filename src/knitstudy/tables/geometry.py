@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.geometry.loop import Loop
+from knitstudy.geometry.pattern import Knit
 
 MEASURES = {
     "deepest penetration": ("penetration", "m", None),
@@ -50,6 +54,14 @@ def build(geometry: xr.Dataset, targets: dict) -> pd.DataFrame:
     diameter = 2 * float(geometry["radius"])
     rows.append(_row("yarn diameter", np.array([diameter, diameter]), "m", "diameter", targets))
     return pd.DataFrame(rows)
+
+
+def loop_of(geometry: xr.Dataset, state: str) -> Loop:
+    """Return the loop "before" or "after" the optimisation."""
+    loop = Knit.from_dataset(geometry).loop
+    if state == "before":
+        return replace(loop, control_points=geometry["control_points_before"].to_numpy())
+    return loop
 
 
 def _wanted_distance(geometry: xr.Dataset) -> float:

@@ -11,6 +11,9 @@ from knitstudy.errors import DataFileError
 
 Z = 2
 
+NAMES = {"dns": "DNS", "rom3d": "3D ROM", "rom2d": "2D ROM"}
+"""What models are called in figures and tables, by fidelity."""
+
 
 @dataclass(frozen=True)
 class Agreement:

@@ -6,6 +6,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.tables.response import (
+    NAMES,
     force_distance,
     largest_out_of_plane,
     out_of_plane_agreement,
@@ -30,7 +31,7 @@ def build(dns: xr.Dataset, rom3d: xr.Dataset, rom2d: xr.Dataset, geometry: xr.Da
         u_z = largest_out_of_plane(history)
         rows.append(
             {
-                "model": model,
+                "model": NAMES[model],
                 "scene": history.attrs.get("scene", ""),
                 "strain [1]": float(history["strain"][-1]),
                 "force [N]": float(history["force"][-1]),

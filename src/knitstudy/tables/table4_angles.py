@@ -10,6 +10,9 @@ from knitstudy.tables.reference import numbers
 
 AXES = "xyz"
 
+DECIMALS = 3
+"""Of angles in degrees: the paper prints none; closest points are found to about 1e-5 degrees."""
+
 PRINTED = {
     "head": (1, "segment 1 angles to x y z"),
     "interlock, left": (2, "segment 2 and 3 angles to x y z"),
@@ -38,10 +41,10 @@ def build(contacts: xr.Dataset, paper: pd.DataFrame) -> pd.DataFrame:
         ours, theirs = angle.mean(axis=0), numbers(paper, "4", "rom2d", quantity)
         row = {"segment": segment, "kind": kind, "segments": len(segments)}
         for i, axis in enumerate(AXES):
-            row[f"angle to {axis} [deg]"] = ours[i]
+            row[f"angle to {axis} [deg]"] = round(ours[i], DECIMALS)
             row[f"angle to {axis}, paper [deg]"] = theirs[i]
-        row["largest difference [deg]"] = np.abs(ours - theirs).max()
-        row["spread over the knit [deg]"] = np.ptp(angle, axis=0).max()
+        row["largest difference [deg]"] = round(np.abs(ours - theirs).max(), DECIMALS)
+        row["spread over the knit [deg]"] = round(np.ptp(angle, axis=0).max(), DECIMALS)
         rows.append(row)
     return pd.DataFrame(rows).sort_values("segment", ignore_index=True)
 

@@ -10,6 +10,7 @@ import xarray as xr
 
 from knitstudy.scene import Scene
 from knitstudy.tables.reference import number, printed
+from knitstudy.tables.response import NAMES
 
 MEGABYTE = 1e6
 
@@ -50,7 +51,7 @@ def _row(fidelity: str, history: xr.Dataset, paper: pd.DataFrame, scene: Scene) 
     memory = number(paper, "5", case, "memory")
     dof = number(paper, "5", case, "degrees of freedom")
     return {
-        "model": fidelity,
+        "model": NAMES[fidelity],
         "scene": scene.name,
         "element": ELEMENTS[fidelity],
         "element, paper": printed(paper, "5", case, "mesh size")["note"],

@@ -1,0 +1,153 @@
+"""Puts figures, tables and where they come from into one HTML page that needs no other file."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import pandas as pd
+from PIL import Image, UnidentifiedImageError
+
+from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.figures import catalogue as figures
+from knitstudy.figures.saving import FALLBACK_RENDERER
+from knitstudy.report.wording import cells, value
+from knitstudy.tables import catalogue as tables
+
+TEXTS = ("alt", "caption", "paper", "ours")
+"""What is said of a figure: in place of it, below it, and about the paper's and this study's finding."""
+
+
+@dataclass(frozen=True)
+class FigureItem:
+    """A figure on the page; ``image`` is a data URI, ``fallback`` whether it was drawn without VTK."""
+
+    name: str
+    title: str
+    image: str
+    width: int
+    height: int
+    origin: str
+    fallback: bool
+    texts: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class TableItem:
+    """A table on the page, as text: ``rows`` of cells below a ``header``, ``numeric`` tells which columns."""
+
+    name: str
+    title: str
+    caption: str
+    header: list[str]
+    rows: list[list[str]]
+    numeric: list[bool]
+
+
+def render(
+    template: Path,
+    captions: Mapping[str, Any],
+    pictures: Sequence[Path],
+    results: Mapping[str, pd.DataFrame],
+    provenance: pd.DataFrame,
+    study: str,
+) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    template : Path
+        Jinja2 template of the page.
+    captions : mapping
+        Under ``figures`` and ``tables`` the texts of each by its name; see ``workflow/report/captions.yaml``.
+    pictures : sequence of Path
+        PNG files named after the figures.
+    results : mapping of str to DataFrame
+        Tables by name.
+    provenance : DataFrame
+        What made each data file, one a row; its first column is the file's path from the page.
+    study : str
+        Name of the study.
+
+    Raises
+    ------
+    ConfigurationError
+        When a figure or table is not in the catalogue, has no caption, or a caption speaks of a number that
+        is not there.
+    DataFileError
+        When a picture cannot be read.
+    """
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
+    environment.globals["value"] = lambda table, row, column, form=".3g": value(
+        results, table, row, column, form
+    )
+    items = {path.stem: _figure(path, captions, environment) for path in pictures}
+    built = {name: _table(name, table, captions) for name, table in results.items()}
+    return environment.from_string(template.read_text(encoding="utf-8")).render(
+        study=study,
+        figures=_in_order(items, figures.FIGURES),
+        tables=_in_order(built, tables.TABLES),
+        claims=results.get("claims", pd.DataFrame()).fillna("").to_dict("records"),
+        provenance=_item("provenance", "Provenance", "", provenance),
+        fallback=any(item.fallback for item in items.values()),
+    )
+
+
+def _in_order(items: Mapping[str, Any], catalogue: Mapping[str, Any]) -> list[Any]:
+    return [items[name] for name in catalogue if name in items]
+
+
+def _figure(path: Path, captions: Mapping[str, Any], environment: jinja2.Environment) -> FigureItem:
+    name = path.stem
+    title = figures.entry(name).title
+    try:
+        with Image.open(path) as image:
+            width, height, said = *image.size, dict(image.info)
+    except (OSError, UnidentifiedImageError) as error:
+        raise DataFileError(f"{path}: is no picture ({error}); make it again with `make study`") from error
+    texts = _texts(captions, "figures", name, TEXTS)
+    return FigureItem(
+        name=name,
+        title=title,
+        image=f"data:image/png;base64,{b64encode(path.read_bytes()).decode()}",
+        width=width,
+        height=height,
+        origin=said.get("Source", ""),
+        fallback=said.get("Renderer") == FALLBACK_RENDERER,
+        texts={key: _filled(text, f"{key} of {name}", environment) for key, text in texts.items()},
+    )
+
+
+def _table(name: str, table: pd.DataFrame, captions: Mapping[str, Any]) -> TableItem:
+    title = tables.entry(name).title
+    return _item(name, title, _texts(captions, "tables", name, ("caption",))["caption"], table)
+
+
+def _item(name: str, title: str, caption: str, table: pd.DataFrame) -> TableItem:
+    """Return a table as text; one with fewer rows than columns is turned, so that it fits narrow screens."""
+    text = cells(table)
+    if len(text) < len(text.columns):
+        text = text.set_index(text.columns[0]).T.rename_axis("").reset_index()
+    numeric = [text[column].str.match(r"^[-+−–\d.,e ]*$").all() for column in text.columns]
+    return TableItem(name, title, caption, list(text.columns), text.to_numpy().tolist(), numeric)
+
+
+def _texts(captions: Mapping[str, Any], kind: str, name: str, keys: Sequence[str]) -> dict[str, str]:
+    try:
+        return {key: str(captions[kind][name][key]).strip() for key in keys}
+    except (KeyError, TypeError) as error:
+        raise ConfigurationError(
+            f"captions: {kind}.{name} must have the texts {', '.join(keys)}; {error} is missing"
+        ) from error
+
+
+def _filled(text: str, where: str, environment: jinja2.Environment) -> str:
+    """Return a text with its numbers from the tables."""
+    try:
+        return environment.from_string(text).render()
+    except jinja2.TemplateError as error:
+        raise ConfigurationError(f"captions, {where}: {error}") from error
