@@ -1,4 +1,4 @@
-"""Meshes of knits against their crossings: every contact lies in the middle of an element layer and of a facet."""
+"""Meshes of knits against their crossings: contacts lie in the middle of a layer and of a facet."""
 
 import numpy as np
 import pytest

@@ -25,9 +25,9 @@ RAMP = 2.0
 def mesh_knit(knit: Knit, size: float, growth: float = 1.0, overlap: float = OVERLAP_TOLERANCE) -> SweptMesh:
     """Mesh all yarns of a knit, and refuse the mesh if it fails a gate.
 
-    Every crossing lies in the middle of a layer of elements, and the point of contact over the middle of a facet.
-    All loops get the same slices and the same roll, those of the outer yarns too, which are crossed only on one
-    side.
+    Every crossing lies in the middle of a layer of elements, and the point of contact over the middle of a
+    facet. All loops get the same slices and the same roll, those of the outer yarns too, which are crossed on
+    one side only.
 
     Parameters
     ----------
@@ -75,8 +75,8 @@ def contact_targets(knit: Knit) -> list[Targets]:
 def loop_contacts(knit: Knit) -> Targets:
     """Crossings of the first loop of yarn 0 with the yarns above and below it, and their points of contact.
 
-    A point of contact lies in the middle between the closest points of the two centrelines. The yarn below need
-    not exist: its crossings are those that yarn 1 has with yarn 0, one row lower.
+    A point of contact lies in the middle between the closest points of the two centrelines. The yarn below
+    need not exist: its crossings are those that yarn 1 has with yarn 0, one row lower.
     """
     loop, crossings = knit.loop, knit.crossings
     here = (crossings.row == 0) & (crossings.column == 0)

@@ -31,10 +31,10 @@ def roll_towards(
 ) -> np.ndarray:
     """Roll of every slice after which every target lies over the middle line of a facet.
 
-    At the first target the roll is the smallest possible, at every other one the nearest to that before it: at
-    most half a facet step more or less, which keeps the twist of the elements between them small. It is constant
-    over the layer that a target lies in the middle of, and beyond the outermost ones; in between it follows the
-    cubic smooth step. The mirror image of a yarn gets the mirror image of the roll.
+    At the first target the roll is the smallest possible, at every other one the nearest to that before it:
+    at most half a facet step more or less, which keeps the twist of the elements between them small. It is
+    constant over the layer that a target lies in the middle of, and beyond the outermost ones; in between it
+    follows the cubic smooth step. A symmetric yarn gets a symmetric roll.
 
     Parameters
     ----------

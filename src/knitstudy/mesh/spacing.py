@@ -68,8 +68,8 @@ def place_slices(
     """Arc lengths of the slices of one yarn, equidistributed with respect to ``spacing``.
 
     The ends of the periods, and the layers of elements that have one of the ``centred`` arc lengths in their
-    middle, divide the yarn into parts. Within a part the integral of ds / spacing(s) between neighbours is the
-    same everywhere, and as near to 1 as a whole number of elements allows.
+    middle, divide the yarn into parts. Within a part the integral of ds / spacing(s) between neighbours is
+    the same everywhere, and as near to 1 as a whole number of elements allows.
 
     Parameters
     ----------
@@ -80,8 +80,8 @@ def place_slices(
     periods : int
         Number of equally long parts of the yarn (its loops) at whose ends slices stand.
     centred : sequence of float
-        Increasing arc lengths (the crossings) that shall lie in the middle of a layer of elements, whose length
-        is the spacing there, m.
+        Increasing arc lengths (the crossings) that shall lie in the middle of a layer of elements, whose
+        length is the spacing there, m.
 
     Returns
     -------
@@ -91,8 +91,8 @@ def place_slices(
     Raises
     ------
     MeshError
-        If the length or a spacing is not positive and finite, or two centred arc lengths, or one and the end of
-        a period, leave no room for an element between their layers.
+        If the length or a spacing is not positive and finite, or two centred arc lengths, or one and the end
+        of a period, leave less than half an element between their layers.
     """
     if not (np.isfinite(length) and length > 0):
         raise MeshError(f"yarn length: {length} m is not allowed; it must be positive")
@@ -113,11 +113,11 @@ def place_slices(
 def _parts(
     length: float, spacing: SpacingFunction, periods: int, centred: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Bounds (p + 1,) of the parts of a yarn in m, and which parts (p,) are layers about centred arc lengths."""
+    """Bounds (p + 1,) of the parts of a yarn in m, and which parts (p,) are layers about ``centred``."""
     if centred.size and not (0 < centred[0] and centred[-1] < length and (np.diff(centred) > 0).all()):
         raise MeshError(
-            f"mesh spacing: centred arc lengths {centred.tolist()} m are not allowed; they must increase and lie "
-            f"between 0 and {length:.6g} m"
+            f"mesh spacing: centred arc lengths {centred.tolist()} m are not allowed; they must increase and "
+            f"lie between 0 and {length:.6g} m"
         )
     half = 0.5 * _checked(spacing, centred)
     layers = np.stack([centred - half, centred + half], axis=-1)  # (c, 2)
@@ -146,9 +146,9 @@ def _check_room(bounds: np.ndarray, number: np.ndarray) -> None:
         part = np.flatnonzero(tight)[0]
         room = bounds[part + 1] - bounds[part]
         raise MeshError(
-            f"mesh size: {room:.4g} m between s = {bounds[part]:.6g} m and s = {bounds[part + 1]:.6g} m, beside "
-            "layers of elements with a crossing in their middle, are not allowed; there must be room for half an "
-            "element: use a smaller mesh.size"
+            f"mesh size: {room:.4g} m between s = {bounds[part]:.6g} m and s = {bounds[part + 1]:.6g} m, "
+            "beside layers of elements with a crossing in their middle, are not allowed; there must be room for "
+            "half an element: use a smaller mesh.size"
         )
 
 

@@ -219,8 +219,8 @@ def sweep(
     periods : int
         Number of equally long parts of a yarn (its loops) at whose ends slices stand.
     targets : sequence of Targets, optional
-        One a yarn: places that shall lie in the middle of a layer of elements, and points that the middle of one
-        of its facets shall face there.
+        One a yarn: places that shall lie in the middle of a layer of elements, and points that the middle of
+        one of its facets shall face there.
 
     Raises
     ------
