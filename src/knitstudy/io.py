@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import os
 import subprocess
 from collections.abc import Iterable, Iterator
@@ -39,6 +40,7 @@ def replacing(path: Path | str) -> Iterator[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise DataFileError(f"{path}: the folder cannot be made: {error}") from error
+    _clear_abandoned(path)
     try:
         yield temporary
         if not temporary.exists():
@@ -48,6 +50,18 @@ def replacing(path: Path | str) -> Iterator[Path]:
         _flush_to_disk(path.parent)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _clear_abandoned(path: Path) -> None:
+    """Delete what processes that were killed while they wrote this file have left beside it."""
+    for partial in path.parent.glob(f".{glob.escape(path.stem)}.*.partial{path.suffix}"):
+        process = partial.name.removesuffix(f".partial{path.suffix}").rpartition(".")[2]
+        try:
+            os.kill(int(process), 0)
+        except (ValueError, ProcessLookupError):
+            partial.unlink(missing_ok=True)
+        except PermissionError:
+            continue  # alive, and another user's
 
 
 def _flush_to_disk(path: Path) -> None:

@@ -20,6 +20,11 @@ class Checkout:
     folder: Path
 
     @property
+    def python(self):
+        """The interpreter, by a path that has a space as that of the environment of this checkout would."""
+        return str(self.folder / ".venv" / "bin" / Path(sys.executable).name)
+
+    @property
     def environment(self):
         """Variables under which the copy's own library is used, and nothing outside of it is written."""
         cache = self.folder / ".snakemake" / "cache"
@@ -28,14 +33,14 @@ class Checkout:
 
     def study(self, *arguments):
         """Run what `make study` runs."""
-        command = [sys.executable, "workflow/study.py", *arguments]
+        command = [self.python, "workflow/study.py", *arguments]
         return subprocess.run(
             command, cwd=self.folder, env=self.environment, capture_output=True, text=True, check=False
         )
 
     def start_study(self, *arguments):
         """Start what `make study` runs in a process group of its own, and return at once."""
-        command = [sys.executable, "workflow/study.py", *arguments]
+        command = [self.python, "workflow/study.py", *arguments]
         return subprocess.Popen(
             command,
             cwd=self.folder,
@@ -47,7 +52,7 @@ class Checkout:
 
     def snakemake(self, *arguments):
         """Run plain snakemake."""
-        command = [sys.executable, "-m", "snakemake", *arguments]
+        command = [self.python, "-m", "snakemake", *arguments]
         return subprocess.run(
             command, cwd=self.folder, env=self.environment, capture_output=True, text=True, check=False
         )
@@ -64,6 +69,7 @@ class Checkout:
 def copy_checkout(folder):
     """Copy the checkout without its results into a folder."""
     folder.mkdir(parents=True)
+    (folder / ".venv").symlink_to(sys.prefix)
     for part in PARTS:
         source, target = ROOT / part, folder / part
         if source.is_dir():
@@ -83,7 +89,7 @@ def finished(tmp_path_factory):
 @pytest.fixture
 def finished_copy(finished, tmp_path):
     """Copy of the checkout in which the coarsest study was run, to be spoilt."""
-    shutil.copytree(finished[0].folder, tmp_path / "a checkout", copy_function=shutil.copy2)
+    shutil.copytree(finished[0].folder, tmp_path / "a checkout", copy_function=shutil.copy2, symlinks=True)
     return Checkout(tmp_path / "a checkout")
 
 

@@ -4,6 +4,8 @@ import signal
 import subprocess
 import sys
 
+from knitstudy.io import replacing
+
 CODE = """
 import os, signal, sys
 from knitstudy.io import replacing
@@ -19,3 +21,9 @@ def test_kill_leaves_the_old_file(tmp_path):
     ended = subprocess.run([sys.executable, "-c", CODE, str(path)], check=False)
     assert ended.returncode == -signal.SIGKILL
     assert path.read_text() == "old"
+    assert len(list(tmp_path.iterdir())) == 2
+
+    with replacing(path) as temporary:
+        temporary.write_text("new")
+    assert path.read_text() == "new"
+    assert list(tmp_path.iterdir()) == [path], "what the killed process left is gone"

@@ -14,17 +14,25 @@ PATIENCE = 120
 """Seconds until a simulation that reports no increment counts as failed."""
 
 
-def wait_for(text, path):
+def wait_until(holds, what):
     deadline = time.monotonic() + PATIENCE
-    while not (path.exists() and text in path.read_text()):
-        assert time.monotonic() < deadline, f"{text!r} did not appear in {path}"
+    while not holds():
+        assert time.monotonic() < deadline, f"no {what} within {PATIENCE} s"
         time.sleep(0.05)
+
+
+def increments_kept(folder):
+    """Return the last increment in the restart file of the only simulation, -1 if there is none."""
+    for path in folder.glob("[!.]*.npz"):
+        with np.load(path) as archive:
+            return int(archive["index"])
+    return -1
 
 
 def test_killed_simulation_goes_on(finished, fresh):
     log = fresh.folder / LOG
     process = fresh.start_study("ci", "--", "--until", "dns")
-    wait_for("increment 1: ", log)
+    wait_until(lambda: increments_kept(fresh.folder / "run" / "dns") == 1, "first increment")
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
     assert not (fresh.folder / HISTORY).exists()
@@ -47,7 +55,7 @@ def test_second_study_at_once_is_refused(fresh):
     process = fresh.start_study("ci")
     try:
         lock = fresh.folder / "run" / "study.lock"
-        wait_for(str(process.pid), lock)
+        wait_until(lambda: lock.exists() and str(process.pid) in lock.read_text(), "lock")
         ended = fresh.study("ci")
         assert ended.returncode == 1
         assert f"a study is running here already (process {process.pid})" in ended.stderr
