@@ -8,7 +8,6 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Sequence
-from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -106,10 +105,10 @@ def _note(figure: Figure) -> None:
     if not is_fallback(figure):
         figure.text(
             0.995,
-            0.004,
+            0.996,
             "drawn without a 3D renderer",
             ha="right",
-            va="bottom",
+            va="top",
             fontsize=5.5,
             color=FAINT,
             gid=FALLBACK,
@@ -121,38 +120,44 @@ def _rendered(job: Job) -> np.ndarray | None:
     choice = os.environ.get(CHOICE, "vtk")
     if choice not in ("vtk", "matplotlib"):
         raise ConfigurationError(f"{CHOICE} is {choice!r}: allowed are 'vtk' and 'matplotlib'")
-    if choice == "matplotlib" or not _vtk_renders():
-        log.warning(
-            "pictures are drawn by matplotlib: %s", "as asked for" if choice != "vtk" else "VTK cannot render"
-        )
+    if choice == "matplotlib":
+        log.info("a picture is drawn by matplotlib, as %s asks for", CHOICE)
         return None
-    return _run_vtk(job)
+    return VTK.render(job)
 
 
-@cache
-def _vtk_renders() -> bool:
-    """Whether VTK can render here: tried once a process, on a picture of one facet."""
-    facet = Surface(
-        np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) / MILLIMETRE, np.array([[0, 1, 2, 3]]), "red"
-    )
-    image = _run_vtk(Job((facet,), View((0.0, 0.0, -1.0)), (0.0, 1.0, 0.0, 1.0), (16, 16)))
-    return image is not None and bool(image[..., 3].any())
+class Renderer:
+    """VTK, in a process of its own for every picture, and given up after its first failure."""
+
+    def __init__(self):
+        self.failed = False
+
+    def render(self, job: Job) -> np.ndarray | None:
+        """Return the picture as RGBA array, or None, with a warning in the log, where that does not work."""
+        if not self.failed:
+            try:
+                image = _run(job)
+                if image[..., 3].any():
+                    return image
+                reason = "the picture is empty"
+            except (OSError, subprocess.SubprocessError, SyntaxError) as error:
+                said = (getattr(error, "stderr", None) or "").strip().splitlines()
+                reason = f"{error} {said[-1] if said else ''}".strip()
+            self.failed = True
+            log.warning("VTK cannot render here, pictures are drawn by matplotlib: %s", reason)
+        return None
 
 
-def _run_vtk(job: Job) -> np.ndarray | None:
-    """Render in a process of its own; None, and a line in the log, when that process fails."""
+VTK = Renderer()
+
+
+def _run(job: Job) -> np.ndarray:
+    """Render in another process and read what it wrote."""
     source = Path(knitstudy.__file__).parents[1]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(source), *sys.path[1:]])}
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(source), *filter(None, sys.path)])}
     with TemporaryDirectory() as folder:
         task, picture = Path(folder, "job.pickle"), Path(folder, "picture.png")
         task.write_bytes(pickle.dumps(job))
         command = [sys.executable, "-m", "knitstudy.figures.vtk_program", str(task), str(picture)]
-        try:
-            subprocess.run(
-                command, check=True, capture_output=True, text=True, timeout=PATIENCE, env=environment
-            )
-            return imread(picture)
-        except (OSError, subprocess.SubprocessError, SyntaxError) as error:
-            said = (getattr(error, "stderr", None) or "").strip().splitlines()
-            log.warning("VTK did not render: %s%s", error, f" ({said[-1]})" if said else "")
-            return None
+        subprocess.run(command, check=True, capture_output=True, text=True, timeout=PATIENCE, env=environment)
+        return imread(picture)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -13,6 +14,9 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.figures.picture import is_fallback
 from knitstudy.figures.style import RC
 from knitstudy.io import code_version, replacing
+
+# It tells at length how it cuts fonts for PDF.
+logging.getLogger("fontTools").setLevel(logging.WARNING)
 
 FALLBACK_RENDERER = "matplotlib instead of VTK"
 """Entry ``Renderer`` in the PNG of a three-dimensional figure that was drawn without VTK."""

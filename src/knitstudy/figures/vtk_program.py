@@ -54,7 +54,7 @@ def render(job: Job, path: Path) -> None:
     if any(surface.opacity < 1 for surface in job.surfaces):
         plotter.enable_depth_peeling(number_of_peels=12)
     else:
-        plotter.enable_ssao(radius=1.5, bias=0.1, kernel_size=64, blur=True)
+        plotter.enable_ssao(radius=1.5, bias=0.1, kernel_size=32, blur=True)
     plotter.enable_anti_aliasing("ssaa")
     plotter.screenshot(path, transparent_background=True)
     plotter.close()

@@ -92,7 +92,7 @@ def render(
         figures=_in_order(items, figures.FIGURES),
         tables=_in_order(built, tables.TABLES),
         claims=results.get("claims", pd.DataFrame()).fillna("").to_dict("records"),
-        provenance=_item("provenance", "Provenance", "", provenance),
+        provenance=_item("provenance", "Data files", "", cells(provenance)),
         fallback=any(item.fallback for item in items.values()),
     )
 
@@ -124,14 +124,14 @@ def _figure(path: Path, captions: Mapping[str, Any], environment: jinja2.Environ
 
 def _table(name: str, table: pd.DataFrame, captions: Mapping[str, Any]) -> TableItem:
     title = tables.entry(name).title
-    return _item(name, title, _texts(captions, "tables", name, ("caption",))["caption"], table)
-
-
-def _item(name: str, title: str, caption: str, table: pd.DataFrame) -> TableItem:
-    """Return a table as text; one with fewer rows than columns is turned, so that it fits narrow screens."""
+    caption = _texts(captions, "tables", name, ("caption",))["caption"]
     text = cells(table)
-    if len(text) < len(text.columns):
+    if len(text) < len(text.columns):  # turned, it fits narrow screens
         text = text.set_index(text.columns[0]).T.rename_axis("").reset_index()
+    return _item(name, title, caption, text)
+
+
+def _item(name: str, title: str, caption: str, text: pd.DataFrame) -> TableItem:
     numeric = [text[column].str.match(r"^[-+−–\d.,e ]*$").all() for column in text.columns]
     return TableItem(name, title, caption, list(text.columns), text.to_numpy().tolist(), numeric)
 

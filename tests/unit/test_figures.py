@@ -1,0 +1,161 @@
+"""Every figure on small made-up results, drawn by matplotlib alone."""
+
+import numpy as np
+import pytest
+import synthetic
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.image import imread
+from PIL import Image
+
+from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.figures import catalogue
+from knitstudy.figures.interlock import Interlock
+from knitstudy.figures.picture import CHOICE, is_fallback
+from knitstudy.figures.saving import FALLBACK_RENDERER, save
+from knitstudy.geometry.build import initial_loop
+from knitstudy.geometry.pattern import Knit
+from knitstudy.mesh.knit import mesh_knit
+from knitstudy.rom import honeycomb
+from knitstudy.rom.crossing_contacts import contacts_of_crossings
+
+SOLID = ("fig01_unit_cell", "fig04_honeycomb", "fig05_contact_points", "fig06_joints")
+
+
+@pytest.fixture(scope="module")
+def knit(plain_scene):
+    return Knit(initial_loop(plain_scene), 2, 2)
+
+
+@pytest.fixture(scope="module")
+def results(knit):
+    """Results by what figures call them; those of models are replaced where a figure needs stations."""
+    return {
+        "geometry": synthetic.geometry(knit),
+        "mesh": mesh_knit(knit, 1.2e-3).to_dataset(),
+        "contacts": contacts_of_crossings(knit),
+        "dns": synthetic.history(scene="dns-a", scene_hash="abcd"),
+        "rom3d": synthetic.history(force=(0, 6, 12)),
+        "rom2d": synthetic.history(force=(0, 10, 20)),
+    }
+
+
+@pytest.fixture
+def drawn(results, knit, monkeypatch):
+    monkeypatch.setenv(CHOICE, "matplotlib")
+
+    def draw(name):
+        stations = {"rom3d": synthetic.history_of(knit)} if name == "fig06_joints" else {}
+        return catalogue.draw(name, **results | stations)
+
+    return draw
+
+
+def texts(figure):
+    return [text.get_text() for axes in figure.axes for text in [*axes.texts, axes.title]]
+
+
+@pytest.mark.parametrize("name", catalogue.FIGURES)
+def test_every_figure_is_written_whole_with_its_origin(drawn, results, name, tmp_path):
+    figure = drawn(name)
+    sources = {need: results[need] for need in catalogue.entry(name).needs}
+    save(figure, [tmp_path / "a.png", tmp_path / "a.pdf"], sources, "A title")
+    assert imread(tmp_path / "a.png")[..., :3].std() > 0.02
+    assert (tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
+    information = Image.open(tmp_path / "a.png").info
+    assert information["Title"] == "A title"
+    assert ("abcd" in information["Source"]) == ("dns" in sources)
+    assert (information.get("Renderer") == FALLBACK_RENDERER) == (name in SOLID)
+    assert is_fallback(figure) == (name in SOLID)
+
+
+def test_unknown_figure_names_the_known_ones():
+    with pytest.raises(
+        ConfigurationError, match=r"unknown figure 'fig15'; allowed are fig01_unit_cell.*fig15a_force_strain"
+    ):
+        catalogue.draw("fig15")
+
+
+def test_missing_result_is_named(results):
+    with pytest.raises(ConfigurationError, match=r"fig04_honeycomb' needs .*: mesh is missing"):
+        catalogue.draw("fig04_honeycomb", geometry=results["geometry"], contacts=results["contacts"])
+
+
+def test_force_curves_and_stiffness_ratios(drawn):
+    (axes,) = drawn("fig15a_force_strain").axes
+    curves = [line.get_xydata() for line in axes.get_lines()]
+    np.testing.assert_allclose(curves[0], [[0, 0], [2.5, 5], [5, 10]])
+    np.testing.assert_allclose(curves[2], [[0, 0], [2.5, 10], [5, 20]])
+    legend = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert legend == ["DNS", "3D ROM, 1.20 times as stiff", "2D ROM, 2.00 times as stiff"]
+    assert "(%)" in axes.get_xlabel()
+    assert "(N)" in axes.get_ylabel()
+
+
+def test_names_of_near_curves_stand_apart(results, monkeypatch):
+    near = results | {"rom3d": synthetic.history(force=(0, 5, 10.01))}
+    (axes,) = catalogue.draw("fig15a_force_strain", **near).axes
+    heights = sorted(text.xy[1] for text in axes.texts)
+    assert np.diff(heights).min() > 0.05 * axes.get_ylim()[1]
+
+
+def test_unit_cell_says_what_penetrates(drawn):
+    said = " ".join(texts(drawn("fig01_unit_cell")))
+    assert "deepest penetration 0.40 mm (0.44 $R$)" in said
+    assert "no penetration, smallest gap\n0.018 mm (0.020 $R$)" in said
+
+
+def test_unit_cell_marks_overlaps_before_only(drawn):
+    """White appears where centrelines are nearer than a diameter: eight crossings of the flat cell."""
+    white = [
+        np.sum(np.ptp(collection.get_facecolor()[:, :3], axis=1) < 1e-9)
+        for axes in drawn("fig01_unit_cell").axes
+        for collection in axes.collections
+        if isinstance(collection, PolyCollection)
+    ]
+    assert white[0] > 0
+    assert white[1] == 0
+
+
+def test_honeycomb_shows_every_beam_and_zone(drawn, knit, results):
+    (axes,) = drawn("fig04_honeycomb").axes
+    beams = next(each for each in axes.collections if isinstance(each, LineCollection))
+    network = honeycomb.build(knit, results["contacts"])
+    assert len(beams.get_segments()) == len(network.ends)
+    np.testing.assert_allclose(beams.get_segments()[0], 1e3 * network.nodes[network.ends[0], :2])
+    sizes = [len(each.get_offsets()) for each in axes.collections if not isinstance(each, LineCollection)]
+    assert 16 in sizes  # 4 zones of 2 x 2 interlocks
+
+
+@pytest.mark.parametrize(
+    ("name", "labels"),
+    [
+        ("fig05_contact_points", {"$C_1$", "$C_2$", "$C_3$", "$C_4$", "$P_1$", "$P_2$"}),
+        ("fig06_joints", {"$C_1$", "$C_3$", "$P_1$"}),
+    ],
+)
+def test_points_are_named(drawn, name, labels):
+    assert labels <= set(texts(drawn(name)))
+
+
+def test_solid_pictures_have_scale_bars(drawn):
+    assert "5 mm" in texts(drawn("fig04_honeycomb"))
+    assert "1 mm" in texts(drawn("fig05_contact_points"))
+
+
+def test_interlock_is_the_middle_one(knit, results):
+    interlock = Interlock.in_the_middle(knit, results["contacts"])
+    assert list(interlock.yarn) == [1, 2]
+    assert (interlock.P[:, 0] > knit.loop.wale_spacing).all()
+    assert interlock.P[0, 0] < interlock.P[1, 0]
+    np.testing.assert_allclose((interlock.C.mean(axis=1) - interlock.P) @ interlock.plane, 0, atol=1e-12)
+
+
+def test_contacts_without_the_middle_interlock_are_refused(knit, results):
+    with pytest.raises(DataFileError, match="row 1, column 1 must have the zones"):
+        Interlock.in_the_middle(knit, results["contacts"].isel(crossing=slice(0, 14)))
+
+
+def test_unknown_format_is_refused(drawn, tmp_path):
+    with pytest.raises(ConfigurationError, match=r"a\.bmp: figures are written as \.png and \.pdf"):
+        save(drawn("fig02_interfaces"), [tmp_path / "a.bmp"], {}, "")
+    assert list(tmp_path.iterdir()) == []

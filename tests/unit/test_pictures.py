@@ -1,0 +1,132 @@
+"""The parts of three-dimensional pictures: projection, surfaces, and what happens where VTK cannot render."""
+
+import logging
+import subprocess
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.figures import picture
+from knitstudy.figures.surface import Surface, arrow, rod, sphere, tube
+from knitstudy.figures.view import FRONT, View
+
+
+@pytest.fixture
+def axes():
+    return Figure(figsize=(2, 1)).add_axes((0, 0, 1, 1))
+
+
+@pytest.fixture
+def vtk(monkeypatch):
+    """VTK as if nothing had been tried yet."""
+    fresh = picture.Renderer()
+    monkeypatch.setattr(picture, "VTK", fresh)
+    monkeypatch.delenv(picture.CHOICE, raising=False)
+    return fresh
+
+
+def volume(surface: Surface) -> float:
+    """Volume inside a closed surface by the divergence theorem; positive if faces look outward."""
+    a, b, c, d = np.moveaxis(surface.points[surface.faces], 1, 0)
+    return float(np.sum(np.cross(a, b) * c + np.cross(a, c) * d) / 6)
+
+
+def test_front_view_keeps_x_and_y():
+    np.testing.assert_allclose(FRONT.project([[1.0, 2.0, 3.0]]), [[1.0, 2.0]], atol=1e-15)
+    assert FRONT.nearness(np.array([0.0, 0.0, 1.0])) > 0
+
+
+def test_orbit_is_a_rotation_and_shows_the_right_side():
+    view = View.orbit(turn=90, tilt=0)
+    np.testing.assert_allclose(view.basis @ view.basis.T, np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(view.basis[2], [1, 0, 0], atol=1e-15)
+    np.testing.assert_allclose(View.orbit(0, 90 - 1e-9).basis[2], [0, 1, 0], atol=1e-9)
+
+
+def test_surfaces_are_closed_and_look_outward():
+    """Volumes of inscribed bodies: below the exact ones by the sag of 40 facets around, at most 1.5 %."""
+    line = np.column_stack([np.linspace(0, 2, 9), np.zeros(9), np.zeros(9)])
+    bodies = {
+        "tube": (tube(line, 0.5, "red"), np.pi * 0.25 * 2),
+        "rod": (rod(np.zeros(3), np.array([0, 0, 2.0]), 0.5, "red"), np.pi * 0.25 * 2),
+        "sphere": (sphere(np.array([3.0, 1, 2]), 0.5, "red"), np.pi / 6),
+    }
+    for name, (surface, exact) in bodies.items():
+        assert 0.985 * exact < volume(surface) < exact, name
+
+
+def test_arrow_ends_at_its_tip():
+    points = arrow(np.array([1.0, 0, 0]), np.array([0, 0, 2.0]), 0.05, "red").points
+    np.testing.assert_allclose(points[np.argmax(points[:, 2])], [1, 0, 2], atol=1e-12)
+    assert points[:, 2].min() == 0
+
+
+def test_window_has_the_shape_of_the_axes(axes, monkeypatch):
+    monkeypatch.setenv(picture.CHOICE, "matplotlib")
+    picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    assert (right - left) / (top - bottom) == pytest.approx(2)
+    assert bottom < -1 < 1 < top
+
+
+def test_only_faces_to_the_eye_are_painted_and_the_nearest_last(axes, monkeypatch):
+    monkeypatch.setenv(picture.CHOICE, "matplotlib")
+    balls = [sphere(np.array([0, 0, z]), 1e-3, colour) for z, colour in ((0.01, "#00ff00"), (0.0, "#ff0000"))]
+    picture.show(axes, balls, FRONT)
+    (painted,) = axes.collections
+    colour = painted.get_facecolor()
+    assert len(colour) < 0.6 * sum(len(ball.faces) for ball in balls)
+    assert colour[-1, 1] > 0
+    assert colour[0, 0] > 0
+    assert colour[0, 1] == 0
+
+
+def test_unknown_renderer_is_refused(axes, monkeypatch):
+    monkeypatch.setenv(picture.CHOICE, "opengl")
+    with pytest.raises(ConfigurationError, match="KNITSTUDY_RENDERER is 'opengl': allowed are 'vtk'"):
+        picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
+
+
+@pytest.mark.parametrize(
+    "failure",
+    [
+        subprocess.CalledProcessError(-11, "vtk", stderr="bad X server connection\n"),
+        subprocess.TimeoutExpired("vtk", 300),
+        OSError("no such interpreter"),
+    ],
+    ids=["crash", "hang", "missing"],
+)
+def test_failing_renderer_is_replaced_with_a_note(axes, monkeypatch, caplog, vtk, failure):
+    calls = []
+
+    def fail(*arguments, **options):
+        calls.append(arguments)
+        raise failure
+
+    monkeypatch.setattr(picture.subprocess, "run", fail)
+    with caplog.at_level(logging.WARNING):
+        for _ in range(2):
+            picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
+    assert len(calls) == 1  # given up after the first
+    assert "drawn by matplotlib" in caplog.text
+    assert [text.get_text() for text in axes.figure.texts] == ["drawn without a 3D renderer"]
+    assert picture.is_fallback(axes.figure)
+
+
+def test_process_that_dies_does_not_take_this_one_along(axes, monkeypatch, tmp_path, vtk):
+    """A stand-in interpreter that ends with a segmentation fault, as VTK does without a display."""
+    dying = tmp_path / "python"
+    dying.write_text("#!/bin/sh\nkill -SEGV $$\n")
+    dying.chmod(0o755)
+    monkeypatch.setattr(picture.sys, "executable", str(dying))
+    picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
+    assert picture.is_fallback(axes.figure)
+
+
+def test_empty_picture_counts_as_failure(axes, monkeypatch, vtk):
+    monkeypatch.setattr(picture, "_run", lambda job: np.zeros((*job.pixels[::-1], 4)))
+    picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
+    assert vtk.failed
+    assert picture.is_fallback(axes.figure)

@@ -1,0 +1,196 @@
+"""The page holds every figure and table, numbers of captions come from tables, and wrong texts are named."""
+
+import re
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import synthetic
+import yaml
+from matplotlib.figure import Figure
+
+from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.picture import FALLBACK
+from knitstudy.figures.saving import save
+from knitstudy.io import write_dataset
+from knitstudy.report.origin import origins
+from knitstudy.report.page import render
+from knitstudy.report.selection import models_of
+from knitstudy.report.wording import cells, value
+from knitstudy.tables.catalogue import TABLES
+
+REPORT = Path(__file__).resolve().parents[2] / "workflow" / "report"
+
+CAPTIONS = {
+    "figures": {
+        name: {
+            "alt": f"sight of {name}",
+            "caption": "<C>",
+            "paper": "it says",
+            "ours": '{{ value("t", "a", "b") }}',
+        }
+        for name in FIGURES
+    },
+    "tables": {name: {"caption": f"about {name}"} for name in TABLES},
+}
+
+
+@pytest.fixture
+def pictures(tmp_path):
+    """A small picture for every figure; the first was drawn without VTK."""
+    paths = [tmp_path / f"{name}.png" for name in FIGURES]
+    for number, path in enumerate(paths):
+        figure = Figure(figsize=(0.5, 0.4))
+        if number == 0:
+            figure.text(0, 0, "note", gid=FALLBACK)
+        save(figure, [path], {"dns": synthetic.history(scene="dns-a", scene_hash="beef")}, path.stem)
+    return paths
+
+
+@pytest.fixture
+def results():
+    plain = pd.DataFrame({"name": ["a", "c"], "b": [1.23456, None]})
+    claims = {
+        "id": ["G1", "K1"],
+        "where": ["here", "there"],
+        "claim": ["one", "two"],
+        "measured": ["7 mm", None],
+    }
+    claims |= {"verdict": ["not reproduced", "not yet run"], "note": ["only so far", None]}
+    return {name: plain for name in TABLES} | {"claims": pd.DataFrame(claims)}
+
+
+@pytest.fixture
+def page(pictures, results, monkeypatch):
+    monkeypatch.setitem(TABLES, "t", TABLES["stiffness"])
+    captions = CAPTIONS | {"tables": CAPTIONS["tables"] | {"t": {"caption": "of t"}}}
+    provenance = pd.DataFrame({"file": ["dns/a.nc"], "scene": ["dns-a"]})
+    results = results | {"t": results["stiffness"]}
+    return render(REPORT / "template.html", captions, pictures, results, provenance, "reduced")
+
+
+def test_page_holds_every_figure_and_table_in_order(page):
+    assert re.findall(r'<img src="data:image/png;base64,[\w+/=]+" [^>]*alt="sight of (\w+)"', page) == list(
+        FIGURES
+    )
+    assert next(iter(FIGURES)) == "fig15a_force_strain"
+    for name in TABLES:
+        assert f'href="tables/{name}.csv"' in page
+
+
+def test_page_needs_nothing_from_elsewhere(page):
+    loaded = re.findall(r'(?:src|srcset|poster|data)="([^"]*)"', page) + re.findall(r"url\(([^)]*)\)", page)
+    assert len(loaded) == len(FIGURES)
+    assert all(source.startswith("data:image/png;base64,") for source in loaded)
+    assert not re.search(r"<(?:script|link|iframe|object)\b", page)
+
+
+def test_texts_are_escaped_and_filled(page):
+    assert "&lt;C&gt;" in page
+    assert "<C>" not in page
+    assert page.count("1.23<") == len(FIGURES)
+
+
+def test_page_says_where_vtk_was_missing(page):
+    assert page.count("Drawn by matplotlib, because") == 1
+    assert "No 3D renderer was found on this machine" in page
+
+
+def test_page_shows_verdicts_and_what_waits(page):
+    assert 'class="verdict not-reproduced">not reproduced<' in page
+    assert "does not speak of yet: 1<" in page
+    assert not re.search(r"\bnan\b", page)
+
+
+def test_page_links_data_and_origin(page):
+    assert 'href="dns/a.nc"' in page
+    assert "dns of dns-a [beef]" in page
+
+
+def test_captions_of_the_study_name_all_figures_and_tables():
+    captions = yaml.safe_load((REPORT / "captions.yaml").read_text())
+    assert set(captions["figures"]) == set(FIGURES)
+    assert set(captions["tables"]) == set(TABLES)
+    for texts in captions["figures"].values():
+        assert set(texts) == {"alt", "caption", "paper", "ours"}
+
+
+def test_missing_caption_is_named(pictures, results):
+    captions = {"figures": {"fig15a_force_strain": {"alt": "", "caption": ""}}}
+    with pytest.raises(
+        ConfigurationError, match=r"figures\.fig15a_force_strain must have the texts alt, .*'paper' is"
+    ):
+        render(REPORT / "template.html", captions, pictures, results, pd.DataFrame(), "ci")
+
+
+def test_picture_that_is_none_is_named(tmp_path, results):
+    path = tmp_path / "fig02_interfaces.png"
+    path.write_bytes(b"\x89PNG")
+    with pytest.raises(DataFileError, match=r"fig02_interfaces\.png: is no picture"):
+        render(REPORT / "template.html", CAPTIONS, [path], results, pd.DataFrame(), "ci")
+
+
+def test_number_of_a_table_in_its_format():
+    results = {"t": pd.DataFrame({"model": ["DNS", "ROM"], "x [m]": [0.5, float("nan")]})}
+    assert value(results, "t", "DNS", "x [m]", ".1%") == "50.0%"
+    assert value(results, "t", "ROM", "x [m]") == "–"
+
+
+@pytest.mark.parametrize(
+    ("place", "message"),
+    [
+        (("u", "DNS", "x"), "there is no table 'u', only t"),
+        (("t", "DNS", "y"), "row 'DNS' and column 'y'"),
+        (("t", "A", "x"), "rows are DNS"),
+    ],
+)
+def test_number_that_is_not_there_is_named(place, message):
+    with pytest.raises(ConfigurationError, match=message):
+        value({"t": pd.DataFrame({"model": ["DNS"], "x": [1.0]})}, *place)
+
+
+def test_cells_are_readable():
+    table = pd.DataFrame(
+        {"a": [189513, 2], "b": [0.00069321, 26848.59], "c": [1.2e-7, float("nan")], "d": ["x", None]}
+    )
+    assert cells(table).to_numpy().tolist() == [
+        ["189,513", "0.0006932", "1.2e-07", "x"],
+        ["2", "26,849", "–", "–"],
+    ]
+
+
+def test_origins_are_relative_to_the_page(tmp_path, plain_scene):
+    file = tmp_path / "results" / "rom" / "a.nc"
+    write_dataset(synthetic.history(), file, plain_scene)
+    table = origins([file], tmp_path / "results" / "report.html")
+    assert table.loc[0, "file"] == "rom/a.nc"
+    assert table.loc[0, "scene"] == plain_scene.name
+    assert table.loc[0, "hash of the scene"] == plain_scene.hash
+    assert table.loc[0, "numpy"]
+
+
+def test_models_of_a_study_are_one_family(plain_scene):
+    def solid(name):
+        document = plain_scene.to_dict() | {"name": name, "fidelity": "dns"}
+        return type(plain_scene).from_dict(document | {"rom": {"contacts_from": None, "joint": "rigid"}})
+
+    def reduced(name, fidelity, source):
+        scene = plain_scene.replace("fidelity", fidelity).replace("rom.contacts_from", source)
+        return scene.replace("name", name)
+
+    scenes = [
+        solid("a"),
+        solid("b"),
+        reduced("c", "rom3d", "b"),
+        reduced("d", "rom3d", "b"),
+        reduced("e", "rom2d", "b"),
+    ]
+    found = models_of(scenes, {"interaction": "tie", "load.direction": "course"})
+    assert {fidelity: scene.name for fidelity, scene in found.items()} == {
+        "dns": "b",
+        "rom3d": "c",
+        "rom2d": "e",
+    }
+    assert models_of(scenes, {"load.direction": "wale"}) == {}
+    assert [scene.name for scene in models_of(scenes[:2], {}).values()] == ["a"]
