@@ -66,34 +66,40 @@ class Checkout:
         return {row[0] for row in rows if len(row) == 2 and row[1].isdigit()} - {"total", "all"}
 
 
-def copy_checkout(folder):
-    """Copy the checkout without its results into a folder."""
-    folder.mkdir(parents=True)
-    (folder / ".venv").symlink_to(sys.prefix)
+@pytest.fixture(scope="session")
+def checkout_copy(tmp_path_factory):
+    """Copy of the checkout without results, from which all others are made: an edit meanwhile changes none."""
+    folder = tmp_path_factory.mktemp("checkout")
     for part in PARTS:
         source, target = ROOT / part, folder / part
         if source.is_dir():
             shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
         else:
             shutil.copy2(source, target)
-    return Checkout(folder)
+    (folder / ".venv").symlink_to(sys.prefix)
+    return folder
+
+
+def copied(folder, target):
+    """Copy a checkout with all its times."""
+    shutil.copytree(folder, target, symlinks=True)
+    return Checkout(target)
 
 
 @pytest.fixture(scope="session")
-def finished(tmp_path_factory):
+def finished(checkout_copy, tmp_path_factory):
     """Checkout in which the coarsest study was run from nothing: (checkout, ended process)."""
-    checkout = copy_checkout(tmp_path_factory.mktemp("workflow") / "a checkout")
+    checkout = copied(checkout_copy, tmp_path_factory.mktemp("workflow") / "a checkout")
     return checkout, checkout.study("ci")
 
 
 @pytest.fixture
 def finished_copy(finished, tmp_path):
     """Copy of the checkout in which the coarsest study was run, to be spoilt."""
-    shutil.copytree(finished[0].folder, tmp_path / "a checkout", copy_function=shutil.copy2, symlinks=True)
-    return Checkout(tmp_path / "a checkout")
+    return copied(finished[0].folder, tmp_path / "a checkout")
 
 
 @pytest.fixture
-def fresh(tmp_path):
+def fresh(checkout_copy, tmp_path):
     """Checkout in which nothing was run."""
-    return copy_checkout(tmp_path / "a checkout")
+    return copied(checkout_copy, tmp_path / "a checkout")

@@ -33,6 +33,15 @@ def test_every_scene_has_a_history_with_provenance(checkout):
         assert (np.diff(history.force) > 0).all(), "a knit in tension pulls back harder and harder"
 
 
+def test_report_and_all_its_parts_are_there(finished, checkout):
+    results = checkout.folder / "results"
+    assert str(results / "report.html") in finished[1].stdout.splitlines()[-1]
+    for kind in ("figures/*.png", "figures/*.pdf", "tables/*.csv"):
+        made = list(results.glob(kind))
+        assert made
+        assert all(path.stat().st_size > 0 for path in made), kind
+
+
 def test_progress_has_the_time_left(finished):
     assert "100% [" in finished[1].stdout
 
@@ -67,7 +76,9 @@ def edited(checkout):
 def test_edited_figures_run_no_simulation(checkout, edited):
     for path in sorted((checkout.folder / "src" / "knitstudy" / "figures").glob("*.py")):
         edited(path.relative_to(checkout.folder))
-    assert not checkout.planned() & SIMULATION
+    planned = checkout.planned()
+    assert "figure" in planned
+    assert not planned & SIMULATION
 
 
 def test_edited_solver_runs_simulations_and_no_mesh(checkout, edited):
