@@ -1,28 +1,7 @@
-from knitstudy.figures.catalogue import FIGURES as FIGURE_ENTRIES
-from knitstudy.report.selection import models_of
+include: "sources.smk"
 
 
-def sources(entry):
-    """Return the files that a figure or table is made from by what they are; None where the study lacks one."""
-    models = models_of(STUDY, entry.of)
-    files = {fidelity: histories([scene])[0] for fidelity, scene in models.items()}
-    files |= {
-        "paper": "resources/reference/paper_tables.csv",
-        "claims": "resources/reference/paper_claims.csv",
-        "targets": f"{CONFIG}/calibration.yaml",
-    }
-    if "dns" in models:
-        dns = models["dns"]
-        files |= {
-            "geometry": f"results/geometry/{dns.knit}.nc",
-            "mesh": f"results/mesh/{dns.name}.nc",
-            "contacts": f"results/contacts/{dns.name}.nc",
-        }
-    needs = [need for need in entry.needs if need != "scenes"]
-    return {need: files[need] for need in needs} if set(needs) <= set(files) else None
-
-
-DRAWN = {name: found for name, entry in FIGURE_ENTRIES.items() if (found := sources(entry)) is not None}
+DRAWN = possible(FIGURE_ENTRIES)
 
 # Files that `all` asks for from this part.
 FIGURES = expand("results/figures/{figure}.{suffix}", figure=DRAWN, suffix=("png", "pdf"))

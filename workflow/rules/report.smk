@@ -2,14 +2,6 @@
 REPORT = ["results/report.html"]
 
 
-def data_of_study():
-    """Return every netCDF file of the study, in the order of its stages."""
-    direct = [scene for scene in STUDY if scene.fidelity == "dns"]
-    geometry = dict.fromkeys(f"results/geometry/{scene.knit}.nc" for scene in STUDY)
-    details = [f"results/{stage}/{scene.name}.nc" for stage in ("mesh", "contacts") for scene in direct]
-    return [*geometry, *details, *histories(STUDY)]
-
-
 rule report:
     input:
         figures=[path for path in FIGURES if path.endswith(".png")],

@@ -1,17 +1,7 @@
-from knitstudy.tables.catalogue import TABLES as TABLE_ENTRIES
-
-BUILT = {name: found for name, entry in TABLE_ENTRIES.items() if (found := sources(entry)) is not None}
+BUILT = possible(TABLE_ENTRIES)
 
 # Files that `all` asks for from this part.
 TABLES = expand("results/tables/{table}.csv", table=BUILT)
-
-
-def scenes_of_table(wildcards):
-    """Return the scenes that a table is about by fidelity, where it asks for them."""
-    entry = TABLE_ENTRIES[wildcards.table]
-    if "scenes" not in entry.needs:
-        return {}
-    return {fidelity: scene.to_dict() for fidelity, scene in models_of(STUDY, entry.of).items()}
 
 
 rule table:

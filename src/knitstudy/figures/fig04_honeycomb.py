@@ -48,7 +48,7 @@ def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure
     zones = MILLIMETRE * FRONT.project(contacts["centroid"].to_numpy())
     axes.scatter(*zones.T, s=26, facecolor=PAPER, edgecolor=ACCENT, linewidth=1.4, zorder=6)
     scale_bar(axes, 5, (0.02, 0.015))
-    triad(axes, FRONT, 2.5, (0.92, 0.02))
+    triad(axes, FRONT, 2.5, (0.90, 0.02))
     _legend(drawing)
     return drawing
 
