@@ -8,7 +8,7 @@ from matplotlib.image import imread
 from PIL import Image
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.figures import catalogue
+from knitstudy.figures import catalogue, style, surface
 from knitstudy.figures.interlock import Interlock
 from knitstudy.figures.picture import CHOICE, is_fallback
 from knitstudy.figures.saving import FALLBACK_RENDERER, save
@@ -41,7 +41,10 @@ def results(knit):
 
 @pytest.fixture
 def drawn(results, knit, monkeypatch):
+    """Function that draws a figure, coarsely and without VTK."""
     monkeypatch.setenv(CHOICE, "matplotlib")
+    monkeypatch.setattr(surface, "AROUND", 12)
+    monkeypatch.setitem(style.RC, "savefig.dpi", 50)
 
     def draw(name):
         stations = {"rom3d": synthetic.history_of(knit)} if name == "fig06_joints" else {}
