@@ -19,6 +19,9 @@ VIEW = View.orbit(turn=-22, tilt=30)
 
 WIDTH = 1.6 * SINGLE
 
+SILL = 0.4
+"""Room below the yarns for the scale bar [mm]."""
+
 REACH = 3.6
 """How much of the yarns is shown on either side of a contact, in radii."""
 
@@ -49,7 +52,8 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
     knit = Knit.from_dataset(geometry)
     interlock = Interlock.in_the_middle(knit, contacts)
     surfaces = _yarns(knit, interlock) + _marks(interlock, knit.loop.radius)
-    window = bounds(surfaces, VIEW)
+    left, right, bottom, top = bounds(surfaces, VIEW)
+    window = (left, right, bottom - SILL, top)
     drawing = figure(WIDTH, WIDTH * (window[3] - window[2]) / (window[1] - window[0]))
     axes = drawing.add_axes((0, 0, 1, 1))
     show(axes, surfaces, VIEW, window)

@@ -134,7 +134,7 @@ def judge_length(evidence: Evidence) -> Judgement:
     return Judgement(
         f"length of a loop {total:+.2%}; of a Bezier curve {change.min():+.2%} to {change.max():+.2%}",
         _verdict(abs(total) <= LENGTH_BAR and np.abs(change).max() <= LENGTH_BAR),
-        f"hardly: at most {LENGTH_BAR:.0%} of the loop and of every Bezier curve; arc lengths",
+        f"arc lengths; a change of up to {LENGTH_BAR:.0%} of the loop and of every Bezier curve counts as hardly any",
     )
 
 
@@ -157,7 +157,7 @@ def judge_out_of_plane(evidence: Evidence) -> Judgement:
     captured = alike.correlation >= SAME_SHAPE and 1 / SAME_SIZE <= alike.amplitude <= SAME_SIZE
     measured = (
         f"u_z along the centrelines: correlation of 3D ROM and DNS {alike.correlation:.3f}, amplitude ratio "
-        f"{alike.amplitude:.2f}; largest |u_z| of the 2D ROM over DNS's {flat:.1e}"
+        f"{alike.amplitude:.2f}; largest |u_z| of the 2D ROM over DNS's {flat:.1g}"
     )
     return _at_full_strain(
         evidence, Judgement(measured, _verdict(captured and flat <= NONE_AT_ALL), "ties only")
