@@ -14,7 +14,8 @@ from knitstudy.errors import GeometryError
 ZONES = 4
 SEARCH_SAMPLES = 10
 """Samples a Bezier segment by which the crossings in the plane are found; the closest approach is refined."""
-NEWTON_STEPS = 60
+NEWTON_STEPS = 40
+HALVINGS = 20
 
 
 @dataclass(frozen=True)
@@ -169,20 +170,20 @@ def refine(curve, shift, start, window):
     u = start.copy()
     low, high = window[..., 0], window[..., 1]
     value, newton = _half_square(curve, shift, u)
+    active = np.ones(len(u), dtype=bool)
     for _ in range(NEWTON_STEPS):
-        target = np.clip(u + newton, low, high)
-        step = target - u
-        for _ in range(40):  # halve where the distance would grow beyond rounding
-            trial = _half_square(curve, shift, u + step)
-            worse = trial[0] > value * (1 + 1e-15)
+        step = np.where(active[:, None], np.clip(u + newton, low, high) - u, 0.0)
+        for _ in range(HALVINGS):
+            worse = _half_square(curve, shift, u + step)[0] > value * (1 + 1e-15)  # beyond rounding
             if not worse.any():
                 break
             step = np.where(worse[:, None], 0.5 * step, step)
         step = np.where(worse[:, None], 0.0, step)
         u = u + step
-        value, newton = _half_square(curve, shift, u)
-        if np.abs(step).max(initial=0.0) < 1e-13:
+        active &= np.abs(step).max(axis=1) > 1e-13
+        if not active.any():
             break
+        value, newton = _half_square(curve, shift, u)
     point = np.stack([curve.value(u[:, 0]), curve.value(u[:, 1]) + shift], axis=1)
     interior = ((u > low + 1e-9) & (u < high - 1e-9)).all(axis=1)
     return Approach(u, point, np.linalg.norm(point[:, 1] - point[:, 0], axis=-1), interior)

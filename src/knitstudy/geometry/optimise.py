@@ -25,8 +25,10 @@ SMALLEST_DISTANCE = 1e-6
 CONTINUATION = (1e-4, 1e-2, 1.0)
 """Shares of alpha with which F is minimised in turn: a stiff valley is entered from its wide end."""
 
+QUASI_NEWTON = {"gtol": 1e-6, "maxiter": 60}
+"""A loop that the yarn fits into needs 10 to 30 iterations a share; more would only delay the error."""
 NEWTON_STEPS = 12
-GRADIENT_TOLERANCE = 1e-9
+GRADIENT_TOLERANCE = 1e-6
 """Largest gradient component at which F is called minimal, over the bending terms' at the start."""
 DIFFERENCE = 1e-5
 """Step, in radii, of the central differences of the exact gradient that make the Hessian."""
@@ -145,14 +147,15 @@ def minimise(cost, points, motions):
             q,
             jac=True,
             method="BFGS",
-            options={"gtol": 1e-6},
+            options=QUASI_NEWTON,
         )
         q, iterations = found.x, iterations + found.nit
     q, gradient = _polish(_along(cost, points, motions, unit), q)
     if gradient > GRADIENT_TOLERANCE:
         raise GeometryError(
             f"the optimisation of the loop stopped with a gradient of {gradient:.2e} times the bending "
-            f"terms', allowed is {GRADIENT_TOLERANCE:g}: change geometry.free or the weights in geometry"
+            f"terms', allowed is {GRADIENT_TOLERANCE:g}: take a smaller yarn.diameter, free more in "
+            "geometry.free, or change the weights in geometry"
         )
     final = points + motions @ q
     return Optimum(final, before, cost.terms(final), iterations, gradient)
@@ -206,7 +209,8 @@ def check_contact(cost, points):
         raise GeometryError(
             f"after the optimisation the yarns are {found.distance[zone]:.5f} radii apart in crossing "
             f"zone {zone}, allowed is {cost.target:g} within {CONTACT_TOLERANCE:g} (closest points inside "
-            f"their windows: {found.interior.tolist()}): raise geometry.alpha or free more in geometry.free"
+            f"their windows: {found.interior.tolist()}): take a smaller yarn.diameter, raise geometry.alpha "
+            "or free more in geometry.free"
         )
 
 

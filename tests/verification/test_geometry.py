@@ -1,0 +1,78 @@
+"""Yarn geometry: exact gradients, closed forms, orders, and independence of the unit of length."""
+
+import numpy as np
+import pytest
+
+from knitstudy.configuration import load_knits
+from knitstudy.geometry.build import build, initial_loop
+from knitstudy.geometry.crossing import refine
+from knitstudy.geometry.optimise import cost_function
+from knitstudy.geometry.spline import CatmullRom
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return next(iter(load_knits().values()))
+
+
+@pytest.fixture(scope="module")
+def cost(scene):
+    return cost_function(initial_loop(scene).in_radii(), scene.geometry)
+
+
+@pytest.mark.parametrize("term", ["distance", "continuous", "join", "length", "value"])
+def test_gradient_of_each_term_of_the_cost(cost, scene, term, verify):
+    random = np.random.default_rng(2)
+    start = initial_loop(scene).in_radii().control_points
+    points = start + 0.05 * random.normal(size=start.shape)
+    direction = random.normal(size=points.shape)
+    function = getattr(cost, term)
+    exact = (function(points)[1] * direction).sum()
+
+    def error(step):
+        ahead, behind = function(points + step * direction)[0], function(points - step * direction)[0]
+        return abs((ahead - behind) / (2 * step) / exact - 1)
+
+    verify.at_most(f"gradient of F, term {term}, against central differences", error(1e-5), 1e-7)
+    if term in ("join", "length", "value"):  # the others are quadratic to within rounding on such steps
+        order = np.log2(error(4e-3) / error(2e-3))
+        verify.at_least(f"gradient of F, term {term}, order of the difference", order, 1.9, reference="2")
+
+
+def test_sharp_joins_have_an_exact_gradient_too(cost, verify):
+    # A polygon folded by more than 135 degrees: the second branch of Eq. (5).
+    points = np.column_stack([np.arange(16) % 2 * 5.0, 0.5 * np.arange(16), 0.1 * np.arange(16) ** 1.5])
+    direction = np.random.default_rng(3).normal(size=points.shape)
+    step = 1e-6
+    ahead, behind = cost.join(points + step * direction)[0], cost.join(points - step * direction)[0]
+    exact = (cost.join(points)[1] * direction).sum()
+    verify.at_most("gradient of K_join below pi/4", abs((ahead - behind) / (2 * step) / exact - 1), 1e-6)
+
+
+def test_circle_is_approached_with_fourth_order(verify):
+    def error(count):
+        t = 2 * np.pi * np.arange(count) / count
+        circle = CatmullRom(np.column_stack([np.cos(t), np.sin(t), 0 * t]), [0, 0, 0])
+        return np.abs(np.linalg.norm(circle.value(np.linspace(0, 1, 50)), axis=1) - 1).max()
+
+    order = np.log2(error(32) / error(64))
+    verify.at_least("Catmull-Rom curve through a circle, order of the radius", order, 3.9, reference="4")
+
+
+def test_shortest_distance_of_two_linked_circles(verify):
+    # The second circle is the first one moved along x: nearest on the x axis, where both have control points.
+    t = 2 * np.pi * np.arange(24) / 24
+    circle = CatmullRom(np.column_stack([np.cos(t), np.sin(t), 0 * t]), [0, 0, 0])
+    start = np.array([[0.4, 12.3]])
+    found = refine(circle, np.array([[2.5, 0.0, 0.0]]), start, start[..., None] + [-1.0, 1.0])
+    verify.at_most("closest approach of two circles, gap 0.5", abs(found.distance[0] - 0.5), 1e-12)
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e3])
+def test_optimised_knit_does_not_depend_on_the_unit_of_length(scene, factor, verify):
+    here, there = build(scene), build(scene.scaled(length=factor))
+    size = float(here["radius"])
+    apart = np.abs(there["control_points"] / factor - here["control_points"]).max() / size
+    verify.at_most(f"optimised loop in units {factor:g} m, over R", float(apart), 1e-9)
+    terms = np.abs(there["cost"].sel(term="total") / here["cost"].sel(term="total") - 1).max()
+    verify.at_most(f"F in units {factor:g} m", float(terms), 1e-9)
