@@ -116,6 +116,13 @@ def test_captions_of_the_study_name_all_figures_and_tables():
         assert set(texts) == {"alt", "caption", "paper", "ours"}
 
 
+def test_table_that_the_study_lacks_leaves_a_dash(pictures):
+    captions = yaml.safe_load((REPORT / "captions.yaml").read_text())
+    honeycomb = [path for path in pictures if path.stem == "fig04_honeycomb"]
+    page = render(REPORT / "template.html", captions, honeycomb, {}, pd.DataFrame({"file": ["a.nc"]}), "ci")
+    assert "– degrees of freedom, with one element a segment" in page
+
+
 def test_missing_caption_is_named(pictures, results):
     captions = {"figures": {"fig15a_force_strain": {"alt": "", "caption": ""}}}
     with pytest.raises(

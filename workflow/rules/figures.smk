@@ -9,7 +9,7 @@ FIGURES = expand("results/figures/{figure}.{suffix}", figure=DRAWN, suffix=("png
 
 rule figure:
     input:
-        unpack(lambda wildcards: DRAWN[wildcards.figure]),
+        unpack(needs_of_figure),
         code=lambda wildcards: code(f"knitstudy.figures.{wildcards.figure}", "knitstudy.figures.saving"),
     output:
         png=report(
@@ -22,7 +22,7 @@ rule figure:
     log:
         "logs/figure/{figure}.log",
     wildcard_constraints:
-        figure="|".join(DRAWN),
+        figure="[^/]+",
     threads: 1
     resources:
         mem_mb=1000,

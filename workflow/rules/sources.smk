@@ -1,5 +1,7 @@
 # What figures, tables and the report of a study are made from.
+from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES as FIGURE_ENTRIES
+from knitstudy.figures.catalogue import entry as figure_entry
 from knitstudy.report.selection import models_of
 from knitstudy.tables.catalogue import TABLES as TABLE_ENTRIES
 
@@ -30,6 +32,20 @@ def possible(entries):
         if set(needs) <= set(files):
             found[name] = {need: files[need] for need in needs}
     return found
+
+
+def needs_of_figure(wildcards):
+    """Return the files that a figure is drawn from by what they are; stop where it cannot be drawn."""
+    name = wildcards.figure
+    try:
+        needs = figure_entry(name).needs
+        if name not in DRAWN:
+            raise ConfigurationError(
+                f"figure {name!r} needs {', '.join(needs)}: study {config['study']!r} lacks a scene for one of them"
+            )
+    except KnitstudyError as error:
+        stop(error)
+    return DRAWN[name]
 
 
 def scenes_of_table(wildcards):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from PIL import Image, UnidentifiedImageError
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures import catalogue as figures
 from knitstudy.figures.saving import FALLBACK_RENDERER
-from knitstudy.report.wording import cells, value
+from knitstudy.report.wording import NOTHING, cells, value
 from knitstudy.tables import catalogue as tables
 
 TEXTS = ("alt", "caption", "paper", "ours")
@@ -82,9 +83,7 @@ def render(
         When a picture cannot be read.
     """
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
-    environment.globals["value"] = lambda table, row, column, form=".3g": value(
-        results, table, row, column, form
-    )
+    environment.globals["value"] = partial(_value, results)
     items = {path.stem: _figure(path, captions, environment) for path in pictures}
     built = {name: _table(name, table, captions) for name, table in results.items()}
     return environment.from_string(template.read_text(encoding="utf-8")).render(
@@ -95,6 +94,13 @@ def render(
         provenance=_item("provenance", "Data files", "", cells(provenance)),
         fallback=any(item.fallback for item in items.values()),
     )
+
+
+def _value(results: Mapping[str, pd.DataFrame], table: str, row: str, column: str, form: str = ".3g") -> str:
+    """Return a number for a caption, or a dash for one of a table that the study has no scenes for."""
+    if table in tables.TABLES and table not in results:
+        return NOTHING
+    return value(results, table, row, column, form)
 
 
 def _in_order(items: Mapping[str, Any], catalogue: Mapping[str, Any]) -> list[Any]:

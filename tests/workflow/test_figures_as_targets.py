@@ -1,0 +1,32 @@
+"""Figures asked for by name: those that exist, and those that do not."""
+
+from knitstudy.figures.catalogue import FIGURES
+
+
+def test_every_figure_is_a_target_of_the_study(fresh):
+    files = [f"results/figures/{name}.png" for name in FIGURES]
+    assert {"figure", "dns", "geometry"} <= fresh.planned(*files)
+
+
+def test_schematic_needs_no_simulation(fresh):
+    assert fresh.planned("results/figures/fig02_interfaces.pdf") == {"figure"}
+
+
+def test_unknown_figure_names_the_known_ones(fresh):
+    ended = fresh.snakemake("--dry-run", "results/figures/fig99.png")
+    assert ended.returncode == 1
+    (message,) = [line for line in ended.stderr.splitlines() if line.startswith("error")]
+    assert message.startswith("error: unknown figure 'fig99'; allowed are fig01_unit_cell, ")
+    assert "Traceback" not in ended.stdout + ended.stderr
+
+
+def test_figure_that_the_study_has_no_scene_for(fresh):
+    table = fresh.folder / "config" / "scenes.tsv"
+    kept = [line for line in table.read_text().splitlines() if not line.startswith("rom2d")]
+    table.write_text("\n".join(kept) + "\n")
+    ended = fresh.snakemake("--dry-run", "results/figures/fig15a_force_strain.png")
+    assert ended.returncode == 1
+    assert (
+        "figure 'fig15a_force_strain' needs dns, rom3d, rom2d: study 'reduced' lacks a scene" in ended.stderr
+    )
+    assert "fig15a" not in fresh.snakemake("--dry-run").stdout
