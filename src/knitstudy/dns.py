@@ -149,8 +149,8 @@ def require_small_hourglass(increment: Increment, coefficient: float) -> None:
     if increment.load >= 0.1 and energy["hourglass"] > HOURGLASS_SHARE * energy["internal"]:
         raise ConvergenceError(
             f"increment {increment.index}: hourglass energy is {energy['hourglass'] / energy['internal']:.1%} of the "
-            f"internal energy and may be {HOURGLASS_SHARE:.0%}; use a smaller mesh.size, or a smaller "
-            f"solver.hourglass than {coefficient:g}"
+            f"internal energy and may be {HOURGLASS_SHARE:.0%}: the mesh is too coarse for solver.hourglass = "
+            f"{coefficient:g}; use a smaller mesh.size, or the usual 0.005"
         )
 
 
