@@ -32,7 +32,7 @@ test: environment  ## pass all tests
 	@$(BIN)/python -m pytest $(TESTS)
 
 .PHONY: verify
-verify: environment  ## verify at full resolution; results/tables/verification.csv
+verify: environment  ## verify at full resolution; resources/verification.csv
 	@$(BIN)/python -m pytest tests/verification --full --table resources/verification.csv
 
 .PHONY: bench
