@@ -8,6 +8,7 @@ from knitstudy.configuration import CONFIG, load_knits
 from knitstudy.geometry.build import build
 from knitstudy.geometry.calibrate import read_problem
 from knitstudy.geometry.calibration import Candidate, residuals, solve
+from knitstudy.geometry.sensitivity import sensitivity
 
 
 @pytest.fixture(scope="module")
@@ -90,3 +91,14 @@ def test_search_finds_the_loop_again_from_near_by(after):
     # The preference for little bending pulls by some hundredths: the last passes of the calibration take it away.
     assert found.wale_spacing == pytest.approx(wale, abs=0.05)
     assert found.course_spacing == pytest.approx(course, abs=0.05)
+
+
+def test_angles_hardly_depend_on_the_weights(scene):
+    # Weights are assumed, so the bars of the study must hold with each ten times smaller and larger.
+    table = sensitivity(scene)
+    assert np.abs(table["interlock_angle"] - 66).max() < 3
+    assert np.abs(table["leg_angle"] - 80).max() < 3
+    assert table["lengthening"].abs().max() < 0.02
+    assert table["contact_error"].max() < 1e-3
+    assert table["moved"].iloc[0] == 0
+    assert (table["moved"].iloc[1:] > 0).all()
