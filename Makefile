@@ -33,7 +33,7 @@ test: environment  ## pass all tests
 
 .PHONY: verify
 verify: environment  ## verify at full resolution; resources/verification.csv
-	@$(BIN)/python -m pytest tests/verification --full --table resources/verification.csv
+	@$(BIN)/python -m pytest tests/verification --full --cases --table resources/verification.csv
 
 .PHONY: bench
 bench: environment  ## measure time and memory of scenes and solvers; results/tables/bench.csv
