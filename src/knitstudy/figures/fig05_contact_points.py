@@ -25,7 +25,6 @@ SILL = 0.4
 REACH = 3.6
 """How much of the yarns is shown on either side of a contact, in radii."""
 
-
 ARROW = 2.6
 """Length of a drawn normal, in radii."""
 

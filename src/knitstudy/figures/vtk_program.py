@@ -44,7 +44,7 @@ class Job:
 
 def render(job: Job, path: Path) -> None:
     """Write a picture as PNG with a transparent background."""
-    import pyvista
+    import pyvista  # takes seconds: only this process needs it, not the one that reads `Job`
 
     plotter = pyvista.Plotter(off_screen=True, window_size=job.pixels, lighting="none")
     for surface in job.surfaces:
@@ -54,6 +54,7 @@ def render(job: Job, path: Path) -> None:
     if any(surface.opacity < 1 for surface in job.surfaces):
         plotter.enable_depth_peeling(number_of_peels=12)
     else:
+        # Shadows of what is nearer than 1.5 mm, a yarn's width; the bias hides the facets of a tube.
         plotter.enable_ssao(radius=1.5, bias=0.1, kernel_size=32, blur=True)
     plotter.enable_anti_aliasing("ssaa")
     plotter.screenshot(path, transparent_background=True)
