@@ -5,6 +5,7 @@ python -m knitstudy.geometry.calibrate --help
 
 import argparse
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -20,6 +21,9 @@ from knitstudy.io import replacing
 
 DECIMALS = 9
 """Decimals of metres in the file: a nanometre, a millionth of the radius."""
+
+TARGETS = ("interlock_angle", "leg_angle", "length", "diameter", "aspect")
+SEARCH = ("points", "curvature", "gap", "flattening", "bending", "starts", "seed")
 
 HEADER = """\
 # Made by `python -m knitstudy.geometry.calibrate` from calibration.yaml: change that file, not this one.
@@ -73,36 +77,49 @@ def read_problem(folder):
     ConfigurationError
         When a file or a key is missing, or a value is no number.
     """
-    calibration, defaults = _load(folder / "calibration.yaml"), _load(folder / "defaults.yaml")
-    where = folder / "calibration.yaml"
-    try:
-        targets = {name: float(target["value"]) for name, target in calibration["targets"].items()}
-        search = {name: float(value) for name, value in calibration["search"].items()}
-        where = folder / "defaults.yaml"
-        weights = {name: float(defaults["geometry"][name]) for name in ("alpha", "beta", "gamma", "beta_0")}
-        samples = int(defaults["geometry"]["samples"])
-        clearance = float(defaults["pattern"]["clearance"])
-        points = int(search["points"])
-        radius = 0.5 * targets["diameter"]
-        settings = SimpleNamespace(**weights, samples=samples, free=("z",) * points)
-        problem = Problem(
-            length=targets["length"] / radius,
-            interlock_angle=targets["interlock_angle"],
-            leg_angle=targets["leg_angle"],
-            aspect=targets["aspect"],
-            clearance=clearance,
-            curvature=search["curvature"],
-            gap=search["gap"],
-            flattening=search["flattening"],
-            bending=search["bending"],
-            points=points,
-            settings=settings,
-        )
-    except KeyError as error:
-        raise ConfigurationError(f"{where}: the key {error} is missing") from error
-    except (TypeError, ValueError) as error:
-        raise ConfigurationError(f"{where}: a value is not a number where one is needed: {error}") from error
+    targets, search = _targets_and_search(folder / "calibration.yaml")
+    clearance, weights = _clearance_and_weights(folder / "defaults.yaml")
+    points, radius = int(search["points"]), 0.5 * targets["diameter"]
+    problem = Problem(
+        length=targets["length"] / radius,
+        interlock_angle=targets["interlock_angle"],
+        leg_angle=targets["leg_angle"],
+        aspect=targets["aspect"],
+        clearance=clearance,
+        curvature=search["curvature"],
+        gap=search["gap"],
+        flattening=search["flattening"],
+        bending=search["bending"],
+        points=points,
+        settings=SimpleNamespace(**weights, free=("z",) * points),
+    )
     return problem, radius, search
+
+
+def _targets_and_search(path):
+    document = _load(path)
+    with _naming(path):
+        targets = {name: float(document["targets"][name]["value"]) for name in TARGETS}
+        return targets, {name: float(document["search"][name]) for name in SEARCH}
+
+
+def _clearance_and_weights(path):
+    document = _load(path)
+    with _naming(path):
+        weights = {name: float(document["geometry"][name]) for name in ("alpha", "beta", "gamma", "beta_0")}
+        weights["samples"] = int(document["geometry"]["samples"])
+        return float(document["pattern"]["clearance"]), weights
+
+
+@contextmanager
+def _naming(path):
+    """Say in which file a key is missing or a value is no number."""
+    try:
+        yield
+    except KeyError as error:
+        raise ConfigurationError(f"{path}: the key {error} is missing") from error
+    except (TypeError, ValueError) as error:
+        raise ConfigurationError(f"{path}: a value is not the number that is needed: {error}") from error
 
 
 def _load(path):

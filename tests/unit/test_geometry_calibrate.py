@@ -1,0 +1,66 @@
+"""The calibration's pieces and its command's errors; what it finds is in tests/regression."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from knitstudy.configuration import CONFIG
+from knitstudy.errors import ConfigurationError
+from knitstudy.geometry import CatmullRom
+from knitstudy.geometry.calibrate import main, read_problem
+from knitstudy.geometry.calibration import UNUSABLE, Candidate, first_guess, residuals, whole_loop
+from knitstudy.geometry.symmetry import symmetries
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name in ("calibration.yaml", "defaults.yaml"):
+        shutil.copy(CONFIG / name, tmp_path)
+    return tmp_path
+
+
+def test_quarter_makes_a_loop_with_mirror_and_half_turn():
+    quarter = np.random.default_rng(5).normal(size=(5, 3))
+    quarter[0, 0], quarter[-1, :2] = 0.0, (3.0, 0.0)
+    assert len(symmetries(CatmullRom(whole_loop(quarter, 12.0), [12.0, 0, 0]))) == 2
+
+
+def test_unknowns_are_taken_apart_and_put_together():
+    problem, _, _ = read_problem(CONFIG)
+    unknowns = first_guess(problem)
+    candidate = Candidate.from_unknowns(unknowns, problem.quarter)
+    np.testing.assert_array_equal(candidate.unknowns(), unknowns)
+
+
+def test_residuals_keep_their_number_where_there_is_no_knit():
+    problem, _, _ = read_problem(CONFIG)
+    unknowns = first_guess(problem)
+    apart = unknowns.copy()
+    apart[1] *= 10  # rows too far from each other to cross
+    assert (residuals(apart, problem) == UNUSABLE).all()
+    assert residuals(apart, problem).shape == residuals(unknowns, problem).shape
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "named"),
+    [
+        ("  leg_angle:", "  leg:", "leg_angle"),
+        ("value: 80.0", "value: steep", "steep"),
+        ("search:", "seek:", "search"),
+        ("targets:", "targets: [", "YAML"),
+    ],
+)
+def test_wrong_files_are_named(folder, old, new, named):
+    path = folder / "calibration.yaml"
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(ConfigurationError, match=rf"calibration\.yaml.*{named}"):
+        read_problem(folder)
+
+
+def test_command_ends_with_one_message_and_leaves_nothing(tmp_path, capsys):
+    assert main(["--config", str(tmp_path)]) == 1
+    message = capsys.readouterr().err
+    assert "calibration.yaml" in message
+    assert "Traceback" not in message
+    assert list(tmp_path.iterdir()) == []
