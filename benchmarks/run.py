@@ -1,6 +1,6 @@
 """What every scene, every linear solver and the peer cost; prints and keeps ``results/tables/bench.csv``.
 
-    python benchmarks/run.py [--scene dns-tie-course-fine] [--threads 2]
+    python benchmarks/run.py [--scene dns-tie-course] [--threads 2]
 
 Every row is measured in a process of its own, one after the other: leave the machine alone meanwhile.
 """
@@ -48,7 +48,7 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--scene", default="dns-tie-course-fine", help="DNS scene to measure (%(default)s)")
+    parser.add_argument("--scene", default="dns-tie-course", help="DNS scene to measure (%(default)s)")
     parser.add_argument("--threads", type=int, default=2, help="threads of every process (%(default)s)")
     return parser.parse_args()
 

@@ -1,4 +1,8 @@
-"""What happens at the crossings of a direct simulation, per crossing and increment (sections 2.5 and 2.6)."""
+"""What happens at the crossings of a direct simulation, per crossing and increment (sections 2.5 and 2.6).
+
+The normal is the line of the closest points, not the direction of the resultant that section 2.5 names: a tie also
+carries shear, and the plane of P1, P2 and its resultant misses the centrelines that it should cut in C1 to C4.
+"""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from knitstudy.mesh.knit import mesh_knit
 
 @pytest.fixture(scope="module")
 def fine():
-    scene = load_scene("dns-tie-course-fine")
+    scene = load_scene("dns-tie-course")
     return mesh_knit(Knit.from_dataset(build(scene)), scene.mesh.size, scene.mesh.growth)
 
 

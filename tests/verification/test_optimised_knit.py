@@ -13,7 +13,7 @@ from knitstudy.rom.run import build as build_beams
 
 @pytest.fixture(scope="module")
 def scene():
-    return load_scene("dns-tie-course-fine")
+    return load_scene("dns-tie-course")
 
 
 @pytest.fixture(scope="module")

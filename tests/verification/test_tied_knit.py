@@ -28,7 +28,7 @@ def changed(scene, **changes):
 def scene(full):
     """The fine 3 x 3 knit of the paper, or one coarse cell."""
     if full:
-        return load_scene("dns-tie-course-fine")
+        return load_scene("dns-tie-course")
     return changed(load_scene("dns-tie-course-coarse"), pattern__loops=1, pattern__rows=1, load__strain=0.05)
 
 
