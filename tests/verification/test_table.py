@@ -14,7 +14,9 @@ REMEDY = "run `make verify` and commit resources/verification.csv"
 
 
 @pytest.fixture(scope="module")
-def lines():
+def lines(request):
+    if request.config.getoption("--table"):
+        pytest.skip("the table is being made")
     return TABLE.read_text().splitlines()
 
 
