@@ -10,17 +10,21 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from knitstudy.checkpoint import Checkpoint
 from knitstudy.contact.tie import Tie, tie_crossings
 from knitstudy.errors import ConfigurationError, ConvergenceError
-from knitstudy.fem.checkpoint import Checkpoint
-from knitstudy.fem.conjugate import AlgebraicMultigrid, ConjugateGradients
 from knitstudy.fem.hexahedron import OnePointHexahedron
-from knitstudy.fem.linear import LU, LinearSolver
+from knitstudy.fem.increment import Drive, Increment, Settings
+from knitstudy.fem.linear.conjugate import ConjugateGradients
+from knitstudy.fem.linear.lu import LU
+from knitstudy.fem.linear.multigrid import AlgebraicMultigrid
+from knitstudy.fem.linear.solver import LinearSolver
+from knitstudy.fem.linear.structure import KnitStructure
+from knitstudy.fem.linear.three_scale import ThreeScale
 from knitstudy.fem.material import Material
-from knitstudy.fem.newton import Drive, Increment, Settings, trace
+from knitstudy.fem.newton import trace
 from knitstudy.fem.parallel import serial_blas
 from knitstudy.fem.solid import SolidModel, SolidState
-from knitstudy.fem.three_scale import KnitStructure, ThreeScale
 from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder, Stations
 from knitstudy.mesh.sweep import SweptMesh

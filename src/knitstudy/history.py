@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import xarray as xr
 
-from knitstudy.fem.newton import Increment
+from knitstudy.fem.increment import Increment
 from knitstudy.memory import Memory
 
 FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisation")

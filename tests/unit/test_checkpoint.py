@@ -3,10 +3,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from knitstudy.checkpoint import Checkpoint
 from knitstudy.errors import DataFileError
-from knitstudy.fem.checkpoint import Checkpoint
+from knitstudy.fem.increment import Increment, Rate
 from knitstudy.fem.model import Response
-from knitstudy.fem.newton import Increment, Rate
 from knitstudy.history import Recorder, Stations
 
 

@@ -7,9 +7,10 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.fem.linear import LU
+from knitstudy.fem.increment import Drive, Settings
+from knitstudy.fem.linear.lu import LU
 from knitstudy.fem.model import Response
-from knitstudy.fem.newton import Drive, Settings, trace
+from knitstudy.fem.newton import trace
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,10 @@ from knitstudy import calculix
 from knitstudy.contact.tie import tie_crossings
 from knitstudy.fem.calculix_hexahedron import CalculixHexahedron
 from knitstudy.fem.hexahedron import OnePointHexahedron
-from knitstudy.fem.linear import LU
+from knitstudy.fem.increment import Drive, Settings
+from knitstudy.fem.linear.lu import LU
 from knitstudy.fem.material import Material
-from knitstudy.fem.newton import Drive, Settings, trace
+from knitstudy.fem.newton import trace
 from knitstudy.fem.solid import SolidModel
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.pattern import Knit

@@ -5,9 +5,9 @@ import pytest
 
 from knitstudy import dns
 from knitstudy.errors import ConvergenceError
-from knitstudy.fem.conjugate import ConjugateGradients
 from knitstudy.fem.constraints import Pinning
-from knitstudy.fem.linear import LU
+from knitstudy.fem.linear.conjugate import ConjugateGradients
+from knitstudy.fem.linear.lu import LU
 from knitstudy.mesh.knit import mesh_knit
 
 

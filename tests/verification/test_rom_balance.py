@@ -6,8 +6,9 @@ from dead_loads import balance
 
 from knitstudy.fem.beam import Section
 from knitstudy.fem.beam_model import BeamModel
-from knitstudy.fem.linear import LU
-from knitstudy.fem.newton import Settings, trace
+from knitstudy.fem.increment import Settings
+from knitstudy.fem.linear.lu import LU
+from knitstudy.fem.newton import trace
 from knitstudy.rom import honeycomb, rom3d
 from knitstudy.rom.crossing_contacts import contacts_of_crossings
 from knitstudy.rom.points import contact_points

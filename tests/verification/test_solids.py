@@ -8,9 +8,10 @@ from hexahedral_block import block, connect, solid, unknowns
 
 from knitstudy.fem.hexahedron import CORNERS, GRADIENTS, OnePointHexahedron, jacobians
 from knitstudy.fem.incompatible import IncompatibleHexahedron
-from knitstudy.fem.linear import LU
+from knitstudy.fem.increment import Drive, Settings
+from knitstudy.fem.linear.lu import LU
 from knitstudy.fem.material import LAWS, VOIGT, Material
-from knitstudy.fem.newton import Drive, Settings, trace
+from knitstudy.fem.newton import trace
 from knitstudy.fem.rotation import exp
 from knitstudy.fem.solid import SolidModel, SolidState
 

@@ -13,7 +13,8 @@ from pull import knit_and_mesh
 from knitstudy import dns
 from knitstudy.configuration import load_scene
 from knitstudy.errors import ConvergenceError
-from knitstudy.fem.newton import Settings, trace
+from knitstudy.fem.increment import Settings
+from knitstudy.fem.newton import trace
 
 PULL = Path(__file__).with_name("pull.py")
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,122 +16,11 @@ import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.fem.constraints import Pinning
-from knitstudy.fem.linear import LinearSolver
+from knitstudy.fem.increment import Drive, Increment, Rate, Settings
+from knitstudy.fem.linear.solver import LinearSolver
 from knitstudy.fem.model import Model, Response
 
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class Drive:
-    """Prescribed unknowns.
-
-    Attributes
-    ----------
-    fixed : ndarray of int, shape (k,)
-        Indices of the prescribed unknowns.
-    value : ndarray, shape (k,)
-        Their change from the undeformed state to full load; at load factor t it is ``t * value``.
-    """
-
-    fixed: np.ndarray
-    value: np.ndarray
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Accuracy and limits of the load path.
-
-    Attributes
-    ----------
-    increments : int
-        Number of equal increments; their size is the largest that is tried.
-    residual_tolerance : float
-        Largest unbalanced force over the mean internal force.
-    correction_tolerance : float
-        Largest last correction over the element size h.
-    iterations : int
-        Newton iterations after which an increment counts as failed.
-    cutbacks : int
-        Halvings in a row after which the path counts as unreachable.
-    growth : float
-        Factor on the increment after a quick one (at most `quick` iterations).
-    quick : int
-        See `growth`.
-    predictor : int
-        Order of the extrapolation from the increments before: 0, 1 or 2.
-    exact : bool
-        Solve every linear system to 1e-12 instead of as far as Newton profits.
-    """
-
-    increments: int = 12
-    residual_tolerance: float = 1e-6
-    correction_tolerance: float = 1e-6
-    iterations: int = 25
-    cutbacks: int = 8
-    growth: float = 1.5
-    quick: int = 6
-    predictor: int = 2
-    exact: bool = False
-
-    @classmethod
-    def of(cls, solver: Any) -> Settings:
-        """Return the settings of a scene's section `solver`."""
-        return cls(
-            increments=solver.increments,
-            residual_tolerance=solver.residual_tolerance,
-            correction_tolerance=solver.correction_tolerance,
-        )
-
-
-@dataclass(frozen=True)
-class Rate:
-    """Change of the unknowns over a converged increment: step (size,) over the increment of the load factor."""
-
-    increment: float
-    step: np.ndarray
-
-
-@dataclass(frozen=True)
-class Increment:
-    """A converged state on the load path and how it was reached.
-
-    Attributes
-    ----------
-    index : int
-        0 for the undeformed state.
-    load : float
-        Load factor, 0 to 1.
-    state : object
-        The model's state.
-    response : Response
-        Forces and energies in this state, without tangent.
-    size : float
-        Increment of the load factor to try next.
-    rates : tuple of Rate
-        The last converged increments, newest first, for the predictor.
-    newton_iterations, krylov_iterations : int
-        Iterations spent on this increment, failed attempts included.
-    residual, correction : float
-        Final values of the two measures that `Settings` bounds.
-    residuals : tuple of float
-        Residual measure of every iteration of the successful attempt.
-    timings : dict of str to float
-        Seconds spent on forces, stiffness, constraints, set-up and solve.
-    """
-
-    index: int
-    load: float
-    state: Any
-    response: Response
-    size: float
-    rates: tuple[Rate, ...] = ()
-    newton_iterations: int = 0
-    krylov_iterations: int = 0
-    residual: float = 0.0
-    correction: float = 0.0
-    residuals: tuple[float, ...] = ()
-    timings: dict[str, float] = field(default_factory=dict)
 
 
 class _Failed(Exception):

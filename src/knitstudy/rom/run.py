@@ -6,8 +6,9 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.fem.linear import LU
-from knitstudy.fem.newton import Drive, Settings, trace
+from knitstudy.fem.increment import Drive, Settings
+from knitstudy.fem.linear.lu import LU
+from knitstudy.fem.newton import trace
 from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder
 from knitstudy.rom import honeycomb, rom3d

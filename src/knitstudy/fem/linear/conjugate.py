@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-import pyamg
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.fem.linear import Solution
-from knitstudy.fem.three_scale import KnitStructure, rigid_modes
+from knitstudy.fem.linear.solver import Solution
 
 MOST_ITERATIONS = 400
 """Iterations with a fresh preconditioner after which a solve counts as failed."""
@@ -34,29 +32,6 @@ class Preconditioner(Protocol):
     def apply(self, matrix: sp.bsr_matrix, residual: np.ndarray) -> np.ndarray:
         """Return an approximate solution (size,) for a right-hand side (size,)."""
         ...
-
-
-class AlgebraicMultigrid:
-    """Plain pyamg: smoothed aggregation with the rigid modes and block smoothing (Vanek et al. 1996)."""
-
-    def __init__(self, structure: KnitStructure) -> None:
-        self._nullspace = rigid_modes(structure)
-
-    def update(self, matrix: sp.bsr_matrix) -> None:
-        """Build the hierarchy of a matrix."""
-        smoother = ("block_gauss_seidel", {"sweep": "symmetric", "blocksize": 3})
-        self._cycle = pyamg.smoothed_aggregation_solver(
-            matrix,
-            B=self._nullspace,
-            presmoother=smoother,
-            postsmoother=smoother,
-            max_coarse=2000,
-            coarse_solver="splu",
-        ).aspreconditioner(cycle="V")
-
-    def apply(self, matrix: sp.bsr_matrix, residual: np.ndarray) -> np.ndarray:
-        """Return one V-cycle's correction (size,)."""
-        return self._cycle @ residual
 
 
 class ConjugateGradients:

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from knitstudy.errors import DataFileError
+from knitstudy.fem.increment import Increment, Rate
 from knitstudy.fem.model import Response
-from knitstudy.fem.newton import Increment, Rate
 from knitstudy.history import Recorder
 from knitstudy.io import replacing
 
