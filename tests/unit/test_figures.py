@@ -8,8 +8,8 @@ from matplotlib.image import imread
 from PIL import Image
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.figures import catalogue, style, surface
-from knitstudy.figures.interlock import Interlock
+from knitstudy.figures import catalogue, fig05_contact_points, style, surface
+from knitstudy.figures.interlock import InterlockSide
 from knitstudy.figures.picture import CHOICE, is_fallback
 from knitstudy.figures.saving import FALLBACK_RENDERER, save
 from knitstudy.geometry.build import initial_loop
@@ -19,6 +19,8 @@ from knitstudy.rom import honeycomb
 from knitstudy.rom.crossing_contacts import contacts_of_crossings
 
 SOLID = ("fig01_unit_cell", "fig04_honeycomb", "fig05_contact_points", "fig06_joints")
+
+NORMALS = {r"$\mathbf{n}_1$", r"$\mathbf{n}_2$"}
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +134,7 @@ def test_honeycomb_shows_every_beam_and_zone(drawn, knit, results):
 @pytest.mark.parametrize(
     ("name", "labels"),
     [
-        ("fig05_contact_points", {"$C_1$", "$C_2$", "$C_3$", "$C_4$", "$P_1$", "$P_2$"}),
+        ("fig05_contact_points", {"$C_1$", "$C_2$", "$C_3$", "$C_4$", "$P_1$", "$P_2$", *NORMALS}),
         ("fig06_joints", {"$C_1$", "$C_3$", "$P_1$"}),
     ],
 )
@@ -145,17 +147,44 @@ def test_solid_pictures_have_scale_bars(drawn):
     assert "1 mm" in texts(drawn("fig05_contact_points"))
 
 
-def test_interlock_is_the_middle_one(knit, results):
-    interlock = Interlock.in_the_middle(knit, results["contacts"])
-    assert list(interlock.yarn) == [1, 2]
-    assert (interlock.P[:, 0] > knit.loop.wale_spacing).all()
-    assert interlock.P[0, 0] < interlock.P[1, 0]
-    np.testing.assert_allclose((interlock.C.mean(axis=1) - interlock.P) @ interlock.plane, 0, atol=1e-12)
+@pytest.fixture
+def side(knit, results):
+    return InterlockSide.in_the_middle(knit, results["contacts"])
+
+
+def test_points_are_those_on_the_left_of_the_middle_interlock(side, knit):
+    assert list(side.yarn) == [1, 2]
+    middle = 1.5 * knit.loop.wale_spacing
+    assert (np.abs(middle - side.P[:, 0]) < middle / 3).all()
+    assert (side.P[:, 0] < middle).all()
+    assert side.P[0, 1] < side.P[1, 1], "P1 is the lower contact"
+
+
+def test_each_plane_holds_both_centroids_and_what_belongs_to_its_contact(side):
+    for contact in range(2):
+        held = np.stack([*side.P, *side.C[contact], side.P[contact] + side.normal[contact]])
+        np.testing.assert_allclose((held - side.P[0]) @ side.plane[contact], 0, atol=1e-12)
+
+
+def test_drawn_planes_reach_beyond_what_they_hold(side, knit):
+    radius = knit.loop.radius
+    for contact in range(2):
+        corners = fig05_contact_points.corners_of_plane(side, contact, radius)
+        held = np.stack([*side.P, *side.C[contact], side.P[contact] + 2 * radius * side.normal[contact]])
+        edges = np.roll(corners, -1, axis=0) - corners
+        outwards = np.cross(edges, np.cross(edges[0], edges[1]))
+        outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
+        depth = np.einsum("kei,ei->ke", corners - held[:, None], outwards)
+        assert depth.min() > 0.3 * radius
+
+
+def test_yarns_have_the_colours_of_the_whole_knit(side):
+    assert side.colours == style.YARNS[1:3]
 
 
 def test_contacts_without_the_middle_interlock_are_refused(knit, results):
-    with pytest.raises(DataFileError, match="row 1, column 1 must have the zones"):
-        Interlock.in_the_middle(knit, results["contacts"].isel(crossing=slice(0, 14)))
+    with pytest.raises(DataFileError, match=r"row 1, column 1 must have the zones \(0, 2\)"):
+        InterlockSide.in_the_middle(knit, results["contacts"].isel(crossing=slice(0, 14)))
 
 
 def test_unknown_format_is_refused(drawn, tmp_path):

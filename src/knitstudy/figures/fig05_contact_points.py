@@ -1,4 +1,4 @@
-"""Fig. 5: from two contacts of an interlock to the points C1 to C4 of the three-dimensional reduced model."""
+"""Fig. 5: from the two contacts on one side of an interlock to the points C1 to C4 of the 3D reduced model."""
 
 from __future__ import annotations
 
@@ -8,40 +8,49 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.annotation import MILLIMETRE, label, scale_bar, triad
-from knitstudy.figures.interlock import Interlock, piece
+from knitstudy.figures.interlock import InterlockSide, piece
 from knitstudy.figures.picture import bounds, show
-from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE, YARNS, figure, styled
-from knitstudy.figures.surface import Surface, arrow, plate
+from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE, figure, styled
+from knitstudy.figures.surface import Surface, arrow, plate, rod
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
 
-VIEW = View.orbit(turn=-22, tilt=30)
+VIEW = View.orbit(turn=-12, tilt=-36)
+"""From below: here the two planes and the two normals part most in the picture."""
 
-WIDTH = 1.6 * SINGLE
+WIDTH = 1.2 * SINGLE
 
 SILL = 0.4
 """Room below the yarns for the scale bar [mm]."""
 
-REACH = 3.6
-"""How much of the yarns is shown on either side of a contact, in radii."""
+REACH = 2.0
+"""How much of the yarns is shown beyond the contacts, in radii."""
 
 ARROW = 2.6
 """Length of a drawn normal, in radii."""
 
+PLANES = ("#E69F00", "#6B6B80")
+"""Colours of the contact normal planes of P1 and P2."""
+
+RIM = 0.4
+"""How far a plane is shown beyond what it must hold, in radii."""
+
 PLACES = {
-    "C_1": (-32, 20),
-    "C_2": (14, 34),
-    "C_3": (36, 20),
-    "C_4": (-36, -8),
-    "P_1": (-38, -22),
-    "P_2": (42, -4),
+    "C_1": (-34, 8),
+    "C_2": (-30, 26),
+    "C_3": (34, 6),
+    "C_4": (24, 22),
+    "P_1": (-34, -14),
+    "P_2": (-16, 34),
+    "n_1": (11, 7),
+    "n_2": (-3, -13),
 }
 """Where the names stand, points from what they name."""
 
 
 @styled
 def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
-    """Draw the upper contacts of the middle interlock, with translucent yarns.
+    """Draw the left side of the middle interlock, with translucent yarns.
 
     Parameters
     ----------
@@ -49,54 +58,80 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
         Of one direct simulation (see docs/architecture.md).
     """
     knit = Knit.from_dataset(geometry)
-    interlock = Interlock.in_the_middle(knit, contacts)
-    surfaces = _yarns(knit, interlock) + _marks(interlock, knit.loop.radius)
+    side, radius = InterlockSide.in_the_middle(knit, contacts), knit.loop.radius
+    surfaces = _yarns(knit, side) + _marks(side, radius)
     left, right, bottom, top = bounds(surfaces, VIEW)
     window = (left, right, bottom - SILL, top)
     drawing = figure(WIDTH, WIDTH * (window[3] - window[2]) / (window[1] - window[0]))
     axes = drawing.add_axes((0, 0, 1, 1))
     show(axes, surfaces, VIEW, window)
-    _names(axes, interlock, knit.loop.radius)
+    _names(axes, side, radius)
     scale_bar(axes, 1)
-    triad(axes, VIEW, 0.8, (0.88, 0.1))
+    triad(axes, VIEW, 0.7, (0.8, 0.06))
     return drawing
 
 
-def _yarns(knit: Knit, interlock: Interlock) -> list[Surface]:
-    """The lower yarn's head and the upper yarn's two legs as translucent tubes, with their centrelines."""
+def _yarns(knit: Knit, side: InterlockSide) -> list[Surface]:
+    """The two yarns as translucent tubes, with their centrelines."""
     radius = knit.loop.radius
-    reach = REACH * radius
-    lower, upper = interlock.yarn
-    head, legs = interlock.arc_length[:, 0], interlock.arc_length[:, 1]
-    spans = [(lower, head.min() - reach, head.max() + reach)]
-    spans += [(upper, s - reach, s + reach) for s in legs]
-    colour = {lower: YARNS[2], upper: YARNS[1]}
-    tubes = [piece(knit, yarn, start, end, radius, colour[yarn], 0.38) for yarn, start, end in spans]
-    return tubes + [piece(knit, yarn, start, end, 0.06 * radius, colour[yarn]) for yarn, start, end in spans]
+    surfaces = []
+    for yarn, s, colour in zip(side.yarn, side.arc_length.T, side.colours, strict=True):
+        span = (s.min() - REACH * radius, s.max() + REACH * radius)
+        surfaces.append(piece(knit, yarn, *span, radius, colour, 0.22))
+        surfaces.append(piece(knit, yarn, *span, 0.06 * radius, colour))
+    return surfaces
 
 
-def _marks(interlock: Interlock, radius: float) -> list[Surface]:
-    """Contact normals and the plane that they span with P1 and P2."""
-    line = interlock.P[1] - interlock.P[0]
+def _marks(side: InterlockSide, radius: float) -> list[Surface]:
+    """The line P1 P2, the contact normals, and the planes that they span."""
+    marks = [rod(*side.P, 0.05 * radius, ACCENT)]
+    for contact in range(2):
+        corners, colour = corners_of_plane(side, contact, radius), PLANES[contact]
+        marks.append(plate(corners, colour, 0.25))
+        outline = zip(corners, np.roll(corners, -1, axis=0), strict=True)
+        marks += [rod(start, end, 0.02 * radius, colour) for start, end in outline]
+        marks.append(arrow(side.P[contact], ARROW * radius * side.normal[contact], 0.06 * radius, ACCENT))
+    return marks
+
+
+def corners_of_plane(side: InterlockSide, contact: int, radius: float) -> np.ndarray:
+    """Return the corners of the drawn part of a contact normal plane.
+
+    Parameters
+    ----------
+    side : InterlockSide
+    contact : int
+        0 for the plane of P1, 1 for that of P2.
+    radius : float
+        Of the yarns [m].
+
+    Returns
+    -------
+    ndarray, shape (4, 3)
+        Of a rectangle along P1 P2 that reaches ``RIM`` radii beyond both P, the arrow and the points C [m].
+    """
+    origin, line = side.P[0], side.P[1] - side.P[0]
     along = line / np.linalg.norm(line)
-    across = np.cross(interlock.plane, along)
-    half = np.linalg.norm(line) / 2 * along + 2.2 * radius * along
-    middle, rise = interlock.P.mean(axis=0), 2.6 * radius * across
-    corners = np.stack(
-        [middle - half - rise, middle + half - rise, middle + half + rise, middle - half + rise]
+    across = np.cross(side.plane[contact], along)
+    tip = side.P[contact] + ARROW * radius * side.normal[contact]
+    held = np.stack([*side.P, *side.C[contact], tip]) - origin
+    (low, left), (high, right) = (
+        end(held @ np.column_stack([along, across]), axis=0) for end in (np.min, np.max)
     )
-    marks = [plate(corners, "#B9B9B9", 0.35)]
-    normals = zip(interlock.P, interlock.normal, strict=True)
-    return marks + [arrow(point, ARROW * radius * normal, 0.06 * radius, ACCENT) for point, normal in normals]
+    rim = RIM * radius
+    ahead, aside = (low - rim, high + rim), (left - rim, right + rim)
+    return origin + np.stack(
+        [ahead[i] * along + aside[j] * across for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    )
 
 
-def _names(axes: Axes, interlock: Interlock, radius: float) -> None:
+def _names(axes: Axes, side: InterlockSide, radius: float) -> None:
     """Dots and names over the picture, so that no yarn dims them."""
-    points = {f"C_{i + 1}": interlock.C[i % 2, i // 2] for i in range(4)}
-    points |= {f"P_{i + 1}": interlock.P[i] for i in range(2)}
+    points = {f"C_{i + 1}": side.C[i % 2, i // 2] for i in range(4)}
+    points |= {f"P_{i + 1}": side.P[i] for i in range(2)}
     for name, point in points.items():
         colour = ACCENT if name.startswith("P") else INK
         axes.scatter(*MILLIMETRE * VIEW.project(point), s=28, color=colour, edgecolor=PAPER, zorder=8)
         label(axes, VIEW, point, f"${name}$", PLACES[name], colour)
-    for point, normal in zip(interlock.P, interlock.normal, strict=True):
-        label(axes, VIEW, point + ARROW * radius * normal, r"$\mathbf{n}$", (10, -8), ACCENT)
+    for i, tip in enumerate(side.P + ARROW * radius * side.normal, start=1):
+        label(axes, VIEW, tip, rf"$\mathbf{{n}}_{i}$", PLACES[f"n_{i}"], ACCENT)

@@ -7,8 +7,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.annotation import MILLIMETRE, label, scale_bar, triad
-from knitstudy.figures.interlock import Interlock, piece
+from knitstudy.figures.annotation import HALO, MILLIMETRE, label, scale_bar, triad
+from knitstudy.figures.interlock import InterlockSide, piece
 from knitstudy.figures.picture import bounds, show
 from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, panel_letter, styled
 from knitstudy.figures.surface import Surface, arrow, rod, sphere, tube
@@ -16,7 +16,7 @@ from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
 from knitstudy.rom.points import contact_points
 
-WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=-30, tilt=24)
+WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=34, tilt=-37)
 
 SHARE = 0.55
 """Of the figure's width for the whole knit."""
@@ -26,6 +26,12 @@ BEAM, ARM = 0.26, 0.16
 
 REACH = 3.2
 """How much of the yarns the detail shows on either side of the joint, in radii."""
+
+AXIS = 2.0
+"""Length of the directions in the detail, in radii."""
+
+PLACES = {"C_1": (-32, -10), "C_3": (34, 8), "P_1": (0, -30)}
+"""Where the names of the detail stand, points from what they name."""
 
 
 @styled
@@ -72,19 +78,17 @@ def _joints(knit: Knit, contacts: xr.Dataset) -> list[Surface]:
 
 def _draw_joint(axes: Axes, knit: Knit, contacts: xr.Dataset, rom3d: xr.Dataset) -> None:
     """Draw the joint at P1: C1 and C3, the arms, the beam nodes around, and the directions x, y, z."""
-    radius, interlock = knit.loop.radius, Interlock.in_the_middle(knit, contacts)
-    surfaces = []
-    for side, colour in ((0, YARNS[2]), (1, YARNS[1])):
-        yarn, s = int(interlock.yarn[side]), interlock.arc_length[0, side]
+    radius, side = knit.loop.radius, InterlockSide.in_the_middle(knit, contacts)
+    start, surfaces = side.P[0], []
+    for yarn, s, end, colour in zip(side.yarn, side.arc_length[0], side.C[0], side.colours, strict=True):
         span = (s - REACH * radius, s + REACH * radius)
         nodes = _nodes(rom3d, yarn, *span)
         surfaces += [piece(knit, yarn, *span, radius, colour, 0.2), tube(nodes, 0.09 * radius, colour)]
         surfaces += [sphere(node, 0.16 * radius, colour) for node in nodes]
-        surfaces.append(rod(interlock.C[0, side], interlock.P[0], 0.10 * radius, ACCENT))
-    start = interlock.P[0]
-    surfaces += [arrow(start, 1.9 * radius * direction, 0.05 * radius, INK) for direction in np.eye(3)]
+        surfaces.append(rod(end, start, 0.10 * radius, ACCENT))
+    surfaces += [arrow(start, AXIS * radius * direction, 0.05 * radius, INK) for direction in np.eye(3)]
     show(axes, surfaces, DETAIL)
-    _name_joint(axes, interlock, radius)
+    _name_joint(axes, side, radius)
     scale_bar(axes, 1, (0.02, 0.0))
     panel_letter(axes, "b", "joint of $C_1$ and $C_3$ at $P_1$")
 
@@ -96,12 +100,18 @@ def _nodes(rom3d: xr.Dataset, yarn: int, start: float, end: float) -> np.ndarray
     return rom3d["centreline"].to_numpy()[inside]
 
 
-def _name_joint(axes: Axes, interlock: Interlock, radius: float) -> None:
-    points = {"C_1": (interlock.C[0, 0], (-30, 22)), "C_3": (interlock.C[0, 1], (34, 18))}
-    points["P_1"] = (interlock.P[0], (-38, -14))
-    for name, (point, offset) in points.items():
+def _name_joint(axes: Axes, side: InterlockSide, radius: float) -> None:
+    points = {"C_1": side.C[0, 0], "C_3": side.C[0, 1], "P_1": side.P[0]}
+    for name, point in points.items():
         axes.scatter(*MILLIMETRE * DETAIL.project(point), s=22, color=ACCENT, edgecolor=PAPER, zorder=8)
-        label(axes, DETAIL, point, f"${name}$", offset, ACCENT)
+        label(axes, DETAIL, point, f"${name}$", PLACES[name], ACCENT)
     for name, direction in zip("xyz", np.eye(3), strict=True):
-        tip = interlock.P[0] + 2.2 * radius * direction
-        axes.text(*MILLIMETRE * DETAIL.project(tip), f"${name}$", ha="center", va="center", zorder=10)
+        tip = side.P[0] + (AXIS + 0.3) * radius * direction
+        axes.text(
+            *MILLIMETRE * DETAIL.project(tip),
+            f"${name}$",
+            ha="center",
+            va="center",
+            zorder=10,
+            path_effects=HALO,
+        )

@@ -1,4 +1,4 @@
-"""The pair of contacts that Figs. 5 and 6 look at: left and right, in the middle of the knit."""
+"""The side of an interlock that Figs. 5 and 6 look at: its lower and its upper contact, in the middle of the knit."""
 
 from __future__ import annotations
 
@@ -8,32 +8,35 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import DataFileError
+from knitstudy.figures.style import YARNS
 from knitstudy.figures.surface import Surface, tube
 from knitstudy.geometry.pattern import Knit
 from knitstudy.rom.points import contact_normal_planes, contact_points
 
-UPPER_ZONES = (2, 3)
-"""Where the upper yarn's legs lie over the lower yarn's head: the pair that Fig. 5 shows."""
+LEFT_ZONES = (0, 2)
+"""Lower and upper contact on the left of an interlock, where P1 and P2 of Fig. 5 lie."""
 
 
 @dataclass(frozen=True)
-class Interlock:
-    """The two contacts of one level of an interlock; side 0 is the lower row's yarn, side 1 the upper's.
+class InterlockSide:
+    """The two contacts on one side of an interlock, where the same two yarns touch twice.
+
+    Contact 0 is the lower one (P1), contact 1 the upper one (P2); yarn 0 is the lower row's, yarn 1 the upper's.
 
     Attributes
     ----------
     yarn : ndarray of int, shape (2,)
-        By side.
+        Numbers of the two yarns.
     P : ndarray, shape (2, 3)
-        Centroids of the contacts, left and right [m].
+        Centroids of the contacts [m].
     C : ndarray, shape (2, 2, 3)
-        Points on the centrelines by contact and side [m]: C1 is [0, 0], C3 [0, 1], C2 [1, 0], C4 [1, 1].
+        Points on the centrelines by contact and yarn [m]: C1 is [0, 0], C3 [0, 1], C2 [1, 0], C4 [1, 1].
     arc_length : ndarray, shape (2, 2)
         Of the points C on their centrelines [m].
     normal : ndarray, shape (2, 3)
-        Contact normals, from side 0 to side 1.
-    plane : ndarray, shape (3,)
-        Unit normal of the contact normal plane.
+        Contact normals, from yarn 0 to yarn 1.
+    plane : ndarray, shape (2, 3)
+        Unit normals of the contact normal planes, one for each contact.
     """
 
     yarn: np.ndarray
@@ -44,20 +47,20 @@ class Interlock:
     plane: np.ndarray
 
     @classmethod
-    def in_the_middle(cls, knit: Knit, contacts: xr.Dataset) -> Interlock:
-        """Return the upper contacts of the middle interlock.
+    def in_the_middle(cls, knit: Knit, contacts: xr.Dataset) -> InterlockSide:
+        """Return the left side of the middle interlock.
 
         Raises
         ------
         DataFileError
-            When the contacts do not hold them.
+            When the contacts do not hold it.
         """
         row, column = knit.rows // 2, knit.loops // 2
         here = (contacts["row"] == row) & (contacts["column"] == column)
-        found = [np.flatnonzero(here & (contacts["zone"] == zone)) for zone in UPPER_ZONES]
+        found = [np.flatnonzero(here & (contacts["zone"] == zone)) for zone in LEFT_ZONES]
         if any(len(place) != 1 for place in found):
             raise DataFileError(
-                f"contacts: row {row}, column {column} must have the zones {UPPER_ZONES}, once each"
+                f"contacts: row {row}, column {column} must have the zones {LEFT_ZONES}, once each"
             )
         pair = np.concatenate(found)
         points = contact_points(knit, contacts)
@@ -67,8 +70,14 @@ class Interlock:
             C=points.point[pair],
             arc_length=points.arc_length[pair],
             normal=contacts["normal"].to_numpy()[pair],
-            plane=contact_normal_planes(contacts)[pair[0]],
+            plane=contact_normal_planes(contacts)[pair],
         )
+
+    @property
+    def colours(self) -> tuple[str, str]:
+        """Colours of the two yarns, which are those that they have in pictures of the whole knit."""
+        lower, upper = (YARNS[yarn % len(YARNS)] for yarn in self.yarn)
+        return lower, upper
 
 
 def piece(
