@@ -24,6 +24,7 @@ rule all:
     input:
         histories(STUDY),
         meshes(STUDY),
+        deformed(STUDY),
         FIGURES,
         TABLES,
         REPORT,

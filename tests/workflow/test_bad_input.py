@@ -45,6 +45,14 @@ def test_unknown_key_of_the_workflow(fresh):
     assert "unknown key 'mash'" in ended.stderr
 
 
+def test_deformed_yarns_without_their_fields(fresh):
+    rewrite(fresh.folder / "config" / "scenes.tsv", "[fields]", "[vtu]")
+    ended = fresh.snakemake("results/dns/dns-tie-course-medium.vtu", "--dry-run")
+    assert ended.returncode == 1
+    said = "scene 'dns-tie-course-medium': outputs is [vtu] but must hold 'fields'"
+    assert [said in line for line in ended.stderr.splitlines() if line.startswith("error")] == [True]
+
+
 def test_truncated_mesh_keeps_the_results(finished_copy):
     mesh = finished_copy.folder / "results" / "mesh" / "dns-tie-course-coarse.nc"
     history = finished_copy.folder / "results" / "dns" / "dns-tie-course-coarse.nc"

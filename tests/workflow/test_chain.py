@@ -1,10 +1,12 @@
 """The whole study on the coarsest 3 x 3 knit: results, nothing to do, and what an edit runs again."""
 
+import meshio
 import numpy as np
 import pytest
 
 from knitstudy.configuration import load_scenes, load_study
 from knitstudy.io import read_dataset
+from knitstudy.mesh.sweep import SweptMesh
 
 SIMULATION = {"geometry", "mesh", "dns", "contacts", "rom"}
 
@@ -31,6 +33,22 @@ def test_every_scene_has_a_history_with_provenance(checkout):
         assert history.scene_hash == scenes[name].hash
         assert history.strain[-1] == pytest.approx(scenes[name].load.strain)
         assert (np.diff(history.force) > 0).all(), "a knit in tension pulls back harder and harder"
+
+
+def test_deformed_yarns_for_paraview(checkout):
+    results = checkout.folder / "results"
+    history = read_dataset(results / "dns" / "dns-tie-course-coarse.nc")
+    mesh = SweptMesh.from_dataset(read_dataset(results / "mesh" / "dns-tie-course-coarse.nc"))
+    read = meshio.read(results / "dns" / "dns-tie-course-coarse.vtu")
+    displacement = read.point_data["displacement"]
+    np.testing.assert_array_equal(displacement, history["node_displacement"])
+    # The ends of the yarns are driven: exactly, but for the rounding of the load factor.
+    travel = float(history["displacement"][-1])
+    np.testing.assert_allclose(displacement[mesh.end_nodes("left")], 0, atol=1e-12 * travel)
+    np.testing.assert_allclose(displacement[mesh.end_nodes("right"), 0], travel, rtol=1e-12)
+    moved = np.linalg.norm(read.points - mesh.nodes, axis=1)
+    assert (moved > 0).sum() == history.attrs["tie_nodes"]
+    assert moved.max() == pytest.approx(history.attrs["tie_largest_adjustment"])
 
 
 def test_report_and_all_its_parts_are_there(finished, checkout):

@@ -13,7 +13,7 @@ sys.executable = shlex.quote(sys.executable)
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
 from knitstudy.configuration import load_knits, load_scenes, load_study
-from knitstudy.errors import KnitstudyError
+from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.imports import modules_behind
 from knitstudy.schema import validate
 
@@ -65,6 +65,20 @@ def contacts_of(wildcards):
     return f"results/contacts/{SCENES[wildcards.scene].rom.contacts_from}.nc"
 
 
+def history_with_fields(wildcards):
+    """Return the history of a direct simulation that keeps its fields; stop where the scene does not ask for them."""
+    scene = SCENES[wildcards.scene]
+    if "fields" not in scene.outputs:
+        listed = ", ".join(scene.outputs)
+        stop(
+            ConfigurationError(
+                f"scene {scene.name!r}: outputs is [{listed}] but must hold 'fields': "
+                f"results/dns/{scene.name}.vtu shows node_displacement, which is kept with it"
+            )
+        )
+    return f"results/dns/{scene.name}.nc"
+
+
 def histories(scenes):
     """Return the result of every scene, under the folder of its stage."""
     return [f"results/{'dns' if s.fidelity == 'dns' else 'rom'}/{s.name}.nc" for s in scenes]
@@ -76,3 +90,9 @@ def meshes(scenes):
     return [f"results/mesh/{s.name}.vtu" for s in direct if "vtu" in s.outputs] + [
         f"results/mesh/{s.name}.{dialect}.inp" for s in direct if "deck" in s.outputs for dialect in DIALECTS
     ]
+
+
+def deformed(scenes):
+    """Return the deformed yarns that scenes ask for: what ParaView shows, of fields that were kept."""
+    direct = [scene for scene in scenes if scene.fidelity == "dns"]
+    return [f"results/dns/{s.name}.vtu" for s in direct if {"fields", "vtu"} <= set(s.outputs)]

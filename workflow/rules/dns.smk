@@ -23,3 +23,26 @@ rule dns:
         "Pull {wildcards.scene}"
     script:
         "../scripts/dns.py"
+
+
+rule dns_vtu:
+    input:
+        knit=knit_of,
+        mesh="results/mesh/{scene}.nc",
+        history=history_with_fields,
+        code=code("knitstudy.contact.tie", "knitstudy.mesh.export"),
+    output:
+        update("results/dns/{scene}.vtu"),
+    log:
+        "logs/dns_vtu/{scene}.log",
+    wildcard_constraints:
+        scene=names({"dns"}),
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        scene=parameters,
+    message:
+        "Write the deformed yarns of {wildcards.scene} for ParaView"
+    script:
+        "../scripts/dns_vtu.py"
