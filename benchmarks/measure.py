@@ -12,10 +12,9 @@ import json
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 
-from knitstudy.memory import Memory
+from knitstudy.cost import Meter
 
 HERE = Path(__file__).resolve().parent
 
@@ -40,22 +39,13 @@ def run(function: str, threads: int = 2, **options) -> dict:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-class _Start:
-    """When and at what memory the measurement began."""
-
-    def __init__(self) -> None:
-        self.reset()
-
-    def reset(self) -> None:
-        self.time, self.memory = time.perf_counter(), Memory()
-
-
-START = _Start()
+_meter = Meter()
 
 
 def ready() -> None:
     """Begin the measurement now: inputs are loaded."""
-    START.reset()
+    global _meter
+    _meter = Meter()
 
 
 def main(function: str, options: str) -> None:
@@ -65,11 +55,11 @@ def main(function: str, options: str) -> None:
     call = getattr(importlib.import_module(module), name)
     ready()
     result = call(**json.loads(options))
-    growth, peak = START.memory.measure()
+    cost = _meter.read()
     result |= {
-        "wall_s": time.perf_counter() - START.time,
-        "memory_growth_MB": growth / 1e6,
-        "memory_peak_MB": peak / 1e6,
+        "wall_s": cost.seconds,
+        "memory_growth_MB": cost.memory_growth / 1e6,
+        "memory_peak_MB": cost.memory_peak / 1e6,
     }
     print(json.dumps(result))
 

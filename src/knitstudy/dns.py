@@ -12,6 +12,7 @@ import xarray as xr
 
 from knitstudy.checkpoint import Checkpoint
 from knitstudy.contact.tie import Tie, tie_crossings
+from knitstudy.cost import Meter
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.fem.hexahedron import OnePointHexahedron
 from knitstudy.fem.increment import Drive, Increment, Settings
@@ -74,6 +75,7 @@ def assemble(scene: Scene, mesh: SweptMesh, knit: Knit) -> Simulation:
     MeshError
         If an element is folded after the tied nodes were moved, or a crossing cannot be tied.
     """
+    meter = Meter()
     tie = tie_crossings(mesh, knit, scene.tie.tolerance)
     yarn = scene.yarn
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
@@ -82,7 +84,7 @@ def assemble(scene: Scene, mesh: SweptMesh, knit: Knit) -> Simulation:
     drive, driven = _drive(scene, mesh, tie, knit)
     stations = Stations(mesh.yarn_of_slice, mesh.arc_length, mesh.centres)
     gauge = knit.loops * knit.loop.wale_spacing
-    recorder = Recorder(stations, driven, axis=0, travel=scene.load.strain * gauge, length=gauge)
+    recorder = Recorder(stations, driven, axis=0, travel=scene.load.strain * gauge, length=gauge, meter=meter)
     solver = linear_solver(scene.solver.linear, model, mesh, tie, drive)
     settings = Settings.of(scene.solver)
     return Simulation(scene, mesh, model, tie, drive, settings, solver, recorder)

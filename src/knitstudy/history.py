@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, field
 
 import numpy as np
 import xarray as xr
 
+from knitstudy.cost import Meter
 from knitstudy.fem.increment import Increment
-from knitstudy.memory import Memory
 
 FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisation")
 """Forms of energy in the ledger: external work = the sum of all others."""
@@ -50,6 +49,8 @@ class Recorder:
         Displacement of the driven side at full load [m].
     length : float
         Length that strain refers to [m].
+    meter : Meter
+        Begun before the model was built, so that its memory counts.
     """
 
     stations: Stations
@@ -58,8 +59,7 @@ class Recorder:
     travel: float
     length: float
     columns: dict[str, list] = field(default_factory=dict)
-    started: float = field(default_factory=time.perf_counter)
-    memory: Memory = field(default_factory=Memory)
+    meter: Meter = field(default_factory=Meter)
 
     def add(self, increment: Increment, station_displacement: np.ndarray, **crossings: np.ndarray) -> None:
         """Append a converged increment.
@@ -120,11 +120,11 @@ class Recorder:
             ),
         }
         coordinates = {"xyz": list("xyz"), "form": list(FORMS), "phase": list(PHASES)}
-        growth, peak = self.memory.measure()
+        cost = self.meter.read()
         attributes = {
-            "wall_seconds": time.perf_counter() - self.started,
-            "memory_growth": growth,
-            "memory_peak": peak,
+            "wall_seconds": cost.seconds,
+            "memory_growth": cost.memory_growth,
+            "memory_peak": cost.memory_peak,
             "axis": self.axis,
             "gauge_length": self.length,
             **attributes,

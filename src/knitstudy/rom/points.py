@@ -5,7 +5,7 @@ where the same two yarns touch one after the other. The line P1 P2 and the conta
 contact normal plane of P1, which cuts the centrelines of the two yarns near P1 in C1 and C3; the normal at
 P2 gives C2 and C4 in the same way.
 
-The paper takes one normal for both points; here each has its own, for the two differ by more than 50
+The paper takes one normal for both points; here each has its own, for the two differ by some 90
 degrees on a loop with the angles of Table 4. Where centroid and normal come from the closest points of the
 centrelines, these are the points C. The left and the right contact of one level would be the other reading
 of Fig. 5; their plane grazes the yarn that turns into a sinker or a head (14 degrees, against 37 and 48

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from knitstudy.cost import Meter
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.fem.increment import Drive, Settings
 from knitstudy.fem.linear.lu import LU
@@ -45,19 +46,21 @@ def run(scene: Scene, knit: Knit, contacts: xr.Dataset) -> xr.Dataset:
     """
     _require_beams(scene)
     _require_all_crossings(contacts, knit)
-    return pull(build(scene, knit, contacts), scene, knit.loops * knit.loop.wale_spacing)
+    meter = Meter()
+    return pull(build(scene, knit, contacts), scene, knit.loops * knit.loop.wale_spacing, meter)
 
 
-def pull(network: Network, scene: Scene, gauge: float) -> xr.Dataset:
+def pull(network: Network, scene: Scene, gauge: float, meter: Meter | None = None) -> xr.Dataset:
     """Return the history of a network of width `gauge` [m] under the load of a scene.
 
     Beside the format of docs/architecture.md it holds `joint_couple`, the sum of `BeamModel.couples`.
     """
+    meter = meter or Meter()
     model = network.model(scene.yarn.diameter, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
     travel = scene.load.strain * gauge
     drive = course_tension(network, travel, scene.load.lateral)
     driven = 6 * network.end_nodes("right")[:, None] + [X, Y, Z]
-    recorder = Recorder(network.stations, driven, axis=X, travel=travel, length=gauge)
+    recorder = Recorder(network.stations, driven, axis=X, travel=travel, length=gauge, meter=meter)
     settings = Settings.of(scene.solver)
     couples = []
     for increment in trace(model, drive, settings, LU()):

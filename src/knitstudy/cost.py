@@ -1,9 +1,11 @@
-"""Memory of this process: its peak, and how far it has grown since a moment."""
+"""What a computation costs: time, and how far the memory of this process has grown since a moment."""
 
 from __future__ import annotations
 
 import resource
 import sys
+import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import psutil
@@ -12,20 +14,31 @@ _CLEAR = Path("/proc/self/clear_refs")
 _STATUS = Path("/proc/self/status")
 
 
-class Memory:
-    """Begins to watch the resident memory of this process.
+@dataclass(frozen=True)
+class Cost:
+    """Wall time [s], largest growth of memory and peak of the process [bytes]."""
 
-    On Linux the watch begins with a peak of its own; elsewhere a peak before it may hide growth.
+    seconds: float
+    memory_growth: int
+    memory_peak: int
+
+
+class Meter:
+    """Measures from its making on.
+
+    On Linux memory is watched with a peak of its own; elsewhere a peak before it may hide growth.
     """
 
     def __init__(self) -> None:
         self._before = psutil.Process().memory_info().rss
-        self._own_peak = _begin_new_peak()
+        self.has_own_peak = _begin_new_peak()
+        self._started = time.perf_counter()
 
-    def measure(self) -> tuple[int, int]:
-        """Return growth since the watch began, at its highest, and the peak of the process [bytes]."""
-        peak = _peak_since() if self._own_peak else peak_memory()
-        return max(0, peak - self._before), peak_memory()
+    def read(self) -> Cost:
+        """Return the cost so far."""
+        seconds = time.perf_counter() - self._started
+        peak = _peak_since() if self.has_own_peak else peak_memory()
+        return Cost(seconds, max(0, peak - self._before), peak_memory())
 
 
 def peak_memory() -> int:

@@ -1,0 +1,22 @@
+import numpy as np
+import pytest
+
+from knitstudy.cost import Meter
+
+
+def test_growth_counts_memory_that_was_freed_again():
+    meter = Meter()
+    if not meter.has_own_peak:
+        pytest.skip("this system has no peak that can be begun anew")
+    np.ones(4_000_000)  # 32 MB, freed at once
+    cost = meter.read()
+    assert 25e6 < cost.memory_growth < 60e6
+    assert cost.memory_peak >= cost.memory_growth
+    assert cost.seconds > 0
+
+
+def test_a_new_meter_begins_anew():
+    np.ones(8_000_000)
+    meter = Meter()
+    if meter.has_own_peak:
+        assert meter.read().memory_growth < 30e6
