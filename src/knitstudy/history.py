@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.cost import Meter
-from knitstudy.fem.increment import Increment
+from knitstudy.fem.increment import PHASES, Increment
 
 FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisation")
 """Forms of energy in the ledger: external work = the sum of all others."""
@@ -131,9 +131,6 @@ class Recorder:
         }
         return xr.Dataset(variables, coords=coordinates, attrs=attributes)
 
-
-PHASES = ("force", "stiffness", "constraints", "setup", "solve")
-"""Phases of a Newton iteration whose time is recorded."""
 
 _COLUMNS = {
     "load": ("increment", "1", "load factor"),

@@ -15,6 +15,7 @@ from knitstudy.configuration import load_scene
 from knitstudy.errors import ConvergenceError
 from knitstudy.fem.increment import Settings
 from knitstudy.fem.newton import trace
+from knitstudy.tables.simulation import hourglass_share, ledger_gap
 
 PULL = Path(__file__).with_name("pull.py")
 
@@ -44,13 +45,6 @@ def pull(scene):
     return dns.run(scene, mesh, knit)
 
 
-def unbalance(history):
-    """Largest gap of the ledger over the largest external work."""
-    energy = history["energy"]
-    external = energy.sel(form="external")
-    return float(np.abs(2 * external - energy.sum("form")).max() / np.abs(external).max())
-
-
 @pytest.fixture(scope="module")
 def history(scene, full):
     """A full loading in few increments: nothing that it relies on may change on the way."""
@@ -67,16 +61,15 @@ def test_every_increment_converges(history, verify):
 
 def test_ledger_of_energies(history, scene, verify):
     finer = pull(changed(scene, solver__increments=2 * (history.sizes["increment"] - 1)))
-    gap = unbalance(history)
+    gap = ledger_gap(history)
     verify.at_most("tied knit: ledger of energies over external work", gap, 0.01)
-    verify.at_most("tied knit: the same with twice the increments, ratio", unbalance(finer) / gap, 0.5, "1/4")
+    verify.at_most(
+        "tied knit: the same with twice the increments, ratio", ledger_gap(finer) / gap, 0.5, "1/4"
+    )
 
 
 def test_hourglass_energy(history, verify):
-    internal, hourglass = (history["energy"].sel(form=form) for form in ("internal", "hourglass"))
-    counted = internal >= 0.01 * internal[-1]
-    share = float((hourglass / internal.where(counted)).max())
-    verify.at_most("tied knit: hourglass over internal energy", share, 0.05)
+    verify.at_most("tied knit: hourglass over internal energy", hourglass_share(history), 0.05)
 
 
 def test_hourglass_control_that_carries_load_is_an_error(cell):

@@ -9,6 +9,9 @@ import numpy as np
 
 from knitstudy.fem.model import Response
 
+PHASES = ("elements", "assembly", "constraints", "setup", "solve")
+"""Phases of a Newton iteration whose time is recorded; line searches count as elements and assembly."""
+
 
 @dataclass(frozen=True)
 class Drive:
@@ -105,7 +108,7 @@ class Increment:
     residuals : tuple of float
         Residual measure of every iteration of the successful attempt.
     timings : dict of str to float
-        Seconds spent on forces, stiffness, constraints, set-up and solve.
+        Seconds by `PHASES`.
     """
 
     index: int

@@ -23,12 +23,15 @@ class Response:
         Stored energies by form [J], from potentials.
     stiffness : sparse matrix, shape (size, size), or None
         Derivative of `force` with respect to a step of the unknowns.
+    assembly_seconds : float
+        Part of the evaluation's time that summing up took.
     """
 
     force: np.ndarray
     mean_force: float
     energy: dict[str, float] = field(default_factory=dict)
     stiffness: sp.spmatrix | sp.sparray | None = None
+    assembly_seconds: float = 0.0
 
 
 class Model(Protocol):

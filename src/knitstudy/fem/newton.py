@@ -16,7 +16,7 @@ import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.fem.constraints import Pinning
-from knitstudy.fem.increment import Drive, Increment, Rate, Settings
+from knitstudy.fem.increment import PHASES, Drive, Increment, Rate, Settings
 from knitstudy.fem.linear.solver import LinearSolver
 from knitstudy.fem.model import Model, Response
 
@@ -25,22 +25,6 @@ log = logging.getLogger(__name__)
 
 class _Failed(Exception):
     """An increment that did not converge; the message says in what way."""
-
-
-class _Watch:
-    """Seconds by phase of a Newton iteration."""
-
-    def __init__(self) -> None:
-        self.seconds = dict.fromkeys(("force", "stiffness", "constraints", "setup", "solve"), 0.0)
-        self._last = time.perf_counter()
-
-    def start(self) -> None:
-        self._last = time.perf_counter()
-
-    def book(self, phase: str) -> None:
-        now = time.perf_counter()
-        self.seconds[phase] += now - self._last
-        self._last = now
 
 
 def trace(
@@ -116,18 +100,18 @@ class _Path:
         self.pinning: Pinning | None = None
         self.newton_iterations = 0
         self.krylov_iterations = 0
+        self.seconds = dict.fromkeys(PHASES, 0.0)
 
     def increment(self, now: Increment, target: float) -> Increment:
         """Return the converged increment at load factor `target`, or raise _Failed."""
         model, settings = self.model, self.settings
-        self.watch = watch = _Watch()
         self.newton_iterations = self.krylov_iterations = 0
+        self.seconds = dict.fromkeys(PHASES, 0.0)
         change = target - now.load
         total = self._predict(now, change)
         state = model.advance(now.state, total)
-        response = model.respond(state, stiffness=False)
+        response = self._respond(state, stiffness=False)
         self._require_finite(response)
-        watch.book("force")
         residuals = [self._residual(response)]
         correction = np.inf
         tangent_is_stale = True
@@ -147,7 +131,6 @@ class _Path:
                 tangent_is_stale = False
             step = self._solve(np.where(self.free, -response.force, 0.0), self._forcing(residuals))
             step, state, response = self._search(state, response, step)
-            watch.book("force")
             total += step
             self.newton_iterations += 1
             correction = float(np.max(np.abs(step * model.scale)[self.free], initial=0.0)) / model.length
@@ -170,7 +153,7 @@ class _Path:
             residual=residuals[-1],
             correction=correction,
             residuals=tuple(residuals),
-            timings=watch.seconds,
+            timings=self.seconds,
         )
 
     def _predict(self, now: Increment, change: float) -> np.ndarray:
@@ -191,33 +174,37 @@ class _Path:
         guess[self.drive.fixed] = change * self.drive.value
         return guess
 
+    def _respond(self, state: Any, stiffness: bool) -> Response:
+        started = time.perf_counter()
+        response = self.model.respond(state, stiffness)
+        spent = time.perf_counter() - started
+        self.seconds["assembly"] += response.assembly_seconds
+        self.seconds["elements"] += spent - response.assembly_seconds
+        return response
+
     def _tangent(self, state: Any) -> sp.bsr_matrix | sp.csr_matrix:
         # Two tangents at once would be the largest part of the memory.
         self.solver.release()
-        self.watch.start()
-        stiffness = self.model.respond(state, stiffness=True).stiffness
-        self.watch.book("stiffness")
-        return stiffness
+        return self._respond(state, stiffness=True).stiffness
 
     def _pin(self, stiffness: sp.bsr_matrix | sp.csr_matrix) -> None:
-        self.watch.start()
+        started = time.perf_counter()
         if self.pinning is None:
             self.pinning = Pinning(stiffness, self.drive.fixed)
         self.pinning.apply(stiffness)
         self.solver.use(stiffness)
-        self.watch.book("constraints")
+        self.seconds["constraints"] += time.perf_counter() - started
 
     def _solve(self, rhs: np.ndarray, tolerance: float) -> np.ndarray:
-        self.watch.start()
+        started = time.perf_counter()
         try:
             solution = self.solver.solve(rhs, tolerance)
         except ConvergenceError as error:
             raise _Failed(str(error)) from error
         self.krylov_iterations += solution.iterations
-        self.watch.book("solve")
         # Factors that were made on the way are set-up, not solution.
-        self.watch.seconds["setup"] += self.solver.setup_seconds
-        self.watch.seconds["solve"] -= self.solver.setup_seconds
+        self.seconds["setup"] += self.solver.setup_seconds
+        self.seconds["solve"] += time.perf_counter() - started - self.solver.setup_seconds
         return solution.x
 
     def _forcing(self, residuals: list[float]) -> float:
@@ -238,7 +225,7 @@ class _Path:
         alpha = 1.0
         for _ in range(6):
             trial = self.model.advance(state, alpha * step)
-            reply = self.model.respond(trial, stiffness=False)
+            reply = self._respond(trial, stiffness=False)
             if np.all(np.isfinite(reply.force)):
                 s = float(step @ reply.force)
                 if abs(s) <= 0.8 * abs(slope) or self._residual(reply) <= max(

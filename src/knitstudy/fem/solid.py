@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -73,11 +74,14 @@ class SolidModel:
     def respond(self, state: SolidState, stiffness: bool) -> Response:
         """Return internal force, stored energies and, if asked, the tangent."""
         answer = self._gather(state, stiffness)
+        started = time.perf_counter()
+        force = self.assembly.sum_forces(answer.force)
         return Response(
-            force=self.assembly.sum_forces(answer.force),
+            force=force,
             mean_force=float(np.mean(np.linalg.norm(answer.force, axis=2))),
             energy={"internal": float(answer.internal.sum()), "hourglass": float(answer.hourglass.sum())},
             stiffness=None if answer.data is None else self.assembly.matrix(answer.data),
+            assembly_seconds=answer.assembly_seconds + time.perf_counter() - started,
         )
 
     def node_force(self, state: SolidState) -> np.ndarray:
@@ -103,7 +107,9 @@ class SolidModel:
             force[batch], internal[batch], hourglass[batch] = answer.force, answer.internal, answer.hourglass
             return answer.stiffness
 
+        started = time.perf_counter()
         data = self.assembly.empty_stiffness() if stiffness else None
+        summing = time.perf_counter() - started
         batches = self.assembly.batches
         with ThreadPoolExecutor(self._threads) as pool:
             # A window of a few batches keeps the memory of finished ones bounded.
@@ -111,8 +117,10 @@ class SolidModel:
                 window = batches[first : first + 2 * self._threads]
                 for number, blocks in enumerate(pool.map(evaluate, window), start=first):
                     if stiffness:
+                        started = time.perf_counter()
                         self.assembly.add_stiffness(data, number, blocks)
-        return _Gathered(force, internal, hourglass, data)
+                        summing += time.perf_counter() - started
+        return _Gathered(force, internal, hourglass, data, summing)
 
 
 @dataclass(frozen=True)
@@ -121,3 +129,4 @@ class _Gathered:
     internal: np.ndarray  # (E,)
     hourglass: np.ndarray  # (E,)
     data: np.ndarray | None  # blocks of the assembled tangent
+    assembly_seconds: float

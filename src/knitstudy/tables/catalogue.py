@@ -23,6 +23,7 @@ TABLES = {
     "table5_cost": Entry(
         "Table 5: cost of the models", ("dns", "rom3d", "rom2d", "paper", "scenes"), TIED_COURSE
     ),
+    "simulation": Entry("What the direct simulation stands on", ("dns", "scenes"), TIED_COURSE),
     "geometry": Entry("Unit cell before and after optimisation", ("geometry", "targets"), TIED_COURSE),
     "claims": Entry(
         "Claims of the paper and verdicts",

@@ -1,0 +1,47 @@
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from knitstudy.history import FORMS
+from knitstudy.tables import catalogue
+from knitstudy.tables.simulation import hourglass_share, ledger_gap
+
+
+@pytest.fixture
+def history():
+    """Three increments: external work 0, 1, 4 J; internal 0.03, 0.99, 3.9 J; hourglass 0.02, 0.03, 0.06 J."""
+    energy = np.zeros((3, len(FORMS)))
+    energy[:, FORMS.index("external")] = [0.0, 1.0, 4.0]
+    energy[:, FORMS.index("internal")] = [0.03, 0.99, 3.9]
+    energy[:, FORMS.index("hourglass")] = [0.02, 0.03, 0.06]
+    return xr.Dataset(
+        {
+            "energy": (("increment", "form"), energy),
+            "tied_area": ("crossing", [1e-7, 3e-7]),
+            "residual": ("increment", [0.0, 2e-7, 1e-8]),
+            "correction": ("increment", [0.0, 1e-9, 3e-7]),
+            "newton_iterations": ("increment", [0, 4, 3]),
+            "krylov_iterations": ("increment", [0, 40, 30]),
+        },
+        coords={"form": list(FORMS)},
+        attrs={"tie_tolerance": 1e-5, "tie_nodes": 8, "tie_largest_adjustment": 2e-5, "linear_setups": 2},
+    )
+
+
+def test_ledger_and_hourglass_by_hand(history):
+    assert ledger_gap(history) == pytest.approx(0.05 / 4)  # |0 - 0.03 - 0.02| is the largest gap
+    assert hourglass_share(history) == pytest.approx(0.03 / 0.99)  # the first 0.03 J are less than 1% of 3.9 J
+
+
+def test_table_of_the_direct_simulation(history):
+    scenes = {
+        "dns": SimpleNamespace(solver=SimpleNamespace(residual_tolerance=1e-6, correction_tolerance=1e-6))
+    }
+    table = catalogue.build("simulation", dns=history, scenes=scenes).set_index("quantity")
+    assert table.loc["Newton iterations", "value"] == 7
+    assert table.loc["Krylov iterations", "value"] == 70
+    assert table.loc["largest residual over mean internal force", ["value", "bar"]].tolist() == [2e-7, 1e-6]
+    assert table.loc["tied area of a crossing, largest", "value"] == 3e-7
+    assert set(table["unit"]) == {"1", "m", "m2"}
