@@ -5,6 +5,7 @@ import pytest
 
 from knitstudy.geometry.build import initial_loop
 from knitstudy.geometry.pattern import Knit
+from knitstudy.rom.crossing_contacts import contacts_of_crossings
 from knitstudy.scene import Scene
 
 
@@ -71,3 +72,15 @@ def plain_scene():
 def knit_of():
     """Return the function that lays out the knit of a scene as its control points describe it."""
     return lambda scene: Knit(initial_loop(scene), scene.pattern.loops, scene.pattern.rows)
+
+
+@pytest.fixture(scope="session")
+def knit(plain_scene, knit_of):
+    """Knit of the plain scene."""
+    return knit_of(plain_scene)
+
+
+@pytest.fixture(scope="session")
+def contacts(knit):
+    """Contacts of that knit, by geometry alone."""
+    return contacts_of_crossings(knit)

@@ -10,16 +10,6 @@ from knitstudy.rom.points import contact_points
 
 
 @pytest.fixture(scope="module")
-def knit(plain_scene, knit_of):
-    return knit_of(plain_scene)
-
-
-@pytest.fixture(scope="module")
-def contacts(knit):
-    return contacts_of_crossings(knit)
-
-
-@pytest.fixture(scope="module")
 def points(knit, contacts):
     return contact_points(knit, contacts)
 

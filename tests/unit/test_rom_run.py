@@ -4,18 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.rom.crossing_contacts import contacts_of_crossings
 from knitstudy.rom.run import run
-
-
-@pytest.fixture(scope="module")
-def knit(plain_scene, knit_of):
-    return knit_of(plain_scene)
-
-
-@pytest.fixture(scope="module")
-def contacts(knit):
-    return contacts_of_crossings(knit)
 
 
 @pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])

@@ -1,7 +1,7 @@
 """Cases of verification record what they measured; `make verify` keeps that as a table.
 
 A case takes the fixture `verify` and hands it a result, its reference and its bar. With ``--full`` cases run at full
-resolution; with ``--table FILE`` the session writes the table of all cases, when all of them have run.
+resolution; with ``--table FILE`` the run writes the table of all cases, when all of them have run.
 """
 
 import csv

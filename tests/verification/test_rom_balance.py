@@ -15,16 +15,6 @@ from knitstudy.rom.points import contact_points
 from knitstudy.rom.run import course_tension, pull, run
 
 
-@pytest.fixture(scope="module")
-def knit(plain_scene, knit_of):
-    return knit_of(plain_scene)
-
-
-@pytest.fixture(scope="module")
-def contacts(knit):
-    return contacts_of_crossings(knit)
-
-
 def pulled(scene, knit, contacts, joint):
     """Return network, model and final state of the three-dimensional model at 5% strain."""
     network = rom3d.build(knit, contact_points(knit, contacts), 2e-3, joint)
