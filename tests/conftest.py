@@ -53,7 +53,7 @@ def plain_scene():
                 "samples": 100,
             },
             "load": {"direction": "course", "strain": 0.05, "lateral": "fixed"},
-            "mesh": {"size": 0.45e-3, "growth": 1.2, "beam_size": 0.5e-3},
+            "mesh": {"size": 0.45e-3, "growth": 1.2, "element": "one_point", "beam_size": 0.5e-3},
             "tie": {"tolerance": 0.05},
             "solver": {
                 "increments": 4,

@@ -15,6 +15,7 @@ from knitstudy.contact.tie import Tie, tie_crossings
 from knitstudy.cost import Meter
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.fem.hexahedron import OnePointHexahedron
+from knitstudy.fem.incompatible import IncompatibleHexahedron
 from knitstudy.fem.increment import Drive, Increment, Settings
 from knitstudy.fem.linear.conjugate import ConjugateGradients
 from knitstudy.fem.linear.lu import LU
@@ -79,7 +80,11 @@ def assemble(scene: Scene, mesh: SweptMesh, knit: Knit) -> Simulation:
     tie = tie_crossings(mesh, knit, scene.tie.tolerance)
     yarn = scene.yarn
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
-    elements = OnePointHexahedron(tie.nodes[mesh.hexahedra], material, scene.solver.hourglass)
+    corners = tie.nodes[mesh.hexahedra]
+    if scene.mesh.element == "one_point":
+        elements = OnePointHexahedron(corners, material, scene.solver.hourglass)
+    else:
+        elements = IncompatibleHexahedron(corners, material)
     model = SolidModel(tie.nodes, mesh.hexahedra, elements, scene.mesh.size, tie.dependence())
     drive, driven = _drive(scene, mesh, tie, knit)
     stations = Stations(mesh.yarn_of_slice, mesh.arc_length, mesh.centres)

@@ -95,10 +95,11 @@ class Load:
 
 @dataclass(frozen=True)
 class Mesh:
-    """Element sizes: solids at crossings, their growth on legs, and beams."""
+    """Element sizes (solids at crossings, their growth on legs, and beams) and the solid element."""
 
     size: Metres
     growth: float
+    element: str
     beam_size: Metres
 
 

@@ -16,7 +16,7 @@ DEFAULTS = {
     },
     "geometry": {"alpha": 1.0, "beta": 1.0, "gamma": 1.0, "beta_0": 1.0, "samples": 50},
     "load": {"direction": "course", "strain": 0.05, "lateral": "fixed"},
-    "mesh": {"size": 0.3e-3, "growth": 1.2, "beam_size": 0.5e-3},
+    "mesh": {"size": 0.3e-3, "growth": 1.2, "element": "one_point", "beam_size": 0.5e-3},
     "tie": {"tolerance": 0.05},
     "solver": {
         "increments": 10,

@@ -17,11 +17,11 @@ MEGABYTE = 1e6
 CASES = {"dns": "dns-tie 3x3", "rom2d": "rom2d 3x3", "rom3d": "rom3d 3x3"}
 """Cases of the paper's table by fidelity, in its order."""
 
-ELEMENTS = {
-    "dns": "hexahedron, 8 nodes, 1 point",
-    "rom2d": "beam, 2 nodes, 1 point",
-    "rom3d": "beam, 2 nodes, 1 point",
+SOLIDS = {
+    "one_point": "hexahedron, 8 nodes, 1 point",
+    "incompatible_modes": "hexahedron, 8 nodes, 8 points, incompatible modes",
 }
+BEAM = "beam, 2 nodes, 1 point"
 
 
 def build(
@@ -53,7 +53,7 @@ def _row(fidelity: str, history: xr.Dataset, paper: pd.DataFrame, scene: Scene) 
     return {
         "model": NAMES[fidelity],
         "scene": scene.name,
-        "element": ELEMENTS[fidelity],
+        "element": SOLIDS[scene.mesh.element] if fidelity == "dns" else BEAM,
         "element, paper": printed(paper, "5", case, "mesh size")["note"],
         "mesh size [m]": scene.mesh.size if fidelity == "dns" else element_length(history),
         "mesh size, paper [m]": number(paper, "5", case, "mesh size"),
