@@ -50,6 +50,8 @@ class Simulation:
 
     Attributes
     ----------
+    scene : Scene
+    mesh : SweptMesh
     model : SolidModel
     tie : Tie
     drive : Drive
@@ -226,7 +228,7 @@ def record(simulation: Simulation, increment: Increment) -> None:
     recorder.add(
         increment,
         displacement[rings].mean(axis=1),
-        crossing_force=tie.resultants(model.node_force(increment.state)),
+        crossing_force=tie.resultants(increment.response.node_force),
         crossing_displacement=tied,
     )
     log.info(

@@ -55,6 +55,7 @@ def test_ties_collect_forces():
     force = np.random.default_rng(1).normal(size=(2, 4, 3))
     nodal = np.zeros((6, 3))
     np.add.at(nodal, QUADS, force)
+    np.testing.assert_allclose(Assembly(QUADS, 6, tie()).node_forces(force), nodal)
     collected = Assembly(QUADS, 6, tie()).sum_forces(force)
     np.testing.assert_allclose(collected.reshape(-1, 3), tie().T @ nodal)
 

@@ -43,7 +43,11 @@ class Assembly:
             dependence = sp.identity(nodes, format="csr")
         self.kept = dependence.shape[1]
         local = sp.csr_matrix(dependence)[connectivity.ravel()]  # (E a, n): corners on kept nodes
-        self._spread = sp.csr_matrix(local.T)
+        corner = np.arange(connectivity.size)
+        self._to_nodes = sp.csr_matrix(
+            (np.ones(connectivity.size), (connectivity.ravel(), corner)), shape=(nodes, connectivity.size)
+        )
+        self._to_kept = sp.csr_matrix(dependence.T)
         self.indptr, self.indices = _pattern(local, corners)
         self._ones = np.ones(chunk * corners**2)
         self._sums = [self._batch_sum(local, batch) for batch in self.batches]
@@ -53,9 +57,17 @@ class Assembly:
         """Number of blocks in the pattern."""
         return len(self.indices)
 
+    def node_forces(self, force: np.ndarray) -> np.ndarray:
+        """Return the sum of element forces (E, a, block) at all nodes, shape (N, block)."""
+        return self._to_nodes @ force.reshape(-1, self.block)
+
     def sum_forces(self, force: np.ndarray) -> np.ndarray:
         """Return T^T sum of element forces (E, a, block), shape (n block,)."""
-        return (self._spread @ force.reshape(-1, self.block)).ravel()
+        return self.collect(self.node_forces(force))
+
+    def collect(self, node_force: np.ndarray) -> np.ndarray:
+        """Return T^T of forces at all nodes (N, block), shape (n block,)."""
+        return (self._to_kept @ node_force).ravel()
 
     def empty_stiffness(self) -> np.ndarray:
         """Return zero blocks (entries, block^2) to add batches to."""

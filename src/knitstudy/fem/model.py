@@ -23,6 +23,8 @@ class Response:
         Stored energies by form [J], from potentials.
     stiffness : sparse matrix, shape (size, size), or None
         Derivative of `force` with respect to a step of the unknowns.
+    node_force : ndarray, shape (N, 3), or None
+        Internal force at all nodes of solids, tied ones included [N]: there it is what the tie supplies.
     assembly_seconds : float
         Part of the evaluation's time that summing up took.
     """
@@ -31,6 +33,7 @@ class Response:
     mean_force: float
     energy: dict[str, float] = field(default_factory=dict)
     stiffness: sp.spmatrix | sp.sparray | None = None
+    node_force: np.ndarray | None = None
     assembly_seconds: float = 0.0
 
 

@@ -75,25 +75,16 @@ class SolidModel:
         """Return internal force, stored energies and, if asked, the tangent."""
         answer = self._gather(state, stiffness)
         started = time.perf_counter()
-        force = self.assembly.sum_forces(answer.force)
+        node_force = self.assembly.node_forces(answer.force)
+        force = self.assembly.collect(node_force)
         return Response(
             force=force,
+            node_force=node_force,
             mean_force=float(np.mean(np.linalg.norm(answer.force, axis=2))),
             energy={"internal": float(answer.internal.sum()), "hourglass": float(answer.hourglass.sum())},
             stiffness=None if answer.data is None else self.assembly.matrix(answer.data),
             assembly_seconds=answer.assembly_seconds + time.perf_counter() - started,
         )
-
-    def node_force(self, state: SolidState) -> np.ndarray:
-        """Return the internal force (N, 3) at all nodes [N]; at tied nodes it is minus the tie's force."""
-        untied = sp.csr_matrix(
-            (
-                np.ones(self.hexahedra.size),
-                (self.hexahedra.ravel(), np.arange(self.hexahedra.size)),
-            ),
-            shape=(len(self.nodes), self.hexahedra.size),
-        )
-        return untied @ self._gather(state, stiffness=False).force.reshape(-1, 3)
 
     def _gather(self, state: SolidState, stiffness: bool) -> _Gathered:
         """Evaluate all batches; threads share them, and sums are formed in one fixed order."""
