@@ -90,8 +90,8 @@ def assemble(scene: Scene, mesh: SweptMesh, knit: Knit) -> Simulation:
     model = SolidModel(tie.nodes, mesh.hexahedra, elements, scene.mesh.size, tie.dependence())
     drive, driven = _drive(scene, mesh, tie, knit)
     stations = Stations(mesh.yarn_of_slice, mesh.arc_length, mesh.centres)
-    gauge = knit.loops * knit.loop.wale_spacing
-    recorder = Recorder(stations, driven, axis=0, travel=scene.load.strain * gauge, length=gauge, meter=meter)
+    travel = scene.load.strain * knit.width
+    recorder = Recorder(stations, driven, axis=0, travel=travel, length=knit.width, meter=meter)
     solver = linear_solver(scene.solver.linear, model, mesh, tie, drive)
     settings = Settings.of(scene.solver)
     return Simulation(scene, mesh, model, tie, drive, settings, solver, recorder)
@@ -171,10 +171,10 @@ def _drive(scene: Scene, mesh: SweptMesh, tie: Tie, knit: Knit) -> tuple[Drive, 
     """Return prescribed unknowns, and those of the driven nodes (k, 3): left ends held, right ends pulled in x."""
     if scene.load.direction != "course":
         raise ConfigurationError(f"load.direction is {scene.load.direction!r}; a DNS knows 'course'")
-    unknown = np.full(len(tie.nodes), -1)
-    unknown[tie.kept] = np.arange(len(tie.kept))
-    held, driven = (3 * unknown[mesh.end_nodes(side)][:, None] + np.arange(3) for side in ("left", "right"))
-    travel = scene.load.strain * knit.loops * knit.loop.wale_spacing
+    held, driven = (
+        3 * tie.unknown[mesh.end_nodes(side)][:, None] + np.arange(3) for side in ("left", "right")
+    )
+    travel = scene.load.strain * knit.width
     components = driven if scene.load.lateral == "fixed" else driven[:, :1]
     fixed = np.concatenate([held.ravel(), components.ravel()])
     value = np.concatenate(
@@ -186,10 +186,8 @@ def _drive(scene: Scene, mesh: SweptMesh, tie: Tie, knit: Knit) -> tuple[Drive, 
 def structure(model: SolidModel, mesh: SweptMesh, tie: Tie, drive: Drive, rings: int = 1) -> KnitStructure:
     """Return where the unknowns lie; a patch reaches `rings` elements around the tied nodes."""
     kept = tie.kept
-    unknown = np.full(len(tie.nodes), -1)
-    unknown[kept] = np.arange(len(kept))
     inside = np.zeros(len(kept), dtype=bool)
-    inside[unknown[np.unique(tie.master)]] = True
+    inside[tie.unknown[np.unique(tie.master)]] = True
     pattern = model.assembly.connection()
     for _ in range(rings):
         inside = pattern @ inside > 0
@@ -219,17 +217,11 @@ def record(simulation: Simulation, increment: Increment) -> None:
     model, mesh, tie, recorder = simulation.model, simulation.mesh, simulation.tie, simulation.recorder
     displacement = model.node_displacement(increment.state)
     rings = mesh.slice_nodes(np.arange(mesh.slices))[:, mesh.section.ring]
-    tied = (
-        np.stack(
-            [np.bincount(tie.crossing, displacement[tie.slave, i], len(tie.area)) for i in range(3)], axis=1
-        )
-        / np.bincount(tie.crossing, minlength=len(tie.area))[:, None]
-    )
     recorder.add(
         increment,
         displacement[rings].mean(axis=1),
         crossing_force=tie.resultants(increment.response.node_force),
-        crossing_displacement=tied,
+        crossing_displacement=tie.mean_displacement(displacement),
     )
     log.info(
         "increment %d: strain %.4f, force %.6g N, %d Newton and %d Krylov iterations, residual %.1e",

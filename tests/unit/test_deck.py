@@ -54,7 +54,7 @@ def tie(mesh):
 
 @pytest.fixture
 def knit():
-    return SimpleNamespace(loops=2, rows=1, loop=SimpleNamespace(wale_spacing=3.0))
+    return SimpleNamespace(loops=2, rows=1, width=6.0)
 
 
 def scene(direction="course", lateral="fixed"):

@@ -9,6 +9,7 @@ load when the pair rotates.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -62,22 +63,26 @@ class Tie:
     centroid: np.ndarray
     tolerance: float
 
-    @property
+    @cached_property
     def kept(self) -> np.ndarray:
         """Nodes that are not slaves, ascending."""
         mask = np.ones(len(self.nodes), dtype=bool)
         mask[self.slave] = False
         return np.flatnonzero(mask)
 
+    @cached_property
+    def unknown(self) -> np.ndarray:
+        """Position of every node (N,) among those kept, -1 for slaves."""
+        position = np.full(len(self.nodes), -1)
+        position[self.kept] = np.arange(len(self.kept))
+        return position
+
     def dependence(self) -> sp.csr_matrix:
         """Return T (N, n): every node as a weighted sum of the kept nodes."""
-        total, kept = len(self.nodes), self.kept
-        column = np.full(total, -1)
-        column[kept] = np.arange(len(kept))
-        rows = np.concatenate([kept, np.repeat(self.slave, 4)])
-        columns = np.concatenate([column[kept], column[self.master].ravel()])
-        values = np.concatenate([np.ones(len(kept)), self.weight.ravel()])
-        return sp.csr_matrix((values, (rows, columns)), shape=(total, len(kept)))
+        rows = np.concatenate([self.kept, np.repeat(self.slave, 4)])
+        columns = np.concatenate([self.unknown[self.kept], self.unknown[self.master].ravel()])
+        values = np.concatenate([np.ones(len(self.kept)), self.weight.ravel()])
+        return sp.csr_matrix((values, (rows, columns)), shape=(len(self.nodes), len(self.kept)))
 
     def resultants(self, node_force: np.ndarray) -> np.ndarray:
         """Return the force (K, 3) of every crossing's tie on the lower row's yarn [N].
@@ -87,9 +92,17 @@ class Tie:
         node_force : ndarray, shape (N, 3)
             Internal forces of the elements; at a slave they are what the tie supplies.
         """
-        force = np.zeros((len(self.area), 3))
-        np.add.at(force, self.crossing, -node_force[self.slave])
-        return force
+        return -self._sum(node_force)
+
+    def mean_displacement(self, displacement: np.ndarray) -> np.ndarray:
+        """Return the mean displacement (K, 3) of every crossing's slaves [m] from that of all nodes (N, 3)."""
+        return self._sum(displacement) / np.bincount(self.crossing, minlength=len(self.area))[:, None]
+
+    def _sum(self, values: np.ndarray) -> np.ndarray:
+        """Sum values of nodes (N, 3) over the slaves of every crossing (K, 3)."""
+        total = np.zeros((len(self.area), 3))
+        np.add.at(total, self.crossing, values[self.slave])
+        return total
 
 
 def tie_crossings(mesh: SweptMesh, knit: Knit, tolerance: float) -> Tie:

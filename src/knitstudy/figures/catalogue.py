@@ -6,38 +6,14 @@ A new figure is a module with a function ``draw(**datasets) -> Figure``, an entr
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from knitstudy.errors import ConfigurationError
-from knitstudy.schema import unknown_choice
+from knitstudy.catalogue import TIED_COURSE, Entry, find, select
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
-
-TIED_COURSE = {"interaction": "tie", "load.direction": "course"}
-"""Scenes with ties, pulled in the course direction."""
-
-
-@dataclass(frozen=True)
-class Entry:
-    """A figure.
-
-    Attributes
-    ----------
-    title : str
-        With its number in the paper.
-    needs : tuple of str
-        Results that ``draw`` takes, by keyword: "geometry", "mesh", "dns", "contacts", "rom3d", "rom2d".
-    of : dict
-        Which scenes it is about: values of keys of the scene.
-    """
-
-    title: str
-    needs: tuple[str, ...]
-    of: dict[str, str]
 
 
 FIGURES = {
@@ -69,15 +45,16 @@ def entry(name: str) -> Entry:
     ConfigurationError
         When there is no such figure; the message names those that there are.
     """
-    if name not in FIGURES:
-        raise ConfigurationError(unknown_choice("unknown figure", name, name, sorted(FIGURES)))
-    return FIGURES[name]
+    return find("figure", FIGURES, name)
 
 
 def draw(name: str, **datasets: xr.Dataset) -> Figure:
-    """Draw a figure from the results that its entry names."""
-    needs = entry(name).needs
-    missing = [need for need in needs if need not in datasets]
-    if missing:
-        raise ConfigurationError(f"figure {name!r} needs {', '.join(needs)}: {', '.join(missing)} is missing")
-    return import_module(f"knitstudy.figures.{name}").draw(**{need: datasets[need] for need in needs})
+    """Draw a figure from the results that its entry names.
+
+    Raises
+    ------
+    ConfigurationError
+        When there is no such figure, or something that it needs is missing.
+    """
+    sources = select("figure", FIGURES, name, datasets)
+    return import_module(f"knitstudy.figures.{name}").draw(**sources)

@@ -63,6 +63,11 @@ class Knit:
             if not (isinstance(count, int | np.integer) and count >= 1):
                 raise GeometryError(f"pattern.{name} = {count!r}: allowed is a whole number from 1 on")
 
+    @property
+    def width(self):
+        """Width of the knit in the course direction, from cut to cut. [m]"""
+        return self.loops * self.loop.wale_spacing
+
     @cached_property
     def centrelines(self):
         """Centrelines of the yarns, bottom yarn first: tuple of rows + 1 Centreline."""

@@ -209,7 +209,7 @@ def _yarn_elements(mesh: SweptMesh, yarn: int) -> slice:
 
 def _course_tension(scene: Scene, knit: Knit) -> tuple[Prescribed, ...]:
     """Left ends held, right ends moved by strain times the width of the knit."""
-    stretch = scene.load.strain * knit.loops * knit.loop.wale_spacing
+    stretch = scene.load.strain * knit.width
     held = Prescribed("LEFT", 1, 3, 0.0)
     drive = Prescribed("RIGHT", 1, 1, stretch)
     if scene.load.lateral == "free":

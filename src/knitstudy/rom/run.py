@@ -47,7 +47,7 @@ def run(scene: Scene, knit: Knit, contacts: xr.Dataset) -> xr.Dataset:
     _require_beams(scene)
     _require_all_crossings(contacts, knit)
     meter = Meter()
-    return pull(build(scene, knit, contacts), scene, knit.loops * knit.loop.wale_spacing, meter)
+    return pull(build(scene, knit, contacts), scene, knit.width, meter)
 
 
 def pull(network: Network, scene: Scene, gauge: float, meter: Meter | None = None) -> xr.Dataset:

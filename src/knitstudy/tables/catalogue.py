@@ -8,9 +8,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from knitstudy.errors import ConfigurationError
-from knitstudy.figures.catalogue import TIED_COURSE, Entry
-from knitstudy.schema import unknown_choice
+from knitstudy.catalogue import TIED_COURSE, Entry, find, select
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -42,9 +40,7 @@ def entry(name: str) -> Entry:
     ConfigurationError
         When there is no such table; the message names those that there are.
     """
-    if name not in TABLES:
-        raise ConfigurationError(unknown_choice("unknown table", name, name, sorted(TABLES)))
-    return TABLES[name]
+    return find("table", TABLES, name)
 
 
 def build(name: str, **sources: Any) -> pd.DataFrame:
@@ -55,8 +51,5 @@ def build(name: str, **sources: Any) -> pd.DataFrame:
     ConfigurationError
         When there is no such table, or something that it needs is missing.
     """
-    needs = entry(name).needs
-    missing = [need for need in needs if need not in sources]
-    if missing:
-        raise ConfigurationError(f"table {name!r} needs {', '.join(needs)}: {', '.join(missing)} is missing")
-    return import_module(f"knitstudy.tables.{name}").build(**{need: sources[need] for need in needs})
+    needed = select("table", TABLES, name, sources)
+    return import_module(f"knitstudy.tables.{name}").build(**needed)

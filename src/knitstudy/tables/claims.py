@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.scene import Scene
-from knitstudy.tables.geometry import loop_of
+from knitstudy.tables.geometry import crossing_error, loop_of
 from knitstudy.tables.reference import number
 from knitstudy.tables.response import force_distance, largest_out_of_plane, out_of_plane_agreement
 from knitstudy.tables.table5_cost import CASES, MEGABYTE
@@ -113,8 +113,7 @@ def judge_penetration(evidence: Evidence) -> Judgement:
     before, after = (
         float(geometry["penetration"].sel(state=state)) / radius for state in ("before", "after")
     )
-    wanted = (2 + float(geometry["clearance"])) * radius
-    error = float(np.abs(geometry["crossing_distance"].sel(state="after") - wanted).max()) / radius
+    error = float(crossing_error(geometry).sel(state="after")) / radius
     return Judgement(
         f"deepest penetration {before:.3f} R before and {after:.3f} R after; largest |D - 2R - c0| at a crossing "
         f"{error:.1e} R",

@@ -43,8 +43,8 @@ def build(geometry: xr.Dataset, targets: dict) -> pd.DataFrame:
         _row(name, geometry[key].to_numpy(), unit, target, targets)
         for name, (key, unit, target) in MEASURES.items()
     ]
-    error = np.abs(geometry["crossing_distance"] - _wanted_distance(geometry)).max("cell_zone")
-    rows.insert(0, _row("largest |D - 2R - c0| of a crossing", error.to_numpy(), "m", None, targets))
+    error = crossing_error(geometry).to_numpy()
+    rows.insert(0, _row("largest |D - 2R - c0| of a crossing", error, "m", None, targets))
     rows += [
         _row(f"F, {'total' if term == 'total' else 'term ' + term}", each.to_numpy(), "1", None, targets)
         for term, each in zip(
@@ -64,9 +64,10 @@ def loop_of(geometry: xr.Dataset, state: str) -> Loop:
     return loop
 
 
-def _wanted_distance(geometry: xr.Dataset) -> float:
-    """Return 2R + c0 [m]."""
-    return float((2 + geometry["clearance"]) * geometry["radius"])
+def crossing_error(geometry: xr.Dataset) -> xr.DataArray:
+    """Return the largest |D - 2R - c0| of a crossing by state [m]."""
+    wanted = float((2 + geometry["clearance"]) * geometry["radius"])
+    return np.abs(geometry["crossing_distance"] - wanted).max("cell_zone")
 
 
 def _row(name: str, values: np.ndarray, unit: str, target: str | None, targets: dict) -> dict:

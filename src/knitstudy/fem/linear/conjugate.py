@@ -99,10 +99,14 @@ class ConjugateGradients:
         norm = start = np.linalg.norm(state.residual)
         direction = image = None
         curvature = 0.0
-        for iteration in range(most):
-            if norm <= goal:
-                self._book(iteration, np.log10(max(start, 1e-300) / max(norm, 1e-16 * start, 1e-300)))
-                return None
+        iterations = 0
+        while norm > goal:
+            if iterations == most:
+                reached = norm / state.level
+                return (
+                    f"{most} iterations reached a relative residual of {reached:.1e}, wanted {tolerance:.1e}"
+                )
+            iterations += 1
             state.iterations += 1
             correction = apply(matrix, state.residual)
             if direction is None:
@@ -118,9 +122,8 @@ class ConjugateGradients:
             state.x += length * direction
             state.residual -= length * image
             norm = np.linalg.norm(state.residual)
-        if norm <= goal:
-            return None
-        return f"{most} iterations reached a relative residual of {norm / state.level:.1e}, wanted {tolerance:.1e}"
+        self._book(iterations, np.log10(max(start, 1e-300) / max(norm, 1e-16 * start, 1e-300)))
+        return None
 
 
 @dataclass

@@ -26,7 +26,6 @@ class ThreeScale:
         self.fabric = FabricScale(structure, slices)
         self.crossing = CrossingScale(structure)
         self.yarn = YarnScale(structure, dtype)
-        self._matrix: sp.bsr_matrix | None = None
 
     def update(self, matrix: sp.bsr_matrix) -> None:
         """Make all factors anew."""

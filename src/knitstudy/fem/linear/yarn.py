@@ -17,8 +17,8 @@ class YarnScale:
     """Banded Cholesky factors of every yarn's diagonal block.
 
     Single precision halves memory and time and costs no iteration: the factors only precondition. Entries outside
-    of the band, which only ties bring in, are left out, and their magnitude is added to the
-    diagonal, so that the block stays positive definite (Ajiz and Jennings 1984).
+    of the band, which only ties bring in, are left out, and their magnitude is added to the diagonal, so that the
+    block stays positive definite (Ajiz and Jennings 1984).
     """
 
     def __init__(self, structure: KnitStructure, dtype: type = np.float32) -> None:
@@ -60,10 +60,8 @@ class YarnScale:
             if dropped.any():
                 lump = np.abs(data[dropped]).sum(axis=2)  # (entries, 3)
                 diagonal = diagonal.copy()
-                i = np.arange(3)
-                for axis in i:
-                    extra = np.bincount(row[dropped] - low, lump[:, axis], high - low)
-                    diagonal[:, axis, axis] += extra
+                for axis in range(3):
+                    diagonal[:, axis, axis] += np.bincount(row[dropped] - low, lump[:, axis], high - low)
             node = np.arange(low, high) - first
             for i in range(3):
                 for k in range(i + 1):
