@@ -27,6 +27,7 @@ def plain_scene():
         {
             "name": "plain-rom3d",
             "knit": "plain",
+            "specimen": "knit",
             "fidelity": "rom3d",
             "interaction": "tie",
             "pattern": {
@@ -37,6 +38,7 @@ def plain_scene():
                 "control_points": points.tolist(),
                 "clearance": 0.02,
             },
+            "pair": {"angle": 90.0, "length": 10e-3, "support": "back"},
             "yarn": {
                 "diameter": 1.8e-3,
                 "youngs_modulus": 1.3e9,
@@ -52,14 +54,24 @@ def plain_scene():
                 "free": [""] * 12,
                 "samples": 100,
             },
-            "load": {"direction": "course", "strain": 0.05, "lateral": "fixed"},
+            "load": {"direction": "course", "strain": 0.05, "lateral": "fixed", "stops": [], "path": []},
             "mesh": {"size": 0.45e-3, "growth": 1.2, "element": "one_point", "beam_size": 0.5e-3},
             "tie": {"tolerance": 0.05},
+            "contact": {
+                "friction": 0.76,
+                "normal_stiffness": 10.0,
+                "tangential_stiffness": 10.0,
+                "penetration": 0.01,
+                "augmentations": 10,
+                "points": 2,
+                "tied_rows": "outer",
+            },
             "solver": {
                 "increments": 4,
                 "residual_tolerance": 1e-6,
                 "correction_tolerance": 1e-6,
                 "hourglass": 0.005,
+                "stabilisation": 0.0,
                 "linear": "auto",
             },
             "rom": {"contacts_from": "plain-dns", "joint": "rigid"},

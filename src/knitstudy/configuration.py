@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import copy
 import csv
-import dataclasses
 import re
 from pathlib import Path
 from typing import Any
@@ -65,19 +64,25 @@ def default_scene(config: Path = CONFIG) -> Scene:
 
 
 def load_knits(config: Path = CONFIG) -> dict[str, Scene]:
-    """Return for every knit a scene of its pattern, yarn diameter and geometry, with defaults for all else.
+    """Return for every knit or pair a scene of what its geometry depends on, with defaults for all else.
 
     The geometry stage is parametrised by it: another load or mesh of one scene then leaves the geometry as
     it is.
     """
     base = default_scene(config)
-    knits: dict[str, Scene] = {}
-    for scene in load_scenes(config).values():
-        yarn = dataclasses.replace(base.yarn, diameter=scene.yarn.diameter)
-        knits[scene.knit] = dataclasses.replace(
-            base, name=scene.knit, knit=scene.knit, pattern=scene.pattern, yarn=yarn, geometry=scene.geometry
-        )
-    return knits
+    return {scene.knit: _geometry_scene(scene, base) for scene in load_scenes(config).values()}
+
+
+def _geometry_scene(scene: Scene, base: Scene) -> Scene:
+    """Return the base scene with all that the geometry of a scene depends on."""
+    document = base.to_dict() | {"name": scene.knit, "knit": scene.knit, "interaction": "tie"}
+    for key, value in scene.geometry_inputs.items():
+        set_dotted(document, key, value, f"knit {scene.knit!r}")
+    # A load that the specimen may have, whatever the scene's own is.
+    pair = scene.specimen == "pair"
+    path = [[0.0, 0.0, 0.0]] if pair else []
+    document["load"] |= {"direction": "path" if pair else "course", "path": path, "stops": []}
+    return Scene.from_dict(document, f"knit {scene.knit!r}")
 
 
 def load_scene(name: str, config: Path = CONFIG) -> Scene:
@@ -118,7 +123,7 @@ def check_scenes_together(scenes: dict[str, Scene], where: str) -> None:
         if scene.geometry_key != first.geometry_key:
             raise ConfigurationError(
                 f"{where}, scene {scene.name!r}: knit is {scene.knit!r}, as in scene {first.name!r}, but"
-                f" {_first_difference(first, scene)}; a knit has one pattern, yarn.diameter and geometry"
+                f" {_first_difference(first, scene)}; scenes of one knit share its geometry"
             )
         if scene.fidelity != "dns":
             _check_source(scene, scenes, where)
@@ -141,12 +146,10 @@ def _check_source(scene: Scene, scenes: dict[str, Scene], where: str) -> None:
 
 def _first_difference(first: Scene, second: Scene) -> str:
     """Name the first key of the geometry that differs between two scenes."""
-    for section in ("pattern", "yarn", "geometry"):
-        a, b = first.to_dict()[section], second.to_dict()[section]
-        for key in a:
-            if a[key] != b[key] and (section != "yarn" or key == "diameter"):
-                return f"{section}.{key} is {b[key]!r}, there {a[key]!r}"
-    return "their geometry differs"
+    there = first.geometry_inputs
+    differing = ((key, value) for key, value in second.geometry_inputs.items() if there.get(key) != value)
+    key, value = next(differing)
+    return f"{key} is {value!r}, there {there.get(key)!r}"
 
 
 def _scene(row: dict[str, str], defaults: dict, config: Path) -> Scene:

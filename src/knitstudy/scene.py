@@ -11,6 +11,7 @@ import dataclasses
 import hashlib
 import json
 from dataclasses import dataclass, fields
+from itertools import pairwise
 from typing import Annotated, Any, get_type_hints
 
 import numpy as np
@@ -67,6 +68,19 @@ class Yarn:
 
 
 @dataclass(frozen=True)
+class Pair:
+    """Two straight yarns of ``length`` that cross at ``angle`` (degrees) in their middles.
+
+    Held and driven are, by ``support``, the nodes of both "ends", or the surface of the half turned away from the
+    other yarn, the "back".
+    """
+
+    angle: float
+    length: Metres
+    support: str
+
+
+@dataclass(frozen=True)
 class Geometry:
     """Optimisation of the loop: weights of Eqs. (1) and (3), what may move, and samples a Bezier curve.
 
@@ -86,11 +100,23 @@ class Geometry:
 
 @dataclass(frozen=True)
 class Load:
-    """Tension to an engineering ``strain``; ``lateral``: driven ends fixed or free in the others."""
+    """What drives a specimen: a strain of a knit, or a path of a pair's upper yarn.
+
+    A knit is pulled in ``direction`` to an engineering ``strain``; ``lateral``: driven ends fixed or free in the
+    other components; ``stops``: strains at which an increment has to end. The grips of a pair's upper yarn go from
+    where they are to the displacements of ``path`` one after another, in straight legs that take equal shares of
+    the load factor.
+    """
 
     direction: str
     strain: float
     lateral: str
+    stops: tuple[float, ...]
+    path: Annotated[tuple[tuple[float, float, float], ...], "m"]
+
+    def __post_init__(self):
+        object.__setattr__(self, "stops", tuple(map(float, self.stops)))
+        object.__setattr__(self, "path", tuple(tuple(map(float, leg)) for leg in self.path))
 
 
 @dataclass(frozen=True)
@@ -111,13 +137,34 @@ class Tie:
 
 
 @dataclass(frozen=True)
+class Contact:
+    """Contact with friction (Table 1): stiffnesses over E / h, and how it is integrated and enforced.
+
+    A ``penetration`` deeper than this share of h is removed by at most so many ``augmentations`` an increment.
+    ``points`` are Gauss points along each side of a facet; ``tied_rows`` are the interlock rows that stay tied.
+    """
+
+    friction: float
+    normal_stiffness: float
+    tangential_stiffness: float
+    penetration: float
+    augmentations: int
+    points: int
+    tied_rows: str
+
+
+@dataclass(frozen=True)
 class Solver:
-    """Newton's method: first number of increments, tolerances, hourglass coefficient and linear solver."""
+    """Newton's method: first number of increments, tolerances, coefficients and linear solver.
+
+    ``hourglass`` is relative to the shear modulus, the viscosity ``stabilisation`` to Young's modulus.
+    """
 
     increments: int
     residual_tolerance: float
     correction_tolerance: float
     hourglass: float
+    stabilisation: float
     linear: str
 
 
@@ -135,14 +182,17 @@ class Scene:
 
     name: str
     knit: str
+    specimen: str
     fidelity: str
     interaction: str
     pattern: Pattern
+    pair: Pair
     yarn: Yarn
     geometry: Geometry
     load: Load
     mesh: Mesh
     tie: Tie
+    contact: Contact
     solver: Solver
     rom: Rom
     outputs: tuple[str, ...]
@@ -183,16 +233,31 @@ class Scene:
         return _scaled(self, {"m": length, "Pa": stiffness})
 
     @property
-    def geometry_key(self) -> str:
-        """Hash of all that the geometry depends on: pattern, yarn diameter and optimisation."""
+    def geometry_inputs(self) -> dict[str, Any]:
+        """All that the geometry depends on, by dotted key: of a knit pattern, yarn diameter and optimisation."""
         document = self.to_dict()
-        return _digest([document["pattern"], document["yarn"]["diameter"], document["geometry"]])
+        if self.specimen == "pair":
+            keys = [("pair", "angle"), ("pair", "length"), ("pattern", "clearance")]
+        else:
+            keys = [(section, key) for section in ("pattern", "geometry") for key in document[section]]
+        inputs = {
+            f"{section}.{key}": document[section][key] for section, key in [*keys, ("yarn", "diameter")]
+        }
+        return {"specimen": self.specimen} | inputs
+
+    @property
+    def geometry_key(self) -> str:
+        """Hash of all that the geometry depends on."""
+        return _digest(self.geometry_inputs)
 
     @property
     def hash(self) -> str:
-        """Hash of everything that determines the result: all but the labels and the list of outputs."""
+        """Hash of everything that determines the result: no labels, outputs or groups that it does not use."""
+        left_out = {"name", "knit", "outputs"}
+        left_out |= {"pair"} if self.specimen == "knit" else {"geometry"}
+        left_out |= {"contact"} if self.interaction == "tie" else set()
         document = self.to_dict()
-        return _digest({key: document[key] for key in document if key not in ("name", "knit", "outputs")})
+        return _digest({key: document[key] for key in document if key not in left_out})
 
 
 def check_keys_together(scene: Scene, where: str) -> None:
@@ -203,7 +268,25 @@ def check_keys_together(scene: Scene, where: str) -> None:
     ConfigurationError
         Naming both keys.
     """
-    diameter, fidelity, source = scene.yarn.diameter, scene.fidelity, scene.rom.contacts_from
+    if scene.specimen == "pair":
+        _check_pair(scene, where)
+    else:
+        _check_knit(scene, where)
+    _check_load(scene, where)
+    fidelity, source = scene.fidelity, scene.rom.contacts_from
+    if fidelity == "dns" and source is not None:
+        raise ConfigurationError(
+            f"{where}: rom.contacts_from is {source!r} but must be empty where fidelity is dns"
+        )
+    if fidelity != "dns" and source is None:
+        raise ConfigurationError(
+            f"{where}: rom.contacts_from is empty but must name a dns scene where fidelity is {fidelity}"
+        )
+
+
+def _check_knit(scene: Scene, where: str) -> None:
+    """Check that a knit has room for its yarns, an entry for every control point, and rows that can touch."""
+    diameter = scene.yarn.diameter
     for key in ("course_spacing", "wale_spacing"):
         spacing = getattr(scene.pattern, key)
         if spacing <= diameter:
@@ -216,13 +299,46 @@ def check_keys_together(scene: Scene, where: str) -> None:
             f"{where}: geometry.free has {entries} entries but must have {points}, one for each of"
             " pattern.control_points"
         )
-    if fidelity == "dns" and source is not None:
+    if scene.interaction != "tie" and scene.contact.tied_rows == "outer" and scene.pattern.rows < 3:
         raise ConfigurationError(
-            f"{where}: rom.contacts_from is {source!r} but must be empty where fidelity is dns"
+            f"{where}: contact.tied_rows is 'outer' but must be none where pattern.rows is {scene.pattern.rows}:"
+            " no row is left that is not tied"
         )
-    if fidelity != "dns" and source is None:
+
+
+def _check_pair(scene: Scene, where: str) -> None:
+    """Check that two crossing yarns are simulated directly, and are longer than the place where they cross."""
+    if scene.fidelity != "dns":
         raise ConfigurationError(
-            f"{where}: rom.contacts_from is empty but must name a dns scene where fidelity is {fidelity}"
+            f"{where}: fidelity is {scene.fidelity!r} but must be dns where specimen is pair"
+        )
+    if scene.pair.length <= 2 * scene.yarn.diameter:
+        raise ConfigurationError(
+            f"{where}: pair.length is {scene.pair.length:g} m but must exceed twice yarn.diameter,"
+            f" {scene.yarn.diameter:g} m"
+        )
+
+
+def _check_load(scene: Scene, where: str) -> None:
+    """Check that a load is one of its specimen, and that stops lie on its way."""
+    load, specimen = scene.load, scene.specimen
+    direction = "path" if specimen == "pair" else "course"
+    if load.direction != direction:
+        raise ConfigurationError(
+            f"{where}: load.direction is {load.direction!r} but must be {direction} where specimen is {specimen}"
+        )
+    if specimen == "knit" and load.path:
+        raise ConfigurationError(f"{where}: load.path has {len(load.path)} legs but must be [] for a knit")
+    if specimen == "pair" and not load.path:
+        raise ConfigurationError(f"{where}: load.path is empty but must have a leg or more for a pair")
+    if specimen == "pair" and load.stops:
+        raise ConfigurationError(
+            f"{where}: load.stops is {list(load.stops)} but must be [] for a pair, whose legs end increments"
+        )
+    bounds = (0.0, *load.stops, load.strain)
+    if any(later <= earlier for earlier, later in pairwise(bounds)):
+        raise ConfigurationError(
+            f"{where}: load.stops is {list(load.stops)} but must rise between 0 and load.strain, {load.strain:g}"
         )
 
 
@@ -258,7 +374,7 @@ def _plain(value: Any) -> Any:
         return {item.name: _plain(getattr(value, item.name)) for item in fields(value)}
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    return list(value) if isinstance(value, tuple) else value
+    return [_plain(item) for item in value] if isinstance(value, tuple) else value
 
 
 def _scaled(section: Any, factors: dict[str, float]) -> Any:
@@ -271,8 +387,13 @@ def _scaled(section: Any, factors: dict[str, float]) -> Any:
         if dataclasses.is_dataclass(value):
             changes[item.name] = _scaled(value, factors)
         elif unit in factors:
-            changes[item.name] = value * factors[unit]
+            changes[item.name] = _times(value, factors[unit])
     return dataclasses.replace(section, **changes)
+
+
+def _times(value: Any, factor: float) -> Any:
+    """Return a number, array or nested tuple of numbers times a factor."""
+    return tuple(_times(item, factor) for item in value) if isinstance(value, tuple) else value * factor
 
 
 def _digest(document: Any) -> str:

@@ -5,9 +5,11 @@ import pytest
 import yaml
 
 DEFAULTS = {
+    "specimen": "knit",
     "fidelity": "dns",
     "interaction": "tie",
     "pattern": {"loop": "loop.yaml", "loops": 3, "rows": 3, "clearance": 0.01},
+    "pair": {"angle": 90.0, "length": 10e-3, "support": "back"},
     "yarn": {
         "youngs_modulus": 1.3e9,
         "poisson_ratio": 0.42,
@@ -15,14 +17,24 @@ DEFAULTS = {
         "material": "hencky",
     },
     "geometry": {"alpha": 1.0, "beta": 1.0, "gamma": 1.0, "beta_0": 1.0, "samples": 50},
-    "load": {"direction": "course", "strain": 0.05, "lateral": "fixed"},
+    "load": {"direction": "course", "strain": 0.05, "lateral": "fixed", "stops": [], "path": []},
     "mesh": {"size": 0.3e-3, "growth": 1.2, "element": "one_point", "beam_size": 0.5e-3},
     "tie": {"tolerance": 0.05},
+    "contact": {
+        "friction": 0.76,
+        "normal_stiffness": 10.0,
+        "tangential_stiffness": 10.0,
+        "penetration": 0.01,
+        "augmentations": 10,
+        "points": 2,
+        "tied_rows": "outer",
+    },
     "solver": {
         "increments": 10,
         "residual_tolerance": 1e-6,
         "correction_tolerance": 1e-6,
         "hourglass": 0.005,
+        "stabilisation": 0.0,
         "linear": "auto",
     },
     "rom": {"contacts_from": None, "joint": "rigid"},

@@ -137,6 +137,25 @@ def test_geometry_does_not_see_other_changes_of_a_scene(config):
     assert load_knits(config)["plain"] != before
 
 
+def test_geometry_of_a_pair_does_not_see_its_load(config):
+    table = config / "scenes.tsv"
+    column = "\tspecimen\tload.direction\tload.path"
+    rows = table.read_text().splitlines()
+    pair = ["pair-a", "ci", "cross", "", "", "", "", "pair", "path", "[[0, 0, -1e-5]]"]
+    table.write_text(
+        "\n".join([rows[0] + column, *(row + 3 * "\t" for row in rows[1:]), "\t".join(pair), ""])
+    )
+    before = load_knits(config)["cross"]
+    assert (before.specimen, before.pair) == ("pair", load_scene("pair-a", config).pair)
+    rewrite(table, "-1e-5", "-2e-5")
+    assert load_knits(config)["cross"] == before
+    set_default(config, "pair.angle", 30.0)
+    assert load_knits(config)["cross"] != before
+    rewrite(table, "cross", "plain")
+    with pytest.raises(ConfigurationError, match=r"knit is 'plain', .* but specimen is 'pair', there 'knit'"):
+        load_scenes(config)
+
+
 def leaves(document, prefix=""):
     for key, value in document.items():
         if isinstance(value, dict):

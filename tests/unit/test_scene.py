@@ -15,6 +15,14 @@ def scene(config):
     return load_scenes(config)["dns-a"]
 
 
+@pytest.fixture
+def pair(scene):
+    """Scene of two crossing yarns that are pressed and then slid."""
+    document = scene.to_dict() | {"specimen": "pair"}
+    document["load"] |= {"direction": "path", "path": [[0, 0, -1e-5], [2e-4, 0, -1e-5]]}
+    return Scene.from_dict(document)
+
+
 def test_plain_mapping_and_back(scene):
     assert Scene.from_dict(scene.to_dict()) == scene
 
@@ -43,7 +51,22 @@ def test_is_frozen_to_the_last_array(scene):
         ("load.strain", True, "a number > 0"),
         ("load.strain", float("nan"), "a finite number"),
         ("load.direction", "bias", "course"),
-        ("interaction", "glued", "tie"),
+        ("interaction", "glued", "tie, rough"),
+        ("specimen", "braid", "knit or pair"),
+        ("pair.angle", 0, "a number > 0 and <= 90, in degrees"),
+        ("pair.angle", 91, "a number > 0 and <= 90, in degrees"),
+        ("pair.length", 0, "a number > 0, in m"),
+        ("pair.support", "middle", "ends or back"),
+        ("load.stops", [0], "a strain > 0"),
+        ("load.path", [[0.0, 1.0]], "three numbers x, y, z, in m"),
+        ("contact.friction", -0.1, "a number >= 0"),
+        ("contact.normal_stiffness", 0, "a number > 0, times E over the mesh size"),
+        ("contact.tangential_stiffness", 0, "a number > 0, times E over the mesh size"),
+        ("contact.penetration", 0, "a share of the mesh size"),
+        ("contact.augmentations", -1, "a whole number from 0 to 100"),
+        ("contact.points", 5, "a whole number from 1 to 4"),
+        ("contact.tied_rows", "inner", "outer"),
+        ("solver.stabilisation", -1e-9, "a number >= 0"),
         ("fidelity", "fem", "dns, rom3d or rom2d"),
         ("mesh.size", float("inf"), "a finite number"),
         ("mesh", 3.0, "a group of keys"),
@@ -69,10 +92,10 @@ def test_value_that_is_not_allowed(scene, key, value, allowed):
     [
         (
             "load.strane",
-            r"unknown key 'load.strane' \(did you mean 'strain'\?\); allowed are direction, lateral, strain",
+            r"unknown key 'load.strane' \(did you mean 'strain'\?\); allowed are direction, lateral, path, ",
         ),
         ("lod.strain", r"unknown key 'lod.strain' \(did you mean 'load'\?\)"),
-        ("colour", "unknown key 'colour'; allowed are fidelity, "),
+        ("colour", "unknown key 'colour'; allowed are contact, fidelity, "),
     ],
 )
 def test_unknown_key(scene, key, message):
@@ -109,6 +132,47 @@ def test_source_of_contacts_goes_with_the_fidelity(scene):
         scene.replace("fidelity", "rom2d")
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("load.direction", "path", r"load\.direction is 'path' but must be course where specimen is knit"),
+        ("load.path", [[0, 0, 1e-3]], r"load\.path has 1 legs but must be \[\] for a knit"),
+        (
+            "load.stops",
+            [0.02, 0.01],
+            r"load\.stops is \[0\.02, 0\.01\] but must rise between 0 and load\.strain",
+        ),
+        ("load.stops", [0.02, 0.02], r"load\.stops .* must rise"),
+        ("load.stops", [0.01, 0.05], r"load\.stops .* must rise between 0 and load\.strain, 0\.05"),
+    ],
+)
+def test_load_that_is_not_one_of_a_knit(scene, key, value, message):
+    with pytest.raises(ConfigurationError, match=message):
+        scene.replace(key, value)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("load.direction", "course", r"load\.direction is 'course' but must be path where specimen is pair"),
+        ("load.path", [], r"load\.path is empty but must have a leg or more for a pair"),
+        ("load.stops", [0.01], r"load\.stops is \[0\.01\] but must be \[\] for a pair"),
+        ("fidelity", "rom3d", r"fidelity is 'rom3d' but must be dns where specimen is pair"),
+        ("pair.length", 3.6e-3, r"pair\.length is 0\.0036 m but must exceed twice yarn\.diameter, 0\.0018 m"),
+    ],
+)
+def test_pair_that_is_not_allowed(pair, key, value, message):
+    with pytest.raises(ConfigurationError, match=message):
+        pair.replace(key, value)
+
+
+def test_rows_in_contact_need_one_that_is_not_tied(scene):
+    two = scene.replace("pattern.rows", 2)
+    with pytest.raises(ConfigurationError, match=r"contact\.tied_rows is 'outer' but must be none"):
+        two.replace("interaction", "isotropic")
+    assert two.replace("contact.tied_rows", "none").replace("interaction", "rough").interaction == "rough"
+
+
 def test_constructor_checks_as_well(scene):
     with pytest.raises(ConfigurationError, match=r"load\.strain is 0"):
         dataclasses.replace(scene, load=dataclasses.replace(scene.load, strain=0.0))
@@ -119,6 +183,7 @@ def test_scaled_multiplies_every_length_and_modulus_and_nothing_else(scene):
     np.testing.assert_array_equal(scaled.pattern.control_points, 1e3 * scene.pattern.control_points)
     lengths = {
         "pattern": ["course_spacing", "wale_spacing"],
+        "pair": ["length"],
         "yarn": ["diameter"],
         "mesh": ["size", "beam_size"],
     }
@@ -131,6 +196,12 @@ def test_scaled_multiplies_every_length_and_modulus_and_nothing_else(scene):
     assert after == before
 
 
+def test_scaled_multiplies_the_path_of_a_pair(pair):
+    scaled = pair.scaled(length=1e3)
+    np.testing.assert_array_equal(scaled.load.path, 1e3 * np.array(pair.load.path))
+    assert scaled.load.stops == pair.load.stops
+
+
 def test_hash_knows_what_determines_the_result(scene):
     assert scene.replace("load.strain", 0.04).hash != scene.hash
     assert scene.replace("yarn.density", 905).hash == scene.hash, "905 and 905.0 are one value"
@@ -138,8 +209,28 @@ def test_hash_knows_what_determines_the_result(scene):
         assert scene.replace(key, value).hash == scene.hash
 
 
+def test_hash_leaves_out_what_a_scene_does_not_use(scene, pair):
+    for key, value in [("contact.friction", 0.1), ("pair.angle", 30)]:
+        assert scene.replace(key, value).hash == scene.hash
+    isotropic = scene.replace("interaction", "isotropic")
+    assert isotropic.hash != scene.hash
+    assert isotropic.replace("contact.friction", 0.1).hash != isotropic.hash
+    assert pair.replace("pair.angle", 30).hash != pair.hash
+    assert pair.replace("pair.support", "ends").hash != pair.hash
+
+
 def test_geometry_key_knows_what_determines_the_geometry(scene):
     for key, value in [("yarn.diameter", 1.7e-3), ("pattern.rows", 2), ("geometry.alpha", 2.0)]:
         assert scene.replace(key, value).geometry_key != scene.geometry_key
     for key, value in [("yarn.youngs_modulus", 1e9), ("load.strain", 0.01), ("mesh.size", 1e-3)]:
         assert scene.replace(key, value).geometry_key == scene.geometry_key
+    for key, value in [("pair.angle", 30.0), ("contact.friction", 0.1), ("load.stops", [0.01])]:
+        assert scene.replace(key, value).geometry_key == scene.geometry_key
+
+
+def test_geometry_key_of_a_pair(pair, scene):
+    assert pair.geometry_key != scene.geometry_key
+    for key, value in [("yarn.diameter", 1.7e-3), ("pattern.clearance", 0.02), ("pair.angle", 30.0)]:
+        assert pair.replace(key, value).geometry_key != pair.geometry_key
+    for key, value in [("pattern.rows", 2), ("pair.support", "ends"), ("load.path", [[0, 0, -1e-6]])]:
+        assert pair.replace(key, value).geometry_key == pair.geometry_key
