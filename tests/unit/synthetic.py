@@ -75,3 +75,105 @@ def geometry(knit: Knit, flattened=0.5):
         term=list(TERMS),
         **{name: ("state", values) for name, values in state.items()},
     )
+
+
+SNAPSHOTS = (0.0, 0.0005, 0.0033, 0.0045, 0.0195, 0.05)
+"""Strains of the history of a knit in contact: unloaded, the four that the paper shows, and the last."""
+
+ZONES_BY_SNAPSHOT = ((), (), (0,), (0, 1), (0, 1, 2, 3), (0, 1, 2, 3))
+"""Which zones of every cell have touched by then."""
+
+
+def contact_history(knit: Knit, interaction="isotropic", friction=0.76, **attributes):
+    """History of a knit whose outer rows are tied, and whose other crossings close zone after zone.
+
+    A closed crossing has two points of 1e-8 m2 on each side, 2 mm apart, under 1 MPa times its zone plus one at full
+    load; what slips carries `friction` times the pressure along x.
+    """
+    stations = history_of(knit)
+    strain = np.array(SNAPSHOTS)
+    position = stations["centreline"].to_numpy()
+    motion = strain[:, None, None] * position * [1.0, -0.5, 0.0]
+    motion[..., 2] = 4e-3 * strain[:, None] * np.sin(np.pi * position[:, 0] / knit.width)
+    points = _points(knit, strain, friction)
+    crossings = knit.crossings
+    tied = (crossings.row == 0) | (crossings.row == knit.rows - 1) if knit.rows > 2 else 0 * crossings.row
+    force = np.zeros((len(strain), len(crossings.row), 3))
+    force[:, tied == 1] = strain[:, None, None] * [10.0, 0.0, 5.0]
+    increment, crossing = points["contact_increment"][1], points["contact_crossing"][1]
+    share = (0.5 * points["contact_area"][1] * np.where(points["contact_side"][1] == 0, 1, -1))[:, None]
+    pressure = points["contact_pressure"][1][:, None] * points["contact_normal"][1]
+    np.add.at(force, (increment, crossing), share * (pressure + points["contact_traction"][1]))
+    place = strain[:, None, None, None] * np.stack([crossings.point[:, 0], crossings.point[:, 1]], axis=1)
+    count = len(strain)
+    energy = np.zeros((count, 6))
+    energy[:, 1] = energy[:, 0] = 1e-3 * strain
+    untied = np.where(tied[:, None], crossings.point.mean(axis=1), np.nan)
+    return (
+        stations.drop_attrs()
+        .assign_attrs(
+            scene="dns-a",
+            scene_hash="abcd",
+            interaction=interaction,
+            facets_around=24,
+            **attributes,
+        )
+        .assign(
+            strain=("increment", strain),
+            displacement=("increment", knit.width * strain),
+            force=("increment", 300 * strain + 200 * np.maximum(strain - 0.0046, 0)),
+            energy=(("increment", "form"), energy),
+            form=["external", "internal", "hourglass", "penalty", "friction", "stabilisation"],
+            newton_iterations=("increment", np.full(count, 4)),
+            smallest_gap=("increment", np.full(count, -1e-7)),
+            centreline_displacement=(("increment", "station", "xyz"), motion),
+            crossing_force=(("increment", "crossing", "xyz"), force),
+            crossing_displacement=(("increment", "crossing", "side", "xyz"), place),
+            crossing_tied=("crossing", tied.astype(np.int8)),
+            tied_area=("crossing", np.where(tied, 1e-7, np.nan)),
+            tied_centroid=(("crossing", "xyz"), untied),
+            yarn_force=(("increment", "yarns", "xyz"), np.zeros((count, knit.rows + 1, 3))),
+            yarn_moment=(("increment", "yarns", "xyz"), np.zeros((count, knit.rows + 1, 3))),
+            **points,
+        )
+    )
+
+
+def _points(knit, strain, friction):
+    """Points of all closed crossings that are not tied, one increment after another."""
+    crossings = knit.crossings
+    inner = (crossings.row > 0) & (crossings.row < knit.rows - 1) if knit.rows > 2 else crossings.row >= 0
+    closed = [np.flatnonzero(inner & np.isin(crossings.zone, zones)) for zones in ZONES_BY_SNAPSHOT]
+    increment = np.repeat(np.arange(len(strain)), [4 * len(each) for each in closed])
+    crossing = np.repeat(np.concatenate(closed), 4)
+    side, place = np.tile([0, 0, 1, 1], len(crossing) // 4), np.tile([0, 1], len(crossing) // 2)
+    apart = np.diff(crossings.point, axis=1)[:, 0] / crossings.distance[:, None]
+    middle = crossings.point.mean(axis=1)[crossing] + (place * 2e-3 - 1e-3)[:, None] * [1.0, 0.0, 0.0]
+    pressure = 1e6 * (1 + crossings.zone[crossing]) * strain[increment] / strain[-1]
+    slips = crossings.zone[crossing] > 1
+    traction = np.where(slips, friction * pressure, 0.0)[:, None] * [1.0, 0.0, 0.0]
+    traction *= np.where(side == 0, 1.0, -1.0)[:, None]
+    columns = {
+        "increment": increment,
+        "crossing": crossing,
+        "side": side,
+        "yarn": crossings.yarn[crossing, side],
+        "target": crossings.yarn[crossing, 1 - side],
+        "area": np.full(len(crossing), 1e-8),
+        "pressure": pressure,
+        "gap": np.full(len(crossing), -1e-8),
+        "slip": np.where(slips, 1e-5, 0.0),
+        "sticks": (~slips).astype(np.int8),
+    }
+    vectors = {
+        "position": middle * (1 + strain[increment, None]),
+        "reference": middle,
+        "normal": np.where(side == 0, -1.0, 1.0)[:, None] * apart[crossing],
+        "traction": traction,
+    }
+    cell = np.stack([10 * crossing + place, np.where(place, 23, 0)], axis=1)
+    return (
+        {f"contact_{name}": ("point", values) for name, values in columns.items()}
+        | {f"contact_{name}": (("point", "xyz"), values) for name, values in vectors.items()}
+        | {"contact_cell": (("point", "grid"), cell)}
+    )

@@ -1,0 +1,177 @@
+"""Extraction at the crossings against sums made by hand."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import synthetic
+import xarray as xr
+
+from knitstudy.contacts import extract
+from knitstudy.errors import DataFileError
+from knitstudy.geometry.pattern import Crossings
+
+
+@pytest.fixture
+def pair():
+    """Two crossings of two yarns, one above the other: z = 0 and z = 2 mm, 10 mm apart along x."""
+    point = np.array([[[0.0, 0, 0], [0, 0, 2e-3]], [[1e-2, 0, 0], [1e-2, 0, 2e-3]]])
+    one = np.zeros(2, dtype=int)
+    crossings = Crossings(
+        row=one,
+        column=one,
+        zone=np.array([0, 1]),
+        yarn=np.array([[0, 1], [0, 1]]),
+        arc_length=np.array([[1e-3, 2e-3], [1.1e-2, 1.2e-2]]),
+        point=point,
+        distance=np.full(2, 2e-3),
+    )
+    return SimpleNamespace(crossings=crossings)
+
+
+@pytest.fixture
+def history():
+    """Three increments; crossing 0 is in contact at the second only, crossing 1 is tied.
+
+    At the lower yarn 2e-8 m2 at 3 MPa and 1e-8 m2 at 1 MPa, the latter sliding; at the upper one 1e-8 m2 at 5 MPa.
+    """
+    vector = ("point", "xyz")
+    touching = {
+        "contact_increment": [1, 1, 1],
+        "contact_crossing": [0, 0, 0],
+        "contact_side": [0, 0, 1],
+        "contact_area": [2e-8, 1e-8, 1e-8],
+        "contact_pressure": [3e6, 1e6, 5e6],
+        "contact_slip": [0.0, 3e-6, 0.0],
+        "contact_sticks": [1, 0, 1],
+    }
+    displacement = np.zeros((3, 2, 2, 3))
+    displacement[1:, 0, 1] = [1e-5, 0, 0]
+    displacement[1:, 1] = [0, 2e-5, 0]
+    force = np.zeros((3, 2, 3))
+    force[1, 0] = [0.0025, -0.0075, -0.06]
+    force[1, 1] = [3.0, 0.0, 4.0]
+    return xr.Dataset(
+        {
+            "strain": ("increment", [0.0, 0.01, 0.02]),
+            "crossing_force": (("increment", "crossing", "xyz"), force),
+            "crossing_displacement": (("increment", "crossing", "side", "xyz"), displacement),
+            "crossing_tied": ("crossing", [0, 1]),
+            "tied_area": ("crossing", [np.nan, 7e-8]),
+            "tied_centroid": (("crossing", "xyz"), [[np.nan] * 3, [1e-2, 0, 1e-3]]),
+            "yarn_force": (("increment", "yarns", "xyz"), np.arange(18.0).reshape(3, 2, 3)),
+            "contact_cell": (("point", "grid"), [[4, 0], [5, 11], [9, 3]]),
+            "contact_position": (vector, [[1e-3, 0, 1e-3], [0, 0, 1e-3], [0, 2e-3, 1e-3]]),
+            "contact_reference": (vector, [[1e-3, 0, 0], [0, 0, 0], [0, 1e-3, 0]]),
+            "contact_normal": (vector, [[0, 0, -1.0], [0, 0, -1.0], [0, 0, 1.0]]),
+            "contact_traction": (vector, [[0, 0, 0.0], [5e5, 0, 0], [0, 1.5e6, 0]]),
+        }
+        | {name: ("point", values) for name, values in touching.items()},
+        attrs={"facets_around": 12, "scene": "pair", "scene_hash": "ab"},
+    )
+
+
+@pytest.fixture
+def contacts(pair, history):
+    return extract(pair, history)
+
+
+def test_forces_of_both_sides_by_hand(contacts):
+    """Half of 0.07 N and of 0.05 N press the lower yarn down; half of 5 mN and of -15 mN pull it sideways."""
+    touching = contacts.isel(increment=1, crossing=0)
+    np.testing.assert_allclose(touching["normal_resultant"], [0, 0, -0.06])
+    np.testing.assert_allclose(touching["tangential_resultant"], [0.0025, -0.0075, 0], atol=1e-18)
+    np.testing.assert_allclose(
+        touching["normal_resultant"] + touching["tangential_resultant"], touching["force"]
+    )
+
+
+def test_means_over_the_points_by_hand(contacts):
+    touching = contacts.isel(increment=1, crossing=0)
+    assert float(touching["contact_area"]) == pytest.approx(0.5 * 4e-8)
+    np.testing.assert_allclose(touching["contact_centroid"], [6e-3 / 12, 1e-2 / 12, 1e-3])
+    np.testing.assert_allclose(touching["contact_normal"], [0, 0, 1])
+    assert float(touching["slip"]) == pytest.approx(3e-6 / 4)
+    assert float(touching["stick_share"]) == pytest.approx(0.75)
+    assert float(touching["largest_pressure"]) == 5e6
+    assert int(touching["zones"]) == 1, "facets 0 and 11 of 12 meet"
+
+
+def test_open_crossing_has_no_centroid_and_no_force(contacts):
+    for increment in (0, 2):
+        apart = contacts.isel(increment=increment, crossing=0)
+        for name in ("contact_centroid", "contact_normal", "slip", "stick_share"):
+            assert np.isnan(apart[name]).all()
+        for name in ("zones", "contact_area", "normal_resultant", "tangential_resultant", "largest_pressure"):
+            assert (apart[name] == 0).all()
+
+
+def test_undeformed_centroid_is_that_of_the_last_touch(contacts):
+    np.testing.assert_allclose(contacts["centroid"][0], [6e-3 / 12, 5e-3 / 12, 0])
+    assert float(contacts["area"][0]) == 0, "it is open at the end"
+
+
+def test_crossing_that_never_touched_has_the_geometrys_centroid(pair, history):
+    contacts = extract(pair, history.isel(point=slice(0, 0)))
+    np.testing.assert_allclose(contacts["centroid"][0], [0, 0, 1e-3])
+
+
+def test_points_without_pressure_or_crossing_do_not_count(pair, history, contacts):
+    of_points = history[[name for name in history.data_vars if "point" in history[name].dims]]
+    far = of_points.isel(point=[0]).assign(contact_crossing=("point", [-1]))
+    idle = of_points.isel(point=[0]).assign(contact_pressure=("point", [0.0]))
+    more = history.drop_dims("point").merge(xr.concat([of_points, far, idle], "point"))
+    xr.testing.assert_identical(extract(pair, more), contacts)
+
+
+def test_larger_number_of_zones_of_the_two_sides(pair, history):
+    split = history["contact_cell"].copy()
+    split[1] = [7, 0]
+    contacts = extract(pair, history.assign(contact_cell=split))
+    assert contacts["zones"][:, 0].values.tolist() == [0, 2, 0]
+
+
+def test_tied_crossing(contacts):
+    tied = contacts.isel(crossing=1)
+    np.testing.assert_allclose(tied["centroid"], [1e-2, 0, 1e-3])
+    np.testing.assert_allclose(tied["contact_centroid"][1], [1e-2, 2e-5, 1e-3])
+    np.testing.assert_allclose(tied["normal_resultant"][1], [0, 0, 4.0])
+    np.testing.assert_allclose(tied["tangential_resultant"][1], [3.0, 0, 0])
+    assert (tied["zones"] == 1).all()
+    assert (tied["stick_share"] == 1).all()
+    assert float(tied["area"]) == 7e-8
+    assert contacts["tied"].values.tolist() == [0, 1]
+
+
+def test_motion_between_the_yarns_and_forces_on_them(contacts, history):
+    np.testing.assert_allclose(contacts["relative_displacement"][1], [[1e-5, 0, 0], [0, 0, 0]])
+    np.testing.assert_array_equal(contacts["yarn_force"], history["yarn_force"])
+    assert "yarn_moment" not in contacts
+
+
+def test_every_variable_has_a_unit(contacts):
+    assert all("units" in variable.attrs for name, variable in contacts.data_vars.items() if name != "strain")
+
+
+def test_contacts_of_a_knit(knit):
+    contacts = extract(knit, synthetic.contact_history(knit))
+    centre = (contacts["row"] == 1) & (contacts["column"] == 1)
+    zones = contacts["zones"].isel(crossing=np.flatnonzero(centre)).sum("crossing")
+    assert zones.values.tolist() == [0, 0, 1, 2, 4, 4]
+    resultants = contacts["normal_resultant"] + contacts["tangential_resultant"]
+    np.testing.assert_allclose(resultants, contacts["force"], atol=1e-15)
+
+
+def test_history_of_another_specimen_is_refused(pair, history):
+    with pytest.raises(DataFileError, match="has 1 crossings and the specimen 2"):
+        extract(pair, history.isel(crossing=[0]))
+
+
+def test_history_without_crossings_is_refused(pair, history):
+    with pytest.raises(DataFileError, match="holds no crossing_force"):
+        extract(pair, history.drop_vars("crossing_force"))
+
+
+def test_contact_points_without_facets_are_refused(pair, history):
+    with pytest.raises(DataFileError, match="no attribute facets_around"):
+        extract(pair, history.drop_attrs())
