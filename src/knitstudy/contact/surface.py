@@ -1,0 +1,163 @@
+"""Smooth surfaces through the surface nodes of solids: tensor products of Catmull-Rom curves (Catmull and Rom 1974).
+
+A surface is a grid of nodes, (slice, angle) on a yarn. Its parameters xi = (along, around) count slices and angles,
+so that neighbours and stencils are index arithmetic. It is C1 everywhere, which flat facets are not: with 12 angles
+these sag by 3.4% of the radius, more than the clearance of a knit, and a Catmull-Rom surface by 0.2%.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Nodes that one surface goes through.
+
+    Attributes
+    ----------
+    nodes : ndarray of int, shape (m, a)
+        Node numbers, at least 2 by 2; the normal (around x along) points outward.
+    closed : bool
+        Whether the last column is followed by the first.
+    offset : float
+        How far inside of the interpolated surface the contact surface lies [m]: a polygon inflated to the area of
+        its circle has its nodes outside of the circle.
+    """
+
+    nodes: np.ndarray
+    closed: bool = True
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Stencil:
+    """Sixteen nodes that places on a surface depend on, and their weights.
+
+    Attributes
+    ----------
+    nodes : ndarray of int, shape (k, 16)
+    value : ndarray, shape (k, 16)
+    first : ndarray, shape (k, 2, 16)
+        Derivatives along and around.
+    second : ndarray, shape (k, 3, 16)
+        Second derivatives: along, mixed, around.
+    """
+
+    nodes: np.ndarray
+    value: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+
+
+class Surfaces:
+    """All smooth surfaces of a model.
+
+    Parameters
+    ----------
+    grids : sequence of Grid
+    """
+
+    def __init__(self, grids: list[Grid] | tuple[Grid, ...]) -> None:
+        self.grids = tuple(grids)
+        self.shape = np.array([grid.nodes.shape for grid in self.grids])  # (G, 2)
+        self.closed = np.array([grid.closed for grid in self.grids])
+        self.offset = np.array([grid.offset for grid in self.grids])
+        self.cells = self.shape - np.stack([np.ones(len(self.grids), int), ~self.closed], axis=1)
+        self._first = np.concatenate([[0], np.cumsum(self.shape.prod(axis=1))])
+        self._nodes = np.concatenate([np.asarray(grid.nodes).ravel() for grid in self.grids])
+
+    def cell(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        """Return the cells (k, 2) that places xi (k, 2) of surfaces (k,) lie in; around is counted on one turn."""
+        cells = self.cells[surface]
+        cell = np.floor(xi).astype(np.int64)
+        cell[:, 0] = np.clip(cell[:, 0], 0, cells[:, 0] - 1)
+        turned = np.where(self.closed[surface], cell[:, 1] % cells[:, 1], cell[:, 1])
+        cell[:, 1] = np.clip(turned, 0, cells[:, 1] - 1)
+        return cell
+
+    def stencil(self, surface: np.ndarray, xi: np.ndarray) -> Stencil:
+        """Return the stencils of places xi (k, 2) on surfaces (k,)."""
+        cell = self.cell(surface, xi)
+        shape, closed = self.shape[surface], self.closed[surface]
+        along = _curve(cell[:, 0], xi[:, 0] - cell[:, 0], shape[:, 0], np.zeros(len(xi), dtype=bool))
+        share = xi[:, 1] - np.floor(xi[:, 1])
+        share = np.where(closed, share, xi[:, 1] - cell[:, 1])
+        around = _curve(cell[:, 1], share, shape[:, 1], closed)
+        index = along.index[:, :, None] * shape[:, 1][:, None, None] + around.index[:, None, :]
+        nodes = self._nodes[self._first[surface][:, None] + index.reshape(-1, 16)]
+
+        def product(i: int, j: int) -> np.ndarray:
+            return (along.weight[:, i, :, None] * around.weight[:, j, None, :]).reshape(-1, 16)
+
+        return Stencil(
+            nodes=nodes,
+            value=product(0, 0),
+            first=np.stack([product(1, 0), product(0, 1)], axis=1),
+            second=np.stack([product(2, 0), product(1, 1), product(0, 2)], axis=1),
+        )
+
+    def inside(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        """Return whether places xi (k, 2) lie within their surfaces' edges."""
+        last = (self.shape[surface] - 1).astype(float)
+        within = (xi >= 0) & (xi <= last)
+        within[:, 1] |= self.closed[surface]
+        return within.all(axis=1)
+
+    def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        """Return xi (k, 2) moved to the nearest place within the surfaces' edges."""
+        last = (self.shape[surface] - 1).astype(float)
+        clamped = np.clip(xi, 0, last)
+        clamped[:, 1] = np.where(self.closed[surface], xi[:, 1], clamped[:, 1])
+        return clamped
+
+
+def interpolate(weight: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return weighted sums (k, ..., 3) of nodal values (N, 3): weights (k, ..., c) at nodes (k, c)."""
+    return weight @ values[nodes] if weight.ndim > 2 else (weight[:, None] @ values[nodes])[:, 0]
+
+
+@dataclass(frozen=True)
+class _Curve:
+    index: np.ndarray  # (k, 4) positions in the row of nodes
+    weight: np.ndarray  # (k, 3, 4): value, first and second derivative
+
+
+def _curve(cell: np.ndarray, t: np.ndarray, count: np.ndarray, closed: np.ndarray) -> _Curve:
+    """Weights of a Catmull-Rom curve at local parameters t (k,) of cells (k,) in rows of `count` nodes.
+
+    At open ends the missing neighbour is the linear continuation of the last two nodes.
+    """
+    one, zero = np.ones_like(t), np.zeros_like(t)
+    powers = np.stack(
+        [
+            np.stack([one, t, t * t, t**3], axis=1),
+            np.stack([zero, one, 2 * t, 3 * t * t], axis=1),
+            np.stack([zero, zero, 2 * one, 6 * t], axis=1),
+        ],
+        axis=1,
+    )
+    weight = powers @ _CATMULL_ROM  # (k, 3, 4)
+    index = cell[:, None] + np.arange(-1, 3)
+    low, high = ~closed & (cell == 0), ~closed & (cell == count - 2)
+    weight[low, :, 1] += 2 * weight[low, :, 0]
+    weight[low, :, 2] -= weight[low, :, 0]
+    weight[low, :, 0] = 0
+    weight[high, :, 2] += 2 * weight[high, :, 3]
+    weight[high, :, 1] -= weight[high, :, 3]
+    weight[high, :, 3] = 0
+    index = np.where(closed[:, None], index % count[:, None], np.clip(index, 0, count[:, None] - 1))
+    return _Curve(index, weight)
+
+
+_CATMULL_ROM = 0.5 * np.array(
+    [
+        [0.0, 2.0, 0.0, 0.0],
+        [-1.0, 0.0, 1.0, 0.0],
+        [2.0, -5.0, 4.0, -1.0],
+        [-1.0, 3.0, -3.0, 1.0],
+    ]
+)
+"""Rows: powers of t; columns: the four nodes."""
