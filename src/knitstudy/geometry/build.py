@@ -1,33 +1,39 @@
-"""The geometry stage: from a scene to the optimised knit and the report on it."""
+"""The geometry stage: from a scene to the optimised knit and the report on it, or to a pair of crossing yarns."""
 
 import numpy as np
 import xarray as xr
 
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, optimise
+from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit, metre
 from knitstudy.geometry.survey import check_yarns, survey
 
 
 def build(scene):
-    """Optimise the loop of a scene and lay out its knit.
+    """Lay out the specimen of a scene; the loop of a knit is optimised first.
 
     Parameters
     ----------
     scene : Scene
-        Its sections pattern, yarn (diameter) and geometry are read.
+        Read are, of a knit, its sections pattern, yarn (diameter) and geometry; of a pair, its section pair,
+        the yarn's diameter and the clearance.
 
     Returns
     -------
     xarray.Dataset
-        ``Knit.to_dataset()``, with the initial control points and, for both states "before" and "after", the
-        terms of F, length, smallest radius of curvature, deepest penetration, gaps and angles.
+        ``Pair.to_dataset()``, or ``Knit.to_dataset()`` with the initial control points and, for both states
+        "before" and "after", the terms of F, length, smallest radius of curvature, deepest penetration, gaps and
+        angles.
 
     Raises
     ------
     GeometryError
         When no valid knit comes out.
     """
+    if scene.specimen == "pair":
+        pair = scene.pair
+        return Pair(scene.yarn.radius, pair.angle, pair.length, scene.pattern.clearance).to_dataset()
     initial = initial_loop(scene)
     loop, optimum = optimise(initial, scene.geometry)
     surveys = survey(initial), survey(loop)

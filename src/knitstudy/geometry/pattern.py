@@ -42,6 +42,18 @@ class Crossings:
     point: np.ndarray
     distance: np.ndarray
 
+    def to_variables(self):
+        """The crossings as variables of a dataset, by name."""
+        return {
+            "row": (("crossing",), self.row, {"units": "1"}),
+            "column": (("crossing",), self.column, {"units": "1"}),
+            "zone": (("crossing",), self.zone, {"units": "1"}),
+            "yarn": (("crossing", "side"), self.yarn, {"units": "1"}),
+            "arc_length": (("crossing", "side"), self.arc_length, metre("along the yarn")),
+            "point_of_contact": (("crossing", "side", "xyz"), self.point, metre("closest points")),
+            "distance": (("crossing",), self.distance, metre("shortest distance of the centrelines")),
+        }
+
 
 @dataclass(frozen=True)
 class Knit:
@@ -62,6 +74,16 @@ class Knit:
             count = getattr(self, name)
             if not (isinstance(count, int | np.integer) and count >= 1):
                 raise GeometryError(f"pattern.{name} = {count!r}: allowed is a whole number from 1 on")
+
+    @property
+    def radius(self):
+        """Radius of the yarn. [m]"""
+        return self.loop.radius
+
+    @property
+    def clearance(self):
+        """Gap aimed at where yarns cross, in radii."""
+        return self.loop.clearance
 
     @property
     def width(self):
@@ -96,7 +118,7 @@ class Knit:
 
     def to_dataset(self):
         """The knit as a dataset: control points, spacings and crossings, in SI units."""
-        loop, crossings = self.loop, self.crossings
+        loop = self.loop
         return xr.Dataset(
             {
                 "control_points": (
@@ -114,19 +136,10 @@ class Knit:
                 ),
                 "loops": ((), self.loops, {"units": "1"}),
                 "rows": ((), self.rows, {"units": "1", "long_name": "interlock rows; one yarn more"}),
-                "row": (("crossing",), crossings.row, {"units": "1"}),
-                "column": (("crossing",), crossings.column, {"units": "1"}),
-                "zone": (("crossing",), crossings.zone, {"units": "1"}),
-                "yarn": (("crossing", "side"), crossings.yarn, {"units": "1"}),
-                "arc_length": (("crossing", "side"), crossings.arc_length, metre("along the yarn")),
-                "point_of_contact": (("crossing", "side", "xyz"), crossings.point, metre("closest points")),
-                "distance": (
-                    ("crossing",),
-                    crossings.distance,
-                    metre("shortest distance of the centrelines"),
-                ),
-            },
+            }
+            | self.crossings.to_variables(),
             coords={"xyz": XYZ},
+            attrs={"specimen": "knit"},
         )
 
     @classmethod

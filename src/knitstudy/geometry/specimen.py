@@ -1,0 +1,32 @@
+"""What is simulated, a knit or a pair of crossing yarns, from the file of its geometry."""
+
+from knitstudy.errors import DataFileError
+from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pattern import Knit
+
+SPECIMENS = {"knit": Knit, "pair": Pair}
+
+
+def read_specimen(dataset):
+    """The knit or pair that a geometry dataset describes.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of `Knit.to_dataset` or `Pair.to_dataset`; its attribute ``specimen`` says which.
+
+    Returns
+    -------
+    Knit or Pair
+
+    Raises
+    ------
+    DataFileError
+        When it is neither, or a variable is missing.
+    """
+    name = dataset.attrs.get("specimen")
+    if name not in SPECIMENS:
+        raise DataFileError(
+            f"geometry dataset: its attribute specimen is {name!r}; allowed are {', '.join(SPECIMENS)}"
+        )
+    return SPECIMENS[name].from_dataset(dataset)

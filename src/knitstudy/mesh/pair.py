@@ -1,0 +1,45 @@
+"""Solid mesh of two crossing yarns."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from knitstudy.mesh.knit import RAMP, REACH
+from knitstudy.mesh.quality import OVERLAP_TOLERANCE, check
+from knitstudy.mesh.roll import Targets
+from knitstudy.mesh.section import Section
+from knitstudy.mesh.spacing import Spacing
+from knitstudy.mesh.sweep import SweptMesh, sweep
+
+if TYPE_CHECKING:
+    from knitstudy.geometry.pair import Pair
+
+
+def mesh_pair(pair: Pair, size: float, growth: float = 1.0, overlap: float = OVERLAP_TOLERANCE) -> SweptMesh:
+    """Mesh both yarns of a pair, and refuse the mesh if it fails a gate.
+
+    The crossing lies in the middle of a layer of elements of each yarn, and the point of contact over the middle of
+    a facet.
+
+    Parameters
+    ----------
+    pair : Pair
+    size : float
+        Element size across the yarns, and along them near the crossing, m.
+    growth : float
+        Spacing of slices away from the crossing over ``size``.
+    overlap : float
+        Share of the diameter by which the yarns may overlap.
+
+    Raises
+    ------
+    MeshError
+        If the sizes are not allowed, elements are folded, or the yarns overlap.
+    """
+    radius, crossings = pair.radius, pair.crossings
+    section = Section.for_size(2 * radius, size)
+    spacing = Spacing(size, growth, (crossings.arc_length[0, 0],), reach=REACH * radius, ramp=RAMP * radius)
+    targets = [Targets(s, crossings.point.mean(axis=1)) for s in crossings.arc_length.T]
+    mesh = sweep(pair.centrelines, section, radius, spacing, targets=targets)
+    check(mesh, pair.centrelines, overlap)
+    return mesh

@@ -1,0 +1,15 @@
+"""Solid mesh of whatever a scene simulates."""
+
+from __future__ import annotations
+
+from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pattern import Knit
+from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.pair import mesh_pair
+from knitstudy.mesh.sweep import SweptMesh
+
+
+def mesh_specimen(specimen: Knit | Pair, size: float, growth: float) -> SweptMesh:
+    """Mesh a knit or a pair of yarns; see `mesh_knit` and `mesh_pair` for the sizes and the errors."""
+    mesh = mesh_pair if isinstance(specimen, Pair) else mesh_knit
+    return mesh(specimen, size, growth)

@@ -1,0 +1,90 @@
+"""Mesh of two crossing yarns: facets face each other at the crossing; and where specimens are gripped."""
+
+import numpy as np
+import pytest
+
+from knitstudy.errors import MeshError
+from knitstudy.geometry.pair import Pair
+from knitstudy.mesh.grips import grips
+from knitstudy.mesh.specimen import mesh_specimen
+from knitstudy.scene import Scene
+
+RADIUS, LENGTH, CLEARANCE, SIZE = 0.9e-3, 8e-3, 0.02, 0.45e-3
+
+
+@pytest.fixture(scope="module", params=[90.0, 30.0])
+def pair(request):
+    return Pair(RADIUS, request.param, LENGTH, CLEARANCE)
+
+
+@pytest.fixture(scope="module")
+def mesh(pair):
+    return mesh_specimen(pair, SIZE, 1.2)
+
+
+@pytest.fixture
+def scene(plain_scene):
+    document = plain_scene.to_dict() | {"specimen": "pair", "fidelity": "dns"}
+    document["rom"]["contacts_from"] = None
+    document["load"] |= {"direction": "path", "path": [[0, 0, -1e-5]]}
+    return Scene.from_dict(document)
+
+
+def test_middles_of_two_facets_face_each_other(mesh):
+    """The distance of two facets' middles is that of the surfaces, and of the sagittas of both polygons."""
+    lower, upper = (mesh.nodes[mesh.surface_quads(yarn)].mean(axis=1) for yarn in range(2))
+    apart = np.linalg.norm(lower[:, None] - upper, axis=-1)
+    nearest = np.unravel_index(apart.argmin(), apart.shape)
+    outer = np.linalg.norm(mesh.section.points[mesh.section.ring[0]])
+    sagitta = 1 - outer * np.cos(np.pi / mesh.section.ring.size)
+    assert apart.min() == pytest.approx((CLEARANCE + 2 * sagitta) * RADIUS, rel=1e-9)
+    np.testing.assert_allclose([lower[nearest[0], :2], upper[nearest[1], :2]], 0, atol=1e-12)
+
+
+def test_layers_are_short_at_the_crossing_and_grow(mesh):
+    for yarn in range(2):
+        s = mesh.arc_length[mesh.yarn_of_slice == yarn]
+        layer = np.searchsorted(s, LENGTH / 2)
+        np.testing.assert_allclose(
+            s[[layer - 1, layer]], LENGTH / 2 + SIZE * np.array([-0.5, 0.5]), rtol=1e-9
+        )
+        assert np.diff(s)[0] > 1.1 * SIZE
+        np.testing.assert_allclose(s, (LENGTH - s)[::-1], atol=1e-9 * LENGTH)
+
+
+def test_yarns_that_overlap():
+    with pytest.raises(MeshError, match="overlap"):
+        mesh_specimen(_Overlapping(RADIUS, 90.0, LENGTH), SIZE, 1.0)
+
+
+class _Overlapping(Pair):
+    """Pair whose yarns are three hundredths of a diameter too near each other."""
+
+    @property
+    def middles(self):
+        return super().middles * 0.97
+
+
+def test_back_is_the_half_that_cannot_touch(pair, mesh, scene):
+    held_and_driven = grips(mesh, scene)
+    for yarn, nodes, away in ((0, held_and_driven.held, -1), (1, held_and_driven.driven, 1)):
+        surface = mesh.surface_nodes(yarn)
+        assert nodes.size == surface.size // 2
+        assert np.isin(nodes, surface).all()
+        height = mesh.nodes[nodes, 2] - pair.middles[yarn, 2]
+        assert (away * height > 0).all()
+
+
+def test_ends_are_whole_sections(mesh, scene):
+    held_and_driven = grips(mesh, scene.replace("pair.support", "ends"))
+    for yarn, nodes in ((0, held_and_driven.held), (1, held_and_driven.driven)):
+        assert nodes.size == 2 * mesh.section.size
+        slices = nodes[:: mesh.section.size] // mesh.section.size
+        assert (mesh.yarn_of_slice[slices] == yarn).all()
+        np.testing.assert_array_equal(mesh.arc_length[slices], [0, LENGTH])
+
+
+def test_knit_is_held_left_and_driven_right(mesh, plain_scene):
+    held_and_driven = grips(mesh, plain_scene)
+    np.testing.assert_array_equal(held_and_driven.held, mesh.end_nodes("left"))
+    np.testing.assert_array_equal(held_and_driven.driven, mesh.end_nodes("right"))
