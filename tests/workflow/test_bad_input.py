@@ -26,6 +26,24 @@ def one_message(ended):
         ("defaults.yaml", "strain: 0.05", "strain: 0", "load.strain is 0 but must be a number > 0"),
         ("defaults.yaml", "loops: 3", "loops: three", "pattern.loops is 'three' but must be a whole number"),
         ("defaults.yaml", "strain:", "strane:", "unknown key 'load.strane' (did you mean 'strain'?)"),
+        (
+            "defaults.yaml",
+            "friction: 0.76",
+            "friction: -0.1",
+            "contact.friction is -0.1 but must be a number >= 0",
+        ),
+        (
+            "defaults.yaml",
+            "clearance: 0.01",
+            "clearance: -0.01",
+            "pattern.clearance is -0.01 but must be a number",
+        ),
+        (
+            "defaults.yaml",
+            "normal_stiffness: 10",
+            "normal_stiffness: 0",
+            "normal_stiffness is 0 but must be a",
+        ),
         ("calibrated_loop.yaml", "diameter:", "width:", "the key 'diameter' of a calibrated loop is missing"),
     ],
 )

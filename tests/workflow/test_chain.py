@@ -31,8 +31,9 @@ def test_every_scene_has_a_history_with_provenance(checkout):
         stage = "dns" if scenes[name].fidelity == "dns" else "rom"
         history = read_dataset(checkout.folder / "results" / stage / f"{name}.nc", ["strain", "force"])
         assert history.scene_hash == scenes[name].hash
-        assert history.strain[-1] == pytest.approx(scenes[name].load.strain)
-        assert (np.diff(history.force) > 0).all(), "a knit in tension pulls back harder and harder"
+        if scenes[name].specimen == "knit":
+            assert history.strain[-1] == pytest.approx(scenes[name].load.strain)
+            assert (np.diff(history.force) > 0).all(), "a knit in tension pulls back harder and harder"
 
 
 def test_deformed_yarns_for_paraview(checkout):
@@ -129,3 +130,13 @@ def test_changed_scene_runs_itself_and_what_depends_on_it(checkout, edited):
 
 def test_single_files_are_targets(checkout):
     assert checkout.planned("results/mesh/dns-tie-course.nc") == {"mesh"}
+
+
+def test_mesh_of_two_crossing_yarns(fresh):
+    target = "results/mesh/pair-slid-30.nc"
+    ended = fresh.snakemake(target, "--cores", "1")
+    assert ended.returncode == 0, ended.stderr
+    assert SweptMesh.from_dataset(read_dataset(fresh.folder / target)).yarns == 2
+    table = fresh.folder / "config" / "scenes.tsv"
+    table.write_text(table.read_text().replace("[435e-6,", "[436e-6,"))
+    assert fresh.planned(target) == {"mesh"}, "the way of the yarns is no matter of their geometry"

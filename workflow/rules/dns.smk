@@ -2,7 +2,7 @@ rule dns:
     input:
         knit=knit_of,
         mesh="results/mesh/{scene}.nc",
-        code=code("knitstudy.dns"),
+        code=code("knitstudy.dns", "knitstudy.geometry.specimen"),
     output:
         update("results/dns/{scene}.nc"),
     log:
@@ -20,7 +20,7 @@ rule dns:
         scene=parameters,
         restart="run/dns",
     message:
-        "Pull {wildcards.scene}"
+        "Load {wildcards.scene}"
     script:
         "../scripts/dns.py"
 
@@ -30,7 +30,7 @@ rule dns_vtu:
         knit=knit_of,
         mesh="results/mesh/{scene}.nc",
         history=history_with_fields,
-        code=code("knitstudy.contact.tie", "knitstudy.mesh.export"),
+        code=code("knitstudy.contact.tie", "knitstudy.geometry.specimen", "knitstudy.mesh.export"),
     output:
         update("results/dns/{scene}.vtu"),
     log:

@@ -13,6 +13,6 @@ rule geometry:
     params:
         scene=lambda wildcards: KNITS[wildcards.knit].to_dict(),
     message:
-        "Optimise the loop of {wildcards.knit}"
+        "Lay out {wildcards.knit}"
     script:
         "../scripts/geometry.py"

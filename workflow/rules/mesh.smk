@@ -4,7 +4,7 @@ DIALECTS = ("abaqus", "calculix")
 rule mesh:
     input:
         knit=knit_of,
-        code=code("knitstudy.mesh.knit"),
+        code=code("knitstudy.mesh.specimen"),
     output:
         update("results/mesh/{scene}.nc"),
     log:
@@ -45,7 +45,7 @@ rule deck:
     input:
         knit=knit_of,
         mesh="results/mesh/{scene}.nc",
-        code=code("knitstudy.contact.tie", "knitstudy.mesh.deck", "knitstudy.mesh.inp"),
+        code=code("knitstudy.contact.tie", "knitstudy.geometry.specimen", "knitstudy.mesh.deck", "knitstudy.mesh.inp"),
     output:
         update("results/mesh/{scene}.{dialect}.inp"),
     log:

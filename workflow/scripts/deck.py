@@ -1,7 +1,7 @@
 """Write a scene as an input deck of another finite-element program."""
 
 from knitstudy.contact.tie import tie_crossings
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.specimen import read_specimen
 from knitstudy.io import read_dataset
 from knitstudy.mesh.deck import tied_knit
 from knitstudy.mesh.inp import write_inp
@@ -11,8 +11,8 @@ from knitstudy.stage import stage
 
 with stage(snakemake):
     scene = Scene.from_dict(snakemake.params.scene)
-    knit = Knit.from_dataset(read_dataset(snakemake.input.knit))
+    specimen = read_specimen(read_dataset(snakemake.input.knit))
     mesh = SweptMesh.from_dataset(read_dataset(snakemake.input.mesh))
-    tie = tie_crossings(mesh, knit, scene.tie.tolerance)
-    deck = tied_knit(scene, knit, mesh, tie)
+    tie = tie_crossings(mesh, specimen, scene.tie.tolerance)
+    deck = tied_knit(scene, specimen, mesh, tie)
     write_inp(deck, snakemake.output[0], snakemake.wildcards.dialect)

@@ -1,7 +1,9 @@
-"""Pull a knit of solid yarns."""
+"""Load a knit or a pair of solid yarns."""
+
+from math import ceil
 
 from knitstudy import dns
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.specimen import read_specimen
 from knitstudy.io import read_dataset, write_dataset
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.restart import forget_others, restart_path
@@ -16,9 +18,11 @@ with stage(snakemake, restart=checkpoint) as progress:
 
     def watch(increment):
         """Report an increment that has converged."""
-        progress(increment.load, f"strain {increment.load * scene.load.strain:.2%}")
+        load, legs = increment.load, len(scene.load.path)
+        where = f"leg {ceil(load * legs)} of {legs}" if legs else f"strain {load * scene.load.strain:.2%}"
+        progress(load, where)
 
-    knit = Knit.from_dataset(read_dataset(snakemake.input.knit))
+    specimen = read_specimen(read_dataset(snakemake.input.knit))
     mesh = SweptMesh.from_dataset(read_dataset(snakemake.input.mesh))
-    history = dns.run(scene, mesh, knit, checkpoint=checkpoint, progress=watch)
+    history = dns.run(scene, mesh, specimen, checkpoint=checkpoint, progress=watch)
     write_dataset(history, snakemake.output[0], scene)

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from knitstudy.contact.tie import tie_crossings
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.specimen import read_specimen
 from knitstudy.io import read_dataset
 from knitstudy.mesh.export import write_vtu
 from knitstudy.mesh.sweep import SweptMesh
@@ -12,8 +12,8 @@ from knitstudy.stage import stage
 
 with stage(snakemake):
     scene = Scene.from_dict(snakemake.params.scene)
-    knit = Knit.from_dataset(read_dataset(snakemake.input.knit))
+    specimen = read_specimen(read_dataset(snakemake.input.knit))
     mesh = SweptMesh.from_dataset(read_dataset(snakemake.input.mesh))
     history = read_dataset(snakemake.input.history, ["node_displacement"])
-    tied = replace(mesh, nodes=tie_crossings(mesh, knit, scene.tie.tolerance).nodes)
+    tied = replace(mesh, nodes=tie_crossings(mesh, specimen, scene.tie.tolerance).nodes)
     write_vtu(tied, snakemake.output[0], {"displacement": history["node_displacement"].to_numpy()})

@@ -1,4 +1,4 @@
-"""From the control points of one loop to the optimised knit."""
+"""From the keys of a scene to the optimised knit, or to a pair of crossing yarns."""
 
 from knitstudy.geometry.build import build
 from knitstudy.io import write_dataset

@@ -1,13 +1,13 @@
-"""From the knit's centrelines to hexahedra."""
+"""From the centrelines of a specimen to hexahedra."""
 
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.specimen import read_specimen
 from knitstudy.io import read_dataset, write_dataset
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.specimen import mesh_specimen
 from knitstudy.scene import Scene
 from knitstudy.stage import stage
 
 with stage(snakemake):
     scene = Scene.from_dict(snakemake.params.scene)
-    knit = Knit.from_dataset(read_dataset(snakemake.input.knit))
-    mesh = mesh_knit(knit, scene.mesh.size, scene.mesh.growth)
+    specimen = read_specimen(read_dataset(snakemake.input.knit))
+    mesh = mesh_specimen(specimen, scene.mesh.size, scene.mesh.growth)
     write_dataset(mesh.to_dataset(), snakemake.output[0], scene)
