@@ -27,7 +27,7 @@ from knitstudy.fem.newton import trace
 from knitstudy.fem.solid import SolidModel
 from knitstudy.geometry.build import build
 from knitstudy.geometry.pattern import Knit
-from knitstudy.mesh.deck import CONSTRAINTS, tied_knit
+from knitstudy.mesh.deck import CONSTRAINTS, specimen_deck
 from knitstudy.mesh.inp import write_inp
 from knitstudy.mesh.knit import mesh_knit
 
@@ -106,7 +106,7 @@ def _forces(simulation: dns.Simulation, model: SolidModel):
 
 
 def _there(simulation: dns.Simulation, knit: Knit, constraints: str, threads: int) -> Pull:
-    deck = tied_knit(simulation.scene, knit, simulation.mesh, simulation.tie, constraints)
+    deck = specimen_deck(simulation.scene, knit, simulation.mesh, simulation.tie, constraints)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "deck.inp"
         write_inp(dataclasses.replace(deck, fields=False), path, "calculix")

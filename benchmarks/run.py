@@ -21,7 +21,7 @@ from knitstudy import calculix, dns
 from knitstudy.configuration import load_scene, load_scenes
 from knitstudy.errors import KnitstudyError
 from knitstudy.io import write_table
-from knitstudy.mesh.deck import tied_knit
+from knitstudy.mesh.deck import specimen_deck
 from knitstudy.mesh.inp import write_inp
 
 TABLE = Path("results/tables/bench.csv")
@@ -95,7 +95,7 @@ def _peer(options: argparse.Namespace, folder: Path):
         return
     knit, mesh = knits.load(str(folder))
     simulation = dns.assemble(scene, mesh, knit)
-    deck = replace(tied_knit(scene, knit, mesh, simulation.tie, "equations"), fields=False)
+    deck = replace(specimen_deck(scene, knit, mesh, simulation.tie, "equations"), fields=False)
     write_inp(deck, folder / "peer.inp", "calculix")
     run = calculix.run(folder / "peer.inp", options.threads)
     yield {

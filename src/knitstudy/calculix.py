@@ -34,8 +34,10 @@ class Run:
 
     Attributes
     ----------
+    step : ndarray (i,) of int
+        Step that every increment belongs to, from 1; decks with contact begin with one in which nothing is driven.
     time : ndarray (i,)
-        Time at the end of every increment; the last one is the number of increments asked for.
+        Time at the end of every increment; a step lasts as long as the number of increments asked for.
     force : ndarray (i, 3)
         Total reaction of the driven set, N.
     iterations : ndarray (i,) of int
@@ -52,6 +54,7 @@ class Run:
         Everything that it printed.
     """
 
+    step: np.ndarray
     time: np.ndarray
     force: np.ndarray
     iterations: np.ndarray
@@ -111,8 +114,9 @@ def run(deck: Path | str, threads: int = 1, folder: Path | str | None = None) ->
                 f"{deck}: CalculiX ended with status {process.status}: {' '.join(errors[0].split())}"
             )
         moments, force = read_totals(place / "deck.dat")
-        iterations = read_iterations(place / "deck.sta")
+        step, iterations = read_iterations(place / "deck.sta")
     return Run(
+        step=step,
         time=moments,
         force=force,
         iterations=iterations,
@@ -141,8 +145,8 @@ def read_totals(path: Path) -> tuple[np.ndarray, np.ndarray]:
     return values[:, 0], values[:, 1:]
 
 
-def read_iterations(path: Path) -> np.ndarray:
-    """Newton iterations of every increment (i,) in a `.sta` file, failed attempts included.
+def read_iterations(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Step (i,) and Newton iterations (i,) of every increment in a `.sta` file, failed attempts included.
 
     Raises
     ------
@@ -150,11 +154,12 @@ def read_iterations(path: Path) -> np.ndarray:
         If there are none.
     """
     text = path.read_text(encoding="ascii", errors="replace") if path.is_file() else ""
-    rows = re.findall(r"^\s*\d+\s+(\d+)\s+\d+U?\s+(\d+)\s", text, flags=re.MULTILINE)
+    rows = re.findall(r"^\s*(\d+)\s+(\d+)\s+\d+U?\s+(\d+)\s", text, flags=re.MULTILINE)
     if not rows:
         raise DataFileError(f"{path}: no increments; CalculiX did not get that far")
-    increment, count = np.array(rows, dtype=int).T
-    return np.bincount(increment, count)[1:].astype(int)
+    *place, count = np.array(rows, dtype=int).T
+    increments, owner = np.unique(place, axis=1, return_inverse=True)
+    return increments[0], np.bincount(owner.ravel(), count).astype(int)
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ STATUS = """SUMMARY OF JOB INFORMATION
      1          1     1     3  0.100000E+01  0.100000E+01  0.100000E+01
      1          2     1U    9  0.200000E+01  0.200000E+01  0.100000E+01
      1          2     2     4  0.150000E+01  0.150000E+01  0.500000E+00
+     2          1     1     5  0.250000E+01  0.100000E+01  0.100000E+01
 """
 
 
@@ -31,7 +32,9 @@ def test_totals_are_read(tmp_path):
 
 def test_iterations_count_failed_attempts(tmp_path):
     (tmp_path / "deck.sta").write_text(STATUS)
-    assert calculix.read_iterations(tmp_path / "deck.sta").tolist() == [3, 13]
+    step, iterations = calculix.read_iterations(tmp_path / "deck.sta")
+    assert step.tolist() == [1, 1, 2]
+    assert iterations.tolist() == [3, 13, 5]
 
 
 @pytest.mark.parametrize("reader", [calculix.read_totals, calculix.read_iterations])

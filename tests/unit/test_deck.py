@@ -7,7 +7,7 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.mesh import Section, Spacing, sweep
-from knitstudy.mesh.deck import facet_faces, tied_knit
+from knitstudy.mesh.deck import facet_faces, specimen_deck
 from knitstudy.mesh.inp import write_inp
 
 # Corners of the faces S1 to S6 of C3D8, from its definition.
@@ -47,6 +47,7 @@ def tie(mesh):
         slave=slave[0],
         master=np.tile(master[-1], (4, 1)),
         weight=weight,
+        crossing=np.zeros(4, dtype=int),
         nodes=nodes,
         adjustment=np.linalg.norm(nodes[slave[0]] - mesh.nodes[slave[0]], axis=1),
     )
@@ -54,14 +55,22 @@ def tie(mesh):
 
 @pytest.fixture
 def knit():
-    return SimpleNamespace(loops=2, rows=1, width=6.0)
+    return SimpleNamespace(loops=2, rows=1, width=6.0, crossings=SimpleNamespace(row=np.array([0])))
 
 
-def scene(direction="course", lateral="fixed"):
+def scene(specimen="knit", interaction="tie", lateral="fixed", path=(), **contact):
     return SimpleNamespace(
         name="pulled",
+        specimen=specimen,
+        interaction=interaction,
         yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42),
-        load=SimpleNamespace(direction=direction, strain=0.05, lateral=lateral),
+        pair=SimpleNamespace(angle=90.0, support="ends"),
+        load=SimpleNamespace(direction="course", strain=0.05, lateral=lateral, path=path),
+        mesh=SimpleNamespace(size=0.5),
+        contact=SimpleNamespace(
+            **{"friction": 0.76, "normal_stiffness": 10, "tangential_stiffness": 5, "penetration": 0.01}
+            | contact
+        ),
         solver=SimpleNamespace(increments=12),
     )
 
@@ -88,17 +97,17 @@ def test_facets_are_faces_of_their_hexahedra(mesh, yarn):
 @pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
 @pytest.mark.parametrize("constraints", ["surfaces", "equations"])
 def test_another_reader_finds_the_mesh(mesh, tie, knit, tmp_path, dialect, constraints):
-    write_inp(tied_knit(scene(), knit, mesh, tie, constraints), tmp_path / "deck.inp", dialect)
+    write_inp(specimen_deck(scene(), knit, mesh, tie, constraints), tmp_path / "deck.inp", dialect)
     read = meshio.read(tmp_path / "deck.inp")
     expected = tie.nodes if constraints == "equations" else mesh.nodes
     np.testing.assert_allclose(read.points, expected, rtol=1e-12, atol=1e-15)  # 13 digits are written
     np.testing.assert_array_equal(np.vstack([block.data for block in read.cells]), mesh.hexahedra)
-    np.testing.assert_array_equal(read.point_sets["LEFT"], np.sort(mesh.end_nodes("left")))
-    np.testing.assert_array_equal(read.point_sets["RIGHT"], np.sort(mesh.end_nodes("right")))
+    np.testing.assert_array_equal(read.point_sets["HELD"], np.sort(mesh.end_nodes("left")))
+    np.testing.assert_array_equal(read.point_sets["DRIVEN"], np.sort(mesh.end_nodes("right")))
 
 
 def test_numbers_fit_into_what_calculix_reads(mesh, tie, knit, tmp_path):
-    write_inp(tied_knit(scene(), knit, mesh, tie, "equations"), tmp_path / "deck.inp", "calculix")
+    write_inp(specimen_deck(scene(), knit, mesh, tie, "equations"), tmp_path / "deck.inp", "calculix")
     lines = (tmp_path / "deck.inp").read_text().splitlines()
     numbers = [entry.strip() for line in lines if not line.startswith("*") for entry in line.split(",")]
     assert max(map(len, numbers[1:])) <= 20  # the first line is the title
@@ -107,28 +116,34 @@ def test_numbers_fit_into_what_calculix_reads(mesh, tie, knit, tmp_path):
 
 @pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
 def test_ends_are_held_and_driven(mesh, tie, knit, tmp_path, dialect):
-    write_inp(tied_knit(scene(), knit, mesh, tie), tmp_path / "deck.inp", dialect)
+    write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", dialect)
     (rows,) = data(tmp_path / "deck.inp", "*BOUNDARY")
     entries = [row.replace(" ", "").split(",") for row in rows]
-    assert [entry[:3] for entry in entries] == [["LEFT", "1", "3"], ["RIGHT", "1", "1"], ["RIGHT", "2", "3"]]
+    assert [entry[:3] for entry in entries] == [
+        ["HELD", "1", "3"],
+        ["DRIVEN", "1", "1"],
+        ["DRIVEN", "2", "3"],
+    ]
     assert [float(entry[3]) for entry in entries] == pytest.approx([0.0, 0.05 * 2 * 3.0, 0.0])
 
 
 def test_free_lateral_ends_are_driven_along_the_load_only(mesh, tie, knit, tmp_path):
-    write_inp(tied_knit(scene(lateral="free"), knit, mesh, tie), tmp_path / "deck.inp", "calculix")
+    write_inp(specimen_deck(scene(lateral="free"), knit, mesh, tie), tmp_path / "deck.inp", "calculix")
     (rows,) = data(tmp_path / "deck.inp", "*BOUNDARY")
-    assert [row.split(",")[0] for row in rows] == ["LEFT", "RIGHT"]
+    assert [row.split(",")[0] for row in rows] == ["HELD", "DRIVEN"]
 
 
 def test_increments_are_those_of_the_scene_unless_left_to_the_program(mesh, tie, knit, tmp_path):
     for automatic, keyword in ((False, "*STATIC, DIRECT"), (True, "*STATIC")):
-        write_inp(tied_knit(scene(), knit, mesh, tie, automatic=automatic), tmp_path / "deck.inp", "calculix")
+        write_inp(
+            specimen_deck(scene(), knit, mesh, tie, automatic=automatic), tmp_path / "deck.inp", "calculix"
+        )
         step = [(card, rows) for card, rows in cards(tmp_path / "deck.inp") if card.startswith("*STATIC")]
         assert step == [(keyword, ["1.0, 12.0"])]
 
 
 def test_tied_surfaces_hold_the_tied_facets(mesh, tie, knit):
-    (pair,) = tied_knit(scene(), knit, mesh, tie).ties
+    (pair,) = specimen_deck(scene(), knit, mesh, tie).ties
     assert pair.slave.elements.size == 1
     corners = mesh.hexahedra[pair.slave.elements[0]][FACES[pair.slave.faces[0] - 1]]
     assert set(corners) == set(tie.slave)
@@ -138,7 +153,7 @@ def test_tied_surfaces_hold_the_tied_facets(mesh, tie, knit):
 
 def test_equations_repeat_the_elimination(mesh, tie, knit, tmp_path):
     tie.weight = np.array([[0.25, 0.25, 0.25, 0.25], [1, 0, 0, 0], [0, 0.5, 0.5, 0], [0.1, 0.2, 0.3, 0.4]])
-    write_inp(tied_knit(scene(), knit, mesh, tie, "equations"), tmp_path / "deck.inp", "calculix")
+    write_inp(specimen_deck(scene(), knit, mesh, tie, "equations"), tmp_path / "deck.inp", "calculix")
     (rows,) = data(tmp_path / "deck.inp", "*EQUATION")
     entries = iter(",".join(rows).replace(" ", "").split(","))
     found = np.zeros((12, 3 * len(mesh.nodes)))
@@ -155,11 +170,112 @@ def test_equations_repeat_the_elimination(mesh, tie, knit, tmp_path):
     assert not data(tmp_path / "deck.inp", "*TIE")
 
 
+def contact_deck(mesh, knit, **options):
+    return specimen_deck(scene(**{"interaction": "isotropic"} | options), knit, mesh)
+
+
+def surface_corners(mesh, surface):
+    return np.take_along_axis(mesh.hexahedra[surface.elements], FACES[surface.faces - 1], axis=1)
+
+
+def test_rows_that_are_not_tied_touch(mesh, tie, knit):
+    assert not specimen_deck(scene(interaction="isotropic"), knit, mesh, tie).contacts
+    (pair,) = contact_deck(mesh, knit).contacts
+    for surface, yarn in ((pair.slave, 1), (pair.master, 0)):
+        assert set(mesh.yarn_of_slice[mesh.slice_of_element[surface.elements]]) == {yarn}
+
+
+def test_surfaces_in_contact_hold_what_the_other_yarn_can_reach(mesh, knit):
+    """The yarns are parallel, so that every section shows the same facets."""
+    (pair,) = contact_deck(mesh, knit).contacts
+    upper, lower = (
+        mesh.nodes[surface_corners(mesh, surface)].mean(axis=1) for surface in (pair.slave, pair.master)
+    )
+    every = mesh.nodes[mesh.surface_quads(1)].mean(axis=1)
+    distance = np.linalg.norm(every[:, None] - mesh.nodes[mesh.surface_quads(0)].mean(axis=1), axis=2).min(1)
+    assert 0 < len(upper) == (distance < RADIUS).sum() < len(every)
+    assert len(lower) == len(upper)
+    assert upper[:, 1].max() < 2 * RADIUS + CLEARANCE  # the half that faces the other yarn
+
+
+def test_a_longer_way_widens_the_surfaces(mesh, knit):
+    near, far = (
+        contact_deck(mesh, knit, specimen="pair", path=((x, 0.0, 0.0),)).contacts[0].slave.elements.size
+        for x in (0.0, 2 * RADIUS)
+    )
+    assert near < far
+
+
+@pytest.mark.parametrize(
+    ("dialect", "normal", "friction"),
+    [
+        (
+            "abaqus",
+            ("*SURFACE BEHAVIOR, PENALTY=LINEAR", [2.6e10]),
+            ("*FRICTION, ELASTIC SLIP=7.600000000000e-03", [0.76]),
+        ),
+        (
+            "calculix",
+            ("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR", [2.6e10, 1.0]),
+            ("*FRICTION", [0.76, 1.3e10]),
+        ),
+    ],
+)
+def test_law_of_contact(mesh, knit, tmp_path, dialect, normal, friction):
+    write_inp(contact_deck(mesh, knit), tmp_path / "deck.inp", dialect)
+    found = {card: rows for card, rows in cards(tmp_path / "deck.inp")}
+    for card, numbers in (normal, friction):
+        assert [float(entry) for entry in found[card][0].split(",")] == pytest.approx(numbers)
+    assert found["*CONTACT PAIR, INTERACTION=YARNS, TYPE=SURFACE TO SURFACE"] == ["ROW0_SLAVE, ROW0_MASTER"]
+
+
+def test_stick_stiffness_is_that_of_the_law_at_the_largest_penetration(mesh, knit):
+    interaction = contact_deck(mesh, knit).interaction
+    law = interaction.law
+    pressure = law.normal * interaction.penetration
+    assert law.friction * pressure / interaction.elastic_slip == pytest.approx(law.tangential)
+
+
+def test_rough_contact_and_none(mesh, knit, tmp_path):
+    def friction(dialect, **options):
+        write_inp(contact_deck(mesh, knit, **options), tmp_path / "deck.inp", dialect)
+        return [(card, rows) for card, rows in cards(tmp_path / "deck.inp") if card.startswith("*FRICTION")]
+
+    assert friction("abaqus", interaction="rough") == [("*FRICTION, ROUGH", [])]
+    ((_, (line,)),) = friction("calculix", interaction="rough")
+    assert float(line.split(",")[0]) >= 1e6
+    assert not friction("abaqus", friction=0.0)
+    assert not friction("calculix", friction=0.0)
+
+
+@pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
+def test_a_path_is_one_step_a_leg(mesh, knit, tmp_path, dialect):
+    path = ((0.0, 0.0, -0.1), (0.2, 0.0, -0.1), (0.0, 0.0, -0.1))
+    write_inp(contact_deck(mesh, knit, specimen="pair", path=path), tmp_path / "deck.inp", dialect)
+    ends = [
+        tuple(float(row.split(",")[3]) for row in rows if row.startswith("DRIVEN"))
+        for rows in data(tmp_path / "deck.inp", "*BOUNDARY")
+    ]
+    increments = [rows[0] for rows in data(tmp_path / "deck.inp", "*STATIC")]
+    legs = slice(1, None) if dialect == "calculix" else slice(None)  # a step of rest comes first
+    assert ends[legs] == list(path)
+    assert increments[legs] == ["1.0, 4.0"] * 3
+    read = meshio.read(tmp_path / "deck.inp")
+    np.testing.assert_array_equal(read.point_sets["DRIVEN"], np.sort(mesh.slice_nodes([13, 25]).ravel()))
+
+
+def test_calculix_rests_before_yarns_that_touch_are_moved(mesh, tie, knit, tmp_path):
+    write_inp(contact_deck(mesh, knit), tmp_path / "deck.inp", "calculix")
+    first, second = data(tmp_path / "deck.inp", "*BOUNDARY")
+    assert [float(row.split(",")[3]) for row in first] == [0.0, 0.0, 0.0]
+    assert [row.split(",")[:3] for row in first] == [row.split(",")[:3] for row in second]
+    write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", "calculix")
+    assert len(data(tmp_path / "deck.inp", "*BOUNDARY")) == 1
+
+
 def test_what_is_not_allowed_is_refused(mesh, tie, knit, tmp_path):
     with pytest.raises(ConfigurationError, match="'penalty' is not allowed; one of surfaces, equations"):
-        tied_knit(scene(), knit, mesh, tie, "penalty")
-    with pytest.raises(ConfigurationError, match=r"load.direction 'wale' has no deck"):
-        tied_knit(scene(direction="wale"), knit, mesh, tie)
+        specimen_deck(scene(), knit, mesh, tie, "penalty")
     with pytest.raises(ConfigurationError, match="'nastran' is not allowed; one of abaqus, calculix"):
-        write_inp(tied_knit(scene(), knit, mesh, tie), tmp_path / "deck.inp", "nastran")
+        write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", "nastran")
     assert not list(tmp_path.iterdir())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy import calculix
-from knitstudy.mesh.deck import Deck, Prescribed
+from knitstudy.mesh.deck import Deck, Prescribed, Step
 from knitstudy.mesh.inp import write_inp
 
 pytestmark = [
@@ -30,22 +30,18 @@ DRIVEN_NODE = 6
 
 def reaction(folder, corners, displacement):
     """Total reaction of node 6 of one element whose nodes are all displaced."""
+    moved = tuple(Prescribed(f"N{k}", i + 1, i + 1, displacement[k, i]) for k in range(8) for i in range(3))
+    held = tuple(Prescribed(f"N{k}", 1, 3 if k < 15 else 2, 0.0) for k in range(8, 16))
     # A second element with one free component keeps CalculiX from ending for lack of equations.
     deck = Deck(
         title="one element",
         nodes=np.vstack([corners, 0.5 * CORNER + [10, 0, 0]]),
         elements={"SOLID0": np.arange(16).reshape(2, 8)},
         node_sets={f"N{k}": np.array([k]) for k in range(16)},
-        ties=(),
-        equations=None,
         youngs_modulus=E,
         poisson_ratio=NU,
-        prescribed=tuple(
-            Prescribed(f"N{k}", i + 1, i + 1, displacement[k, i]) for k in range(8) for i in range(3)
-        )
-        + tuple(Prescribed(f"N{k}", 1, 3 if k < 15 else 2, 0.0) for k in range(8, 16)),
+        steps=(Step(moved + held, increments=1),),
         driven=f"N{DRIVEN_NODE}",
-        increments=1,
     )
     write_inp(deck, folder / "element.inp", "calculix")
     return calculix.run(folder / "element.inp").force[-1]

@@ -17,7 +17,7 @@ from knitstudy.fem.newton import trace
 from knitstudy.fem.solid import SolidModel
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.pattern import Knit
-from knitstudy.mesh.deck import tied_knit
+from knitstudy.mesh.deck import specimen_deck
 from knitstudy.mesh.inp import write_inp
 from knitstudy.mesh.knit import mesh_knit
 
@@ -29,8 +29,10 @@ pytestmark = [
 SIZE, INCREMENTS, STRAIN = 0.6e-3, 2, 0.05
 SCENE = SimpleNamespace(
     name="tied",
+    specimen="knit",
+    interaction="tie",
     yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42),
-    load=SimpleNamespace(direction="course", strain=STRAIN, lateral="fixed"),
+    load=SimpleNamespace(direction="course", strain=STRAIN, lateral="fixed", path=()),
     solver=SimpleNamespace(increments=INCREMENTS),
 )
 
@@ -86,7 +88,7 @@ def pulled_by_calculix(folder, deck):
 @pytest.fixture(scope="module")
 def peer(knit, mesh, tie, tmp_path_factory):
     """The same constraints as equations, and increments that are fully converged."""
-    deck = replace(tied_knit(SCENE, knit, mesh, tie, "equations"), tolerance=1e-7)
+    deck = replace(specimen_deck(SCENE, knit, mesh, tie, "equations"), tolerance=1e-7)
     return pulled_by_calculix(tmp_path_factory.mktemp("ccx"), deck)
 
 
@@ -103,7 +105,7 @@ def test_own_element_differs_by_its_hourglass_control_alone(knit, mesh, tie, pee
 
 
 def test_calculix_ties_the_surfaces_to_the_same_effect(knit, mesh, tie, peer, tmp_path):
-    run = pulled_by_calculix(tmp_path, tied_knit(SCENE, knit, mesh, tie, "surfaces"))
+    run = pulled_by_calculix(tmp_path, specimen_deck(SCENE, knit, mesh, tie, "surfaces"))
     assert run.time.tolist() == [1.0, 2.0]
     # Its projection onto flat master faces places the slaves a little differently.
     np.testing.assert_allclose(run.force[:, 0], peer.force[:, 0], rtol=0.01)

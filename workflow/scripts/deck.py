@@ -3,7 +3,7 @@
 from knitstudy.contact.tie import tie_crossings
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.io import read_dataset
-from knitstudy.mesh.deck import tied_knit
+from knitstudy.mesh.deck import specimen_deck
 from knitstudy.mesh.inp import write_inp
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.scene import Scene
@@ -14,5 +14,5 @@ with stage(snakemake):
     specimen = read_specimen(read_dataset(snakemake.input.knit))
     mesh = SweptMesh.from_dataset(read_dataset(snakemake.input.mesh))
     tie = tie_crossings(mesh, specimen, scene.tie.tolerance)
-    deck = tied_knit(scene, specimen, mesh, tie)
+    deck = specimen_deck(scene, specimen, mesh, tie)
     write_inp(deck, snakemake.output[0], snakemake.wildcards.dialect)

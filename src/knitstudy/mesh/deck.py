@@ -1,7 +1,8 @@
 """Input decks of other finite-element programs: what they hold, whatever the dialect.
 
-The same tied knit can be handed over in two ways. As *surfaces*, the other program finds the ties itself; as
-*equations* it gets exactly the linear constraints that are eliminated here, on the adjusted mesh.
+The same ties can be handed over in two ways. As *surfaces*, the other program finds the ties itself; as
+*equations* it gets exactly the linear constraints that are eliminated here, on the adjusted mesh. Contact is
+always handed over as surfaces, one pair for every row of crossings that are not tied.
 """
 
 from __future__ import annotations
@@ -12,11 +13,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import cKDTree
 
+from knitstudy.contact.friction import Coulomb
 from knitstudy.errors import ConfigurationError
+from knitstudy.mesh.grips import grips
 from knitstudy.mesh.sweep import SweptMesh
 
 if TYPE_CHECKING:
     from knitstudy.contact.tie import Tie
+    from knitstudy.geometry.pair import Pair
     from knitstudy.geometry.pattern import Knit
     from knitstudy.scene import Scene
 
@@ -24,6 +28,9 @@ CONSTRAINTS = ("surfaces", "equations")
 
 POSITION_MARGIN = 1.05
 """Position tolerance over the gap of the farthest slave node: rounding must not lose it."""
+
+CONTACT_REACH = 1.0
+"""Distance of facets that may come to touch, over the yarn's radius, besides what the load moves them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +60,31 @@ class Equations:
     weight: np.ndarray
 
 
+@dataclass(frozen=True, eq=False)
+class ContactPair:
+    """Two surfaces that may touch: the points of ``slave`` meet the faces of ``master``."""
+
+    name: str
+    slave: Surface
+    master: Surface
+
+
+@dataclass(frozen=True)
+class Interaction:
+    """What happens where surfaces touch: a law, and the ``penetration`` (m) that it may lead to."""
+
+    law: Coulomb
+    penetration: float
+
+    @property
+    def elastic_slip(self) -> float:
+        """Slip (m) at which the largest penetration's pressure makes a sticking point slide.
+
+        For a program whose stick stiffness is mu p over this length: it is then that of the law at this pressure.
+        """
+        return self.law.friction * self.law.normal / self.law.tangential * self.penetration
+
+
 @dataclass(frozen=True)
 class Prescribed:
     """Displacement ``value`` (m) of the components ``first`` to ``last`` (1 to 3) of all nodes of a set."""
@@ -63,9 +95,17 @@ class Prescribed:
     value: float
 
 
+@dataclass(frozen=True)
+class Step:
+    """One leg of the load: displacements at its end, reached in so many equal increments."""
+
+    prescribed: tuple[Prescribed, ...]
+    increments: int
+
+
 @dataclass(frozen=True, eq=False)
 class Deck:
-    """One nonlinear static step on a mesh of C3D8R, numbered from 0.
+    """Nonlinear static steps on a mesh of C3D8R, numbered from 0.
 
     Attributes
     ----------
@@ -75,14 +115,16 @@ class Deck:
     elements : dict of str to ndarray (e, 8)
         Corner nodes of the elements of every set; the sets follow each other in the numbering of elements.
     node_sets : dict of str to ndarray
-    ties : tuple of TiedPair
-    equations : Equations or None
     youngs_modulus, poisson_ratio : float
         Pa, 1.
-    prescribed : tuple of Prescribed
+    steps : tuple of Step
     driven : str
         Node set whose total reaction is written.
-    increments : int
+    ties : tuple of TiedPair
+    equations : Equations or None
+    contacts : tuple of ContactPair
+    interaction : Interaction or None
+        Of all pairs in contact.
     automatic : bool
         Whether the program may choose other increments.
     tolerance : float or None
@@ -96,35 +138,36 @@ class Deck:
     nodes: np.ndarray
     elements: dict[str, np.ndarray]
     node_sets: dict[str, np.ndarray]
-    ties: tuple[TiedPair, ...]
-    equations: Equations | None
     youngs_modulus: float
     poisson_ratio: float
-    prescribed: tuple[Prescribed, ...]
+    steps: tuple[Step, ...]
     driven: str
-    increments: int
+    ties: tuple[TiedPair, ...] = ()
+    equations: Equations | None = None
+    contacts: tuple[ContactPair, ...] = ()
+    interaction: Interaction | None = None
     automatic: bool = False
     tolerance: float | None = None
     fields: bool = True
 
 
-def tied_knit(
+def specimen_deck(
     scene: Scene,
-    knit: Knit,
+    specimen: Knit | Pair,
     mesh: SweptMesh,
-    tie: Tie,
+    tie: Tie | None = None,
     constraints: str = "surfaces",
     automatic: bool = False,
 ) -> Deck:
-    """Deck of a tied knit in course tension: left ends fixed, right ends driven.
+    """Deck of a knit in course tension, or of a pair of yarns on its path: ties, contact, grips and load.
 
     Parameters
     ----------
     scene : Scene
-    knit : Knit
+    specimen : Knit or Pair
     mesh : SweptMesh
-    tie : Tie
-        Constraints of the tied crossings.
+    tie : Tie, optional
+        Constraints of the tied crossings; in rows without any, yarns touch by the scene's interaction.
     constraints : {"surfaces", "equations"}
         Whether the other program ties the surfaces itself, or gets the constraints as equations.
     automatic : bool
@@ -133,31 +176,55 @@ def tied_knit(
     Raises
     ------
     ConfigurationError
-        If the load is not course tension, or ``constraints`` is unknown.
+        If ``constraints`` is unknown.
     """
     if constraints not in CONSTRAINTS:
         raise ConfigurationError(
             f"deck constraints: {constraints!r} is not allowed; one of {', '.join(CONSTRAINTS)}"
         )
-    if scene.load.direction != "course":
-        raise ConfigurationError(
-            f"scene {scene.name!r}: load.direction {scene.load.direction!r} has no deck; allowed is 'course'"
-        )
-    as_equations = constraints == "equations"
+    as_equations = tie is not None and constraints == "equations"
+    tied = set() if tie is None else set(specimen.crossings.row[tie.crossing].tolist())
+    touching = [row for row in range(specimen.rows) if row not in tied]
+    reach = CONTACT_REACH * mesh.radius + _travel(scene)
+    gripped = grips(mesh, scene)
     return Deck(
-        title=f"{scene.name}: tied {knit.loops} x {knit.rows} knit, course tension",
+        title=_title(scene, specimen),
         nodes=tie.nodes if as_equations else mesh.nodes,
         elements={f"YARN{yarn}": mesh.hexahedra[_yarn_elements(mesh, yarn)] for yarn in range(mesh.yarns)},
-        node_sets={side.upper(): np.sort(mesh.end_nodes(side)) for side in ("left", "right")},
-        ties=() if as_equations else tied_rows(mesh, tie),
-        equations=Equations(tie.slave, tie.master, tie.weight) if as_equations else None,
+        node_sets={"HELD": np.sort(gripped.held), "DRIVEN": np.sort(gripped.driven)},
         youngs_modulus=scene.yarn.youngs_modulus,
         poisson_ratio=scene.yarn.poisson_ratio,
-        prescribed=_course_tension(scene, knit),
-        driven="RIGHT",
-        increments=scene.solver.increments,
+        steps=_course_tension(scene, specimen) if scene.specimen == "knit" else _path(scene),
+        driven="DRIVEN",
+        ties=() if tie is None or as_equations else tied_rows(mesh, tie),
+        equations=Equations(tie.slave, tie.master, tie.weight) if as_equations else None,
+        contacts=tuple(touching_row(mesh, row, reach) for row in touching),
+        interaction=interaction(scene) if touching else None,
         automatic=automatic,
     )
+
+
+def interaction(scene: Scene) -> Interaction:
+    """Law of contact of a scene (Table 1): stiffnesses over E / h, and no limit of friction where it is rough."""
+    contact, size = scene.contact, scene.mesh.size
+    unit = scene.yarn.youngs_modulus / size
+    law = Coulomb(
+        normal=contact.normal_stiffness * unit,
+        tangential=contact.tangential_stiffness * unit,
+        friction=np.inf if scene.interaction == "rough" else contact.friction,
+    )
+    return Interaction(law, contact.penetration * size)
+
+
+def touching_row(mesh: SweptMesh, row: int, reach: float) -> ContactPair:
+    """Pair of surfaces of an interlock row: the facets of both yarns within a distance (m) of the other one.
+
+    The upper yarn is the slave.
+    """
+    upper, lower = (mesh.nodes[mesh.surface_quads(yarn)].mean(axis=1) for yarn in (row + 1, row))
+    slave = cKDTree(lower).query(upper)[0] < reach
+    master = cKDTree(upper).query(lower)[0] < reach
+    return ContactPair(f"ROW{row}", facet_faces(mesh, row + 1, slave), facet_faces(mesh, row, master))
 
 
 def tied_rows(mesh: SweptMesh, tie: Tie) -> tuple[TiedPair, ...]:
@@ -207,11 +274,31 @@ def _yarn_elements(mesh: SweptMesh, yarn: int) -> slice:
     return slice(int(first) * mesh.section.quads.shape[0], int(last) * mesh.section.quads.shape[0])
 
 
-def _course_tension(scene: Scene, knit: Knit) -> tuple[Prescribed, ...]:
+def _title(scene: Scene, specimen: Knit | Pair) -> str:
+    if scene.specimen == "pair":
+        return f"{scene.name}: two yarns at {scene.pair.angle:g} degrees, {scene.interaction}"
+    return f"{scene.name}: {specimen.loops} x {specimen.rows} knit, {scene.interaction}, course tension"
+
+
+def _course_tension(scene: Scene, knit: Knit) -> tuple[Step, ...]:
     """Left ends held, right ends moved by strain times the width of the knit."""
-    stretch = scene.load.strain * knit.width
-    held = Prescribed("LEFT", 1, 3, 0.0)
-    drive = Prescribed("RIGHT", 1, 1, stretch)
-    if scene.load.lateral == "free":
-        return held, drive
-    return held, drive, Prescribed("RIGHT", 2, 3, 0.0)
+    held = Prescribed("HELD", 1, 3, 0.0)
+    drive = Prescribed("DRIVEN", 1, 1, scene.load.strain * knit.width)
+    lateral = () if scene.load.lateral == "free" else (Prescribed("DRIVEN", 2, 3, 0.0),)
+    return (Step((held, drive, *lateral), scene.solver.increments),)
+
+
+def _path(scene: Scene) -> tuple[Step, ...]:
+    """Lower yarn's grips held, the upper one's moved leg by leg, each with its share of the increments."""
+    path = scene.load.path
+    held = Prescribed("HELD", 1, 3, 0.0)
+    increments = -(-scene.solver.increments // len(path))
+    return tuple(
+        Step((held, *(Prescribed("DRIVEN", i, i, value) for i, value in enumerate(leg, 1))), increments)
+        for leg in path
+    )
+
+
+def _travel(scene: Scene) -> float:
+    """Largest distance (m) that the load moves one yarn of a pair over the other; those of a knit move together."""
+    return max((float(np.linalg.norm(leg)) for leg in scene.load.path), default=0.0)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TextIO
 
@@ -10,12 +12,18 @@ import numpy as np
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.io import code_version, replacing
-from knitstudy.mesh.deck import Deck, Equations, Surface
+from knitstudy.mesh.deck import ContactPair, Deck, Equations, Interaction, Step, Surface, TiedPair
 
 NUMBER = "%.12e"
 """At most 19 characters: CalculiX reads no more than 20 of a number."""
 
 ENTRIES_PER_LINE = 12
+
+INTERACTION = "YARNS"
+"""Name of the surface interaction of all contact pairs."""
+
+ROUGH = 1e6
+"""Friction coefficient that stands for rough contact in CalculiX, which has no word for it."""
 
 
 class Abaqus:
@@ -34,13 +42,33 @@ class Abaqus:
             f"*TIE, NAME={name}, TYPE=NODE TO SURFACE, ADJUST=YES, POSITION TOLERANCE={NUMBER % tolerance}\n"
         )
 
-    def outputs(self, driven: str, fields: bool) -> str:
-        """Energies and the total reaction of the driven set in every increment, fields at the end."""
-        ending = "*OUTPUT, FIELD, NUMBER INTERVAL=1\n*NODE OUTPUT\nU, RF\n*ELEMENT OUTPUT\nS, LE\n"
-        always = "*OUTPUT, HISTORY, FREQUENCY=1\n*ENERGY OUTPUT\nALLIE, ALLSE, ALLAE, ALLWK\n"
+    def behaviour(self, interaction: Interaction) -> str:
+        """Hard contact by a penalty, and friction by a stiffness; sliding is finite unless said otherwise."""
+        law = interaction.law
+        normal = f"*SURFACE BEHAVIOR, PENALTY=LINEAR\n{NUMBER % law.normal}\n"
+        if math.isinf(law.friction):
+            return normal + "*FRICTION, ROUGH\n"
+        if law.friction == 0:
+            return normal
         return (
-            (ending if fields else "") + always + f"*NODE PRINT, NSET={driven}, TOTALS=YES, SUMMARY=NO\nRF\n"
+            normal + f"*FRICTION, ELASTIC SLIP={NUMBER % interaction.elastic_slip}\n{NUMBER % law.friction}\n"
         )
+
+    def steps(self, deck: Deck) -> tuple[Step, ...]:
+        """Those of the deck."""
+        return deck.steps
+
+    def step(self, deck: Deck) -> str:
+        """Parameters of every step; friction makes the tangent unsymmetric."""
+        return ", UNSYMM=YES" if deck.contacts else ""
+
+    def outputs(self, deck: Deck) -> str:
+        """Energies and the total reaction of the driven set in every increment, fields at the end."""
+        contact = "*CONTACT OUTPUT\nCSTRESS, CDISP\n" if deck.contacts else ""
+        ending = "*OUTPUT, FIELD, NUMBER INTERVAL=1\n*NODE OUTPUT\nU, RF\n*ELEMENT OUTPUT\nS, LE\n" + contact
+        always = "*OUTPUT, HISTORY, FREQUENCY=1\n*ENERGY OUTPUT\nALLIE, ALLSE, ALLAE, ALLWK, ALLFD\n"
+        printed = f"*NODE PRINT, NSET={deck.driven}, TOTALS=YES, SUMMARY=NO\nRF\n"
+        return (ending if deck.fields else "") + always + printed
 
 
 class CalculiX:
@@ -57,9 +85,36 @@ class CalculiX:
         """Line that opens a tie; slave nodes are moved onto the master unless that is switched off."""
         return f"*TIE, NAME={name}, POSITION TOLERANCE={NUMBER % tolerance}\n"
 
-    def outputs(self, driven: str, fields: bool) -> str:
-        """Total reaction of the driven set, and displacements, in every increment."""
-        return f"*NODE PRINT, NSET={driven}, TOTALS=ONLY\nRF\n" + ("*NODE FILE\nU\n" if fields else "")
+    def behaviour(self, interaction: Interaction) -> str:
+        """Linear penalty and stick slope; the second number belongs to contact of nodes and must be positive."""
+        law = interaction.law
+        normal = f"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{NUMBER % law.normal}, 1.0\n"
+        if law.friction == 0:
+            return normal
+        friction = min(law.friction, ROUGH)
+        return normal + f"*FRICTION\n{NUMBER % friction}, {NUMBER % law.tangential}\n"
+
+    def steps(self, deck: Deck) -> tuple[Step, ...]:
+        """Those of the deck, with contact after a step in which nothing is driven.
+
+        In the first step, and in no other, CalculiX takes what has penetrated at the beginning of an increment for
+        an overlap of the mesh and lets it act in proportion to the time that has passed: contact pressures are too
+        small until the step ends, and the more so the smaller the increments (docs/calculix.md).
+        """
+        if not deck.contacts:
+            return deck.steps
+        still = tuple(replace(each, value=0.0) for each in deck.steps[0].prescribed)
+        return (Step(still, 1), *deck.steps)
+
+    def step(self, deck: Deck) -> str:
+        """Nothing: it knows itself that friction makes the tangent unsymmetric."""
+        return ""
+
+    def outputs(self, deck: Deck) -> str:
+        """Total reaction of the driven set, displacements and contact stresses, in every increment."""
+        printed = f"*NODE PRINT, NSET={deck.driven}, TOTALS=ONLY\nRF\n"
+        contact = "*CONTACT FILE\nCDIS, CSTR\n" if deck.contacts else ""
+        return printed + ("*NODE FILE\nU\n" + contact if deck.fields else "")
 
 
 DIALECTS: dict[str, Callable[[], Abaqus | CalculiX]] = {"abaqus": Abaqus, "calculix": CalculiX}
@@ -91,7 +146,10 @@ def write_inp(deck: Deck, path: Path | str, dialect: str) -> None:
         if deck.equations is not None:
             _write_equations(file, deck.equations)
         _write_material(file, deck, program)
-        _write_step(file, deck, program)
+        if deck.interaction is not None:
+            _write_contacts(file, deck, program)
+        for step in program.steps(deck):
+            _write_step(file, deck, step, program)
 
 
 def _write_heading(file: TextIO, deck: Deck, program: Abaqus | CalculiX) -> None:
@@ -117,11 +175,22 @@ def _write_mesh(file: TextIO, deck: Deck) -> None:
 
 def _write_ties(file: TextIO, deck: Deck, program: Abaqus | CalculiX) -> None:
     for pair in deck.ties:
-        names = {f"{pair.name}_SLAVE": pair.slave, f"{pair.name}_MASTER": pair.master}
-        for name, surface in names.items():
-            file.write(_surface(name, surface))
-        file.write(program.tie(pair.name, pair.tolerance))
-        file.write(", ".join(names) + "\n")
+        names = _write_surfaces(file, pair)
+        file.write(program.tie(pair.name, pair.tolerance) + names)
+
+
+def _write_contacts(file: TextIO, deck: Deck, program: Abaqus | CalculiX) -> None:
+    names = [_write_surfaces(file, pair) for pair in deck.contacts]
+    file.write(f"*SURFACE INTERACTION, NAME={INTERACTION}\n" + program.behaviour(deck.interaction))
+    file.write(f"*CONTACT PAIR, INTERACTION={INTERACTION}, TYPE=SURFACE TO SURFACE\n" + "".join(names))
+
+
+def _write_surfaces(file: TextIO, pair: TiedPair | ContactPair) -> str:
+    """Write both surfaces of a pair; return the line that names slave and master."""
+    names = {f"{pair.name}_SLAVE": pair.slave, f"{pair.name}_MASTER": pair.master}
+    for name, surface in names.items():
+        file.write(_surface(name, surface))
+    return ", ".join(names) + "\n"
 
 
 def _surface(name: str, surface: Surface) -> str:
@@ -156,18 +225,17 @@ def _write_material(file: TextIO, deck: Deck, program: Abaqus | CalculiX) -> Non
     file.write(f"*SOLID SECTION, ELSET=SOLID, MATERIAL=YARN{program.section_controls}\n")
 
 
-def _write_step(file: TextIO, deck: Deck, program: Abaqus | CalculiX) -> None:
+def _write_step(file: TextIO, deck: Deck, step: Step, program: Abaqus | CalculiX) -> None:
     direct = "" if deck.automatic else ", DIRECT"
-    file.write(f"*STEP, NLGEOM, INC={100 * deck.increments}\n")
+    file.write(f"*STEP, NLGEOM, INC={100 * step.increments}{program.step(deck)}\n")
     if deck.tolerance is not None:
         file.write("*CONTROLS, PARAMETERS=FIELD, FIELD=DISPLACEMENT\n")
         file.write(f"{NUMBER % deck.tolerance}, {NUMBER % deck.tolerance}\n")
     # Whole numbers of time: increments of a rounded fraction would leave a last one of almost nothing.
-    file.write(f"*STATIC{direct}\n1.0, {deck.increments}.0\n*BOUNDARY\n")
-    for item in deck.prescribed:
+    file.write(f"*STATIC{direct}\n1.0, {step.increments}.0\n*BOUNDARY\n")
+    for item in step.prescribed:
         file.write(f"{item.node_set}, {item.first}, {item.last}, {NUMBER % item.value}\n")
-    file.write(program.outputs(deck.driven, deck.fields))
-    file.write("*END STEP\n")
+    file.write(program.outputs(deck) + "*END STEP\n")
 
 
 def _wrapped(numbers: np.ndarray) -> Iterator[str]:
