@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import zipfile
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from pathlib import Path
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 
@@ -25,7 +26,7 @@ class Checkpoint:
     key : str
         Hash of everything that determines the result. A file with another key is refused.
     state_type : type
-        Dataclass of arrays that the model's state is.
+        Dataclass of arrays, numbers and such dataclasses that the model's state is.
     """
 
     def __init__(self, path: Path, key: str, state_type: type) -> None:
@@ -33,9 +34,12 @@ class Checkpoint:
 
     def save(self, increment: Increment, recorder: Recorder) -> None:
         """Write the file anew, whole or not at all."""
-        state = {f"state.{f.name}": getattr(increment.state, f.name) for f in fields(increment.state)}
+        state = _arrays(increment.state, "state")
         rates = {f"rate.{i}": rate.step for i, rate in enumerate(increment.rates)}
         columns = {f"column.{name}": np.array(values) for name, values in recorder.columns.items()}
+        for name, parts in recorder.flat.items():
+            columns[f"flat.{name}"] = np.concatenate(parts)
+            columns["flat_ends"] = np.cumsum([len(part) for part in parts])
         scalars = {
             "key": self.key,
             "index": increment.index,
@@ -73,12 +77,13 @@ class Checkpoint:
         for name, values in data.items():
             if name.startswith("column."):
                 recorder.columns[name.removeprefix("column.")] = list(values)
-        state = {f.name: data[f"state.{f.name}"] for f in fields(self.state_type)}
+            if name.startswith("flat."):
+                recorder.flat[name.removeprefix("flat.")] = np.split(values, data["flat_ends"][:-1])
         rates = (Rate(float(size), data[f"rate.{i}"]) for i, size in enumerate(data["rate_sizes"]))
         return Increment(
             index=int(data["index"]),
             load=float(data["load"]),
-            state=self.state_type(**state),
+            state=_dataclass(self.state_type, data, "state"),
             response=Response(data["force"], float(data["mean_force"])),
             size=float(data["size"]),
             rates=tuple(rates),
@@ -87,3 +92,28 @@ class Checkpoint:
     def remove(self) -> None:
         """Delete the file: the scene has ended."""
         self.path.unlink(missing_ok=True)
+
+
+def _arrays(value: Any, name: str) -> dict[str, np.ndarray]:
+    """Return all arrays and numbers in a dataclass and those inside it by dotted names; None is left out."""
+    if value is None:
+        return {}
+    if not is_dataclass(value):
+        return {name: np.asarray(value)}
+    parts = (_arrays(getattr(value, field.name), f"{name}.{field.name}") for field in fields(value))
+    return {key: array for part in parts for key, array in part.items()}
+
+
+def _dataclass(kind: type, data: dict[str, np.ndarray], name: str) -> Any:
+    """Return the dataclass that `_arrays` took apart."""
+    hints = get_type_hints(kind)
+    values = {}
+    for field in fields(kind):
+        key, hint = f"{name}.{field.name}", hints[field.name]
+        inner = next((part for part in (hint, *get_args(hint)) if is_dataclass(part)), None)
+        if inner is not None:
+            present = any(entry.startswith(f"{key}.") for entry in data)
+            values[field.name] = _dataclass(inner, data, key) if present else None
+        else:
+            values[field.name] = hint(data[key]) if hint in (int, float) else data[key]
+    return kind(**values)

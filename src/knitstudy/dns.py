@@ -11,13 +11,16 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.checkpoint import Checkpoint
+from knitstudy.contact.crossing import CrossingFacets
+from knitstudy.contact.record import crossing_forces, touching_points
 from knitstudy.contact.tie import Tie, tie_crossings
+from knitstudy.contact.yarns import tied_rows, yarn_contact
 from knitstudy.cost import Meter
-from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.errors import ConvergenceError
 from knitstudy.fem.hexahedron import OnePointHexahedron
 from knitstudy.fem.incompatible import IncompatibleHexahedron
 from knitstudy.fem.increment import Drive, Increment, Settings
-from knitstudy.fem.linear.conjugate import ConjugateGradients
+from knitstudy.fem.linear.krylov import Krylov
 from knitstudy.fem.linear.lu import LU
 from knitstudy.fem.linear.multigrid import AlgebraicMultigrid
 from knitstudy.fem.linear.solver import LinearSolver
@@ -26,9 +29,13 @@ from knitstudy.fem.linear.three_scale import ThreeScale
 from knitstudy.fem.material import Material
 from knitstudy.fem.newton import trace
 from knitstudy.fem.parallel import serial_blas
-from knitstudy.fem.solid import SolidModel, SolidState
+from knitstudy.fem.solid import Penetration, SolidModel, SolidState
+from knitstudy.fem.stabilisation import Stabilisation
+from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder, Stations
+from knitstudy.load_path import Motion, load_path
+from knitstudy.mesh.grips import grips
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.scene import Scene
 
@@ -54,6 +61,7 @@ class Simulation:
     mesh : SweptMesh
     model : SolidModel
     tie : Tie
+    facets : CrossingFacets
     drive : Drive
     settings : Settings
     solver : LinearSolver
@@ -64,53 +72,68 @@ class Simulation:
     mesh: SweptMesh
     model: SolidModel
     tie: Tie
+    facets: CrossingFacets
     drive: Drive
     settings: Settings
     solver: LinearSolver
     recorder: Recorder
 
 
-def assemble(scene: Scene, mesh: SweptMesh, knit: Knit) -> Simulation:
-    """Set up model, ties, boundary conditions, solver and record of a scene.
+def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> Simulation:
+    """Set up model, ties, contact, boundary conditions, solver and record of a scene.
 
     Raises
     ------
     MeshError
-        If an element is folded after the tied nodes were moved, or a crossing cannot be tied.
+        If an element is folded after the tied nodes were moved, a crossing cannot be tied, or yarns overlap.
     """
     meter = Meter()
-    tie = tie_crossings(mesh, knit, scene.tie.tolerance)
-    yarn = scene.yarn
+    rows = tied_rows(scene, specimen.rows)
+    tie = tie_crossings(mesh, specimen, scene.tie.tolerance, rows)
+    model = _model(scene, mesh, tie, rows)
+    motion = load_path(scene, specimen)
+    drive, driven = _drive(scene, mesh, tie, motion)
+    stations = Stations(mesh.yarn_of_slice, mesh.arc_length, mesh.centres)
+    recorder = Recorder(stations, driven, motion.axis, motion.at, motion.length, meter=meter)
+    solver = linear_solver(scene.solver.linear, model, mesh, tie, drive)
+    facets = CrossingFacets.of(specimen.crossings, mesh)
+    return Simulation(scene, mesh, model, tie, facets, drive, Settings.of(scene.solver), solver, recorder)
+
+
+def _model(scene: Scene, mesh: SweptMesh, tie: Tie, rows: np.ndarray) -> SolidModel:
+    yarn, size = scene.yarn, scene.mesh.size
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
     corners = tie.nodes[mesh.hexahedra]
     if scene.mesh.element == "one_point":
         elements = OnePointHexahedron(corners, material, scene.solver.hourglass)
     else:
         elements = IncompatibleHexahedron(corners, material)
-    model = SolidModel(tie.nodes, mesh.hexahedra, elements, scene.mesh.size, tie.dependence())
-    drive, driven = _drive(scene, mesh, tie, knit)
-    stations = Stations(mesh.yarn_of_slice, mesh.arc_length, mesh.centres)
-    travel = scene.load.strain * knit.width
-    recorder = Recorder(stations, driven, axis=0, travel=travel, length=knit.width, meter=meter)
-    solver = linear_solver(scene.solver.linear, model, mesh, tie, drive)
-    settings = Settings.of(scene.solver)
-    return Simulation(scene, mesh, model, tie, drive, settings, solver, recorder)
+    dependence = tie.dependence() if len(tie.slave) else None
+    contact = stabilisation = None
+    if scene.interaction != "tie":
+        contact = yarn_contact(scene, mesh, tie.nodes, rows)
+    if scene.solver.stabilisation > 0:
+        volume = np.bincount(mesh.hexahedra.ravel(), np.repeat(elements.volume / 8, 8), len(tie.nodes))
+        kept = volume if dependence is None else dependence.T @ volume
+        stabilisation = Stabilisation.of(scene.solver.stabilisation, yarn.youngs_modulus, size, kept)
+    limits = Penetration(scene.contact.penetration * size, scene.contact.augmentations)
+    return SolidModel(tie.nodes, mesh.hexahedra, elements, size, dependence, contact, limits, stabilisation)
 
 
 def run(
     scene: Scene,
     mesh: SweptMesh,
-    knit: Knit,
+    specimen: Knit | Pair,
     *,
     checkpoint: Path | None = None,
     progress: Watcher | None = None,
 ) -> xr.Dataset:
-    """Pull a solid knit to the strain of its scene.
+    """Load a specimen of solid yarns as its scene says.
 
     Parameters
     ----------
-    scene, mesh, knit
-        What to simulate; mesh and knit are those of the scene.
+    scene, mesh, specimen
+        What to simulate; mesh and specimen are those of the scene.
     checkpoint : Path, optional
         Restart file, rewritten at every increment and removed at the end. If it exists, the run goes on from it.
     progress : callable, optional
@@ -127,7 +150,7 @@ def run(
         If the load cannot be reached, or the hourglass control carries load; the restart file keeps what had
         converged.
     """
-    simulation = assemble(scene, mesh, knit)
+    simulation = assemble(scene, mesh, specimen)
     recorder = simulation.recorder
     restart = Checkpoint(checkpoint, scene.hash, SolidState) if checkpoint else None
     resume = restart.load(recorder) if restart else None
@@ -167,20 +190,17 @@ def require_small_hourglass(increment: Increment, coefficient: float) -> None:
         )
 
 
-def _drive(scene: Scene, mesh: SweptMesh, tie: Tie, knit: Knit) -> tuple[Drive, np.ndarray]:
-    """Return prescribed unknowns, and those of the driven nodes (k, 3): left ends held, right ends pulled in x."""
-    if scene.load.direction != "course":
-        raise ConfigurationError(f"load.direction is {scene.load.direction!r}; a DNS knows 'course'")
-    held, driven = (
-        3 * tie.unknown[mesh.end_nodes(side)][:, None] + np.arange(3) for side in ("left", "right")
-    )
-    travel = scene.load.strain * knit.width
-    components = driven if scene.load.lateral == "fixed" else driven[:, :1]
+def _drive(scene: Scene, mesh: SweptMesh, tie: Tie, motion: Motion) -> tuple[Drive, np.ndarray]:
+    """Return prescribed unknowns, and those of the driven nodes (k, 3)."""
+    ends = grips(mesh, scene)
+    held, driven = (3 * tie.unknown[nodes][:, None] + np.arange(3) for nodes in (ends.held, ends.driven))
+    components = driven if scene.load.lateral == "fixed" else driven[:, [motion.axis]]
+    count = components.shape[1]
+    moved = motion.displacement if count == 3 else motion.displacement[:, [motion.axis]]
     fixed = np.concatenate([held.ravel(), components.ravel()])
-    value = np.concatenate(
-        [np.zeros(held.size), np.tile([travel, 0.0, 0.0][: components.shape[1]], len(driven))]
-    )
-    return Drive(fixed, value), driven
+    value = np.zeros((len(moved), len(fixed)))
+    value[:, held.size :] = np.tile(moved, len(driven))
+    return Drive(fixed, value, motion.corners, motion.stops), driven
 
 
 def structure(model: SolidModel, mesh: SweptMesh, tie: Tie, drive: Drive, rings: int = 1) -> KnitStructure:
@@ -209,19 +229,37 @@ def linear_solver(name: str, model: SolidModel, mesh: SweptMesh, tie: Tie, drive
         return LU()
     layout = structure(model, mesh, tie, drive)
     preconditioner = ThreeScale(layout) if name == "three_scale" else AlgebraicMultigrid(layout)
-    return ConjugateGradients(preconditioner)
+    return Krylov(preconditioner)
 
 
 def record(simulation: Simulation, increment: Increment) -> None:
     """Add a converged increment to the history: centreline motion, and what the ties carry."""
     model, mesh, tie, recorder = simulation.model, simulation.mesh, simulation.tie, simulation.recorder
-    displacement = model.node_displacement(increment.state)
+    state, facets = increment.state, simulation.facets
+    displacement = model.node_displacement(state)
     rings = mesh.slice_nodes(np.arange(mesh.slices))[:, mesh.section.ring]
+    force = tie.resultants(increment.response.node_force)
+    points, columns = None, {}
+    if model.contact is not None:
+        touching = model.contact_points(state)
+        points = touching_points(model.contact, touching, facets)
+        force += crossing_forces(points, len(force))
+        gap = model.contact.smallest_gap(touching)
+        columns = {
+            "smallest_gap": gap if np.isfinite(gap) else np.nan,
+            "augmentations": state.augmentations,
+        }
+    stations = displacement[rings].mean(axis=1)
+    resultant, moment = yarn_resultants(simulation, increment.response.node_force, displacement, stations)
     recorder.add(
         increment,
-        displacement[rings].mean(axis=1),
-        crossing_force=tie.resultants(increment.response.node_force),
-        crossing_displacement=tie.mean_displacement(displacement),
+        stations,
+        points,
+        crossing_force=force,
+        crossing_displacement=facets.displacement(displacement),
+        yarn_force=resultant,
+        yarn_moment=moment,
+        **columns,
     )
     log.info(
         "increment %d: strain %.4f, force %.6g N, %d Newton and %d Krylov iterations, residual %.1e",
@@ -232,6 +270,50 @@ def record(simulation: Simulation, increment: Increment) -> None:
         increment.krylov_iterations,
         increment.residual,
     )
+
+
+def yarn_resultants(
+    simulation: Simulation, node_force: np.ndarray, displacement: np.ndarray, stations: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return net force (Y, 3) [N] and moment (Y, 3) [N m] of all interactions on every yarn (Fig. 10a).
+
+    What the elements of a free node resist is what the interactions supply; grips are left out. Moments are about
+    the mean of the yarn's stations.
+
+    Parameters
+    ----------
+    simulation : Simulation
+    node_force : ndarray, shape (N, 3)
+        Internal forces of the elements [N].
+    displacement : ndarray, shape (N, 3)
+        Of the nodes [m].
+    stations : ndarray, shape (S, 3)
+        Displacement of the slices' centres [m].
+    """
+    mesh, ends = simulation.mesh, grips(simulation.mesh, simulation.scene)
+    force = node_force.copy()
+    force[np.concatenate([ends.held, ends.driven])] = 0
+    position = simulation.tie.nodes + displacement
+    resultant, moment = np.zeros((2, mesh.yarns, 3))
+    for yarn in range(mesh.yarns):
+        here, slices = mesh.yarn_nodes(yarn), mesh.yarn_of_slice == yarn
+        centre = (mesh.centres + stations)[slices].mean(axis=0)
+        resultant[yarn] = force[here].sum(axis=0)
+        moment[yarn] = np.cross(position[here] - centre, force[here]).sum(axis=0)
+    return resultant, moment
+
+
+def _contact_attributes(simulation: Simulation) -> dict[str, float]:
+    """Return what contact was computed with."""
+    contact = simulation.model.contact
+    if contact is None:
+        return {}
+    return {
+        "contact_stiffness": contact.law.normal,
+        "stick_stiffness": contact.law.tangential,
+        "friction": contact.law.friction,
+        "penetration_limit": simulation.model.penetration.limit,
+    }
 
 
 def _dataset(simulation: Simulation, state: SolidState) -> xr.Dataset:
@@ -248,7 +330,13 @@ def _dataset(simulation: Simulation, state: SolidState) -> xr.Dataset:
         linear_setups=getattr(simulation.solver, "setups", 0),
         tie_tolerance=tie.tolerance,
         tie_nodes=len(tie.slave),
-        tie_largest_adjustment=float(tie.adjustment.max()),
+        tie_largest_adjustment=float(tie.adjustment.max(initial=0.0)),
+        **_contact_attributes(simulation),
+    )
+    dataset["crossing_tied"] = (
+        "crossing",
+        np.isfinite(tie.area).astype(np.int8),
+        {"units": "1", "long_name": "1 where the crossing is tied"},
     )
     dataset["tied_area"] = ("crossing", tie.area, {"units": "m2", "long_name": "tied area"})
     dataset["tied_centroid"] = (

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 import xarray as xr
 
+from knitstudy.contact.record import COLUMNS as CONTACT_COLUMNS
 from knitstudy.cost import Meter
 from knitstudy.fem.increment import PHASES, Increment
 
@@ -44,24 +46,35 @@ class Recorder:
     driven : ndarray of int, shape (k, 3)
         Unknowns of the driven nodes by component (x, y, z).
     axis : int
-        Load direction, 0 for course and 1 for wale.
-    travel : float
-        Displacement of the driven side at full load [m].
+        Load direction, 0 for course and 1 for wale; 2 for a pair of yarns pressed together.
+    travel : callable
+        Displacement (3,) of the driven side at a load factor [m].
     length : float
         Length that strain refers to [m].
     meter : Meter
         Begun before the model was built, so that its memory counts.
+    columns : dict of str to list
+        One value an increment.
+    flat : dict of str to list
+        One array an increment, of as many rows as points were in contact.
     """
 
     stations: Stations
     driven: np.ndarray
     axis: int
-    travel: float
+    travel: Callable[[float], np.ndarray]
     length: float
     columns: dict[str, list] = field(default_factory=dict)
+    flat: dict[str, list[np.ndarray]] = field(default_factory=dict)
     meter: Meter = field(default_factory=Meter)
 
-    def add(self, increment: Increment, station_displacement: np.ndarray, **crossings: np.ndarray) -> None:
+    def add(
+        self,
+        increment: Increment,
+        station_displacement: np.ndarray,
+        points: dict[str, np.ndarray] | None = None,
+        **columns: np.ndarray,
+    ) -> None:
         """Append a converged increment.
 
         Parameters
@@ -69,15 +82,18 @@ class Recorder:
         increment : Increment
         station_displacement : ndarray, shape (S, 3)
             Displacement of the stations [m].
-        **crossings : ndarray, shape (K, 3)
-            `crossing_force` [N] and `crossing_displacement` [m], where the model has them.
+        points : dict of str to ndarray, optional
+            Columns of the points in contact; see `knitstudy.contact.record`.
+        **columns : ndarray
+            What else the model has, by the names of the format.
         """
         reaction = np.array([increment.response.force[self.driven[:, i]].sum() for i in range(3)])
-        displacement = increment.load * self.travel
+        displacement = self.travel(increment.load)
         row = {
             "load": increment.load,
-            "strain": displacement / self.length,
-            "displacement": displacement,
+            "strain": displacement[self.axis] / self.length,
+            "displacement": displacement[self.axis],
+            "driven_displacement": displacement,
             "force": reaction[self.axis],
             "reaction": reaction,
             "newton_iterations": increment.newton_iterations,
@@ -85,21 +101,22 @@ class Recorder:
             "residual": increment.residual,
             "correction": increment.correction,
             "centreline_displacement": np.array(station_displacement),
-            "energy": self._ledger(increment, displacement, reaction[self.axis]),
+            "energy": self._ledger(increment, displacement, reaction),
             "seconds": np.array([increment.timings.get(phase, 0.0) for phase in PHASES]),
-            **crossings,
+            **columns,
         }
         for name, value in row.items():
             self.columns.setdefault(name, []).append(value)
+        for name, values in (points or {}).items():
+            self.flat.setdefault(name, []).append(values)
 
-    def _ledger(self, increment: Increment, displacement: float, force: float) -> np.ndarray:
+    def _ledger(self, increment: Increment, displacement: np.ndarray, reaction: np.ndarray) -> np.ndarray:
         ledger = np.array([increment.response.energy.get(form, 0.0) for form in FORMS])
         if self.columns:
             # Trapezoidal work of the reactions: independent of the potentials that it is held against.
-            mean = 0.5 * (force + self.columns["force"][-1])
-            ledger[0] = self.columns["energy"][-1][0] + mean * (
-                displacement - self.columns["displacement"][-1]
-            )
+            mean = 0.5 * (reaction + self.columns["reaction"][-1])
+            moved = displacement - self.columns["driven_displacement"][-1]
+            ledger[0] = self.columns["energy"][-1][0] + mean @ moved
         return ledger
 
     def to_dataset(self, **attributes) -> xr.Dataset:
@@ -119,6 +136,7 @@ class Recorder:
                 {"units": "m", "long_name": "undeformed centreline"},
             ),
         }
+        variables |= self._points()
         coordinates = {"xyz": list("xyz"), "form": list(FORMS), "phase": list(PHASES)}
         cost = self.meter.read()
         attributes = {
@@ -131,11 +149,30 @@ class Recorder:
         }
         return xr.Dataset(variables, coords=coordinates, attrs=attributes)
 
+    def _points(self) -> dict[str, tuple]:
+        """Return the variables of all points in contact, one increment after another."""
+        if not self.flat:
+            return {}
+        counts = [len(values) for values in self.flat["crossing"]]
+        number = np.repeat(np.arange(len(counts)), counts)
+        variables = {
+            "contact_increment": (
+                "point",
+                number,
+                {"units": "1", "long_name": "increment that it belongs to"},
+            )
+        }
+        for name, (dims, unit, meaning) in CONTACT_COLUMNS.items():
+            attributes = {"units": unit, "long_name": meaning}
+            variables[f"contact_{name}"] = (("point", *dims), np.concatenate(self.flat[name]), attributes)
+        return variables
+
 
 _COLUMNS = {
     "load": ("increment", "1", "load factor"),
     "strain": ("increment", "1", "applied strain"),
-    "displacement": ("increment", "m", "displacement of the driven side"),
+    "displacement": ("increment", "m", "displacement of the driven side along the load"),
+    "driven_displacement": (("increment", "xyz"), "m", "displacement of the driven side"),
     "force": ("increment", "N", "reaction of the driven side along the load"),
     "reaction": (("increment", "xyz"), "N", "reaction of the driven side"),
     "energy": (("increment", "form"), "J", "ledger of energies"),
@@ -149,6 +186,18 @@ _COLUMNS = {
         "N",
         "force of the interaction on the lower row's yarn",
     ),
-    "crossing_displacement": (("increment", "crossing", "xyz"), "m", "mean displacement of the tied nodes"),
+    "crossing_displacement": (
+        ("increment", "crossing", "side", "xyz"),
+        "m",
+        "mean displacement of the facets at the crossing",
+    ),
+    "yarn_force": (("increment", "yarn_number", "xyz"), "N", "net force of the interactions on a yarn"),
+    "yarn_moment": (
+        ("increment", "yarn_number", "xyz"),
+        "N m",
+        "their net moment about the mean of the yarn's centreline",
+    ),
+    "smallest_gap": ("increment", "m", "smallest gap of all pieces of yarn that are near each other"),
+    "augmentations": ("increment", "1", "updates of the contact multipliers"),
     "seconds": (("increment", "phase"), "s", "time by phase of the Newton iterations"),
 }

@@ -17,7 +17,13 @@ class State:
 
 def recorder():
     stations = Stations(np.zeros(1, int), np.zeros(1), np.zeros((1, 3)))
-    return Recorder(stations, driven=np.array([[0, 1, 2]]), axis=0, travel=2.0, length=10.0)
+    return Recorder(
+        stations,
+        driven=np.array([[0, 1, 2]]),
+        axis=0,
+        travel=lambda load: load * np.array([2.0, 0, 0]),
+        length=10.0,
+    )
 
 
 def increment(index, load):

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from knitstudy.errors import ConvergenceError
 from knitstudy.fem.increment import Drive, Settings
 from knitstudy.fem.linear.lu import LU
-from knitstudy.fem.model import Response
+from knitstudy.fem.model import Memoryless, Response
 from knitstudy.fem.newton import trace
 
 
@@ -18,7 +18,7 @@ class State:
     x: np.ndarray
 
 
-class Chain:
+class Chain(Memoryless):
     """Springs in a row between unknowns, each with force f(stretch) and slope df."""
 
     block = 1

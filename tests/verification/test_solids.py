@@ -11,6 +11,7 @@ from knitstudy.fem.incompatible import IncompatibleHexahedron
 from knitstudy.fem.increment import Drive, Settings
 from knitstudy.fem.linear.lu import LU
 from knitstudy.fem.material import LAWS, VOIGT, Material
+from knitstudy.fem.model import Memoryless
 from knitstudy.fem.newton import trace
 from knitstudy.fem.rotation import exp
 from knitstudy.fem.solid import SolidModel, SolidState
@@ -97,7 +98,7 @@ def test_element_tangent(name, law, verify):
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.1)
 
 
-class Loaded:
+class Loaded(Memoryless):
     """A solid under dead nodal loads that starts from a given state."""
 
     def __init__(self, model, load, start):

@@ -318,6 +318,10 @@ class Contact:
             pressure=np.where(fresh, np.finfo(float).tiny, history.pressure),
         )
 
+    def reference(self, point: np.ndarray) -> np.ndarray:
+        """Return the undeformed positions (k, 3) of Gauss points (k,) [m]."""
+        return self._search.positions(point, self.nodes)
+
     def smallest_gap(self, points: ContactPoints) -> float:
         """Return the smallest gap of all pairs that are followed [m]; inf if there are none."""
         return float(points.gap.min(initial=np.inf))

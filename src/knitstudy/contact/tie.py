@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 
 from knitstudy.contact.tube import distance, project
 from knitstudy.errors import MeshError
+from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.sweep import SweptMesh
 
@@ -46,9 +47,9 @@ class Tie:
     adjustment : ndarray, shape (S,)
         How far they were moved [m].
     area : ndarray, shape (K,)
-        Tied area of every crossing [m2].
+        Tied area of every crossing [m2]; nan where it is not tied.
     centroid : ndarray, shape (K, 3)
-        Centroid of the tied area [m].
+        Centroid of the tied area [m]; nan where there is none.
     tolerance : float
         Largest gap beyond the clearance that was tied [m].
     """
@@ -92,28 +93,24 @@ class Tie:
         node_force : ndarray, shape (N, 3)
             Internal forces of the elements; at a slave they are what the tie supplies.
         """
-        return -self._sum(node_force)
-
-    def mean_displacement(self, displacement: np.ndarray) -> np.ndarray:
-        """Return the mean displacement (K, 3) of every crossing's slaves [m] from that of all nodes (N, 3)."""
-        return self._sum(displacement) / np.bincount(self.crossing, minlength=len(self.area))[:, None]
-
-    def _sum(self, values: np.ndarray) -> np.ndarray:
-        """Sum values of nodes (N, 3) over the slaves of every crossing (K, 3)."""
         total = np.zeros((len(self.area), 3))
-        np.add.at(total, self.crossing, values[self.slave])
+        np.subtract.at(total, self.crossing, node_force[self.slave])
         return total
 
 
-def tie_crossings(mesh: SweptMesh, knit: Knit, tolerance: float) -> Tie:
-    """Tie all crossings of a knit.
+def tie_crossings(
+    mesh: SweptMesh, knit: Knit | Pair, tolerance: float, rows: np.ndarray | None = None
+) -> Tie:
+    """Tie the crossings of a specimen.
 
     Parameters
     ----------
     mesh : SweptMesh
-    knit : Knit
+    knit : Knit or Pair
     tolerance : float
         Gap beyond the clearance within which nodes count as touching, as a share of the facet size.
+    rows : ndarray of int, optional
+        Interlock rows whose crossings are tied; all if omitted.
 
     Raises
     ------
@@ -121,8 +118,10 @@ def tie_crossings(mesh: SweptMesh, knit: Knit, tolerance: float) -> Tie:
         If a node would be slave and master at once.
     """
     reach = tolerance * facet_size(mesh)
-    rows = [_tie_row(mesh, knit, row, reach) for row in range(knit.rows)]
-    facets, crossing = (np.concatenate([row[i] for row in rows]) for i in range(2))
+    rows = np.arange(knit.rows) if rows is None else rows
+    tied = [(np.empty((0, 4), dtype=np.int64), np.empty(0, dtype=np.int64))]
+    tied += [_tie_row(mesh, knit, row, reach) for row in rows]
+    facets, crossing = (np.concatenate([row[i] for row in tied]) for i in range(2))
     slave, first = np.unique(facets, return_index=True)
     owner = np.repeat(crossing, 4)[first]
     yarn = mesh.yarn_of_slice[slave // mesh.section.size]
@@ -164,7 +163,7 @@ def _facet_areas(corners: np.ndarray) -> np.ndarray:
     return 0.5 * np.linalg.norm(np.cross(*diagonals), axis=1)
 
 
-def _tie_row(mesh: SweptMesh, knit: Knit, row: int, reach: float) -> tuple[np.ndarray, np.ndarray]:
+def _tie_row(mesh: SweptMesh, knit: Knit | Pair, row: int, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """Return tied facets (f, 4) of the upper yarn of an interlock row, and the crossing (f,) of each."""
     here = np.flatnonzero(knit.crossings.row == row)
     middle = cKDTree(knit.crossings.point[here].mean(axis=1))
@@ -175,7 +174,7 @@ def _tie_row(mesh: SweptMesh, knit: Knit, row: int, reach: float) -> tuple[np.nd
     points = _facet_points(mesh, row + 1, candidates)  # (f, p, 3)
     start = np.repeat(_parameter(knit, row, here[owner]), points.shape[1])
     far = distance(knit.centrelines[row], points.reshape(-1, 3), start)
-    gap = far.reshape(points.shape[:2]) - mesh.radius * (1 + knit.loop.clearance)
+    gap = far.reshape(points.shape[:2]) - mesh.radius * (1 + knit.clearance)
     corners = np.ravel_multi_index(([0, 0, -1, -1], [0, -1, 0, -1]), (SAMPLES, SAMPLES), mode="wrap")
     tied = gap[:, corners].max(axis=1) <= reach
     smallest = gap.min(axis=1)
@@ -186,7 +185,7 @@ def _tie_row(mesh: SweptMesh, knit: Knit, row: int, reach: float) -> tuple[np.nd
     return quads[candidates[tied]], here[owner[tied]]
 
 
-def _parameter(knit: Knit, row: int, crossing: np.ndarray) -> np.ndarray:
+def _parameter(knit: Knit | Pair, row: int, crossing: np.ndarray) -> np.ndarray:
     """Return the spline parameters (k,) of crossings on the lower yarn of a row."""
     return knit.centrelines[row].parameter(knit.crossings.arc_length[crossing, 0])
 
@@ -214,7 +213,7 @@ def _between(values: np.ndarray, first: np.ndarray, along: np.ndarray) -> np.nda
 
 
 def _masters(
-    mesh: SweptMesh, knit: Knit, yarn: int, points: np.ndarray, guess: np.ndarray
+    mesh: SweptMesh, knit: Knit | Pair, yarn: int, points: np.ndarray, guess: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the facet (k, 4) of a yarn that points (k, 3) lie radially over, and their bilinear weights (k, 4)."""
     centreline = knit.centrelines[yarn]
@@ -247,7 +246,9 @@ def _areas(
     """Return tied area (K,) and its centroid (K, 3)."""
     corners = nodes[facets]
     area = _facet_areas(corners)
-    total = np.bincount(crossing, area, count)
+    total = np.full(count, np.nan)
+    total[np.unique(crossing)] = 0.0
+    np.add.at(total, crossing, area)
     moment = np.stack(
         [np.bincount(crossing, area * corners.mean(axis=1)[:, i], count) for i in range(3)], axis=1
     )

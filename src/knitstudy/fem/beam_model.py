@@ -8,7 +8,7 @@ import numpy as np
 
 from knitstudy.fem import beam, rigid_arm
 from knitstudy.fem.assembly import Assembly
-from knitstudy.fem.model import Response
+from knitstudy.fem.model import Memoryless, Response
 from knitstudy.fem.rotation import exp
 
 
@@ -28,7 +28,7 @@ class BeamState:
     rotation: np.ndarray
 
 
-class BeamModel:
+class BeamModel(Memoryless):
     """Straight beam elements between nodes, or between points that nodes carry along.
 
     Parameters

@@ -35,7 +35,11 @@ class Pinning:
         self._diagonal = entries[on_diagonal]
         self._fixed = ~keep[row[on_diagonal]]
         self._block = block
-        self._size = matrix.shape[0]
+        self._indices = matrix.indices
+
+    def fits(self, matrix: sp.bsr_matrix | sp.csr_matrix) -> bool:
+        """Return whether a matrix has the pattern that this was made for."""
+        return matrix.indices is self._indices or np.array_equal(matrix.indices, self._indices)
 
     def apply(self, matrix: sp.bsr_matrix | sp.csr_matrix) -> None:
         """Pin the prescribed unknowns of `matrix`."""
@@ -46,3 +50,14 @@ class Pinning:
         blocks = data[self._diagonal]
         blocks[:, i, i] = np.where(self._fixed, level, blocks[:, i, i])
         data[self._diagonal] = blocks
+
+
+def without(matrix: sp.bsr_matrix, fixed: np.ndarray) -> sp.bsr_matrix:
+    """Return a matrix (size, size) with zeros in the rows and columns `fixed` (k,)."""
+    keep = np.ones(matrix.shape[0])
+    keep[fixed] = 0
+    row = np.repeat(np.arange(len(matrix.indptr) - 1), np.diff(matrix.indptr))
+    block = matrix.blocksize[0]
+    keep = keep.reshape(-1, block)
+    data = matrix.data * keep[row][:, :, None] * keep[matrix.indices][:, None, :]
+    return sp.bsr_matrix((data, matrix.indices, matrix.indptr), shape=matrix.shape)

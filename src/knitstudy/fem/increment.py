@@ -13,20 +13,42 @@ PHASES = ("elements", "assembly", "constraints", "setup", "solve")
 """Phases of a Newton iteration whose time is recorded; line searches count as elements and assembly."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Drive:
-    """Prescribed unknowns.
+    """Prescribed unknowns along the load path.
 
     Attributes
     ----------
     fixed : ndarray of int, shape (k,)
         Indices of the prescribed unknowns.
-    value : ndarray, shape (k,)
-        Their change from the undeformed state to full load; at load factor t it is ``t * value``.
+    value : ndarray, shape (k,) or (m, k)
+        Their change from the undeformed state, at full load or at each of the corners of the path.
+    corners : tuple of float
+        Load factors of the corners, rising to 1; between them, and from zero to the first, the way is straight.
+    stops : tuple of float
+        Further load factors at which an increment has to end.
     """
 
     fixed: np.ndarray
     value: np.ndarray
+    corners: tuple[float, ...] = (1.0,)
+    stops: tuple[float, ...] = ()
+
+    def at(self, load: float) -> np.ndarray:
+        """Return the prescribed changes (k,) at a load factor."""
+        values = np.atleast_2d(self.value)
+        loads = np.concatenate([[0.0], self.corners])
+        leg = min(int(np.searchsorted(self.corners, load)), len(values) - 1)
+        start = values[leg - 1] if leg else 0.0
+        return start + (load - loads[leg]) / (loads[leg + 1] - loads[leg]) * (values[leg] - start)
+
+    def next_stop(self, load: float) -> float:
+        """Return the next load factor at which an increment has to end."""
+        return min(stop for stop in (*self.corners, *self.stops) if stop > load + 1e-12)
+
+    def turns(self, load: float) -> bool:
+        """Return whether the path has a corner at a load factor, where earlier rates are of no use."""
+        return any(abs(load - corner) < 1e-12 for corner in self.corners)
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,13 @@ class Response:
         Derivative of `force` with respect to a step of the unknowns.
     node_force : ndarray, shape (N, 3), or None
         Internal force at all nodes of solids, tied ones included [N]: there it is what the tie supplies.
+    unsymmetric : bsr matrix, shape (size, size), or None
+        What friction and the turning of contact surfaces add to `stiffness`: without it the rest is symmetric and
+        as positive as the solids. None where the whole stiffness is.
+    touching : ndarray of int
+        Nodes of the unknowns that contact acts on; empty without contact.
+    status : ndarray or None
+        Which contact points touch, stick and slip: an increment has converged when that changes no more.
     assembly_seconds : float
         Part of the evaluation's time that summing up took.
     """
@@ -34,7 +41,32 @@ class Response:
     energy: dict[str, float] = field(default_factory=dict)
     stiffness: sp.spmatrix | sp.sparray | None = None
     node_force: np.ndarray | None = None
+    unsymmetric: sp.bsr_matrix | None = None
+    touching: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    status: np.ndarray | None = None
     assembly_seconds: float = 0.0
+
+    def same_status(self, other: Response) -> bool:
+        """Return whether contact points have the same status in both."""
+        if self.status is None or other.status is None:
+            return self.status is other.status
+        return np.array_equal(self.status, other.status)
+
+
+class Memoryless:
+    """The part of a `Model` whose response depends on its unknowns alone."""
+
+    def begin(self, state: Any, load: float, change: float) -> Any:
+        """Return the state in which an increment starts."""
+        return state
+
+    def settle(self, state: Any) -> Any | None:
+        """Return None: a balanced state is a converged one."""
+        return None
+
+    def commit(self, state: Any) -> Any:
+        """Return the state that a converged increment leaves."""
+        return state
 
 
 class Model(Protocol):
@@ -66,6 +98,24 @@ class Model(Protocol):
         """Return a new state, a step (size,) further; spins act from the left."""
         ...
 
+    def begin(self, state: Any, load: float, change: float) -> Any:
+        """Return the state in which an increment of the load factor by `change` to `load` starts."""
+        ...
+
     def respond(self, state: Any, stiffness: bool) -> Response:
-        """Return force, energies and, if asked, the tangent of a state; the model does not change."""
+        """Return force, energies and, if asked, the tangent of a state; no answer depends on earlier calls."""
+        ...
+
+    def settle(self, state: Any) -> Any | None:
+        """Return None if a balanced state is acceptable, or the state to balance anew.
+
+        Raises
+        ------
+        ConvergenceError
+            If it is not, and nothing will help.
+        """
+        ...
+
+    def commit(self, state: Any) -> Any:
+        """Return the state that a converged increment leaves: what is remembered is up to date."""
         ...

@@ -12,10 +12,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.fem.constraints import Pinning
+from knitstudy.fem.constraints import Pinning, without
 from knitstudy.fem.increment import PHASES, Drive, Increment, Rate, Settings
 from knitstudy.fem.linear.solver import LinearSolver
 from knitstudy.fem.model import Model, Response
@@ -57,13 +56,18 @@ def trace(
     spent = [0, 0]
     size = now.size
     while now.load < 1.0:
-        target = min(now.load + size, 1.0)
+        target = now.load + size
         # Whole shares of the load stay free of rounding.
         whole = round(target * settings.increments) / settings.increments
         if abs(target - whole) < 1e-9:
             target = whole
+        stop = drive.next_stop(now.load)
+        if target > stop - 1e-9:
+            target = stop
         try:
             done = path.increment(now, target)
+        except ConvergenceError as error:
+            raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
         except _Failed as failure:
             cutbacks += 1
             spent[0] += path.newton_iterations
@@ -108,17 +112,27 @@ class _Path:
         self.newton_iterations = self.krylov_iterations = 0
         self.seconds = dict.fromkeys(PHASES, 0.0)
         change = target - now.load
-        total = self._predict(now, change)
-        state = model.advance(now.state, total)
+        begun = model.begin(now.state, target, change)
+        total = self._predict(now, begun, target)
+        state = model.advance(begun, total)
         response = self._respond(state, stiffness=False)
         self._require_finite(response)
         residuals = [self._residual(response)]
         correction = np.inf
         tangent_is_stale = True
+        settled = 0
         while True:
-            if residuals[-1] <= settings.residual_tolerance and correction <= settings.correction_tolerance:
-                break
-            if self.newton_iterations == settings.iterations:
+            balanced = residuals[-1] <= settings.residual_tolerance
+            if balanced and correction <= settings.correction_tolerance:
+                better = model.settle(state)
+                if better is None:
+                    break
+                state, settled = better, self.newton_iterations
+                response = self._respond(state, stiffness=False)
+                residuals.append(self._residual(response))
+                correction, tangent_is_stale = np.inf, True
+                continue
+            if self.newton_iterations - settled == settings.iterations:
                 raise _Failed(
                     f"after {settings.iterations} iterations the residual is {residuals[-1]:.2e} "
                     f"(allowed {settings.residual_tolerance:.1e}) and the correction {correction:.2e} h "
@@ -126,14 +140,17 @@ class _Path:
                 )
             # A balanced state needs only the proof that its last correction is small: the tangent of the
             # iteration before serves for that.
-            if tangent_is_stale or residuals[-1] > settings.residual_tolerance or settings.exact:
+            if tangent_is_stale or not balanced or settings.exact:
                 self._pin(self._tangent(state))
                 tangent_is_stale = False
             step = self._solve(np.where(self.free, -response.force, 0.0), self._forcing(residuals))
+            before = response
             step, state, response = self._search(state, response, step)
             total += step
             self.newton_iterations += 1
             correction = float(np.max(np.abs(step * model.scale)[self.free], initial=0.0)) / model.length
+            if not response.same_status(before):
+                correction, tangent_is_stale = np.inf, True
             residuals.append(self._residual(response))
             log.debug(
                 "iteration %d: residual %.3e, correction %.3e h",
@@ -144,7 +161,7 @@ class _Path:
         return Increment(
             index=now.index + 1,
             load=target,
-            state=state,
+            state=model.commit(state),
             response=response,
             size=change,
             rates=(Rate(change, total / change), *now.rates)[: settings.predictor],
@@ -156,22 +173,24 @@ class _Path:
             timings=self.seconds,
         )
 
-    def _predict(self, now: Increment, change: float) -> np.ndarray:
+    def _predict(self, now: Increment, begun: Any, target: float) -> np.ndarray:
         """First guess (size,) of the change of all unknowns, exact where they are prescribed."""
-        rates = now.rates[: self.settings.predictor]
+        change = target - now.load
+        prescribed = self.drive.at(target) - self.drive.at(now.load)
+        rates = () if self.drive.turns(now.load) else now.rates[: self.settings.predictor]
         if not rates:
             # Moving the driven side alone would crush the elements there: let the tangent spread it.
             guess = np.zeros(self.model.size)
-            guess[self.drive.fixed] = change * self.drive.value
-            stiffness = self._tangent(now.state)
-            pull = np.where(self.free, -(stiffness @ guess), 0.0)
-            self._pin(stiffness)
+            guess[self.drive.fixed] = prescribed
+            response = self._tangent(begun)
+            pull = np.where(self.free, -(response.stiffness @ guess), 0.0)
+            self._pin(response)
             return guess + self._solve(pull, 1e-12 if self.settings.exact else 1e-3)
         guess = change * rates[0].step
         if len(rates) > 1:
             bend = (change + rates[0].increment) / (rates[0].increment + rates[1].increment)
             guess += change * bend * (rates[0].step - rates[1].step)
-        guess[self.drive.fixed] = change * self.drive.value
+        guess[self.drive.fixed] = prescribed
         return guess
 
     def _respond(self, state: Any, stiffness: bool) -> Response:
@@ -182,17 +201,21 @@ class _Path:
         self.seconds["elements"] += spent - response.assembly_seconds
         return response
 
-    def _tangent(self, state: Any) -> sp.bsr_matrix | sp.csr_matrix:
+    def _tangent(self, state: Any) -> Response:
         # Two tangents at once would be the largest part of the memory.
         self.solver.release()
-        return self._respond(state, stiffness=True).stiffness
+        return self._respond(state, stiffness=True)
 
-    def _pin(self, stiffness: sp.bsr_matrix | sp.csr_matrix) -> None:
+    def _pin(self, response: Response) -> None:
         started = time.perf_counter()
-        if self.pinning is None:
-            self.pinning = Pinning(stiffness, self.drive.fixed)
+        stiffness, fixed = response.stiffness, self.drive.fixed
+        if self.pinning is None or not self.pinning.fits(stiffness):
+            self.pinning = Pinning(stiffness, fixed)
         self.pinning.apply(stiffness)
-        self.solver.use(stiffness)
+        unsymmetric = response.unsymmetric
+        if unsymmetric is not None:
+            unsymmetric = without(unsymmetric, fixed)
+        self.solver.use(stiffness, unsymmetric, response.touching)
         self.seconds["constraints"] += time.perf_counter() - started
 
     def _solve(self, rhs: np.ndarray, tolerance: float) -> np.ndarray:

@@ -60,7 +60,8 @@ def pull(network: Network, scene: Scene, gauge: float, meter: Meter | None = Non
     travel = scene.load.strain * gauge
     drive = course_tension(network, travel, scene.load.lateral)
     driven = 6 * network.end_nodes("right")[:, None] + [X, Y, Z]
-    recorder = Recorder(network.stations, driven, axis=X, travel=travel, length=gauge, meter=meter)
+    way = np.array([travel, 0.0, 0.0])
+    recorder = Recorder(network.stations, driven, X, lambda load: load * way, gauge, meter=meter)
     settings = Settings.of(scene.solver)
     couples = []
     for increment in trace(model, drive, settings, LU()):

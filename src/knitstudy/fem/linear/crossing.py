@@ -13,10 +13,13 @@ class CrossingScale:
     """Sparse LU over the unknowns around all crossings; they fall apart into patches by themselves."""
 
     def __init__(self, structure: KnitStructure) -> None:
-        self.unknowns = (3 * structure.patch[:, None] + np.arange(3)).ravel()
+        self._tied = structure.patch
+        self.unknowns = np.empty(0, dtype=np.int64)
 
-    def update(self, matrix: sp.bsr_matrix) -> None:
-        """Factorise the patches of a matrix."""
+    def update(self, matrix: sp.bsr_matrix, touching: np.ndarray) -> None:
+        """Factorise the patches of a matrix: around ties, and around the nodes where contact acts."""
+        patch = np.union1d(self._tied, neighbours(matrix, touching))
+        self.unknowns = (3 * patch[:, None] + np.arange(3)).ravel()
         if not len(self.unknowns):
             return
         rows = _block_rows(matrix, self.unknowns[::3] // 3)
@@ -32,12 +35,22 @@ class CrossingScale:
         residual -= self._rows.T @ local
 
 
+def neighbours(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
+    """Return nodes and those that share an element or a contact with them."""
+    return np.union1d(nodes, matrix.indices[_entries(matrix, nodes)])
+
+
+def _entries(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
+    """Return the positions of the blocks of some rows, row by row."""
+    count = np.diff(matrix.indptr)[nodes]
+    start = np.repeat(matrix.indptr[nodes] - np.cumsum(count) + count, count)
+    return start + np.arange(count.sum())
+
+
 def _block_rows(matrix: sp.bsr_matrix, nodes: np.ndarray) -> sp.csr_matrix:
     """Return the rows of all unknowns of some nodes as CSR."""
-    count = np.diff(matrix.indptr)[nodes]
-    start = np.repeat(matrix.indptr[nodes] - np.concatenate([[0], np.cumsum(count)[:-1]]), count)
-    entries = start + np.arange(count.sum())
-    indptr = np.concatenate([[0], np.cumsum(count)])
+    entries = _entries(matrix, nodes)
+    indptr = np.concatenate([[0], np.cumsum(np.diff(matrix.indptr)[nodes])])
     part = sp.bsr_matrix(
         (matrix.data[entries], matrix.indices[entries], indptr), shape=(3 * len(nodes), matrix.shape[1])
     )

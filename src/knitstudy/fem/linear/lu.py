@@ -9,7 +9,10 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.fem.linear.solver import Solution
+from knitstudy.fem.linear.solver import NOWHERE, Solution
+
+REFINEMENTS = 3
+"""Most steps of iterative refinement."""
 
 
 class LU:
@@ -20,7 +23,12 @@ class LU:
         self._matrix: sp.csc_matrix | None = None
         self._factors = None
 
-    def use(self, matrix: sp.bsr_matrix | sp.csr_matrix) -> None:
+    def use(
+        self,
+        matrix: sp.bsr_matrix | sp.csr_matrix,
+        unsymmetric: sp.bsr_matrix | None = None,
+        touching: np.ndarray = NOWHERE,
+    ) -> None:
         """Take over a new matrix."""
         self._matrix, self._factors = matrix, None
 
@@ -36,6 +44,13 @@ class LU:
             self._factors = factorise(self._matrix)
             self.setup_seconds = time.perf_counter() - started
         x = self._factors.solve(rhs)
+        level = np.linalg.norm(rhs)
+        for _ in range(REFINEMENTS):
+            residual = rhs - self._matrix @ x
+            # Without pivoting, factors of an unsymmetric matrix may need a step of refinement.
+            if np.linalg.norm(residual) <= min(tolerance, 1e-10) * level:
+                break
+            x += self._factors.solve(residual)
         if not np.all(np.isfinite(x)):
             raise ConvergenceError(
                 "the stiffness matrix is singular: something is free to move as a rigid body"

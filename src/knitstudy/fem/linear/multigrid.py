@@ -15,8 +15,8 @@ class AlgebraicMultigrid:
     def __init__(self, structure: KnitStructure) -> None:
         self._nullspace = rigid_modes(structure)
 
-    def update(self, matrix: sp.bsr_matrix) -> None:
-        """Build the hierarchy of a matrix."""
+    def update(self, matrix: sp.bsr_matrix, touching: np.ndarray) -> None:
+        """Build the hierarchy of a matrix, wherever contact acts."""
         smoother = ("block_gauss_seidel", {"sweep": "symmetric", "blocksize": 3})
         self._cycle = pyamg.smoothed_aggregation_solver(
             matrix,

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
+
+NOWHERE = np.empty(0, dtype=np.int64)
+
+Apply = Callable[[np.ndarray], np.ndarray]
+"""A preconditioner: approximate solution (size,) for a residual (size,)."""
 
 
 @dataclass(frozen=True)
@@ -15,6 +21,16 @@ class Solution:
 
     x: np.ndarray
     iterations: int
+
+
+@dataclass
+class Iterate:
+    """Approximate solution, its residual, the norm of the right-hand side, and iterations so far."""
+
+    x: np.ndarray
+    residual: np.ndarray
+    level: float
+    iterations: int = 0
 
 
 class LinearSolver(Protocol):
@@ -28,8 +44,22 @@ class LinearSolver(Protocol):
 
     setup_seconds: float
 
-    def use(self, matrix: sp.bsr_matrix | sp.csr_matrix) -> None:
-        """Take over a new matrix; factors are made when they are needed."""
+    def use(
+        self,
+        matrix: sp.bsr_matrix | sp.csr_matrix,
+        unsymmetric: sp.bsr_matrix | None = None,
+        touching: np.ndarray = NOWHERE,
+    ) -> None:
+        """Take over a new matrix; factors are made when they are needed.
+
+        Parameters
+        ----------
+        matrix : bsr or csr matrix, shape (size, size)
+        unsymmetric : bsr matrix, shape (size, size), optional
+            Part of it without which it is symmetric and positive definite.
+        touching : ndarray of int
+            Nodes that contact acts on.
+        """
         ...
 
     def release(self) -> None:

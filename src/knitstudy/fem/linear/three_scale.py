@@ -27,10 +27,10 @@ class ThreeScale:
         self.crossing = CrossingScale(structure)
         self.yarn = YarnScale(structure, dtype)
 
-    def update(self, matrix: sp.bsr_matrix) -> None:
+    def update(self, matrix: sp.bsr_matrix, touching: np.ndarray) -> None:
         """Make all factors anew."""
         self.yarn.update(matrix)
-        self.crossing.update(matrix)
+        self.crossing.update(matrix, touching)
         self.fabric.update(matrix)
 
     def apply(self, matrix: sp.bsr_matrix, residual: np.ndarray) -> np.ndarray:

@@ -1,0 +1,53 @@
+"""How the driven grips of a specimen move (section 2.3 of the paper)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pattern import Knit
+from knitstudy.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Straight legs from rest through a number of corners.
+
+    Attributes
+    ----------
+    displacement : ndarray, shape (m, 3)
+        Of the driven grips at the corners [m].
+    corners : tuple of float
+        Their load factors, rising to 1.
+    stops : tuple of float
+        Load factors at which an increment has to end.
+    axis : int
+        Direction of the force that is reported.
+    length : float
+        What a displacement along it is divided by for a strain [m].
+    """
+
+    displacement: np.ndarray
+    corners: tuple[float, ...]
+    stops: tuple[float, ...]
+    axis: int
+    length: float
+
+    def at(self, load: float) -> np.ndarray:
+        """Return the displacement (3,) at a load factor [m]."""
+        loads = np.concatenate([[0.0], self.corners])
+        places = np.vstack([np.zeros(3), self.displacement])
+        return np.array([np.interp(load, loads, places[:, i]) for i in range(3)])
+
+
+def load_path(scene: Scene, specimen: Knit | Pair) -> Motion:
+    """Return how a scene's grips move: a knit's along the load to its strain, a pair's along its path."""
+    if scene.specimen == "pair":
+        legs = np.array(scene.load.path)
+        corners = tuple((np.arange(len(legs)) + 1) / len(legs))
+        return Motion(legs, corners, (), axis=2, length=2 * specimen.radius)
+    width = specimen.width
+    stops = tuple(stop / scene.load.strain for stop in scene.load.stops)
+    return Motion(np.array([[scene.load.strain * width, 0.0, 0.0]]), (1.0,), stops, axis=0, length=width)
