@@ -9,8 +9,29 @@ from typing import Any
 from knitstudy.errors import ConfigurationError
 from knitstudy.schema import unknown_choice
 
-TIED_COURSE = {"interaction": "tie", "load.direction": "course"}
+FRICTION = 0.76
+"""Coefficient of friction of Table 1: scenes with another one are variants."""
+
+COURSE = {"specimen": "knit", "load.direction": "course"}
+TIE = {"interaction": "tie"}
+ROUGH = {"interaction": "rough"}
+ISOTROPIC = {"interaction": "isotropic", "contact.friction": FRICTION}
+OUTER_ROWS_TIED = {"contact.tied_rows": "outer"}
+
+TIED_COURSE = COURSE | TIE
 """Scenes with ties, pulled in the course direction."""
+
+ISOTROPIC_COURSE = COURSE | ISOTROPIC | OUTER_ROWS_TIED
+"""Scenes with the friction of Table 1 and the ties of Fig. 3a, pulled in the course direction."""
+
+
+VARIANTS = {
+    "tie": TIE,
+    "rough": ROUGH | OUTER_ROWS_TIED,
+    "isotropic": ISOTROPIC | OUTER_ROWS_TIED,
+    "untied": ISOTROPIC | {"contact.tied_rows": "none"},
+}
+"""Interactions that are compared with each other."""
 
 
 @dataclass(frozen=True)
@@ -22,15 +43,18 @@ class Entry:
     title : str
         With its number in the paper.
     needs : tuple of str
-        What its function takes, by keyword: "geometry", "mesh", "dns", "contacts", "rom3d", "rom2d"; tables also
+        What its function takes, by keyword: results by the names of `report.selection`, "scenes", and for tables
         files of reference.
     of : dict
         Which scenes it is about: values of keys of the scene.
+    may : tuple of str
+        What its function takes as well, where a study has it.
     """
 
     title: str
     needs: tuple[str, ...]
-    of: dict[str, str]
+    of: dict[str, Any]
+    may: tuple[str, ...] = ()
 
 
 def find(kind: str, entries: Mapping[str, Entry], name: str) -> Entry:
@@ -47,15 +71,17 @@ def find(kind: str, entries: Mapping[str, Entry], name: str) -> Entry:
 
 
 def select(kind: str, entries: Mapping[str, Entry], name: str, sources: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those of the sources that an entry needs.
+    """Return those of the sources that an entry needs, and those that it may have.
 
     Raises
     ------
     ConfigurationError
         When there is no such entry, or something that it needs is missing.
     """
-    needs = find(kind, entries, name).needs
-    missing = [need for need in needs if need not in sources]
+    entry = find(kind, entries, name)
+    missing = [need for need in entry.needs if need not in sources]
     if missing:
-        raise ConfigurationError(f"{kind} {name!r} needs {', '.join(needs)}: {', '.join(missing)} is missing")
-    return {need: sources[need] for need in needs}
+        raise ConfigurationError(
+            f"{kind} {name!r} needs {', '.join(entry.needs)}: {', '.join(missing)} is missing"
+        )
+    return {need: sources[need] for need in (*entry.needs, *entry.may) if need in sources}

@@ -41,8 +41,8 @@ def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
     touch = _Touch.of(history)
     apart = crossings.point[:, 1] - crossings.point[:, 0]
     normal = apart / np.linalg.norm(apart, axis=1, keepdims=True)
-    tied = _tied(history)
-    motion = _motion(history)
+    tied = history["crossing_tied"].to_numpy().astype(bool)
+    motion = history["crossing_displacement"].to_numpy()
     force = history["crossing_force"].to_numpy()
 
     values = {
@@ -88,23 +88,6 @@ def _require_crossings(crossings: Crossings, history: xr.Dataset) -> None:
             f"the history has {history.sizes['crossing']} crossings and the specimen {len(crossings.row)}: "
             "they belong to different scenes"
         )
-
-
-def _tied(history: xr.Dataset) -> np.ndarray:
-    """Return which crossings (K,) are tied; all, where a history does not say."""
-    if "crossing_tied" not in history:
-        return np.ones(history.sizes["crossing"], dtype=bool)
-    return history["crossing_tied"].to_numpy().astype(bool)
-
-
-def _motion(history: xr.Dataset) -> np.ndarray:
-    """Return the displacements (I, K, 2, 3) of both sides; one for both, where a history has no sides."""
-    motion = history["crossing_displacement"]
-    return (
-        np.repeat(motion.to_numpy()[:, :, None], 2, axis=2)
-        if "side" not in motion.dims
-        else motion.to_numpy()
-    )
 
 
 @dataclass(frozen=True)
@@ -274,6 +257,10 @@ _VARIABLES = {
     "slip": (_TIME, "m", "mean length slipped since first contact"),
     "stick_share": (_TIME, "1", "share of the contact area that sticks"),
     "largest_pressure": (_TIME, "Pa", "largest pressure"),
-    "yarn_force": (("increment", "yarns", "xyz"), "N", "net force of all interactions on a yarn"),
-    "yarn_moment": (("increment", "yarns", "xyz"), "N m", "their moment about the mean of its centreline"),
+    "yarn_force": (("increment", "yarn_number", "xyz"), "N", "net force of all interactions on a yarn"),
+    "yarn_moment": (
+        ("increment", "yarn_number", "xyz"),
+        "N m",
+        "their moment about the mean of its centreline",
+    ),
 }

@@ -132,8 +132,8 @@ def contact_history(knit: Knit, interaction="isotropic", friction=0.76, **attrib
             crossing_tied=("crossing", tied.astype(np.int8)),
             tied_area=("crossing", np.where(tied, 1e-7, np.nan)),
             tied_centroid=(("crossing", "xyz"), untied),
-            yarn_force=(("increment", "yarns", "xyz"), np.zeros((count, knit.rows + 1, 3))),
-            yarn_moment=(("increment", "yarns", "xyz"), np.zeros((count, knit.rows + 1, 3))),
+            yarn_force=(("increment", "yarn_number", "xyz"), np.zeros((count, knit.rows + 1, 3))),
+            yarn_moment=(("increment", "yarn_number", "xyz"), np.zeros((count, knit.rows + 1, 3))),
             **points,
         )
     )
@@ -176,4 +176,27 @@ def _points(knit, strain, friction):
         {f"contact_{name}": ("point", values) for name, values in columns.items()}
         | {f"contact_{name}": (("point", "xyz"), values) for name, values in vectors.items()}
         | {"contact_cell": (("point", "grid"), cell)}
+    )
+
+
+def pair_scene(scene, path, angle=90.0, interaction="isotropic"):
+    """Scene of two crossing yarns made from one of a knit."""
+    document = scene.to_dict() | {"specimen": "pair", "fidelity": "dns", "interaction": interaction}
+    document["load"] |= {"direction": "path", "path": path, "stops": []}
+    document["pair"] |= {"angle": angle}
+    document["rom"] = {"contacts_from": None, "joint": "rigid"}
+    return type(scene).from_dict(document)
+
+
+def contacts_of_slide(distance, friction=0.5, normal=4.0, **attributes):
+    """Contacts of two yarns that slide along x by `distance` (I,) [m], the first increments sticking."""
+    distance = np.array(distance)
+    vectors = np.zeros((3, len(distance), 1, 3))
+    vectors[0, :, 0, 0] = distance
+    vectors[1, :, 0, 0] = np.clip(distance * 1e6, -friction * normal, friction * normal)
+    vectors[2, 1:, 0, 2] = -normal
+    names = ("relative_displacement", "tangential_resultant", "normal_resultant")
+    dims = ("increment", "crossing", "xyz")
+    return xr.Dataset(
+        {name: (dims, values) for name, values in zip(names, vectors, strict=True)}, attrs=attributes
     )

@@ -3,19 +3,28 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import synthetic
 
+from knitstudy.contacts import extract
 from knitstudy.geometry.build import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.io import read_table
-from knitstudy.tables.claims import JUDGES, Evidence
+from knitstudy.tables.centre_cell import centre_cell
+from knitstudy.tables.claims import JUDGES
+from knitstudy.tables.contact_claims import asymmetry, largest_bend, stabilisation_share
+from knitstudy.tables.evidence import Evidence
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
 
+STIFFNESS = {"tie": 1.2, "rough": 1.1, "isotropic": 1.0, "untied": 0.5}
+"""Of the histories of direct simulations, over that with isotropic friction."""
+
+
 @pytest.fixture
-def evidence(plain_scene):
+def evidence(plain_scene, knit):
     """Everything as the paper has it."""
     solid = plain_scene.to_dict() | {"fidelity": "dns", "rom": {"contacts_from": None, "joint": "rigid"}}
     solid = type(plain_scene).from_dict(solid).replace("mesh.size", 0.3e-3)
@@ -26,9 +35,48 @@ def evidence(plain_scene):
             "rom3d": synthetic.history(force=(0, 6, 12), lift=1.5e-4, dof=5_994, memory_growth=4e6),
             "rom2d": synthetic.history(force=(0, 10, 20), dof=432, memory_growth=2e6),
         },
-        scenes={"dns": solid},
+        scenes={"dns": solid}
+        | {name: solid.replace("contact.friction", friction) for name, friction in FRICTIONS.items()},
+        **in_contact(knit),
         paper=read_table(RESOURCES / "paper_tables.csv"),
     )
+
+
+FRICTIONS = {"tie": 0.76, "rough": 0.76, "isotropic": 0.76, "untied": 0.76, "slippery": 0.1}
+"""Coefficients of the scenes by name."""
+
+
+def in_contact(knit):
+    """Histories of direct simulations, the contacts of those with friction, and a sweep of it."""
+    base = synthetic.contact_history(knit)
+    direct = {
+        name: base.assign(force=factor * base["force"]).assign_attrs(
+            interaction="isotropic" if name == "untied" else name
+        )
+        for name, factor in STIFFNESS.items()
+    }
+    direct["tie"] = direct["tie"].assign(centreline_displacement=0.5 * base["centreline_displacement"])
+    direct["untied"] = direct["untied"].assign(newton_iterations=2 * base["newton_iterations"])
+    contacts = extract(knit, base)
+    slides = contacts["slip"].where((contacts["row"] == 1), 1e-4)
+    return {
+        "direct": direct,
+        "contacts": {"isotropic": contacts, "untied": contacts.assign(slip=slides)},
+        "frictions": {name: direct[name] for name in ("tie", "rough", "isotropic")}
+        | {"slippery": direct["isotropic"].assign(force=0.9 * base["force"])},
+    }
+
+
+def with_direct(evidence, name, **variables):
+    """Return the evidence with other variables in one direct simulation."""
+    return replace(evidence, direct=dict(evidence.direct) | {name: evidence.direct[name].assign(**variables)})
+
+
+def with_zones(evidence, zones):
+    """Return the evidence with other numbers of zones (increments, 4) in the centre cell."""
+    contacts = evidence.contacts["isotropic"].copy(deep=True)
+    contacts["zones"][:, centre_cell(contacts)] = np.array(zones)
+    return replace(evidence, contacts=dict(evidence.contacts) | {"isotropic": contacts})
 
 
 def with_history(evidence, fidelity, **changes):
@@ -99,3 +147,134 @@ def test_savings_at_another_mesh_size_decide_nothing(evidence):
     judged = JUDGES["R5"](coarse)
     assert judged.verdict == "not yet run"
     assert "elements of 0.45 mm, the paper's of 0.3 mm" in judged.note
+
+
+IN_CONTACT = ("K1", "K2", "K3", "K4", "K5", "K6", "K7", "K11", "E1")
+
+
+@pytest.mark.parametrize("claim", IN_CONTACT)
+def test_claim_without_its_scenes_is_not_run(evidence, claim):
+    judged = JUDGES[claim](replace(evidence, direct={}, contacts={}, frictions={}))
+    assert judged.verdict == "not yet run"
+    assert judged.measured == ""
+    assert "no direct simulation with" in judged.note
+
+
+@pytest.mark.parametrize("claim", ["K2", "K3", "K4", "K5", "K6", "K7", "K11"])
+def test_contact_at_smaller_strain_decides_nothing(evidence, claim):
+    def short(datasets):
+        return {name: each.isel(increment=slice(0, 5)) for name, each in datasets.items()}
+
+    stopped = replace(
+        evidence,
+        direct=short(evidence.direct),
+        contacts={name: each.isel(increment=slice(0, 5)) for name, each in evidence.contacts.items()},
+        frictions=short(evidence.frictions),
+    )
+    judged = JUDGES[claim](stopped)
+    assert judged.verdict == "not yet run"
+    assert judged.measured
+    assert "pulled to 1.95%, the paper to 5%" in judged.note
+
+
+@pytest.mark.parametrize("claim", ["K1", "K2"])
+def test_zones_at_another_strain_decide_nothing(evidence, claim):
+    contacts = evidence.contacts["isotropic"]
+    moved = contacts.assign(strain=contacts["strain"] * 1.02)
+    judged = JUDGES[claim](replace(evidence, contacts={"isotropic": moved}))
+    assert judged.verdict == "not yet run"
+    assert "no increment ends at the strain of point" in judged.note
+
+
+def test_early_contact_is_not_reproduced(evidence):
+    zones = [(0, 0, 0, 0), (1, 0, 0, 0)] + [(1, 1, 1, 1)] * 4
+    assert JUDGES["K1"](with_zones(evidence, zones)).verdict == "not reproduced"
+
+
+@pytest.mark.parametrize("end", [(1, 1, 1, 0), (2, 1, 1, 1)])
+def test_zones_that_do_not_stay_four_are_not_reproduced(evidence, end):
+    zones = [(0, 0, 0, 0)] * 3 + [(1, 1, 0, 0), (1, 1, 1, 1), end]
+    judged = JUDGES["K2"](with_zones(evidence, zones))
+    assert judged.verdict == "not reproduced"
+    assert f"4 at 1.95%; {sum(end)} at the end" in judged.measured
+
+
+def test_bend_before_or_long_after_contact_is_not_reproduced(evidence):
+    """First symmetric contact is at 0.45 %, known to be after 0.33 %."""
+    strain = evidence.direct["isotropic"]["strain"]
+    for at, expected in ((0.0005, "not reproduced"), (0.0045, "reproduced"), (0.0195, "not reproduced")):
+        bent = with_direct(evidence, "isotropic", force=300 * strain + 500 * (strain - at).clip(0))
+        judged = JUDGES["K3"](bent)
+        assert judged.verdict == expected, judged.measured
+
+
+def test_contact_on_one_side_only_is_not_symmetric(evidence):
+    judged = JUDGES["K3"](with_zones(evidence, [(0, 0, 0, 0)] + [(1, 0, 1, 0)] * 5))
+    assert judged.verdict == "not reproduced"
+    assert "no symmetric contact" in judged.measured
+
+
+def test_largest_bend_is_where_the_slope_changes():
+    strain = np.linspace(0, 0.05, 26)
+    history = synthetic.history(strain=strain, force=np.abs(strain - 0.02))
+    assert largest_bend(history) == pytest.approx(0.02)
+    assert np.isnan(largest_bend(synthetic.history(strain=(0, 1e-4), force=(0, 1))))
+
+
+def test_flat_or_skew_or_widening_knit_is_not_reproduced(evidence):
+    history = evidence.direct["isotropic"]
+    motion = history["centreline_displacement"]
+    first = (history["yarn"] == 0).to_numpy()
+    changes = {
+        "flat": motion * [1.0, 1.0, 0.5],
+        "wide": motion * [1.0, -1.0, 1.0],
+        "skew": motion.where(~first[None, :, None], 2 * motion),
+    }
+    for name, changed in changes.items():
+        judged = JUDGES["K4"](with_direct(evidence, "isotropic", centreline_displacement=changed))
+        assert judged.verdict == "not reproduced", name
+
+
+def test_asymmetry_by_hand():
+    """Two yarns bulge by 0.1 and 0.2 mm: the envelopes differ by half of the largest."""
+    assert asymmetry(synthetic.history(lift=1e-4)) == pytest.approx(0.5)
+    assert asymmetry(synthetic.history(lift=0.0)) == 0
+
+
+def test_other_order_of_stiffness_is_not_reproduced(evidence):
+    stiff = with_direct(evidence, "isotropic", force=1.15 * evidence.direct["isotropic"]["force"])
+    judged = JUDGES["K5"](stiff)
+    assert judged.verdict == "not reproduced"
+    assert judged.measured.startswith("secant stiffness: tie constraint ")
+    assert judged.measured.index("isotropic") < judged.measured.index("rough")
+
+
+def test_ties_that_move_further_out_of_plane_are_not_reproduced(evidence):
+    motion = 3 * evidence.direct["tie"]["centreline_displacement"]
+    assert (
+        JUDGES["K6"](with_direct(evidence, "tie", centreline_displacement=motion)).verdict == "not reproduced"
+    )
+
+
+def test_slippery_yarns_that_are_stiffer_than_rough_ones_are_not_reproduced(evidence):
+    stiff = evidence.frictions["slippery"].assign(force=1.15 * evidence.direct["isotropic"]["force"])
+    judged = JUDGES["K7"](replace(evidence, frictions=dict(evidence.frictions) | {"slippery": stiff}))
+    assert judged.verdict == "not reproduced"
+    assert "mu = 0.76" in judged.measured
+    assert "mu = 0.1 " in judged.measured
+
+
+@pytest.mark.parametrize("change", ["force", "newton_iterations"])
+def test_untied_rows_without_harm_are_not_reproduced(evidence, change):
+    same = evidence.direct["isotropic"][change]
+    assert JUDGES["K11"](with_direct(evidence, "untied", **{change: same})).verdict == "not reproduced"
+
+
+def test_stabilisation_beyond_the_bar_is_not_reproduced(evidence):
+    history = evidence.direct["isotropic"]
+    energy = history["energy"].copy(deep=True)
+    energy.loc[{"form": "stabilisation"}] = 0.04 * energy.sel(form="internal")
+    assert JUDGES["E1"](with_direct(evidence, "isotropic", energy=energy)).verdict == "reproduced"
+    energy.loc[{"form": "stabilisation", "increment": 3}] = 0.06 * energy.sel(form="internal")[3]
+    assert stabilisation_share(history.assign(energy=energy)) == pytest.approx(0.06)
+    assert JUDGES["E1"](with_direct(evidence, "isotropic", energy=energy)).verdict == "not reproduced"

@@ -59,7 +59,7 @@ def history():
             "crossing_tied": ("crossing", [0, 1]),
             "tied_area": ("crossing", [np.nan, 7e-8]),
             "tied_centroid": (("crossing", "xyz"), [[np.nan] * 3, [1e-2, 0, 1e-3]]),
-            "yarn_force": (("increment", "yarns", "xyz"), np.arange(18.0).reshape(3, 2, 3)),
+            "yarn_force": (("increment", "yarn_number", "xyz"), np.arange(18.0).reshape(3, 2, 3)),
             "contact_cell": (("point", "grid"), [[4, 0], [5, 11], [9, 3]]),
             "contact_position": (vector, [[1e-3, 0, 1e-3], [0, 0, 1e-3], [0, 2e-3, 1e-3]]),
             "contact_reference": (vector, [[1e-3, 0, 0], [0, 0, 0], [0, 1e-3, 0]]),

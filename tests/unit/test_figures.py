@@ -7,18 +7,36 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.image import imread
 from PIL import Image
 
+from knitstudy.contacts import extract
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures import catalogue, fig05_contact_points, style, surface
+from knitstudy.figures.fig_pair_slip import Slide
 from knitstudy.figures.interlock import InterlockSide
 from knitstudy.figures.picture import CHOICE, is_fallback
-from knitstudy.figures.saving import FALLBACK_RENDERER, save
+from knitstudy.figures.saving import FALLBACK_RENDERER, describe, save
 from knitstudy.geometry.build import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.rom import honeycomb
 from knitstudy.rom.crossing_contacts import contacts_of_crossings
 
-SOLID = ("fig01_unit_cell", "fig04_honeycomb", "fig05_contact_points", "fig06_joints")
+SOLID = (
+    "fig01_unit_cell",
+    "fig03a_interactions",
+    "fig04_honeycomb",
+    "fig05_contact_points",
+    "fig06_joints",
+    "fig07c_contact_area",
+    "fig08_out_of_plane",
+)
+
+IN_CONTACT = (
+    "fig03a_interactions",
+    "fig07a_zones",
+    "fig07b_force",
+    "fig07c_contact_area",
+    "fig08_out_of_plane",
+)
 
 NORMALS = {r"$\mathbf{n}_1$", r"$\mathbf{n}_2$"}
 
@@ -38,11 +56,38 @@ def results(knit):
         "dns": synthetic.history(scene="dns-a", scene_hash="abcd"),
         "rom3d": synthetic.history(force=(0, 6, 12)),
         "rom2d": synthetic.history(force=(0, 10, 20)),
+        "tie": synthetic.history(force=(0, 9, 18), lift=1e-4),
+        "rough": synthetic.history(force=(0, 8, 16), lift=3e-4),
+        "isotropic": synthetic.history(force=(0, 6, 12), lift=2e-4),
+    }
+
+
+@pytest.fixture(scope="module")
+def touching(knit):
+    """Results of a knit with friction."""
+    history = synthetic.contact_history(knit)
+    return {"geometry": synthetic.geometry(knit), "dns": history, "contacts": extract(knit, history)}
+
+
+@pytest.fixture(scope="module")
+def pairs(plain_scene):
+    """Contacts and scenes of a pair that slides, one that slides and comes back, and one that is only pressed."""
+    there, press = [2e-5, 0.0, -1e-5], [0.0, 0.0, -1e-5]
+    made = {
+        "slid": ([press, there], [0.0, 0.0, 1e-6, 2e-5]),
+        "reversed": ([press, there, press], [0.0, 0.0, 2e-5, 1.9e-5, 0.0]),
+        "pressed": ([press], [0.0, 0.0]),
+    }
+    return {
+        "pairs_contacts": {
+            name: synthetic.contacts_of_slide(distance) for name, (_, distance) in made.items()
+        },
+        "scenes": {name: synthetic.pair_scene(plain_scene, path) for name, (path, _) in made.items()},
     }
 
 
 @pytest.fixture
-def drawn(results, knit, monkeypatch):
+def drawn(results, knit, touching, pairs, monkeypatch):
     """Function that draws a figure, coarsely and without VTK."""
     monkeypatch.setenv(CHOICE, "matplotlib")
     monkeypatch.setattr(surface, "AROUND", 12)
@@ -50,7 +95,8 @@ def drawn(results, knit, monkeypatch):
 
     def draw(name):
         stations = {"rom3d": synthetic.history_of(knit)} if name == "fig06_joints" else {}
-        return catalogue.draw(name, **results | stations)
+        contact = touching if name in IN_CONTACT else {}
+        return catalogue.draw(name, **results | pairs | stations | contact)
 
     return draw
 
@@ -60,9 +106,9 @@ def texts(figure):
 
 
 @pytest.mark.parametrize("name", catalogue.FIGURES)
-def test_every_figure_is_written_whole_with_its_origin(drawn, results, name, tmp_path):
+def test_every_figure_is_written_whole_with_its_origin(drawn, results, pairs, name, tmp_path):
     figure = drawn(name)
-    sources = {need: results[need] for need in catalogue.entry(name).needs}
+    sources = {need: (results | pairs)[need] for need in catalogue.entry(name).needs if need != "scenes"}
     save(figure, [tmp_path / "a.png", tmp_path / "a.pdf"], sources, "A title")
     assert imread(tmp_path / "a.png")[..., :3].std() > 0.02
     assert (tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
@@ -191,3 +237,90 @@ def test_unknown_format_is_refused(drawn, tmp_path):
     with pytest.raises(ConfigurationError, match=r"a\.bmp: figures are written as \.png and \.pdf"):
         save(drawn("fig02_interfaces"), [tmp_path / "a.bmp"], {}, "")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_origin_of_several_results_of_one_name():
+    several = {
+        "pairs": {
+            "a": synthetic.history(scene="a", scene_hash="1"),
+            "b": synthetic.history(scene="b", scene_hash="2"),
+        }
+    }
+    assert describe(several) == "pairs of a [1]; pairs of b [2]"
+
+
+def test_interactions_mark_every_crossing(drawn, knit):
+    (axes,) = drawn("fig03a_interactions").axes
+    marks = [
+        len(each.get_offsets())
+        for each in axes.collections
+        if each.get_label() in ("tied", "contact with friction")
+    ]
+    assert sorted(marks) == [0, len(knit.crossings.row)], "a knit of two rows has no row between tied ones"
+
+
+def test_zones_and_area_of_the_centre_cell(drawn):
+    zones, area = drawn("fig07a_zones").axes
+    np.testing.assert_array_equal(zones.get_lines()[0].get_ydata(), [0, 0, 1, 2, 4, 4])
+    np.testing.assert_allclose(area.get_lines()[0].get_ydata(), 2e-2 * np.array([0, 0, 1, 2, 4, 4]))
+    assert "(mm²)" in area.get_ylabel()
+
+
+@pytest.mark.parametrize("name", ["fig07a_zones", "fig07b_force"])
+def test_points_1_to_4_are_marked_and_explained(drawn, name):
+    figure = drawn(name)
+    assert {"1", "2", "3", "4"} <= set(texts(figure))
+    assert [text.get_text() for text in figure.texts] == ["1: 0.05 %;  2: 0.33 %;  3: 0.45 %;  4: 1.95 %"]
+
+
+def test_contact_areas_are_pointed_at(drawn):
+    panels = [axes for axes in drawn("fig07c_contact_area").axes if axes.get_title(loc="left")]
+    arrows = [
+        sum(text.arrow_patch is not None for text in axes.texts if hasattr(text, "arrow_patch"))
+        for axes in panels
+    ]
+    assert arrows == [0, 1, 2, 4]
+    assert "no contact" in [text.get_text() for text in panels[0].texts]
+    assert [axes.get_title(loc="left") for axes in panels][3] == "(4)  1.95 % strain"
+
+
+def test_out_of_plane_says_contraction_and_largest_force(drawn, touching):
+    figure = drawn("fig08_out_of_plane")
+    largest = float(np.linalg.norm(touching["contacts"]["force"][-1], axis=1).max())
+    assert f"longest arrow {largest:.3g} N" in texts(figure)
+    assert "(a)  5.00% strain, 2.50% transverse contraction" in [
+        axes.get_title(loc="left") for axes in figure.axes
+    ]
+
+
+def test_interactions_are_compared_over_strain(drawn):
+    for name, ends in (("fig09a_force", [18, 16, 12]), ("fig09b_out_of_plane", [0.2, 0.6, 0.4])):
+        (axes,) = drawn(name).axes
+        np.testing.assert_allclose([line.get_ydata()[-1] for line in axes.get_lines()], ends)
+        legend = [text.get_text() for text in axes.get_legend().get_texts()]
+        assert legend == ["tie constraint", "rough contact", "isotropic friction"]
+
+
+def test_slide_of_a_pair_by_hand(pairs):
+    slide = Slide.of(pairs["pairs_contacts"]["reversed"], pairs["scenes"]["reversed"])
+    np.testing.assert_allclose(slide.distance, [0, 0, 2e-5, 1.9e-5, 0])
+    np.testing.assert_allclose(slide.tangential, [0, 0, 2, 2, 0])
+    np.testing.assert_allclose(slide.normal, [0, 4, 4, 4, 4])
+    assert slide.kind == "slid and reversed"
+
+
+def test_pairs_that_do_not_slide_are_left_out(drawn):
+    tangential, _ = drawn("fig_pair_slip").axes
+    labels = [line.get_label() for line in tangential.get_lines() if not line.get_label().startswith("_")]
+    assert labels == ["slid", "slid and reversed", "± friction coefficient times normal force"]
+
+
+def test_graded_tube_has_all_faces_of_a_tube_once():
+    line = np.column_stack([np.linspace(0, 2, 5), np.zeros(5), np.zeros(5)])
+    parts = surface.graded_tube(line, 0.5, ["#ff0000", "#ff0000", "#0000ff", "#ff0000", "#ff0000"])
+    assert [part.colour for part in parts] == ["#0000ff", "#ff0000"]
+    faces = np.concatenate([part.faces for part in parts])
+    whole = surface.tube(line, 0.5, "#ff0000").faces
+    np.testing.assert_array_equal(np.unique(faces, axis=0), np.unique(whole, axis=0))
+    assert len(faces) == len(whole)
+    assert len(parts[0].faces) == surface.AROUND

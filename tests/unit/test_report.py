@@ -9,6 +9,7 @@ import synthetic
 import yaml
 from matplotlib.figure import Figure
 
+from knitstudy.catalogue import ISOTROPIC_COURSE, TIED_COURSE
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import FALLBACK
@@ -16,7 +17,8 @@ from knitstudy.figures.saving import save
 from knitstudy.io import write_dataset
 from knitstudy.report.origin import origins
 from knitstudy.report.page import render
-from knitstudy.report.selection import models_of
+from knitstudy.report.selection import friction_sweep, models_of, roles_of, variants_of
+from knitstudy.report.sources import read_sources
 from knitstudy.report.wording import cells, value
 from knitstudy.tables.catalogue import TABLES
 
@@ -201,3 +203,74 @@ def test_models_of_a_study_are_one_family(plain_scene):
     }
     assert models_of(scenes, {"load.direction": "wale"}) == {}
     assert [scene.name for scene in models_of(scenes[:2], {}).values()] == ["a"]
+
+
+@pytest.fixture
+def direct(plain_scene):
+    """Function that makes a scene of a direct simulation."""
+    document = plain_scene.to_dict() | {"fidelity": "dns", "rom": {"contacts_from": None, "joint": "rigid"}}
+
+    def make(name, interaction, **keys):
+        scene = type(plain_scene).from_dict(document | {"name": name, "interaction": interaction})
+        for key, wanted in keys.items():
+            scene = scene.replace(key.replace("__", "."), wanted)
+        return scene
+
+    return make
+
+
+def names(scenes):
+    return {role: scene.name for role, scene in scenes.items()}
+
+
+def test_interactions_are_compared_on_one_mesh(direct):
+    scenes = [
+        direct("fine", "tie", mesh__size=0.3e-3),
+        direct("tied", "tie"),
+        direct("slippery", "isotropic", contact__friction=0.1),
+        direct("friction", "isotropic", load__strain=0.006),
+        direct("free", "isotropic", contact__tied_rows="none"),
+        direct("grips", "rough", load__lateral="free"),
+        direct("rough", "rough"),
+    ]
+    wanted = {"tie": "tied", "rough": "rough", "isotropic": "friction", "untied": "free"}
+    assert names(variants_of(scenes[3], scenes)) == wanted
+    assert names(variants_of(scenes[0], scenes)) == {"tie": "fine"}
+    assert names(models_of(scenes, ISOTROPIC_COURSE)) == {"dns": "friction"}
+
+
+def test_sweep_of_friction_is_that_of_the_mesh_with_most_coefficients(direct):
+    coarse = [
+        direct("tied", "tie"),
+        direct("rough", "rough"),
+        direct("mu1", "isotropic", contact__friction=0.1),
+        direct("mu3", "isotropic", contact__friction=0.3),
+        direct("mu3-again", "isotropic", contact__friction=0.3, contact__normal_stiffness=20),
+        direct("free", "isotropic", contact__tied_rows="none", contact__friction=0.5),
+    ]
+    fine = [direct("fine", "isotropic", mesh__size=0.3e-3)]
+    assert [scene.name for scene in friction_sweep(fine + coarse)] == ["tied", "rough", "mu1", "mu3"]
+    assert friction_sweep(fine + coarse[:3]) == []
+    assert friction_sweep([]) == []
+
+
+def test_pairs_are_no_knits(direct, plain_scene):
+    path = [[0.0, 0.0, -1e-5]]
+    pressed = synthetic.pair_scene(plain_scene, path).replace("name", "pressed")
+    tied = synthetic.pair_scene(plain_scene, path, interaction="tie").replace("name", "tied")
+    roles = roles_of([tied, pressed, direct("knit", "tie")], TIED_COURSE)
+    assert roles["dns"].name == "knit"
+    assert [scene.name for scene in roles["pairs"]] == ["tied", "pressed"]
+    assert "frictions" not in roles
+
+
+def test_sources_of_one_name_are_read_by_scene(tmp_path, direct):
+    paths = [tmp_path / f"{name}.nc" for name in "ab"]
+    for path in paths:
+        write_dataset(synthetic.history(), path, direct(path.stem, "tie"))
+    sources = read_sources(
+        [("dns", str(paths[0])), ("pairs", [str(path) for path in paths]), ("code", ["x.py"])]
+    )
+    assert sources["dns"].attrs["scene"] == "a"
+    assert list(sources) == ["dns", "pairs"]
+    assert list(sources["pairs"]) == ["a", "b"]

@@ -13,7 +13,10 @@ from knitstudy.geometry.build import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.io import read_table
 from knitstudy.tables import catalogue
+from knitstudy.tables.centre_cell import centre_cell, first_symmetric_contact, snapshots
 from knitstudy.tables.reference import number, numbers
+from knitstudy.tables.response import transverse_contraction
+from knitstudy.tables.table1_contact import penetration
 from knitstudy.tables.table5_cost import element_length
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
@@ -157,3 +160,85 @@ def test_claims_without_judge_wait(histories, geometry, paper, scenes):
     )
     assert table["verdict"].tolist() == ["not yet run"]
     assert table["measured"].tolist() == [""]
+
+
+@pytest.fixture
+def interactions():
+    """Histories of 5 % but for rough contact, which stops half way; isotropic friction is half as stiff as ties."""
+    return {
+        "tie": synthetic.history(force=(0, 5, 10), lift=1e-4, wall_seconds=2.0),
+        "rough": synthetic.history(strain=(0, 0.0125, 0.025), force=(0, 2, 4), lift=2e-4),
+        "isotropic": synthetic.history(force=(0, 2.5, 5), lift=4e-4),
+    }
+
+
+def test_interactions_are_compared_where_all_have_been(interactions, geometry):
+    table = catalogue.build("interactions", **interactions, geometry=geometry).set_index("interaction")
+    assert table.index.tolist() == ["tie constraint", "rough contact", "isotropic friction"]
+    assert (table["strain [1]"] == 0.025).all()
+    assert table["force [N]"].tolist() == [5, 4, 2.5]
+    np.testing.assert_allclose(table["stiffness over tie's [1]"], [1, 0.8, 0.5])
+    # Two yarns bulge by once and twice the lift, at full load only.
+    np.testing.assert_allclose(table["largest |u_z| [m]"], [0, 4e-4, 0], atol=1e-18)
+    assert table.loc["tie constraint", "time [s]"] == 2
+
+
+def test_transverse_contraction_by_hand():
+    """Yarns 5 mm apart approach by 1 mm in the middle third, and by 4 mm at the ends."""
+    history = synthetic.history(stations=31)
+    x, motion = history["centreline"].to_numpy()[:, 0], history["centreline_displacement"].copy(deep=True)
+    middle = np.abs(x - 5e-3) <= 10e-3 / 6
+    motion[-1, :, 1] = np.where(middle, -1e-3, -4e-3) * (history["yarn"] == 1)
+    assert transverse_contraction(history.assign(centreline_displacement=motion)) == pytest.approx(0.2)
+
+
+def test_contact_beside_table_1(paper, scenes):
+    history = synthetic.history().assign(
+        smallest_gap=("increment", [np.nan, 1e-6, -2.25e-6]), augmentations=("increment", [0, 3, 1])
+    )
+    scene = scenes["dns"].replace("contact.friction", 0.5).replace("contact.normal_stiffness", 20)
+    table = catalogue.build("table1_contact", dns=history, paper=paper, scenes={"dns": scene})
+    table = table.set_index("property")
+    assert table.loc["friction coefficient", ["paper", "this study"]].tolist() == ["0.76", "0.5"]
+    ratio = table.loc["contact stiffness over element stiffness"]
+    assert ratio[["paper", "this study"]].tolist() == ["10", "20"]
+    modulus, size = scene.yarn.youngs_modulus, scene.mesh.size
+    used = table.loc["contact stiffness, pressure over gap"]
+    assert (used["unit"], float(used["this study"])) == ("Pa/m", pytest.approx(20 * modulus / size, rel=1e-3))
+    assert table.loc["largest penetration reached over element size", "this study"] == "0.005"
+    assert table.loc["augmentations of an increment, at most", "this study"] == "3"
+
+
+def test_yarns_that_never_came_near_have_no_penetration():
+    history = synthetic.history().assign(smallest_gap=("increment", [np.nan] * 3))
+    assert penetration(history) == 0
+
+
+def test_snapshots_are_the_nearest_increments():
+    points = snapshots(synthetic.history(strain=(0, 0.0005, 0.003, 0.0046, 0.006), force=np.zeros(5)))
+    assert [(point.number, point.increment, point.exact) for point in points] == [
+        (1, 1, True),
+        (2, 2, False),
+        (3, 3, False),
+    ]
+    assert points[0].label == "1: 0.05 %"
+    assert points[1].label == "2: 0.3 % (paper 0.33 %)"
+
+
+def test_centre_cell_is_in_the_middle():
+    found = contacts(3, 3).isel(crossing=centre_cell(contacts(3, 3)))
+    assert found["row"].values.tolist() == found["column"].values.tolist() == [1] * 4
+    assert found["zone"].values.tolist() == [0, 1, 2, 3]
+
+
+def test_centre_cell_that_is_not_whole_is_refused():
+    with pytest.raises(DataFileError, match=r"centre cell has the zones \[0, 1, 2\]"):
+        centre_cell(contacts(1, 1).isel(crossing=slice(0, 3)))
+
+
+def test_first_symmetric_contact():
+    """Left lower alone, then both lower ones: symmetric at increment 2."""
+    zones = np.array([[0, 0, 0, 0], [1, 0, 0, 0], [1, 2, 0, 0], [1, 0, 0, 0]])
+    touching = contacts(1, 1).assign(zones=(("increment", "crossing"), zones))
+    assert first_symmetric_contact(touching) == 2
+    assert first_symmetric_contact(touching.isel(increment=slice(0, 2))) is None

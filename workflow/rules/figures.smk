@@ -28,6 +28,7 @@ rule figure:
         mem_mb=1000,
     params:
         title=lambda wildcards: FIGURE_ENTRIES[wildcards.figure].title,
+        scenes=lambda wildcards: scenes_for(FIGURE_ENTRIES[wildcards.figure]),
     message:
         "Draw {wildcards.figure}"
     script:

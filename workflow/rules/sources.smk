@@ -2,7 +2,7 @@
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES as FIGURE_ENTRIES
 from knitstudy.figures.catalogue import entry as figure_entry
-from knitstudy.report.selection import models_of
+from knitstudy.report.selection import roles_of
 from knitstudy.tables.catalogue import TABLES as TABLE_ENTRIES
 
 REFERENCE = {
@@ -12,14 +12,18 @@ REFERENCE = {
 }
 
 
-def results_of(models):
-    """Return the results of a direct simulation and its reduced models by what figures call them."""
-    files = {fidelity: histories([scene])[0] for fidelity, scene in models.items()}
-    if "dns" in models:
-        dns = models["dns"]
-        files["geometry"] = f"results/geometry/{dns.knit}.nc"
-        files["mesh"] = f"results/mesh/{dns.name}.nc"
-        files["contacts"] = f"results/contacts/{dns.name}.nc"
+def results_of(roles):
+    """Return the results of scenes by what figures call them; those of several scenes are lists."""
+    files = {}
+    for role, found in roles.items():
+        scenes = found if isinstance(found, list) else [found]
+        paths = {role: histories(scenes)}
+        if scenes[0].fidelity == "dns":
+            prefix = "" if role == "dns" else f"{role}_"
+            paths[f"{prefix}contacts"] = [f"results/contacts/{scene.name}.nc" for scene in scenes]
+            paths[f"{prefix}geometry"] = [f"results/geometry/{scene.knit}.nc" for scene in scenes]
+            paths[f"{prefix}mesh"] = [f"results/mesh/{scene.name}.nc" for scene in scenes]
+        files |= paths if isinstance(found, list) else {name: path[0] for name, path in paths.items()}
     return files
 
 
@@ -27,10 +31,9 @@ def possible(entries):
     """Return the files that each figure or table needs by what they are, of those that the study can make."""
     found = {}
     for name, entry in entries.items():
-        files = results_of(models_of(STUDY, entry.of)) | REFERENCE
-        needs = [need for need in entry.needs if need != "scenes"]
-        if set(needs) <= set(files):
-            found[name] = {need: files[need] for need in needs}
+        files = results_of(roles_of(STUDY, entry.of)) | REFERENCE
+        if set(entry.needs) <= {*files, "scenes"}:
+            found[name] = {need: files[need] for need in (*entry.needs, *entry.may) if need in files}
     return found
 
 
@@ -48,12 +51,17 @@ def needs_of_figure(wildcards):
     return DRAWN[name]
 
 
-def scenes_of_table(wildcards):
-    """Return the scenes that a table is about by fidelity, where it asks for them."""
-    entry = TABLE_ENTRIES[wildcards.table]
+def scenes_for(entry):
+    """Return the scenes that a figure or table is about, where it asks for them: several of one role by their names."""
     if "scenes" not in entry.needs:
         return {}
-    return {fidelity: scene.to_dict() for fidelity, scene in models_of(STUDY, entry.of).items()}
+    scenes = {}
+    for role, found in roles_of(STUDY, entry.of).items():
+        if isinstance(found, list):
+            scenes |= {scene.name: scene.to_dict() for scene in found}
+        else:
+            scenes[role] = found.to_dict()
+    return scenes
 
 
 def data_of_study():

@@ -24,7 +24,7 @@ rule table:
         mem_mb=500,
     params:
         title=lambda wildcards: TABLE_ENTRIES[wildcards.table].title,
-        scenes=scenes_of_table,
+        scenes=lambda wildcards: scenes_for(TABLE_ENTRIES[wildcards.table]),
     message:
         "Build the table {wildcards.table}"
     script:

@@ -2,11 +2,12 @@
 
 from knitstudy.figures.catalogue import draw
 from knitstudy.figures.saving import save
-from knitstudy.io import read_dataset
+from knitstudy.report.sources import read_sources
+from knitstudy.scene import Scene
 from knitstudy.stage import stage
 
 with stage(snakemake):
-    paths = {need: path for need, path in snakemake.input.items() if need != "code"}
-    sources = {need: read_dataset(path) for need, path in paths.items()}
-    figure = draw(snakemake.wildcards.figure, **sources)
+    sources = read_sources(snakemake.input.items())
+    scenes = {role: Scene.from_dict(keys) for role, keys in snakemake.params.scenes.items()}
+    figure = draw(snakemake.wildcards.figure, **sources, scenes=scenes)
     save(figure, snakemake.output, sources, snakemake.params.title)

@@ -8,22 +8,15 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar, triad
-from knitstudy.figures.picture import bounds, show
-from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, SINGLE, YARNS, figure, styled, tint
+from knitstudy.figures.annotation import HALO, MILLIMETRE
+from knitstudy.figures.front import front_view
+from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, YARNS, styled, tint
 from knitstudy.figures.surface import yarn_of_mesh
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.rom import honeycomb
 from knitstudy.rom.network import Network
-
-WIDTH = 1.5 * SINGLE
-SILL = 4.0
-"""Room below the knit for the scale bar [mm of the knit]."""
-
-FOOT = 9.0
-"""Height of the legend [mm]."""
 
 
 @styled
@@ -38,17 +31,10 @@ def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure
     solid = SweptMesh.from_dataset(mesh)
     network = honeycomb.build(Knit.from_dataset(geometry), contacts)
     surfaces = [yarn_of_mesh(solid, i, tint(YARNS[i % len(YARNS)])) for i in range(solid.yarns)]
-    left, right, bottom, top = bounds(surfaces, FRONT, margin=0.03)
-    window = (left, right, bottom - SILL, top)
-    height = WIDTH * (window[3] - window[2]) / (window[1] - window[0])
-    drawing = figure(WIDTH, height + FOOT)
-    axes = drawing.add_axes((0, FOOT / (height + FOOT), 1, height / (height + FOOT)))
-    show(axes, surfaces, FRONT, window)
+    drawing, axes = front_view(surfaces)
     _draw_network(axes, network)
     zones = MILLIMETRE * FRONT.project(contacts["centroid"].to_numpy())
     axes.scatter(*zones.T, s=26, facecolor=PAPER, edgecolor=ACCENT, linewidth=1.4, zorder=6)
-    scale_bar(axes, 5, (0.02, 0.015))
-    triad(axes, FRONT, 2.5, (0.90, 0.02))
     _legend(drawing)
     return drawing
 

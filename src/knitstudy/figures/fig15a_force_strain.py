@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from knitstudy.figures.curves import PERCENT, Curve, name_ends
 from knitstudy.figures.style import MODELS, SINGLE, figure, styled
 from knitstudy.tables.response import secant_stiffness
-
-PERCENT = 100.0
-
-LINE_OF_TEXT = 0.055
-"""Height of a line of text over the height of the axes."""
 
 WIDTH, HEIGHT = 1.35 * SINGLE, 82.0
 
@@ -39,22 +33,7 @@ def draw(dns: xr.Dataset, rom3d: xr.Dataset, rom2d: xr.Dataset) -> Figure:
     axes.set_xlim(0, PERCENT * max(float(history["strain"].max()) for history in histories.values()))
     axes.set_ylim(0, None)
     axes.legend(loc="upper left", handlelength=3.2)
-    _name_curves(axes, histories)
+    name_ends(
+        axes, [Curve(MODELS[model], each["strain"], each["force"]) for model, each in histories.items()], "N"
+    )
     return drawing
-
-
-def _name_curves(axes: Axes, histories: dict[str, xr.Dataset]) -> None:
-    """Write the force at full strain beside the end of every curve, apart from its neighbours."""
-    forces = {model: float(history["force"][-1]) for model, history in histories.items()}
-    apart, lowest = LINE_OF_TEXT * axes.get_ylim()[1], -np.inf
-    for model in sorted(forces, key=forces.__getitem__):
-        lowest = max(forces[model], lowest + apart)
-        axes.annotate(
-            f"{forces[model]:.3g} N",
-            (PERCENT * float(histories[model]["strain"][-1]), lowest),
-            xytext=(7, 0),
-            textcoords="offset points",
-            va="center",
-            color=MODELS[model].colour,
-            annotation_clip=False,
-        )

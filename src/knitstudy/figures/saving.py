@@ -21,8 +21,11 @@ logging.getLogger("fontTools").setLevel(logging.WARNING)
 FALLBACK_RENDERER = "matplotlib instead of VTK"
 """Entry ``Renderer`` in the PNG of a three-dimensional figure that was drawn without VTK."""
 
+Source = xr.Dataset | Mapping[str, xr.Dataset]
+"""What a figure calls by one name: a result, or several by the names of their scenes."""
 
-def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, xr.Dataset], title: str) -> None:
+
+def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Source], title: str) -> None:
     """Write a figure.
 
     Parameters
@@ -30,7 +33,7 @@ def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, xr.D
     figure : Figure
     paths : iterable of Path or str
         Where to; the suffix chooses the format, ".png" (300 dpi) or ".pdf".
-    sources : mapping of str to Dataset
+    sources : mapping of str to Dataset or to mapping of str to Dataset
         What it was drawn from: scene and hash of each are recorded.
     title : str
         Title of the document.
@@ -59,10 +62,11 @@ def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, xr.D
                 figure.savefig(temporary, metadata=metadata[path.suffix])
 
 
-def describe(sources: Mapping[str, xr.Dataset]) -> str:
+def describe(sources: Mapping[str, Source]) -> str:
     """Return the stages, scenes and scene hashes of datasets in one line."""
     parts = [
-        f"{stage} of {source.attrs.get('scene', 'unknown')} [{source.attrs.get('scene_hash', 'unknown')}]"
+        f"{stage} of {each.attrs.get('scene', 'unknown')} [{each.attrs.get('scene_hash', 'unknown')}]"
         for stage, source in sources.items()
+        for each in ([source] if isinstance(source, xr.Dataset) else source.values())
     ]
     return "; ".join(parts) or "drawn without data"

@@ -13,6 +13,7 @@ import matplotlib
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
+from knitstudy.tables.response import INTERACTIONS as INTERACTION_NAMES
 from knitstudy.tables.response import NAMES
 
 INCH = 25.4
@@ -59,7 +60,7 @@ RC = {
 
 @dataclass(frozen=True)
 class Look:
-    """How a model is called and drawn in every figure."""
+    """How a model or an interaction is called and drawn in every figure."""
 
     label: str
     colour: str
@@ -76,6 +77,12 @@ MODELS = {
     "dns": Look(NAMES["dns"], INK, "-", "o"),
     "rom3d": Look(NAMES["rom3d"], "#7B3294", "--", "s"),
     "rom2d": Look(NAMES["rom2d"], "#D9740B", "-.", "^"),
+}
+
+INTERACTIONS = {
+    "tie": Look(INTERACTION_NAMES["tie"], INK, "-", "o"),
+    "rough": Look(INTERACTION_NAMES["rough"], "#0072B2", "--", "s"),
+    "isotropic": Look(INTERACTION_NAMES["isotropic"], "#D9740B", "-.", "^"),
 }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +49,17 @@ def tube(centreline: np.ndarray, radius: float, colour: str, opacity: float = 1.
     # The caps are rings of radius zero.
     ends = [np.repeat(centreline[[k], None], AROUND, axis=1) for k in (0, -1)]
     return _grid(np.concatenate([ends[0], rings, ends[1]]), colour, opacity)
+
+
+def graded_tube(centreline: np.ndarray, radius: float, colours: Sequence[str]) -> list[Surface]:
+    """Return a closed tube about a curve through points (k, 3) [m] whose colours (k,) change from point to point."""
+    whole = tube(centreline, radius, colours[0])
+    # Rings of facets: the first cap, k - 1 between the points, the last cap.
+    ahead = np.concatenate([[colours[0]], colours[1:], [colours[-1]]])
+    of_face = np.repeat(ahead, AROUND)
+    return [
+        Surface(whole.points, whole.faces[of_face == colour], str(colour)) for colour in np.unique(of_face)
+    ]
 
 
 def sphere(centre: np.ndarray, radius: float, colour: str, opacity: float = 1.0) -> Surface:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from knitstudy.catalogue import TIED_COURSE, Entry, find, select
+from knitstudy.catalogue import ISOTROPIC_COURSE, TIED_COURSE, Entry, find, select
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -17,6 +17,12 @@ TABLES = {
     "stiffness": Entry(
         "Stiffness and out-of-plane motion", ("dns", "rom3d", "rom2d", "geometry"), TIED_COURSE
     ),
+    "interactions": Entry(
+        "Ties, rough contact and isotropic friction",
+        ("tie", "rough", "isotropic", "geometry"),
+        ISOTROPIC_COURSE,
+    ),
+    "table1_contact": Entry("Table 1: contact and friction", ("dns", "paper", "scenes"), ISOTROPIC_COURSE),
     "table4_angles": Entry("Table 4: angles of the honeycomb's segments", ("contacts", "paper"), TIED_COURSE),
     "table5_cost": Entry(
         "Table 5: cost of the models", ("dns", "rom3d", "rom2d", "paper", "scenes"), TIED_COURSE
@@ -27,6 +33,7 @@ TABLES = {
         "Claims of the paper and verdicts",
         ("geometry", "dns", "rom3d", "rom2d", "paper", "claims", "scenes"),
         TIED_COURSE,
+        ("tie", "rough", "isotropic", "untied", "isotropic_contacts", "untied_contacts", "frictions"),
     ),
 }
 """In the order of the report. "paper", "claims" and "targets" are files of reference, "scenes" the scenes."""

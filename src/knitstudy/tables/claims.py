@@ -3,51 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
+from knitstudy.catalogue import VARIANTS
 from knitstudy.scene import Scene
+from knitstudy.tables import contact_claims
+from knitstudy.tables.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, verdict
 from knitstudy.tables.geometry import crossing_error, loop_of
 from knitstudy.tables.reference import number
 from knitstudy.tables.response import force_distance, largest_out_of_plane, out_of_plane_agreement
 from knitstudy.tables.table5_cost import CASES, MEGABYTE
-
-REPRODUCED, NOT_REPRODUCED = "reproduced", "not reproduced"
-CALIBRATED, NOT_RUN = "used in calibration", "not yet run"
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """All results that claims are judged by.
-
-    Attributes
-    ----------
-    geometry : Dataset
-        Result of the geometry stage.
-    histories : mapping of str to Dataset
-        By fidelity, "dns", "rom3d" and "rom2d": ties, course tension.
-    scenes : mapping of str to Scene
-        Of the histories.
-    paper : DataFrame
-        The paper's numbers.
-    """
-
-    geometry: xr.Dataset
-    histories: Mapping[str, xr.Dataset]
-    scenes: Mapping[str, Scene]
-    paper: pd.DataFrame
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """What was measured, the verdict, and what limits it."""
-
-    measured: str
-    verdict: str
-    note: str = ""
 
 
 def build(
@@ -58,6 +27,7 @@ def build(
     paper: pd.DataFrame,
     claims: pd.DataFrame,
     scenes: Mapping[str, Scene],
+    **contact: Any,
 ) -> pd.DataFrame:
     """Return every claim of the paper with a verdict.
 
@@ -68,9 +38,20 @@ def build(
     paper, claims : DataFrame
         ``resources/reference/paper_tables.csv`` and ``paper_claims.csv``.
     scenes : mapping of str to Scene
-        The scenes of the histories by fidelity.
+        The scenes of the histories (see `report.selection`).
+    **contact : Dataset or mapping of str to Dataset
+        As far as a study has them: histories "tie", "rough", "isotropic" and "untied", the contacts
+        "isotropic_contacts" and "untied_contacts", and "frictions", histories of a sweep by scene.
     """
-    evidence = Evidence(geometry, {"dns": dns, "rom3d": rom3d, "rom2d": rom2d}, scenes, paper)
+    evidence = Evidence(
+        geometry,
+        {"dns": dns, "rom3d": rom3d, "rom2d": rom2d},
+        scenes,
+        paper,
+        direct={name: contact[name] for name in VARIANTS if name in contact},
+        contacts={name: contact[f"{name}_contacts"] for name in VARIANTS if f"{name}_contacts" in contact},
+        frictions=contact.get("frictions", {}),
+    )
     rows = []
     for claim in claims.itertuples():
         judge = JUDGES.get(claim.id)
@@ -117,7 +98,7 @@ def judge_penetration(evidence: Evidence) -> Judgement:
     return Judgement(
         f"deepest penetration {before:.3f} R before and {after:.3f} R after; largest |D - 2R - c0| at a crossing "
         f"{error:.1e} R",
-        _verdict(before > 0 and after == 0 and error <= CONTACT_BAR),
+        verdict(before > 0 and after == 0 and error <= CONTACT_BAR),
         f"with a clearance c0 of {float(geometry['clearance']):g} R; the initial loop is not printed, so its "
         "penetration is this study's own",
     )
@@ -132,7 +113,7 @@ def judge_length(evidence: Evidence) -> Judgement:
     total = after.sum() / before.sum() - 1
     return Judgement(
         f"length of a loop {total:+.2%}; of a Bezier curve {change.min():+.2%} to {change.max():+.2%}",
-        _verdict(abs(total) <= LENGTH_BAR and np.abs(change).max() <= LENGTH_BAR),
+        verdict(abs(total) <= LENGTH_BAR and np.abs(change).max() <= LENGTH_BAR),
         f"arc lengths; a change of up to {LENGTH_BAR:.0%} of the loop and of every Bezier curve counts as hardly any",
     )
 
@@ -142,10 +123,8 @@ def judge_forces(evidence: Evidence) -> Judgement:
     dns, rom3d, rom2d = (evidence.histories[name] for name in ("dns", "rom3d", "rom2d"))
     near, far = force_distance(rom3d, dns), force_distance(rom2d, dns)
     measured = f"relative L2 distance of F(strain) to DNS: 3D ROM {near:.3f}, 2D ROM {far:.3f}"
-    return _at_full_strain(
-        evidence,
-        Judgement(measured, _verdict(near <= MUCH_CLOSER * far), "1 of 4 cases: ties, course tension"),
-    )
+    judged = Judgement(measured, verdict(near <= MUCH_CLOSER * far), "1 of 4 cases: ties, course tension")
+    return at_full_strain(evidence, judged, evidence.histories.values(), "dns")
 
 
 def judge_out_of_plane(evidence: Evidence) -> Judgement:
@@ -158,9 +137,8 @@ def judge_out_of_plane(evidence: Evidence) -> Judgement:
         f"u_z along the centrelines: correlation of 3D ROM and DNS {alike.correlation:.3f}, amplitude ratio "
         f"{alike.amplitude:.2f}; largest |u_z| of the 2D ROM over DNS's {flat:.1g}"
     )
-    return _at_full_strain(
-        evidence, Judgement(measured, _verdict(captured and flat <= NONE_AT_ALL), "ties only")
-    )
+    judged = Judgement(measured, verdict(captured and flat <= NONE_AT_ALL), "ties only")
+    return at_full_strain(evidence, judged, evidence.histories.values(), "dns")
 
 
 def judge_cost(evidence: Evidence) -> Judgement:
@@ -190,7 +168,7 @@ def judge_cost(evidence: Evidence) -> Judgement:
         return Judgement(
             measured, NOT_RUN, f"elements of {1e3 * size:g} mm, the paper's of {1e3 * wanted:g} mm; {note}"
         )
-    return Judgement(measured, _verdict(reproduced), note)
+    return Judgement(measured, verdict(reproduced), note)
 
 
 JUDGES: dict[str, Callable[[Evidence], Judgement]] = {
@@ -199,25 +177,9 @@ JUDGES: dict[str, Callable[[Evidence], Judgement]] = {
     "R1": judge_forces,
     "R2": judge_out_of_plane,
     "R5": judge_cost,
+    **contact_claims.JUDGES,
 }
 """By the claim's id; claims without a judge are not yet run."""
-
-
-def _verdict(holds: bool) -> str:
-    return REPRODUCED if holds else NOT_REPRODUCED
-
-
-def _at_full_strain(evidence: Evidence, judgement: Judgement) -> Judgement:
-    """Withhold the verdict where the models were not pulled as far as the paper's."""
-    wanted = number(evidence.paper, "fig7", "course isotropic", "strain at the end") / 100
-    reached = min(float(history["strain"][-1]) for history in evidence.histories.values())
-    size = evidence.scenes["dns"].mesh.size
-    note = f"{judgement.note}; DNS elements of {1e3 * size:g} mm"
-    if reached < 0.999 * wanted:
-        return Judgement(
-            judgement.measured, NOT_RUN, f"pulled to {reached:.2%}, the paper to {wanted:.0%}; {note}"
-        )
-    return Judgement(judgement.measured, judgement.verdict, note)
 
 
 def _printed(evidence: Evidence, fidelity: str, quantity: str) -> float:

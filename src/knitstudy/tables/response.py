@@ -9,10 +9,13 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 
-Z = 2
+Y, Z = 1, 2
 
 NAMES = {"dns": "DNS", "rom3d": "3D ROM", "rom2d": "2D ROM"}
 """What models are called in figures and tables, by fidelity."""
+
+INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
+"""What interactions are called in figures and tables."""
 
 
 @dataclass(frozen=True)
@@ -64,9 +67,31 @@ def _integral_of_square(values: np.ndarray, knots: np.ndarray) -> float:
     return float(np.sum(np.diff(knots) * (a * a + a * b + b * b) / 3))
 
 
+def out_of_plane(history: xr.Dataset) -> np.ndarray:
+    """Return max |u_z| along the centrelines at every increment (I,) [m]."""
+    return np.abs(history["centreline_displacement"].to_numpy()[:, :, Z]).max(axis=1)
+
+
 def largest_out_of_plane(history: xr.Dataset) -> float:
     """Return max |u_z| along the centrelines at full load [m]."""
-    return float(np.abs(history["centreline_displacement"][-1, :, Z]).max())
+    return float(out_of_plane(history)[-1])
+
+
+def transverse_contraction(history: xr.Dataset) -> float:
+    """Return by how much of its height the middle of a knit has shrunk at full load [1].
+
+    The height is the extent in y of the centrelines that began in the middle third of the knit's width.
+    """
+    place = history["centreline"].to_numpy()
+    x = place[:, 0]
+    middle = np.abs(x - 0.5 * (x.min() + x.max())) <= np.ptp(x) / 6
+    now = place + history["centreline_displacement"].to_numpy()[-1]
+    return float(1 - np.ptp(now[middle, Y]) / np.ptp(place[middle, Y]))
+
+
+def at_strain(history: xr.Dataset, strain: float, values: np.ndarray) -> float:
+    """Return values (I,) of the increments at a strain, interpolated."""
+    return float(np.interp(strain, history["strain"], values))
 
 
 def out_of_plane_agreement(history: xr.Dataset, reference: xr.Dataset) -> Agreement:

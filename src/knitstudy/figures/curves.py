@@ -1,0 +1,102 @@
+"""Curves over strain: one look each, with the value at the end of every curve beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from knitstudy.figures.style import FAINT, INK, SINGLE, Look, figure
+from knitstudy.tables.centre_cell import Snapshot
+
+PERCENT = 100.0
+
+LINE_OF_TEXT = 0.055
+"""Height of a line of text over the height of the axes."""
+
+WIDTH, HEIGHT = 1.35 * SINGLE, 82.0
+"""Of a figure of curves [mm]."""
+
+STRAIN = "strain in course direction (%)"
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A quantity over strain.
+
+    Attributes
+    ----------
+    look : Look
+    strain, value : array-like, shape (I,)
+    """
+
+    look: Look
+    strain: np.ndarray
+    value: np.ndarray
+
+
+def draw_curves(curves: Sequence[Curve], quantity: str, unit: str) -> Figure:
+    """Return a figure of curves over strain that begin at zero, with a legend."""
+    drawing = figure(WIDTH, HEIGHT)
+    axes = drawing.add_axes((0.13, 0.14, 0.74, 0.83))
+    for curve in curves:
+        axes.plot(
+            PERCENT * curve.strain, curve.value, label=curve.look.label, clip_on=False, **curve.look.line
+        )
+    axes.set(xlabel=STRAIN, ylabel=f"{quantity} ({unit})")
+    axes.set_xlim(0, PERCENT * max(float(curve.strain[-1]) for curve in curves))
+    axes.set_ylim(0, None)
+    axes.legend(loc="upper left", handlelength=3.2)
+    name_ends(axes, curves, unit)
+    return drawing
+
+
+def name_ends(axes: Axes, curves: Sequence[Curve], unit: str) -> None:
+    """Write the last value beside the end of every curve, apart from its neighbours."""
+    apart, lowest = LINE_OF_TEXT * axes.get_ylim()[1], -np.inf
+    for curve in sorted(curves, key=lambda curve: float(curve.value[-1])):
+        lowest = max(float(curve.value[-1]), lowest + apart)
+        axes.annotate(
+            f"{float(curve.value[-1]):.3g} {unit}",
+            (PERCENT * float(curve.strain[-1]), lowest),
+            xytext=(7, 0),
+            textcoords="offset points",
+            va="center",
+            color=curve.look.colour,
+            annotation_clip=False,
+        )
+
+
+def mark_snapshots(axes: Axes, points: Sequence[Snapshot]) -> None:
+    """Draw a line at each point of Fig. 7, with its number above the axes.
+
+    Numbers stand apart where the points are near each other; thin lines lead from them to their strains.
+    """
+    left, right = axes.get_xlim()
+    apart, place = 0.045 * (right - left), -np.inf
+    for point in points:
+        x = PERCENT * point.strain
+        place = max(x, place + apart)
+        axes.axvline(x, color=FAINT, linewidth=0.7, linestyle=":", zorder=0)
+        axes.annotate(
+            str(point.number),
+            (x, 1.0),
+            (place, 1.06),
+            xycoords=("data", "axes fraction"),
+            textcoords=("data", "axes fraction"),
+            ha="center",
+            va="bottom",
+            color=INK,
+            fontweight="bold",
+            arrowprops={"arrowstyle": "-", "linewidth": 0.7, "color": FAINT, "shrinkA": 1, "shrinkB": 0},
+            annotation_clip=False,
+        )
+
+
+def explain_snapshots(drawing: Figure, points: Sequence[Snapshot]) -> None:
+    """Write the strains of the marked points below a figure."""
+    text = ";  ".join(point.label for point in points)
+    drawing.text(0.5, 0.012, text, ha="center", va="bottom", fontsize=7.0)

@@ -1,0 +1,114 @@
+"""Fig. 8: transverse contraction and out-of-plane motion in course tension, and the interfacial forces behind them."""
+
+from __future__ import annotations
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, to_hex
+from matplotlib.figure import Figure
+
+from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar, triad
+from knitstudy.figures.picture import bounds, show
+from knitstudy.figures.style import ACCENT, DOUBLE, FAINT, INK, figure, panel_letter, styled, tint
+from knitstudy.figures.surface import graded_tube, tube
+from knitstudy.figures.view import FRONT, View
+from knitstudy.tables.response import Z, transverse_contraction
+
+OBLIQUE = View.orbit(turn=-28, tilt=24)
+
+COLOURS, LEVELS = "cividis", 12
+
+LONGEST = 4.0
+"""Length at which the largest force is drawn [mm of the knit]."""
+
+FOOT, HEAD = 15.0, 6.0
+"""Room for the colour bar below and for titles above the panels [mm]."""
+
+
+@styled
+def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
+    """Draw the knit at full load: displacements true to scale over the undeformed knit, and forces on lower yarns.
+
+    Parameters
+    ----------
+    geometry, dns, contacts : Dataset
+        Of one direct simulation with isotropic friction (see docs/architecture.md).
+    """
+    radius = float(geometry["radius"])
+    place = dns["centreline"].to_numpy()
+    motion = dns["centreline_displacement"].to_numpy()[-1]
+    norm = _levels(MILLIMETRE * motion[:, Z])
+    yarns = [np.flatnonzero(dns["yarn"].to_numpy() == i) for i in np.unique(dns["yarn"])]
+    before = [tube(place[yarn], radius, tint(FAINT, 0.5), 0.35) for yarn in yarns]
+    after = [
+        part
+        for yarn in yarns
+        for part in graded_tube((place + motion)[yarn], radius, _colours(MILLIMETRE * motion[yarn, Z], norm))
+    ]
+    pale = [tube((place + motion)[yarn], radius, tint(FAINT, 0.35)) for yarn in yarns]
+    views = ((before + after, FRONT), (pale, OBLIQUE))
+    windows = [bounds(surfaces, view) for surfaces, view in views]
+    height = max(0.485 * DOUBLE * (w[3] - w[2]) / (w[1] - w[0]) for w in windows)
+    drawing = figure(DOUBLE, height + FOOT + HEAD)
+    share = height / (height + FOOT + HEAD)
+    panels = [
+        drawing.add_axes((0.01 + 0.5 * k, FOOT / (height + FOOT + HEAD), 0.485, share)) for k in range(2)
+    ]
+    for axes, (surfaces, view), window in zip(panels, views, windows, strict=True):
+        show(axes, surfaces, view, window)
+        triad(axes, view, 2.5, (0.9, 0.02))
+    strain, contraction = float(dns["strain"][-1]), transverse_contraction(dns)
+    panel_letter(panels[0], "a", f"{strain:.2%} strain, {contraction:.2%} transverse contraction")
+    panel_letter(panels[1], "b", "interfacial forces on the lower yarn of each crossing")
+    scale_bar(panels[0], 5, (0.02, 0.0))
+    _colour_bar(drawing, norm, FOOT / (height + FOOT + HEAD))
+    _draw_forces(panels[1], contacts)
+    return drawing
+
+
+def _levels(u_z: np.ndarray) -> BoundaryNorm:
+    """Return steps of colour between the smallest and the largest u_z [mm]."""
+    low, high = float(u_z.min()), float(u_z.max())
+    if not high > low:
+        low, high = low - 1e-3, high + 1e-3
+    return BoundaryNorm(np.linspace(low, high, LEVELS + 1), matplotlib.colormaps[COLOURS].N)
+
+
+def _colours(u_z: np.ndarray, norm: BoundaryNorm) -> list[str]:
+    return [to_hex(colour) for colour in matplotlib.colormaps[COLOURS](norm(u_z))]
+
+
+def _colour_bar(drawing: Figure, norm: BoundaryNorm, foot: float) -> None:
+    axes = drawing.add_axes((0.08, 0.58 * foot, 0.36, 0.14 * foot))
+    bar = drawing.colorbar(ScalarMappable(norm, COLOURS), cax=axes, orientation="horizontal", format="%.2g")
+    bar.set_ticks(norm.boundaries[::3])
+    bar.set_label("out-of-plane displacement $u_z$ (mm)", labelpad=1)
+
+
+def _draw_forces(axes: Axes, contacts: xr.Dataset) -> None:
+    """Draw the force at the end of the load at every crossing that touches or is tied."""
+    last = contacts.isel(increment=-1)
+    force, place = last["force"].to_numpy(), last["contact_centroid"].to_numpy()
+    size = np.linalg.norm(force, axis=1)
+    acting = (size > 0) & np.isfinite(place).all(axis=1)
+    if not acting.any():
+        return
+    scale = LONGEST / size[acting].max()
+    tied = last["tied"].to_numpy().astype(bool)
+    for which, colour, text in ((~tied, ACCENT, "contact with friction"), (tied, INK, "tied")):
+        tail = MILLIMETRE * OBLIQUE.project(place[acting & which])
+        arm = scale * OBLIQUE.project(force[acting & which])
+        look = {"color": colour, "width": 0.006, "zorder": 6, "path_effects": HALO, "label": text}
+        axes.quiver(*tail.T, *arm.T, angles="xy", scale_units="xy", scale=1, **look)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=2)
+    axes.text(
+        0.5,
+        -0.09,
+        f"longest arrow {size[acting].max():.3g} N",
+        transform=axes.transAxes,
+        ha="center",
+        va="top",
+    )

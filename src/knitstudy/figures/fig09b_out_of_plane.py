@@ -1,0 +1,28 @@
+"""Fig. 9b: largest out-of-plane motion against strain with ties, rough contact and isotropic friction."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from knitstudy.figures.annotation import MILLIMETRE
+from knitstudy.figures.curves import Curve, draw_curves
+from knitstudy.figures.style import INTERACTIONS, styled
+from knitstudy.tables.response import out_of_plane
+
+
+@styled
+def draw(tie: xr.Dataset, rough: xr.Dataset, isotropic: xr.Dataset) -> Figure:
+    """Draw the largest |u_z| along the centrelines over strain.
+
+    Parameters
+    ----------
+    tie, rough, isotropic : Dataset
+        Histories of direct simulations (see docs/architecture.md).
+    """
+    histories = {"tie": tie, "rough": rough, "isotropic": isotropic}
+    curves = [
+        Curve(INTERACTIONS[name], history["strain"].to_numpy(), MILLIMETRE * out_of_plane(history))
+        for name, history in histories.items()
+    ]
+    return draw_curves(curves, "largest out-of-plane motion $|u_z|$", "mm")

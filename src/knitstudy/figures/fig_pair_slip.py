@@ -1,0 +1,120 @@
+"""Two crossing yarns: normal and tangential force of their contact against the distance slid."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from knitstudy.figures.style import DOUBLE, FAINT, INK, figure, panel_letter, styled
+from knitstudy.scene import Scene
+
+MICROMETRE = 1e6
+
+HEIGHT = 105.0
+"""Of the figure [mm]."""
+
+PATHS = {
+    "tied": {"color": INK, "linestyle": "-", "marker": "o"},
+    "slid": {"color": "#56B4E9", "linestyle": "-", "marker": "s", "linewidth": 3.0, "markersize": 5},
+    "slid and reversed": {"color": "#D55E00", "linestyle": "--", "marker": "^"},
+}
+"""What is done to a pair, and how it is drawn."""
+
+
+@dataclass(frozen=True)
+class Slide:
+    """Forces of one pair on the lower yarn, along and across the direction in which its grips slide.
+
+    Attributes
+    ----------
+    scene : Scene
+    distance : ndarray, shape (I,)
+        Of the upper yarn's face at the crossing from the lower one's, along the slide [m].
+    tangential, normal : ndarray, shape (I,)
+        Friction along the slide, and pressure [N].
+    """
+
+    scene: Scene
+    distance: np.ndarray
+    tangential: np.ndarray
+    normal: np.ndarray
+
+    @classmethod
+    def of(cls, contacts: xr.Dataset, scene: Scene) -> Slide:
+        """Return the forces of a pair whose path has a second leg: the slide."""
+        path = np.array(scene.load.path)
+        along = path[1] - path[0]
+        along /= np.linalg.norm(along)
+        crossing = contacts.isel(crossing=0)
+        return cls(
+            scene,
+            crossing["relative_displacement"].to_numpy() @ along,
+            crossing["tangential_resultant"].to_numpy() @ along,
+            np.linalg.norm(crossing["normal_resultant"].to_numpy(), axis=1),
+        )
+
+    @property
+    def kind(self) -> str:
+        """Which of `PATHS` it is."""
+        if self.scene.interaction == "tie":
+            return "tied"
+        return "slid" if len(self.scene.load.path) == 2 else "slid and reversed"
+
+
+@styled
+def draw(pairs_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> Figure:
+    """Draw tangential forces above, normal forces below, one column an angle.
+
+    Parameters
+    ----------
+    pairs_contacts : mapping of str to Dataset
+        What happens at the crossings of pairs of yarns, by scene (see docs/architecture.md).
+    scenes : mapping of str to Scene
+        Their scenes. Those without a slide are left out.
+    """
+    slides = [
+        Slide.of(contacts, scenes[name])
+        for name, contacts in pairs_contacts.items()
+        if len(scenes[name].load.path) > 1
+    ]
+    angles = sorted({slide.scene.pair.angle for slide in slides}, reverse=True)
+    drawing = figure(DOUBLE if len(angles) > 1 else DOUBLE / 2, HEIGHT)
+    rows = drawing.subplots(2, max(len(angles), 1), sharex="col", squeeze=False)
+    drawing.subplots_adjust(left=0.09, right=0.98, bottom=0.19, top=0.93, wspace=0.22, hspace=0.14)
+    for column, angle in enumerate(angles):
+        here = [slide for slide in slides if slide.scene.pair.angle == angle]
+        _draw_angle(rows[:, column], here)
+        panel_letter(rows[0, column], "ab"[column % 2], f"crossed at {angle:g}°")
+    rows[0, 0].set_ylabel("tangential force (N)")
+    rows[1, 0].set_ylabel("normal force (N)")
+    handles, labels = rows[0, 0].get_legend_handles_labels()
+    drawing.legend(handles, labels, loc="lower center", ncols=4)
+    return drawing
+
+
+def _draw_angle(axes: tuple[Axes, Axes], slides: list[Slide]) -> None:
+    for slide in sorted(slides, key=lambda slide: list(PATHS).index(slide.kind)):
+        distance, look = MICROMETRE * slide.distance, PATHS[slide.kind]
+        axes[0].plot(distance, slide.tangential, label=slide.kind, clip_on=False, **look)
+        axes[1].plot(distance, slide.normal, clip_on=False, **look)
+    sliding = [slide for slide in slides if slide.kind != "tied"]
+    if sliding:
+        longest = max(sliding, key=lambda slide: len(slide.distance))
+        bound = longest.scene.contact.friction * longest.normal
+        for sign, label in ((1, "± friction coefficient times normal force"), (-1, None)):
+            axes[0].plot(
+                MICROMETRE * longest.distance,
+                sign * bound,
+                color=FAINT,
+                linewidth=0.8,
+                linestyle=":",
+                label=label,
+            )
+    axes[0].axhline(0, color=FAINT, linewidth=0.6, zorder=0)
+    axes[1].set(xlabel="distance slid (µm)")
+    axes[1].set_ylim(0, None)

@@ -1,0 +1,95 @@
+"""The unit cell in the middle of a knit, whose contact zones Fig. 7 follows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import DataFileError
+
+SNAPSHOTS = (0.0005, 0.0033, 0.0045, 0.0195)
+"""Strains of the points 1 to 4 of Fig. 7."""
+
+SAME_STRAIN = 0.01
+"""Relative difference up to which an increment counts as that of a snapshot."""
+
+MIRRORED = (1, 0, 3, 2)
+"""Zone that a zone becomes when left and right are exchanged."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """The increment nearest to a point of Fig. 7.
+
+    Attributes
+    ----------
+    number : int
+        Of the point, from 1 on.
+    wanted, strain : float
+        The paper's strain, and that of the increment.
+    increment : int
+    """
+
+    number: int
+    wanted: float
+    strain: float
+    increment: int
+
+    @property
+    def exact(self) -> bool:
+        """Whether the increment is at the paper's strain."""
+        return abs(self.strain - self.wanted) <= SAME_STRAIN * self.wanted
+
+    @property
+    def label(self) -> str:
+        """Number and strain of the increment, and the paper's strain where it is another one."""
+        text = f"{self.number}: {100 * self.strain:.3g} %"
+        return text if self.exact else f"{text} (paper {100 * self.wanted:.3g} %)"
+
+
+def snapshots(dataset: xr.Dataset) -> list[Snapshot]:
+    """Return the points of Fig. 7 up to which a history or its contacts reach."""
+    strain = dataset["strain"].to_numpy()
+    reached = [wanted for wanted in SNAPSHOTS if wanted <= strain[-1] * (1 + SAME_STRAIN)]
+    nearest = [int(np.argmin(np.abs(strain - wanted))) for wanted in reached]
+    return [
+        Snapshot(number, wanted, float(strain[increment]), increment)
+        for number, (wanted, increment) in enumerate(zip(reached, nearest, strict=True), start=1)
+    ]
+
+
+def centre_cell(contacts: xr.Dataset) -> np.ndarray:
+    """Return the crossings (4,) of the centre interlock row and column, by zone.
+
+    Raises
+    ------
+    DataFileError
+        When its four zones are not there once each.
+    """
+    row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
+    here = np.flatnonzero((row == (row.max() + 1) // 2) & (column == (column.max() + 1) // 2))
+    here = here[np.argsort(zone[here])]
+    if zone[here].tolist() != [0, 1, 2, 3]:
+        raise DataFileError(
+            f"contacts: the centre cell has the zones {zone[here].tolist()}; they must be 0 to 3, once each"
+        )
+    return here
+
+
+def zones_of_cell(contacts: xr.Dataset) -> np.ndarray:
+    """Return the number of contact zones in the centre cell at every increment (I,)."""
+    return contacts["zones"].to_numpy()[:, centre_cell(contacts)].sum(axis=1)
+
+
+def area_of_cell(contacts: xr.Dataset) -> np.ndarray:
+    """Return the contact area in the centre cell at every increment (I,) [m2]."""
+    return contacts["contact_area"].to_numpy()[:, centre_cell(contacts)].sum(axis=1)
+
+
+def first_symmetric_contact(contacts: xr.Dataset) -> int | None:
+    """Return the first increment at which zones touch and those on the left are those on the right, if there is one."""
+    touching = contacts["zones"].to_numpy()[:, centre_cell(contacts)] > 0
+    symmetric = touching.any(axis=1) & (touching == touching[:, MIRRORED]).all(axis=1)
+    return int(np.argmax(symmetric)) if symmetric.any() else None

@@ -1,0 +1,72 @@
+"""Table 1: contact and friction as the paper states them, and as they were used here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from knitstudy.scene import Scene
+from knitstudy.tables.reference import number
+
+NOT_SAID = "not said"
+
+STATED = ("stiffness ratio (contact / element)", "stick ratio (stick / element)", "friction coefficient")
+"""Numbers of Table 1."""
+
+
+def build(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) -> pd.DataFrame:
+    """Return one property a row.
+
+    Parameters
+    ----------
+    dns : Dataset
+        History of a direct simulation with isotropic friction (see docs/architecture.md).
+    paper : DataFrame
+        ``resources/reference/paper_tables.csv``.
+    scenes : mapping of str to Scene
+        "dns" is read.
+    """
+    scene = scenes["dns"]
+    contact, stiffness = scene.contact, scene.yarn.youngs_modulus / scene.mesh.size
+    ratio, stick, friction = (number(paper, "1", "contact", quantity) for quantity in STATED)
+    rows = [
+        (
+            "contact-overclosure relation",
+            "1",
+            "hard contact, by a penalty method",
+            "penalty on smooth surfaces, augmented where penetration is too deep",
+        ),
+        ("contact stiffness over element stiffness", "1", ratio, contact.normal_stiffness),
+        ("contact stiffness, pressure over gap", "Pa/m", NOT_SAID, contact.normal_stiffness * stiffness),
+        ("friction model", "1", "isotropic Coulomb", "isotropic Coulomb, convected slip"),
+        ("stick stiffness over element stiffness", "1", stick, contact.tangential_stiffness),
+        ("stick stiffness, traction over slip", "Pa/m", NOT_SAID, contact.tangential_stiffness * stiffness),
+        ("friction coefficient", "1", friction, contact.friction),
+        (
+            "discretisation",
+            "1",
+            "surface to surface, finite sliding, master and slave chosen at random",
+            "Gauss points to smooth surface, finite sliding, both ways with half the stiffness each",
+        ),
+        ("Gauss points a facet", "1", NOT_SAID, contact.points**2),
+        ("largest penetration allowed over element size", "1", NOT_SAID, contact.penetration),
+        ("largest penetration reached over element size", "1", NOT_SAID, penetration(dns) / scene.mesh.size),
+        ("augmentations of an increment, at most", "1", NOT_SAID, dns["augmentations"].max().item()),
+        ("stabilisation, viscosity over E", "1", "used, not said", scene.solver.stabilisation),
+    ]
+    return pd.DataFrame(
+        [(name, unit, _text(theirs), _text(ours)) for name, unit, theirs, ours in rows],
+        columns=["property", "unit", "paper", "this study"],
+    )
+
+
+def penetration(history: xr.Dataset) -> float:
+    """Return the deepest penetration of a history, 0 where yarns only ever approach [m]."""
+    return -float(np.fmin.reduce(history["smallest_gap"].to_numpy(), initial=0.0))  # nan: nothing is near
+
+
+def _text(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:.4g}"
