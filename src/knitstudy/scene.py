@@ -233,16 +233,6 @@ class Scene:
         return _scaled(self, {"m": length, "Pa": stiffness})
 
     @property
-    def tied_rows(self) -> tuple[int, ...]:
-        """Interlock rows whose crossings are tied: all, or what ``contact.tied_rows`` leaves of a knit's."""
-        rows = 1 if self.specimen == "pair" else self.pattern.rows
-        if self.interaction == "tie":
-            return tuple(range(rows))
-        if self.specimen == "pair" or self.contact.tied_rows == "none":
-            return ()
-        return (0, rows - 1)
-
-    @property
     def geometry_inputs(self) -> dict[str, Any]:
         """All that the geometry depends on, by dotted key: of a knit pattern, yarn diameter and optimisation."""
         document = self.to_dict()

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from knitstudy.contact.tie import tie_crossings
 from knitstudy.errors import MeshError
 from knitstudy.geometry.pair import Pair
 from knitstudy.mesh.grips import grips
@@ -63,6 +64,14 @@ class _Overlapping(Pair):
     @property
     def middles(self):
         return super().middles * 0.97
+
+
+def test_pair_can_be_tied(pair, mesh):
+    tie = tie_crossings(mesh, pair, 0.05)
+    assert set(mesh.yarn_of_slice[tie.slave // mesh.section.size]) == {1}
+    assert set(mesh.yarn_of_slice[tie.master.ravel() // mesh.section.size]) == {0}
+    assert len(tie.area) == 1
+    np.testing.assert_allclose(tie.centroid[0, :2], 0, atol=1e-9)
 
 
 def test_back_is_the_half_that_cannot_touch(pair, mesh, scene):

@@ -173,15 +173,6 @@ def test_rows_in_contact_need_one_that_is_not_tied(scene):
     assert two.replace("contact.tied_rows", "none").replace("interaction", "rough").interaction == "rough"
 
 
-def test_rows_that_are_tied(scene, pair):
-    isotropic = scene.replace("interaction", "isotropic")
-    assert scene.tied_rows == (0, 1, 2)
-    assert isotropic.tied_rows == (0, 2)
-    assert isotropic.replace("contact.tied_rows", "none").tied_rows == ()
-    assert pair.tied_rows == (0,)
-    assert pair.replace("interaction", "rough").tied_rows == ()
-
-
 def test_constructor_checks_as_well(scene):
     with pytest.raises(ConfigurationError, match=r"load\.strain is 0"):
         dataclasses.replace(scene, load=dataclasses.replace(scene.load, strain=0.0))

@@ -30,7 +30,9 @@ rule dns_vtu:
         knit=knit_of,
         mesh="results/mesh/{scene}.nc",
         history=history_with_fields,
-        code=code("knitstudy.contact.tie", "knitstudy.geometry.specimen", "knitstudy.mesh.export"),
+        code=code(
+            "knitstudy.contact.tie", "knitstudy.contact.yarns", "knitstudy.geometry.specimen", "knitstudy.mesh.export"
+        ),
     output:
         update("results/dns/{scene}.vtu"),
     log:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from knitstudy.contact.tie import tie_crossings
+from knitstudy.contact.yarns import tied_rows
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.io import read_dataset
 from knitstudy.mesh.export import write_vtu
@@ -15,5 +16,6 @@ with stage(snakemake):
     specimen = read_specimen(read_dataset(snakemake.input.knit))
     mesh = SweptMesh.from_dataset(read_dataset(snakemake.input.mesh))
     history = read_dataset(snakemake.input.history, ["node_displacement"])
-    tied = replace(mesh, nodes=tie_crossings(mesh, specimen, scene.tie.tolerance).nodes)
+    tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied_rows(scene, specimen.rows))
+    tied = replace(mesh, nodes=tie.nodes)
     write_vtu(tied, snakemake.output[0], {"displacement": history["node_displacement"].to_numpy()})
