@@ -1,4 +1,5 @@
 import itertools
+from dataclasses import replace
 from types import SimpleNamespace
 
 import meshio
@@ -55,7 +56,9 @@ def tie(mesh):
 
 @pytest.fixture
 def knit():
-    return SimpleNamespace(loops=2, rows=1, width=6.0, crossings=SimpleNamespace(row=np.array([0])))
+    return SimpleNamespace(
+        loops=2, rows=1, width=6.0, radius=RADIUS, crossings=SimpleNamespace(row=np.array([0]))
+    )
 
 
 def scene(specimen="knit", interaction="tie", lateral="fixed", path=(), **contact):
@@ -65,7 +68,7 @@ def scene(specimen="knit", interaction="tie", lateral="fixed", path=(), **contac
         interaction=interaction,
         yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42),
         pair=SimpleNamespace(angle=90.0, support="ends"),
-        load=SimpleNamespace(direction="course", strain=0.05, lateral=lateral, path=path),
+        load=SimpleNamespace(strain=0.05, lateral=lateral, path=path, stops=()),
         mesh=SimpleNamespace(size=0.5),
         contact=SimpleNamespace(
             **{"friction": 0.76, "normal_stiffness": 10, "tangential_stiffness": 5, "penetration": 0.01}
@@ -119,12 +122,8 @@ def test_ends_are_held_and_driven(mesh, tie, knit, tmp_path, dialect):
     write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", dialect)
     (rows,) = data(tmp_path / "deck.inp", "*BOUNDARY")
     entries = [row.replace(" ", "").split(",") for row in rows]
-    assert [entry[:3] for entry in entries] == [
-        ["HELD", "1", "3"],
-        ["DRIVEN", "1", "1"],
-        ["DRIVEN", "2", "3"],
-    ]
-    assert [float(entry[3]) for entry in entries] == pytest.approx([0.0, 0.05 * 2 * 3.0, 0.0])
+    assert [entry[:3] for entry in entries] == [["HELD", "1", "3"], *(["DRIVEN", i, i] for i in "123")]
+    assert [float(entry[3]) for entry in entries] == pytest.approx([0.0, 0.05 * 2 * 3.0, 0.0, 0.0])
 
 
 def test_free_lateral_ends_are_driven_along_the_load_only(mesh, tie, knit, tmp_path):
@@ -171,7 +170,9 @@ def test_equations_repeat_the_elimination(mesh, tie, knit, tmp_path):
 
 
 def contact_deck(mesh, knit, **options):
-    return specimen_deck(scene(**{"interaction": "isotropic"} | options), knit, mesh)
+    nothing = np.empty(0, dtype=int)
+    untied = SimpleNamespace(slave=nothing, crossing=nothing, nodes=mesh.nodes)
+    return specimen_deck(scene(**{"interaction": "isotropic"} | options), knit, mesh, untied)
 
 
 def surface_corners(mesh, surface):
@@ -267,10 +268,11 @@ def test_a_path_is_one_step_a_leg(mesh, knit, tmp_path, dialect):
 def test_calculix_rests_before_yarns_that_touch_are_moved(mesh, tie, knit, tmp_path):
     write_inp(contact_deck(mesh, knit), tmp_path / "deck.inp", "calculix")
     first, second = data(tmp_path / "deck.inp", "*BOUNDARY")
-    assert [float(row.split(",")[3]) for row in first] == [0.0, 0.0, 0.0]
+    assert [float(row.split(",")[3]) for row in first] == [0.0] * 4
     assert [row.split(",")[:3] for row in first] == [row.split(",")[:3] for row in second]
-    write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", "calculix")
-    assert len(data(tmp_path / "deck.inp", "*BOUNDARY")) == 1
+    for deck in (specimen_deck(scene(), knit, mesh, tie), replace(contact_deck(mesh, knit), rests=False)):
+        write_inp(deck, tmp_path / "deck.inp", "calculix")
+        assert len(data(tmp_path / "deck.inp", "*BOUNDARY")) == 1
 
 
 def test_what_is_not_allowed_is_refused(mesh, tie, knit, tmp_path):

@@ -7,6 +7,7 @@ always handed over as surfaces, one pair for every row of crossings that are not
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from knitstudy.contact.friction import Coulomb
+from knitstudy.contact.yarns import contact_law
 from knitstudy.errors import ConfigurationError
+from knitstudy.load_path import load_path
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.sweep import SweptMesh
 
@@ -125,6 +128,8 @@ class Deck:
     contacts : tuple of ContactPair
     interaction : Interaction or None
         Of all pairs in contact.
+    rests : bool
+        Whether a step in which nothing is driven comes first where a program needs one before contact.
     automatic : bool
         Whether the program may choose other increments.
     tolerance : float or None
@@ -146,6 +151,7 @@ class Deck:
     equations: Equations | None = None
     contacts: tuple[ContactPair, ...] = ()
     interaction: Interaction | None = None
+    rests: bool = True
     automatic: bool = False
     tolerance: float | None = None
     fields: bool = True
@@ -155,7 +161,7 @@ def specimen_deck(
     scene: Scene,
     specimen: Knit | Pair,
     mesh: SweptMesh,
-    tie: Tie | None = None,
+    tie: Tie,
     constraints: str = "surfaces",
     automatic: bool = False,
 ) -> Deck:
@@ -166,7 +172,7 @@ def specimen_deck(
     scene : Scene
     specimen : Knit or Pair
     mesh : SweptMesh
-    tie : Tie, optional
+    tie : Tie
         Constraints of the tied crossings; in rows without any, yarns touch by the scene's interaction.
     constraints : {"surfaces", "equations"}
         Whether the other program ties the surfaces itself, or gets the constraints as equations.
@@ -182,9 +188,9 @@ def specimen_deck(
         raise ConfigurationError(
             f"deck constraints: {constraints!r} is not allowed; one of {', '.join(CONSTRAINTS)}"
         )
-    as_equations = tie is not None and constraints == "equations"
-    tied = set() if tie is None else set(specimen.crossings.row[tie.crossing].tolist())
-    touching = [row for row in range(specimen.rows) if row not in tied]
+    as_equations = constraints == "equations"
+    tied = specimen.crossings.row[tie.crossing]
+    touching = np.setdiff1d(np.arange(specimen.rows), tied)
     reach = CONTACT_REACH * mesh.radius + _travel(scene)
     gripped = grips(mesh, scene)
     return Deck(
@@ -194,26 +200,19 @@ def specimen_deck(
         node_sets={"HELD": np.sort(gripped.held), "DRIVEN": np.sort(gripped.driven)},
         youngs_modulus=scene.yarn.youngs_modulus,
         poisson_ratio=scene.yarn.poisson_ratio,
-        steps=_course_tension(scene, specimen) if scene.specimen == "knit" else _path(scene),
+        steps=_steps(scene, specimen),
         driven="DRIVEN",
-        ties=() if tie is None or as_equations else tied_rows(mesh, tie),
-        equations=Equations(tie.slave, tie.master, tie.weight) if as_equations else None,
+        ties=() if as_equations else tied_pairs(mesh, tie),
+        equations=Equations(tie.slave, tie.master, tie.weight) if as_equations and tied.size else None,
         contacts=tuple(touching_row(mesh, row, reach) for row in touching),
-        interaction=interaction(scene) if touching else None,
+        interaction=interaction(scene) if touching.size else None,
         automatic=automatic,
     )
 
 
 def interaction(scene: Scene) -> Interaction:
-    """Law of contact of a scene (Table 1): stiffnesses over E / h, and no limit of friction where it is rough."""
-    contact, size = scene.contact, scene.mesh.size
-    unit = scene.yarn.youngs_modulus / size
-    law = Coulomb(
-        normal=contact.normal_stiffness * unit,
-        tangential=contact.tangential_stiffness * unit,
-        friction=np.inf if scene.interaction == "rough" else contact.friction,
-    )
-    return Interaction(law, contact.penetration * size)
+    """Law of contact of a scene, and the penetration that it allows."""
+    return Interaction(contact_law(scene), scene.contact.penetration * scene.mesh.size)
 
 
 def touching_row(mesh: SweptMesh, row: int, reach: float) -> ContactPair:
@@ -227,7 +226,7 @@ def touching_row(mesh: SweptMesh, row: int, reach: float) -> ContactPair:
     return ContactPair(f"ROW{row}", facet_faces(mesh, row + 1, slave), facet_faces(mesh, row, master))
 
 
-def tied_rows(mesh: SweptMesh, tie: Tie) -> tuple[TiedPair, ...]:
+def tied_pairs(mesh: SweptMesh, tie: Tie) -> tuple[TiedPair, ...]:
     """One pair of surfaces for every interlock row.
 
     The slave surface holds exactly the tied facets of the upper yarn; the master surface the facets of the
@@ -280,22 +279,15 @@ def _title(scene: Scene, specimen: Knit | Pair) -> str:
     return f"{scene.name}: {specimen.loops} x {specimen.rows} knit, {scene.interaction}, course tension"
 
 
-def _course_tension(scene: Scene, knit: Knit) -> tuple[Step, ...]:
-    """Left ends held, right ends moved by strain times the width of the knit."""
+def _steps(scene: Scene, specimen: Knit | Pair) -> tuple[Step, ...]:
+    """Grips held, and driven to one corner of the load path after another with equal shares of the increments."""
+    motion = load_path(scene, specimen)
+    components = (motion.axis,) if scene.load.lateral == "free" else range(3)
+    increments = math.ceil(scene.solver.increments / len(motion.displacement))
     held = Prescribed("HELD", 1, 3, 0.0)
-    drive = Prescribed("DRIVEN", 1, 1, scene.load.strain * knit.width)
-    lateral = () if scene.load.lateral == "free" else (Prescribed("DRIVEN", 2, 3, 0.0),)
-    return (Step((held, drive, *lateral), scene.solver.increments),)
-
-
-def _path(scene: Scene) -> tuple[Step, ...]:
-    """Lower yarn's grips held, the upper one's moved leg by leg, each with its share of the increments."""
-    path = scene.load.path
-    held = Prescribed("HELD", 1, 3, 0.0)
-    increments = -(-scene.solver.increments // len(path))
     return tuple(
-        Step((held, *(Prescribed("DRIVEN", i, i, value) for i, value in enumerate(leg, 1))), increments)
-        for leg in path
+        Step((held, *(Prescribed("DRIVEN", i + 1, i + 1, float(corner[i])) for i in components)), increments)
+        for corner in motion.displacement
     )
 
 

@@ -101,7 +101,7 @@ class CalculiX:
         an overlap of the mesh and lets it act in proportion to the time that has passed: contact pressures are too
         small until the step ends, and the more so the smaller the increments (docs/calculix.md).
         """
-        if not deck.contacts:
+        if not (deck.contacts and deck.rests):
             return deck.steps
         still = tuple(replace(each, value=0.0) for each in deck.steps[0].prescribed)
         return (Step(still, 1), *deck.steps)
