@@ -13,8 +13,9 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.io import read_table
 from knitstudy.tables.centre_cell import centre_cell
 from knitstudy.tables.claims import JUDGES
-from knitstudy.tables.contact_claims import asymmetry, largest_bend, stabilisation_share
+from knitstudy.tables.contact_claims import asymmetry, largest_bend
 from knitstudy.tables.evidence import Evidence
+from knitstudy.tables.simulation import stabilisation_share
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 

@@ -46,3 +46,30 @@ def test_table_of_the_direct_simulation(history):
     assert table.loc["largest residual over mean internal force", ["value", "bar"]].tolist() == [2e-7, 1e-6]
     assert table.loc["tied area of a crossing, largest", "value"] == 3e-7
     assert set(table["unit"]) == {"1", "m", "m2"}
+
+
+def test_table_of_contact_adds_penetration_and_dissipation(history):
+    energy = history["energy"].copy(deep=True)
+    energy.loc[{"form": "friction"}] = [0.0, 0.05, 0.4]
+    energy.loc[{"form": "stabilisation"}] = [0.01, 0.0297, 0.039]
+    contact = history.assign(
+        energy=energy,
+        smallest_gap=("increment", [1e-5, -3e-6, -1e-6]),
+        augmentations=("increment", [0, 2, 1]),
+    )
+    scenes = {
+        "dns": SimpleNamespace(
+            solver=SimpleNamespace(residual_tolerance=1e-6, correction_tolerance=1e-6),
+            contact=SimpleNamespace(penetration=0.01),
+            mesh=SimpleNamespace(size=3e-4),
+        )
+    }
+    table = catalogue.build("simulation_contact", dns=contact, scenes=scenes).set_index("quantity")
+    assert table.loc["largest penetration over element size", ["value", "bar"]].tolist() == [
+        pytest.approx(0.01),
+        0.01,
+    ]
+    assert table.loc["augmentations", "value"] == 3
+    assert table.loc["friction over external work at full load", "value"] == pytest.approx(0.1)
+    assert table.loc["largest stabilisation over internal energy", "value"] == pytest.approx(0.03)
+    assert table.loc["stabilisation over internal energy at full load", "value"] == pytest.approx(0.01)

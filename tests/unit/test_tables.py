@@ -16,7 +16,7 @@ from knitstudy.tables import catalogue
 from knitstudy.tables.centre_cell import centre_cell, first_symmetric_contact, snapshots
 from knitstudy.tables.reference import number, numbers
 from knitstudy.tables.response import transverse_contraction
-from knitstudy.tables.table1_contact import penetration
+from knitstudy.tables.simulation import penetration
 from knitstudy.tables.table5_cost import element_length
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, to_hex
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar, triad
 from knitstudy.figures.picture import bounds, show
@@ -19,7 +20,10 @@ from knitstudy.tables.response import Z, transverse_contraction
 
 OBLIQUE = View.orbit(turn=-28, tilt=24)
 
-COLOURS, LEVELS = "cividis", 12
+COLOURS = "cividis"
+
+LEVELS = 12
+"""Most steps of colour."""
 
 LONGEST = 4.0
 """Length at which the largest force is drawn [mm of the knit]."""
@@ -70,11 +74,11 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
 
 
 def _levels(u_z: np.ndarray) -> BoundaryNorm:
-    """Return steps of colour between the smallest and the largest u_z [mm]."""
+    """Return steps of colour over all values of u_z, at round numbers [mm]."""
     low, high = float(u_z.min()), float(u_z.max())
     if not high > low:
         low, high = low - 1e-3, high + 1e-3
-    return BoundaryNorm(np.linspace(low, high, LEVELS + 1), matplotlib.colormaps[COLOURS].N)
+    return BoundaryNorm(MaxNLocator(LEVELS).tick_values(low, high), matplotlib.colormaps[COLOURS].N)
 
 
 def _colours(u_z: np.ndarray, norm: BoundaryNorm) -> list[str]:
@@ -83,8 +87,8 @@ def _colours(u_z: np.ndarray, norm: BoundaryNorm) -> list[str]:
 
 def _colour_bar(drawing: Figure, norm: BoundaryNorm, foot: float) -> None:
     axes = drawing.add_axes((0.08, 0.58 * foot, 0.36, 0.14 * foot))
-    bar = drawing.colorbar(ScalarMappable(norm, COLOURS), cax=axes, orientation="horizontal", format="%.2g")
-    bar.set_ticks(norm.boundaries[::3])
+    bar = drawing.colorbar(ScalarMappable(norm, COLOURS), cax=axes, orientation="horizontal", format="%.3g")
+    bar.set_ticks(norm.boundaries[::2])
     bar.set_label("out-of-plane displacement $u_z$ (mm)", labelpad=1)
 
 

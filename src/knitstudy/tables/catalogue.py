@@ -28,6 +28,9 @@ TABLES = {
         "Table 5: cost of the models", ("dns", "rom3d", "rom2d", "paper", "scenes"), TIED_COURSE
     ),
     "simulation": Entry("What the direct simulation stands on", ("dns", "scenes"), TIED_COURSE),
+    "simulation_contact": Entry(
+        "What the direct simulation with friction stands on", ("dns", "scenes"), ISOTROPIC_COURSE
+    ),
     "geometry": Entry("Unit cell before and after optimisation", ("geometry", "targets"), TIED_COURSE),
     "claims": Entry(
         "Claims of the paper and verdicts",

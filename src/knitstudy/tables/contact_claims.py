@@ -17,6 +17,7 @@ from knitstudy.tables.evidence import NOT_RUN, Evidence, Judgement, at_full_stra
 from knitstudy.tables.interactions import common_strain, stiffness_at
 from knitstudy.tables.reference import number
 from knitstudy.tables.response import INTERACTIONS, Z, at_strain, out_of_plane, transverse_contraction
+from knitstudy.tables.simulation import stabilisation_share
 
 FIRST, LAST = 1, 4
 """Numbers of the points of Fig. 7 that claims K1 and K2 speak of."""
@@ -36,9 +37,6 @@ SYMMETRIC = 0.2
 SLIDE, TRANSFERRED, HARDER = 1.5, 0.9, 1.2
 """Claim K11: slip of the outer rows over that of the others; share of the force below which load is not transferred;
 and factor of iterations that counts as worse convergence."""
-
-OF_FINAL = 0.01
-"""Claim E1: energies are compared wherever the internal energy is this share of its final value or more."""
 
 
 def judge_no_contact(evidence: Evidence) -> Judgement:
@@ -237,12 +235,6 @@ def asymmetry(history: xr.Dataset) -> float:
     envelope = np.array([(u_z[yarn == i].min(), u_z[yarn == i].max()) for i in np.unique(yarn)])
     largest = np.abs(u_z).max()
     return float(np.abs(envelope - envelope[::-1]).max() / largest) if largest > 0 else 0.0
-
-
-def stabilisation_share(history: xr.Dataset) -> float:
-    """Return the largest share of stabilisation in internal energy, from a hundredth of the final energy on."""
-    internal, viscous = (history["energy"].sel(form=form) for form in ("internal", "stabilisation"))
-    return float((viscous / internal.where(internal >= OF_FINAL * internal[-1])).max())
 
 
 def _at_snapshot(contacts: xr.Dataset, number: int, holds: Callable[[np.ndarray, int], bool]) -> Judgement:

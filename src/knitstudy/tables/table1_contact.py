@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
 import pandas as pd
 import xarray as xr
 
 from knitstudy.scene import Scene
 from knitstudy.tables.reference import number
+from knitstudy.tables.simulation import penetration
 
 NOT_SAID = "not said"
 
@@ -61,11 +61,6 @@ def build(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) -> 
         [(name, unit, _text(theirs), _text(ours)) for name, unit, theirs, ours in rows],
         columns=["property", "unit", "paper", "this study"],
     )
-
-
-def penetration(history: xr.Dataset) -> float:
-    """Return the deepest penetration of a history, 0 where yarns only ever approach [m]."""
-    return -float(np.fmin.reduce(history["smallest_gap"].to_numpy(), initial=0.0))  # nan: nothing is near
 
 
 def _text(value: float | str) -> str:
