@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -97,7 +97,11 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> Simulation
     recorder = Recorder(stations, driven, motion.axis, motion.at, motion.length, meter=meter)
     solver = linear_solver(scene.solver.linear, model, mesh, tie, drive)
     facets = CrossingFacets.of(specimen.crossings, mesh)
-    return Simulation(scene, mesh, model, tie, facets, drive, Settings.of(scene.solver), solver, recorder)
+    settings = Settings.of(scene.solver)
+    if model.contact is not None:
+        # Where contact begins, a parabola through what came before overshoots far into the other yarn.
+        settings = replace(settings, predictor=1)
+    return Simulation(scene, mesh, model, tie, facets, drive, settings, solver, recorder)
 
 
 def _model(scene: Scene, mesh: SweptMesh, tie: Tie, rows: np.ndarray) -> SolidModel:

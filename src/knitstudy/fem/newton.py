@@ -21,6 +21,9 @@ from knitstudy.fem.model import Model, Response
 
 log = logging.getLogger(__name__)
 
+SMALLEST = 1e-9
+"""Increment of the load factor below which the path counts as ended: rounding would go on for ever."""
+
 
 class _Failed(Exception):
     """An increment that did not converge; the message says in what way."""
@@ -65,6 +68,8 @@ def trace(
         if target > stop - 1e-9:
             target = stop
         try:
+            if not target - now.load > SMALLEST:
+                raise _Failed("the increment has become too small")
             done = path.increment(now, target)
         except ConvergenceError as error:
             raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
@@ -245,7 +250,7 @@ class _Path:
         """Shorten the step until the force along it has fallen (Crisfield's s criterion)."""
         slope = float(step @ response.force)
         before = self._residual(response)
-        alpha = 1.0
+        alpha, best = 1.0, None
         for _ in range(6):
             trial = self.model.advance(state, alpha * step)
             reply = self._respond(trial, stiffness=False)
@@ -255,9 +260,14 @@ class _Path:
                     before, self.settings.residual_tolerance
                 ):
                     return alpha * step, trial, reply
+                if best is None or self._residual(reply) < self._residual(best[2]):
+                    best = alpha * step, trial, reply
                 alpha *= min(max(slope / (slope - s), 0.1), 0.5) if slope != s else 0.5
             else:
                 alpha *= 0.25
+        # Where points begin to touch or to slip, force jumps: the next tangent knows better than a shorter step.
+        if best is not None and best[2].status is not None:
+            return best
         raise _Failed("the line search found no shorter step that lowers the residual")
 
     def _residual(self, response: Response) -> float:

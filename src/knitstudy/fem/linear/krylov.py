@@ -39,7 +39,8 @@ class Krylov:
     """A `LinearSolver`: conjugate gradients for symmetric matrices, minimal residuals for others.
 
     The preconditioner, of the symmetric positive part, serves on for later matrices until the iterations that it
-    costs more than a fresh one add up to `WASTE`; the decision depends on counts only, so that runs repeat.
+    costs more than a fresh one add up to `WASTE`, or contact acts on nodes that it does not know; the decision depends
+    on counts only, so that runs repeat.
     """
 
     def __init__(self, preconditioner: Preconditioner) -> None:
@@ -48,7 +49,7 @@ class Krylov:
         self.setups = 0
         self._matrix: sp.bsr_matrix | None = None
         self._unsymmetric: sp.bsr_matrix | None = None
-        self._touching = NOWHERE
+        self._touching = self._known = NOWHERE
         self._fresh = False
         self._rate = 0.0  # decades an iteration of the fresh preconditioner
         self._waste = np.inf
@@ -73,7 +74,7 @@ class Krylov:
         """
         self.setup_seconds = 0.0
         state = Iterate(np.zeros_like(rhs), rhs.copy(), float(np.linalg.norm(rhs)))
-        if self._waste > WASTE:
+        if self._waste > WASTE or not np.isin(self._touching, self._known).all():
             self._renew()
         problem = self._iterate(state, tolerance)
         if problem and not self._fresh:
@@ -89,6 +90,7 @@ class Krylov:
         if self._unsymmetric is not None and self._unsymmetric.nnz:
             matrix = sp.bsr_matrix(matrix - self._unsymmetric)
         self.preconditioner.update(matrix, self._touching)
+        self._known = self._touching
         self.setups += 1
         self._fresh, self._waste, self._rate = True, 0.0, 0.0
         self.setup_seconds += time.perf_counter() - started
