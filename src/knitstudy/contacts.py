@@ -12,12 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from knitstudy.contact.interaction import PASS_SHARE
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.pattern import Crossings, Knit
 from knitstudy.zones import count_zones
-
-HALF = 0.5
-"""Share of the contact stiffness, and so of the force, that the points of each side carry."""
 
 
 def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
@@ -161,9 +159,9 @@ class _Touch:
         np.maximum.at(largest.reshape(-1), self.place, self.pressure)
         return results | {
             "zones": self._zones(),
-            "contact_area": HALF * area,
-            "normal_resultant": self._sum((HALF * load * sign)[:, None] * self.normal),
-            "tangential_resultant": self._sum((HALF * self.area * sign)[:, None] * self.traction),
+            "contact_area": 0.5 * area,  # the mean of two sides
+            "normal_resultant": self._sum((PASS_SHARE * load * sign)[:, None] * self.normal),
+            "tangential_resultant": self._sum((PASS_SHARE * self.area * sign)[:, None] * self.traction),
             "largest_pressure": largest,
         }
 
@@ -208,7 +206,7 @@ def _put_ties(values: dict[str, np.ndarray], history: xr.Dataset, tied: np.ndarr
     values["centroid"][tied], values["area"][tied] = centroid, area
     values["zones"][:, tied] = 1
     values["contact_area"][:, tied] = area
-    values["contact_centroid"][:, tied] = centroid + values["centroid_displacement"][:, tied, 0]
+    values["contact_centroid"][:, tied] = centroid + values["centroid_displacement"][:, tied].mean(axis=2)
     values["contact_normal"][:, tied] = normal
     values["normal_resultant"][:, tied] = along
     values["tangential_resultant"][:, tied] = force - along

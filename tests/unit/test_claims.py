@@ -161,7 +161,7 @@ def test_claim_without_its_scenes_is_not_run(evidence, claim):
     assert "no direct simulation with" in judged.note
 
 
-@pytest.mark.parametrize("claim", ["K2", "K3", "K4", "K5", "K6", "K7", "K11"])
+@pytest.mark.parametrize("claim", ["K2", "K3", "K4", "K5", "K6", "K7", "K11", "E1"])
 def test_contact_at_smaller_strain_decides_nothing(evidence, claim):
     def short(datasets):
         return {name: each.isel(increment=slice(0, 5)) for name, each in datasets.items()}

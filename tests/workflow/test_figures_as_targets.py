@@ -3,7 +3,12 @@
 from knitstudy.figures.catalogue import FIGURES
 
 
-def test_every_figure_is_a_target_of_the_study(fresh):
+def test_every_figure_is_a_target_of_a_study_of_all_scenes(fresh):
+    table = fresh.folder / "config" / "scenes.tsv"
+    header, *rows = (line.split("\t") for line in table.read_text().splitlines())
+    study = header.index("study")
+    rows = [[*row[:study], "ci", *row[study + 1 :]] for row in rows]
+    table.write_text("\n".join("\t".join(row) for row in [header, *rows]) + "\n")
     files = [f"results/figures/{name}.png" for name in FIGURES]
     assert {"figure", "dns", "geometry"} <= fresh.planned(*files)
 

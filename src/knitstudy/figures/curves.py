@@ -41,7 +41,7 @@ class Curve:
 def draw_curves(curves: Sequence[Curve], quantity: str, unit: str) -> Figure:
     """Return a figure of curves over strain that begin at zero, with a legend."""
     drawing = figure(WIDTH, HEIGHT)
-    axes = drawing.add_axes((0.13, 0.14, 0.74, 0.83))
+    axes = drawing.add_axes((0.13, 0.14, 0.70, 0.83))
     for curve in curves:
         axes.plot(
             PERCENT * curve.strain, curve.value, label=curve.look.label, clip_on=False, **curve.look.line

@@ -184,19 +184,19 @@ def judge_untied_rows(evidence: Evidence) -> Judgement:
 
 def judge_stabilisation(evidence: Evidence) -> Judgement:
     """E1: what stabilisation dissipates is little beside the internal energy, at every increment."""
-    shares = {
-        name: stabilisation_share(history) for name, history in evidence.direct.items() if name != "tie"
-    }
-    if not shares:
+    histories = {name: history for name, history in evidence.direct.items() if name != "tie"}
+    if not histories:
         return lacking("contact")
+    shares = {name: stabilisation_share(history) for name, history in histories.items()}
     allowed = number(evidence.paper, "sec2.2", "stabilisation", "largest share of strain energy") / 100
     used = any(evidence.scenes[name].solver.stabilisation > 0 for name in shares)
-    return Judgement(
+    judged = Judgement(
         "largest share of the internal energy: "
         + ", ".join(f"{name} {share:.2%}" for name, share in shares.items()),
         verdict(max(shares.values()) <= allowed),
-        "" if used else "no stabilisation was needed, so that there is nothing to dissipate",
+        "" if used else "no stabilisation was used, so that there is nothing to dissipate",
     )
+    return at_full_strain(evidence, judged, histories.values(), next(iter(histories)))
 
 
 JUDGES: dict[str, Callable[[Evidence], Judgement]] = {
