@@ -1,0 +1,144 @@
+"""Bodies in contact, for cases with closed forms: yarns, plates and what drives them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from hexahedral_block import connect, unknowns
+
+from knitstudy.contact.friction import Coulomb
+from knitstudy.contact.interaction import Contact
+from knitstudy.contact.surface import Grid
+from knitstudy.fem.hexahedron import OnePointHexahedron
+from knitstudy.fem.increment import Drive
+from knitstudy.fem.material import Material
+from knitstudy.fem.solid import Penetration, SolidModel
+from knitstudy.mesh.roll import Targets
+from knitstudy.mesh.section import Section
+from knitstudy.mesh.sweep import sweep
+
+MODULUS = 1300.0
+POISSON = 0.4
+
+
+@dataclass(frozen=True)
+class Straight:
+    """A straight centreline."""
+
+    start: np.ndarray
+    along: np.ndarray
+    length: float
+
+    def position(self, s):
+        return self.start + np.asarray(s)[:, None] * self.along
+
+    def tangent(self, s):
+        return np.tile(self.along, (len(s), 1))
+
+
+@dataclass(frozen=True)
+class Body:
+    """Nodes (N, 3), elements (E, 8) and the grid of one surface; numbers count from the body's own first node."""
+
+    nodes: np.ndarray
+    hexahedra: np.ndarray
+    surface: Grid
+
+    def moved(self, shift):
+        return replace(self, nodes=self.nodes + shift)
+
+
+def yarn(curve, radius, section, size, facing=None):
+    """A swept yarn of circular section; a facet's middle faces the point `facing` from the middle of the curve."""
+    targets = None if facing is None else [Targets(np.array([0.5 * curve.length]), np.array([facing]))]
+    mesh = sweep([curve], section, radius, lambda s: np.full(np.shape(s), size), targets=targets)
+    inflated = radius * np.linalg.norm(section.points[section.ring], axis=1).mean()
+    return Body(mesh.nodes, mesh.hexahedra, Grid(mesh.surface_nodes(0), offset=inflated - radius))
+
+
+def crossed_yarns(core, rings, *, radius=1.0, length=6.0, angle=90.0, gap=0.0):
+    """Two straight yarns: the lower one along x, the upper one turned by `angle` degrees, `gap` apart.
+
+    Elements are as long as they are wide.
+    """
+    section, size = Section.butterfly(core, rings), 2 * radius / (core + 2 * rings)
+    turn = np.radians(angle)
+    bodies = []
+    for side, along in ((-1, np.array([1.0, 0, 0])), (1, np.array([np.cos(turn), np.sin(turn), 0]))):
+        middle = np.array([0, 0, side * (radius + 0.5 * gap)])
+        curve = Straight(middle - 0.5 * length * along, along, length)
+        bodies.append(yarn(curve, radius, section, size, facing=np.zeros(3)))
+    return bodies
+
+
+def back(body, away):
+    """Nodes of a straight yarn's surface on the half that is turned to the direction `away`."""
+    grid = body.surface.nodes
+    middle = body.nodes[grid].mean(axis=1, keepdims=True)
+    height = (body.nodes[grid] - middle) @ away
+    return np.sort(grid[height > 1e-6 * np.abs(height).max()])
+
+
+def plate(counts, size, *, up, distortion=0.0):
+    """A block from the origin to `size` whose surface is the upper or the lower face.
+
+    Nodes inside, and on the other faces within their planes, are moved at random by `distortion` of an edge.
+    """
+    counts = np.asarray(counts)
+    index = np.stack(np.meshgrid(*map(np.arange, counts + 1), indexing="ij"), axis=-1)
+    edge = np.asarray(size) / counts
+    shift = np.random.default_rng(0).uniform(-1, 1, index.shape) * distortion * edge
+    shift[(index == 0) | (index == counts)] = 0
+    numbers = np.arange(index[..., 0].size).reshape(counts + 1)
+    # The normal is around x along: x runs around on top, along at the bottom.
+    surface = numbers[:, :, -1].T if up else numbers[:, :, 0]
+    return Body(
+        (index * edge + shift).reshape(-1, 3),
+        connect(counts),
+        Grid(np.ascontiguousarray(surface), closed=False),
+    )
+
+
+def law(size, friction=0.0, normal=10.0, tangential=10.0, modulus=MODULUS):
+    """Coulomb's law with stiffnesses as multiples of E / size."""
+    return Coulomb(normal * modulus / size, tangential * modulus / size, friction)
+
+
+def together(bodies, law, *, size, modulus=MODULUS, material="hencky", points=3, margin=None, **options):
+    """SolidModel of bodies in contact with each other, and the first node of each body.
+
+    Further options are those of SolidModel.
+    """
+    nodes, hexahedra, grids, first = joined(bodies)
+    meets = ~np.eye(len(bodies), dtype=bool)
+    contact = Contact(
+        nodes, grids, law, meets=meets, points=points, margin=margin or 0.5 * size, overlap=1e-3 * size
+    )
+    elements = OnePointHexahedron(nodes[hexahedra], Material(material, modulus, POISSON))
+    options = {"penetration": Penetration(0.1 * size)} | options
+    return SolidModel(nodes, hexahedra, elements, size, contact=contact, **options), first
+
+
+def joined(bodies):
+    """Nodes, hexahedra and grids of all bodies in one numbering, and the first node of each."""
+    first = np.concatenate([[0], np.cumsum([len(body.nodes) for body in bodies])])
+    pairs = list(zip(bodies, first[:-1], strict=True))
+    return (
+        np.concatenate([body.nodes for body in bodies]),
+        np.concatenate([body.hexahedra + low for body, low in pairs]),
+        [replace(body.surface, nodes=body.surface.nodes + low) for body, low in pairs],
+        first,
+    )
+
+
+def drive(held, driven, path, **options):
+    """Hold some nodes, and move others to the corners `path` (m, 3) one after another, each leg as long a part."""
+    path = np.atleast_2d(path)
+    values = np.zeros((len(path), 3 * (len(held) + len(driven))))
+    values[:, 3 * len(held) :] = np.tile(path, (1, len(driven)))
+    corners = tuple((np.arange(len(path)) + 1) / len(path))
+    return Drive(unknowns(np.concatenate([held, driven])), values, corners, **options)
+
+
+def reaction(increment, nodes):
+    """Force (3,) that the outside puts on some nodes."""
+    return increment.response.force.reshape(-1, 3)[nodes].sum(axis=0)

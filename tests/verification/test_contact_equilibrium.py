@@ -1,0 +1,100 @@
+"""Contact forces in balance, in a rotated frame, and with the yarns exchanged."""
+
+import numpy as np
+from contact_bodies import back, crossed_yarns, drive, joined, law, reaction, together
+
+from knitstudy.contact.friction import SLIP, STICK
+from knitstudy.contact.interaction import PASS_SHARE, Contact, ContactHistory
+from knitstudy.fem.increment import Settings
+from knitstudy.fem.linear.lu import LU
+from knitstudy.fem.newton import trace
+from knitstudy.fem.rotation import exp
+
+SIZE = 0.4
+"""Element size of the yarns, whose radius is 1."""
+
+
+def sliding(rotation=None):
+    """Two yarns with disturbed surfaces in two increments: contact, nodes after each, and the slip history.
+
+    Both configurations are turned by `rotation` (3, 3).
+    """
+    rotation = np.eye(3) if rotation is None else rotation
+    nodes, _, grids, first = joined(crossed_yarns(3, 1, gap=0.02, angle=60))
+    apart = ~np.eye(2, dtype=bool)
+    contact = Contact(nodes, grids, law(SIZE, 1.0), meets=apart, margin=0.3, overlap=1e-3)
+    noise = 0.01 * np.random.default_rng(0).normal(size=nodes.shape)
+    upper = (np.arange(len(nodes)) >= first[1])[:, None]
+    one, two = (
+        (nodes + noise + np.where(upper, shift, 0.0)) @ rotation.T
+        for shift in ([0.01, 0.02, -0.08], [0.03, 0.05, -0.09])
+    )
+    history = contact.commit(contact.points(one, nodes @ rotation.T, ContactHistory.empty()))
+    return contact, two, one, history
+
+
+def test_forces_and_moments_balance(verify):
+    """Forces sum up to zero; tractions at both ends of a gap g leave the couple g n x t, and nothing else."""
+    contact, nodes, before, history = sliding()
+    answer = contact.respond(nodes, before, history, stiffness=False)
+    points, active = answer.points, answer.points.active
+    assert {STICK, SLIP} == set(points.status[active])
+    level = np.abs(answer.node_force).sum()
+    verify.at_most(
+        "contact: sum of forces over their sizes", np.abs(answer.node_force.sum(axis=0)).max() / level, 1e-10
+    )
+    weight = PASS_SHARE * contact.quadrature.area[points.history.point[active]]
+    lever = points.projection.distance[active, None] * points.projection.normal[active]
+    couple = weight @ np.cross(lever, points.traction[active])
+    moment = np.cross(nodes, answer.node_force).sum(axis=0)
+    assert np.abs(couple).max() > 1e-5 * level
+    verify.at_most(
+        "contact: moment less the couple of gaps and friction, over forces times radius",
+        np.abs(moment - couple).max() / level,
+        1e-10,
+    )
+
+
+def test_superposed_rotation(verify):
+    """Both configurations rotated: the forces turn with them, and so does what friction remembers."""
+    contact, nodes, before, history = sliding()
+    answer = contact.respond(nodes, before, history, stiffness=False)
+    rotation = exp(np.array([1.1, -0.7, 2.0]))
+    contact, nodes, before, history = sliding(rotation)
+    rotated = contact.respond(nodes, before, history, stiffness=False)
+    turned = answer.node_force @ rotation.T
+    error = np.abs(rotated.node_force - turned).max() / np.abs(turned).max()
+    verify.at_most("contact, superposed rotation: force", error, 1e-10)
+    np.testing.assert_allclose(rotated.energy["friction"], answer.energy["friction"], rtol=1e-10)
+
+
+def test_a_rotation_alone_adds_no_friction(verify):
+    """Bodies in contact that turn together between two increments: old tractions turn, and nothing slips."""
+    contact, _, before, history = sliding()
+    still = contact.respond(before, before, history, stiffness=False)
+    rotation = exp(np.array([0.6, -0.4, 0.9]))
+    turned = contact.respond(before @ rotation.T, before, history, stiffness=False)
+    error = np.abs(turned.node_force - still.node_force @ rotation.T).max() / np.abs(still.node_force).max()
+    verify.at_most("contact turned within an increment: force", error, 1e-10)
+
+
+def test_exchanged_yarns(verify):
+    """Neither yarn is master or slave: pressed and slid, the result is the same in either order."""
+    up = np.array([0, 0, 1.0])
+    results = []
+    for order in ((0, 1), (1, 0)):
+        pair = crossed_yarns(3, 1, length=4.0, angle=60)
+        bodies = [pair[k] for k in order]
+        model, first = together(bodies, law(SIZE, 0.3), size=SIZE)
+        low = {k: first[place] for place, k in enumerate(order)}
+        held, driven = back(pair[0], -up) + low[0], back(pair[1], up) + low[1]
+        settings = Settings(increments=4, residual_tolerance=1e-11, correction_tolerance=1e-9)
+        *_, end = trace(model, drive(held, driven, [[0, 0, -0.1], [0.2, 0.1, -0.1]]), settings, LU())
+        assert SLIP in model.contact_points(end.state).status
+        moved = [end.state.displacement[low[k] : low[k] + len(pair[k].nodes)] for k in (0, 1)]
+        results.append((np.concatenate(moved), reaction(end, driven)))
+    (moved, force), (moved_too, force_too) = results
+    verify.at_most(
+        "yarns exchanged: displacement", np.abs(moved - moved_too).max() / np.abs(moved).max(), 1e-8
+    )
+    verify.at_most("yarns exchanged: reaction", np.abs(force - force_too).max() / np.abs(force).max(), 1e-8)
