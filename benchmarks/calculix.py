@@ -99,7 +99,7 @@ def _here(simulation: dns.Simulation, label: str, model: SolidModel) -> Pull:
 
 def _forces(simulation: dns.Simulation, model: SolidModel):
     """Reaction and iterations of every increment; increments are dropped as soon as they are read."""
-    pulled = simulation.drive.fixed[simulation.drive.value != 0]
+    pulled = simulation.drive.fixed[simulation.drive.value[-1] != 0]
     for increment in trace(model, simulation.drive, simulation.settings, simulation.solver):
         if increment.index:
             yield float(increment.response.force[pulled].sum()), increment.newton_iterations

@@ -66,6 +66,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--size", type=float, help="element size in m, instead of the scene's")
     parser.add_argument("--increments", type=int, help="instead of the scene's")
     parser.add_argument("--tied-rows", choices=("outer", "none"), help="instead of the scene's")
+    parser.add_argument("--friction", type=float, help="instead of the scene's")
     parser.add_argument("--first-step", action="store_true", help="CalculiX without a step of rest as well")
     parser.add_argument("--threads", type=int, default=1, help="of both codes (%(default)s)")
     parser.add_argument("--log", help="file that keeps the table")
@@ -81,6 +82,7 @@ def _scene(options: argparse.Namespace) -> Scene:
         ("mesh", "size"): options.size,
         ("solver", "increments"): options.increments,
         ("contact", "tied_rows"): options.tied_rows,
+        ("contact", "friction"): options.friction,
         ("yarn", "material"): "st_venant_kirchhoff",
         ("solver", "hourglass"): CALCULIX_HOURGLASS * (1 + document["yarn"]["poisson_ratio"]),
         ("load", "stops"): [],

@@ -91,8 +91,10 @@ class CalculiX:
         normal = f"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{NUMBER % law.normal}, 1.0\n"
         if law.friction == 0:
             return normal
-        friction = min(law.friction, ROUGH)
-        return normal + f"*FRICTION\n{NUMBER % friction}, {NUMBER % law.tangential}\n"
+        rough = math.isinf(law.friction)
+        comment = "** Rough contact: no friction coefficient is that large, but see docs/calculix.md.\n"
+        friction = f"*FRICTION\n{NUMBER % (ROUGH if rough else law.friction)}, {NUMBER % law.tangential}\n"
+        return normal + (comment if rough else "") + friction
 
     def steps(self, deck: Deck) -> tuple[Step, ...]:
         """Those of the deck, with contact after a step in which nothing is driven.
