@@ -66,8 +66,8 @@ def test_friction_acts_against_what_yarns_moved_before_they_touched(pull):
     assert first[0] == pytest.approx(-FRICTION * first[2], rel=1e-3)
 
 
-def test_there_is_no_rough_contact(pull):
-    """Its stand-in, a friction coefficient that nothing exceeds, meets the motion before touching at full stiffness."""
+def test_rough_contact_meets_motion_before_touching_at_full_stiffness(pull):
+    """Its stand-in is a friction coefficient that nothing exceeds."""
     straight = pull([[0, 0, DOWN]], 5, "rough")
     np.testing.assert_allclose(straight[-1], pull([[0, 0, DOWN]], 5)[-1], rtol=1e-3, atol=1e-3)
     with pytest.raises(ConvergenceError, match="diverge"):
