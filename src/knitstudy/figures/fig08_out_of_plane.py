@@ -66,7 +66,7 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
         triad(axes, view, 2.5, (0.9, 0.02))
     strain, contraction = float(dns["strain"][-1]), transverse_contraction(dns)
     panel_letter(panels[0], "a", f"{strain:.2%} strain, {contraction:.2%} transverse contraction")
-    panel_letter(panels[1], "b", "interfacial forces on the lower yarn of each crossing")
+    panel_letter(panels[1], "b", "interfacial forces on the lower rows' yarns")
     scale_bar(panels[0], 5, (0.02, 0.0))
     _colour_bar(drawing, norm, FOOT / (height + FOOT + HEAD))
     _draw_forces(panels[1], contacts)

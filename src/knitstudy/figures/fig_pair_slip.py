@@ -10,13 +10,16 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.style import DOUBLE, FAINT, INK, figure, panel_letter, styled
+from knitstudy.figures.style import DOUBLE, FAINT, INK, SINGLE, figure, panel_letter, styled
 from knitstudy.scene import Scene
 
 MICROMETRE = 1e6
 
-HEIGHT = 105.0
+HEIGHT = 110.0
 """Of the figure [mm]."""
+
+MARGIN = 16.0
+"""Room for the labels at the left [mm]."""
 
 PATHS = {
     "tied": {"color": INK, "linestyle": "-", "marker": "o"},
@@ -83,17 +86,22 @@ def draw(pairs_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) 
         if len(scenes[name].load.path) > 1
     ]
     angles = sorted({slide.scene.pair.angle for slide in slides}, reverse=True)
-    drawing = figure(DOUBLE if len(angles) > 1 else DOUBLE / 2, HEIGHT)
+    width = DOUBLE if len(angles) > 1 else 1.3 * SINGLE
+    drawing = figure(width, HEIGHT)
     rows = drawing.subplots(2, max(len(angles), 1), sharex="col", squeeze=False)
-    drawing.subplots_adjust(left=0.09, right=0.98, bottom=0.19, top=0.93, wspace=0.22, hspace=0.14)
+    drawing.subplots_adjust(left=MARGIN / width, right=0.98, bottom=0.22, top=0.94, wspace=0.22, hspace=0.14)
     for column, angle in enumerate(angles):
         here = [slide for slide in slides if slide.scene.pair.angle == angle]
         _draw_angle(rows[:, column], here)
         panel_letter(rows[0, column], "ab"[column % 2], f"crossed at {angle:g}°")
     rows[0, 0].set_ylabel("tangential force (N)")
     rows[1, 0].set_ylabel("normal force (N)")
-    handles, labels = rows[0, 0].get_legend_handles_labels()
-    drawing.legend(handles, labels, loc="lower center", ncols=4)
+    looks = {
+        label: handle
+        for axes in rows[0]
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    drawing.legend(looks.values(), looks.keys(), loc="lower center", ncols=2)
     return drawing
 
 
@@ -116,5 +124,5 @@ def _draw_angle(axes: tuple[Axes, Axes], slides: list[Slide]) -> None:
                 label=label,
             )
     axes[0].axhline(0, color=FAINT, linewidth=0.6, zorder=0)
-    axes[1].set(xlabel="distance slid (µm)")
+    axes[1].set(xlabel="relative displacement along the slide (µm)")
     axes[1].set_ylim(0, None)
