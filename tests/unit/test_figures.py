@@ -71,12 +71,11 @@ def touching(knit):
 
 @pytest.fixture(scope="module")
 def pairs(plain_scene):
-    """Contacts and scenes of a pair that slides, one that slides and comes back, and one that is only pressed."""
+    """Contacts and scenes of a pair that slides, and of one that slides and comes back."""
     there, press = [2e-5, 0.0, -1e-5], [0.0, 0.0, -1e-5]
     made = {
         "slid": ([press, there], [0.0, 0.0, 1e-6, 2e-5]),
         "reversed": ([press, there, press], [0.0, 0.0, 2e-5, 1.9e-5, 0.0]),
-        "pressed": ([press], [0.0, 0.0]),
     }
     return {
         "pairs_contacts": {
@@ -309,7 +308,7 @@ def test_slide_of_a_pair_by_hand(pairs):
     assert slide.kind == "slid and reversed"
 
 
-def test_pairs_that_do_not_slide_are_left_out(drawn):
+def test_slides_are_drawn_with_the_limit_of_friction(drawn):
     tangential, _ = drawn("fig_pair_slip").axes
     labels = [line.get_label() for line in tangential.get_lines() if not line.get_label().startswith("_")]
     assert labels == ["slid", "slid and reversed", "± friction coefficient times normal force"]

@@ -254,14 +254,16 @@ def test_sweep_of_friction_is_that_of_the_mesh_with_most_coefficients(direct):
     assert friction_sweep([]) == []
 
 
-def test_pairs_are_no_knits(direct, plain_scene):
-    path = [[0.0, 0.0, -1e-5]]
-    pressed = synthetic.pair_scene(plain_scene, path).replace("name", "pressed")
-    tied = synthetic.pair_scene(plain_scene, path, interaction="tie").replace("name", "tied")
-    roles = roles_of([tied, pressed, direct("knit", "tie")], TIED_COURSE)
+def test_pairs_are_no_knits_and_slide(direct, plain_scene):
+    press, slide = [0.0, 0.0, -1e-5], [2e-5, 0.0, -1e-5]
+    pressed = synthetic.pair_scene(plain_scene, [press]).replace("name", "pressed")
+    slid = synthetic.pair_scene(plain_scene, [press, slide]).replace("name", "slid")
+    tied = synthetic.pair_scene(plain_scene, [press, slide], interaction="tie").replace("name", "tied")
+    roles = roles_of([tied, pressed, slid, direct("knit", "tie")], TIED_COURSE)
     assert roles["dns"].name == "knit"
-    assert [scene.name for scene in roles["pairs"]] == ["tied", "pressed"]
+    assert [scene.name for scene in roles["pairs"]] == ["tied", "slid"]
     assert "frictions" not in roles
+    assert "pairs" not in roles_of([pressed], {})
 
 
 def test_sources_of_one_name_are_read_by_scene(tmp_path, direct):

@@ -78,17 +78,13 @@ def draw(pairs_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) 
     pairs_contacts : mapping of str to Dataset
         What happens at the crossings of pairs of yarns, by scene (see docs/architecture.md).
     scenes : mapping of str to Scene
-        Their scenes. Those without a slide are left out.
+        Their scenes: the second leg of each path is the slide.
     """
-    slides = [
-        Slide.of(contacts, scenes[name])
-        for name, contacts in pairs_contacts.items()
-        if len(scenes[name].load.path) > 1
-    ]
+    slides = [Slide.of(contacts, scenes[name]) for name, contacts in pairs_contacts.items()]
     angles = sorted({slide.scene.pair.angle for slide in slides}, reverse=True)
     width = DOUBLE if len(angles) > 1 else 1.3 * SINGLE
     drawing = figure(width, HEIGHT)
-    rows = drawing.subplots(2, max(len(angles), 1), sharex="col", squeeze=False)
+    rows = drawing.subplots(2, len(angles), sharex="col", squeeze=False)
     drawing.subplots_adjust(left=MARGIN / width, right=0.98, bottom=0.22, top=0.94, wspace=0.22, hspace=0.14)
     for column, angle in enumerate(angles):
         here = [slide for slide in slides if slide.scene.pair.angle == angle]

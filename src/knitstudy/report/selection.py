@@ -3,7 +3,7 @@
 - "dns", "rom3d", "rom2d": one direct simulation and the reduced models made from it.
 - "tie", "rough", "isotropic", "untied": direct simulations like that one but for the interaction, to be compared.
 - "frictions": several of one mesh with different coefficients of friction, ties and rough contact beside them.
-- "pairs": all pairs of crossing yarns.
+- "pairs": all pairs of crossing yarns that are pressed on each other and then slide.
 """
 
 from __future__ import annotations
@@ -88,8 +88,8 @@ def friction_sweep(scenes: Iterable[Scene]) -> list[Scene]:
 
 
 def pairs(scenes: Iterable[Scene]) -> list[Scene]:
-    """Return the direct simulations of two crossing yarns."""
-    return [scene for scene in scenes if scene.fidelity == "dns" and scene.specimen == "pair"]
+    """Return the direct simulations of two crossing yarns that slide: their paths have more legs than one."""
+    return [scene for scene in scenes if scene.specimen == "pair" and len(scene.load.path) > 1]
 
 
 def _family(dns: Scene, scenes: list[Scene]) -> dict[str, Scene]:
