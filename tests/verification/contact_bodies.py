@@ -103,7 +103,18 @@ def law(size, friction=0.0, normal=10.0, tangential=10.0, modulus=MODULUS):
     return Coulomb(normal * modulus / size, tangential * modulus / size, friction)
 
 
-def together(bodies, law, *, size, modulus=MODULUS, material="hencky", points=3, margin=None, **options):
+def together(
+    bodies,
+    law,
+    *,
+    size,
+    modulus=MODULUS,
+    poisson=POISSON,
+    material="hencky",
+    points=3,
+    margin=None,
+    **options,
+):
     """SolidModel of bodies in contact with each other, and the first node of each body.
 
     Further options are those of SolidModel.
@@ -113,7 +124,7 @@ def together(bodies, law, *, size, modulus=MODULUS, material="hencky", points=3,
     contact = Contact(
         nodes, grids, law, meets=meets, points=points, margin=margin or 0.5 * size, overlap=1e-3 * size
     )
-    elements = OnePointHexahedron(nodes[hexahedra], Material(material, modulus, POISSON))
+    elements = OnePointHexahedron(nodes[hexahedra], Material(material, modulus, poisson))
     options = {"penetration": Penetration(0.1 * size)} | options
     return SolidModel(nodes, hexahedra, elements, size, contact=contact, **options), first
 
