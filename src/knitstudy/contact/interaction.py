@@ -19,7 +19,7 @@ from knitstudy.contact.kinematics import Kinematics
 from knitstudy.contact.projection import Projection, project
 from knitstudy.contact.quadrature import Quadrature
 from knitstudy.contact.search import Candidates, Search
-from knitstudy.contact.surface import Grid, Stencil, Surfaces
+from knitstudy.contact.surface import Grid, Stencil, Surfaces, interpolate
 from knitstudy.errors import ConvergenceError, MeshError
 
 PASS_SHARE = 0.5
@@ -52,6 +52,8 @@ class ContactHistory:
         Convected coordinates at which the point would carry no tangential traction.
     slip : ndarray, shape (c,)
         Length slipped since it first touched [m].
+    status : ndarray of int, shape (c,)
+        OPEN, STICK or SLIP.
     dissipated : ndarray, shape ()
         Work of friction so far [J].
     """
@@ -64,15 +66,15 @@ class ContactHistory:
     multiplier: np.ndarray
     anchor: np.ndarray
     slip: np.ndarray
+    status: np.ndarray
     dissipated: np.ndarray
 
     @classmethod
     def empty(cls) -> ContactHistory:
         """Return the history of a model in which nothing has touched yet."""
         number, value = np.empty(0, dtype=np.int64), np.empty(0)
-        return cls(
-            number, number, np.empty((0, 2)), value, value, value, np.empty((0, 2)), value, np.zeros(())
-        )
+        places = np.empty((0, 2))
+        return cls(number, number, places, value, value, value, places, value, number, np.zeros(()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,6 +130,16 @@ class ContactPoints:
             [self.history.point[active], self.history.surface[active], self.status[active]], axis=1
         )
         return table[np.lexsort(table.T)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Followed:
+    """Pairs of one search: the history asked about, that history over all pairs, points' stencils, where nodes were."""
+
+    source: ContactHistory
+    history: ContactHistory
+    own: Stencil
+    searched: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,8 +207,8 @@ class Contact:
         if meets is None:
             meets = np.ones((len(grids), len(grids)), dtype=bool)
         self._search = Search(self.surfaces, self.quadrature, nodes, meets)
-        self._followed = np.unique(np.concatenate([np.ravel(grid.nodes) for grid in grids]))
-        self._last: tuple[ContactHistory, ContactHistory, np.ndarray] | None = None
+        self._skin = np.unique(np.concatenate([np.ravel(grid.nodes) for grid in grids]))
+        self._followed: _Followed | None = None
         deepest = -self.smallest_gap(self.points(nodes, nodes, ContactHistory.empty()))
         if deepest > overlap:
             raise MeshError(
@@ -216,8 +228,9 @@ class Contact:
         history : ContactHistory
             Of that increment.
         """
-        history = self._follow(nodes, before, history)
-        position = self._search.positions(history.point, nodes)
+        followed = self._follow(nodes, before, history)
+        history = followed.history
+        position = interpolate(followed.own.value, followed.own.nodes, nodes)
         projection, gap = self._project(history, position, nodes)
         law = self.law
         # A point that has closed within this increment has slid in contact only for the rest of it.
@@ -249,18 +262,21 @@ class Contact:
         self, nodes: np.ndarray, before: np.ndarray, history: ContactHistory, stiffness: bool
     ) -> ContactResponse:
         """Return forces and, if asked, the tangent; parameters as in `points`."""
-        points = self.points(nodes, before, history)
+        return self.forces(self.points(nodes, before, history), stiffness)
+
+    def forces(self, points: ContactPoints, stiffness: bool) -> ContactResponse:
+        """Return the forces of pairs that `points` has evaluated and, if asked, the tangent."""
         active = points.active
         weight = PASS_SHARE * self.quadrature.area[points.history.point[active]]
         own, other = self._stencils(points, active)
         force = points.traction[active] - points.pressure[active, None] * points.projection.normal[active]
         force *= weight[:, None]
-        node_force = np.zeros_like(nodes)
+        node_force = np.zeros_like(self.nodes)
         for stencil, sign in ((own, 1.0), (other, -1.0)):
             shares = sign * stencil.value[:, :, None] * force[:, None, :]
             for i in range(3):
                 node_force[:, i] += np.bincount(
-                    stencil.nodes.ravel(), shares[..., i].ravel(), minlength=len(nodes)
+                    stencil.nodes.ravel(), shares[..., i].ravel(), minlength=len(node_force)
                 )
         answer = ContactResponse(points, node_force, self._energy(points, active, weight))
         if not stiffness:
@@ -292,7 +308,7 @@ class Contact:
         slip = points.slip.copy()
         slip[slips] *= np.divide(limit, size, out=np.zeros_like(size), where=size > 0)[:, None]
         length = law.slipped(points.trial, points.pressure)
-        return ContactHistory(
+        committed = ContactHistory(
             point=history.point,
             surface=history.surface,
             xi=points.projection.xi,
@@ -301,8 +317,11 @@ class Contact:
             multiplier=np.where(touches, history.multiplier, 0.0),
             anchor=np.where(touches[:, None], points.projection.xi - slip, points.projection.xi),
             slip=np.where(touches, history.slip + length, 0.0),
+            status=points.status,
             dissipated=np.asarray(history.dissipated + self._dissipation(points)),
         )
+        self._continue(history, committed)
+        return committed
 
     def augment(self, points: ContactPoints) -> ContactHistory:
         """Return the history with multipliers (Uzawa) that carry the present pressure without penetration."""
@@ -310,13 +329,15 @@ class Contact:
         touches = points.status != OPEN
         fresh = touches & (history.pressure <= 0)
         anchor = np.where(fresh[:, None], points.projection.xi - points.slip, history.anchor)
-        return replace(
+        augmented = replace(
             history,
             multiplier=-points.pressure,
             anchor=anchor,
             # Positive from now on, so that the anchor stays where the point touched first.
             pressure=np.where(fresh, np.finfo(float).tiny, history.pressure),
         )
+        self._continue(history, augmented)
+        return augmented
 
     def reference(self, point: np.ndarray) -> np.ndarray:
         """Return the undeformed positions (k, 3) of Gauss points (k,) [m]."""
@@ -328,17 +349,23 @@ class Contact:
 
     # ---- candidates -----------------------------------------------------------------------------------------
 
-    def _follow(self, nodes: np.ndarray, before: np.ndarray, history: ContactHistory) -> ContactHistory:
-        """Return the history over all pairs that may touch now."""
-        if self._last is not None:
-            source, followed, searched = self._last
-            moved = nodes[self._followed] - searched[self._followed]
-            if source is history and np.einsum("ni,ni->n", moved, moved).max() <= (0.5 * self.margin) ** 2:
-                return followed
+    def _follow(self, nodes: np.ndarray, before: np.ndarray, history: ContactHistory) -> _Followed:
+        """Return the history over all pairs that may touch now; what is kept only saves time."""
+        kept = self._followed
+        if kept is not None and kept.source is history:
+            moved = nodes[self._skin] - kept.searched[self._skin]
+            if np.einsum("ni,ni->n", moved, moved).max() <= (0.5 * self.margin) ** 2:
+                return kept
         found = self._search.find(nodes, self.margin)
-        followed = self._merge(found, nodes, before, history)
-        self._last = (history, followed, nodes)
-        return followed
+        merged = self._merge(found, nodes, before, history)
+        own = self._search.stencil(merged.point)
+        self._followed = _Followed(history, merged, own, nodes)
+        return self._followed
+
+    def _continue(self, history: ContactHistory, successor: ContactHistory) -> None:
+        """Go on with the pairs of one search under the history that follows."""
+        if self._followed is not None and self._followed.history is history:
+            self._followed = replace(self._followed, source=successor, history=successor)
 
     def _merge(
         self, found: Candidates, nodes: np.ndarray, before: np.ndarray, history: ContactHistory
@@ -359,6 +386,7 @@ class Contact:
             multiplier=np.zeros(keep.sum()),
             anchor=projection.xi[keep],
             slip=np.zeros(keep.sum()),
+            status=np.full(keep.sum(), OPEN),
             dissipated=history.dissipated,
         )
         known = _same_pair(new, history)
@@ -399,8 +427,7 @@ class Contact:
     # ---- stiffness ------------------------------------------------------------------------------------------
 
     def _stencils(self, points: ContactPoints, active: np.ndarray) -> tuple[Stencil, Stencil]:
-        quadrature, point = self.quadrature, points.history.point[active]
-        own = self.surfaces.stencil(quadrature.surface[point], quadrature.xi[point])
+        own = self._search.stencil(points.history.point[active])
         other = points.projection.stencil
         return own, Stencil(
             other.nodes[active], other.value[active], other.first[active], other.second[active]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from knitstudy.contact.crossing import CrossingFacets
-from knitstudy.contact.friction import STICK
+from knitstudy.contact.friction import OPEN, STICK
 from knitstudy.contact.interaction import PASS_SHARE, Contact, ContactPoints
 
 COLUMNS = {
@@ -34,15 +34,14 @@ def touching_points(contact: Contact, points: ContactPoints, facets: CrossingFac
     ----------
     contact : Contact
     points : ContactPoints
-        Of a converged increment.
+        Of a converged increment, after its history was brought up to date.
     facets : CrossingFacets
     """
-    active = points.active
     quadrature, history = contact.quadrature, points.history
+    active = np.flatnonzero(history.status != OPEN)
     point, target = history.point[active], history.surface[active]
     yarn = quadrature.surface[point]
     crossing, side = facets.nearest(yarn, target, quadrature.xi[point, 0])
-    slip = history.slip[active] + contact.law.slipped(points.trial, points.pressure)[active]
     return {
         "crossing": crossing,
         "side": side,
@@ -57,8 +56,8 @@ def touching_points(contact: Contact, points: ContactPoints, facets: CrossingFac
         # Traction of the law acts with the internal force; on the yarn it is the reaction.
         "traction": -points.traction[active],
         "gap": points.gap[active],
-        "slip": slip,
-        "sticks": (points.status[active] == STICK).astype(np.int8),
+        "slip": history.slip[active],
+        "sticks": (history.status[active] == STICK).astype(np.int8),
     }
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from knitstudy.contact.quadrature import Quadrature
-from knitstudy.contact.surface import Surfaces, interpolate
+from knitstudy.contact.surface import Stencil, Surfaces, interpolate
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +76,12 @@ class Search:
 
     def positions(self, point: np.ndarray, nodes: np.ndarray) -> np.ndarray:
         """Return where points (k,) are [m], of current nodes (N, 3)."""
-        stencil = self.surfaces.stencil(self.quadrature.surface[point], self.quadrature.xi[point])
+        stencil = self.stencil(point)
         return interpolate(stencil.value, stencil.nodes, nodes)
+
+    def stencil(self, point: np.ndarray) -> Stencil:
+        """Return the stencils of points (k,)."""
+        return self.surfaces.stencil(self.quadrature.surface[point], self.quadrature.xi[point])
 
     def _centres(self, nodes: np.ndarray) -> np.ndarray:
         return np.concatenate([nodes[grid.nodes].mean(axis=1) for grid in self.surfaces.grids])

@@ -125,6 +125,7 @@ class _Path:
         residuals = [self._residual(response)]
         correction = np.inf
         tangent_is_stale = True
+        changed = response.status is not None
         settled = 0
         while True:
             balanced = residuals[-1] <= settings.residual_tolerance
@@ -148,13 +149,15 @@ class _Path:
             if tangent_is_stale or not balanced or settings.exact:
                 self._pin(self._tangent(state))
                 tangent_is_stale = False
-            step = self._solve(np.where(self.free, -response.force, 0.0), self._forcing(residuals))
+            forcing = self._forcing(residuals, changed)
+            step = self._solve(np.where(self.free, -response.force, 0.0), forcing)
             before = response
             step, state, response = self._search(state, response, step)
             total += step
             self.newton_iterations += 1
             correction = float(np.max(np.abs(step * model.scale)[self.free], initial=0.0)) / model.length
-            if not response.same_status(before):
+            changed = not response.same_status(before)
+            if changed:
                 correction, tangent_is_stale = np.inf, True
             residuals.append(self._residual(response))
             log.debug(
@@ -235,11 +238,14 @@ class _Path:
         self.seconds["solve"] += time.perf_counter() - started - self.solver.setup_seconds
         return solution.x
 
-    def _forcing(self, residuals: list[float]) -> float:
-        """Relative accuracy of the linear solve that Newton can use (Eisenstat and Walker 1996, choice 2)."""
+    def _forcing(self, residuals: list[float], changed: bool) -> float:
+        """Relative accuracy of the linear solve that Newton can use (Eisenstat and Walker 1996, choice 2).
+
+        While contact points still change their status, more accuracy would be lost with the next change.
+        """
         if self.settings.exact:
             return 1e-12
-        eta = 1e-3
+        eta = 3e-2 if changed else 1e-3
         if len(residuals) > 1:
             eta = min(eta, 0.9 * (residuals[-1] / residuals[-2]) ** 2)
         # Nothing is gained by solving further than the increment has to be balanced.

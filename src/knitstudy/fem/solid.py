@@ -18,6 +18,10 @@ from knitstudy.fem.parallel import threads
 from knitstudy.fem.stabilisation import Stabilisation
 
 
+UNLOADED = 1e-9
+"""Mean force over E h^2 below which solids count as unloaded."""
+
+
 @dataclass(frozen=True)
 class Memory:
     """What solids in contact remember of the last converged increment.
@@ -107,7 +111,10 @@ class SolidModel:
         self.size = 3 * self.assembly.kept
         self.scale = np.ones(self.size)
         self.length = length
+        # Where nothing resists yet, rounding is no measure of a residual.
+        self._least_force = UNLOADED * elements.material.youngs_modulus * length**2
         self._threads = threads()
+        self._evaluated: tuple[SolidState, ContactPoints] | None = None
 
     def start(self) -> SolidState:
         """Return the undeformed state."""
@@ -130,7 +137,9 @@ class SolidModel:
 
     def contact_points(self, state: SolidState) -> ContactPoints:
         """Return all pairs of points and surfaces that are near each other."""
-        return self.contact.points(*self._places(state), state.memory.contact)
+        if self._evaluated is None or self._evaluated[0] is not state:
+            self._evaluated = state, self.contact.points(*self._places(state), state.memory.contact)
+        return self._evaluated[1]
 
     def respond(self, state: SolidState, stiffness: bool) -> Response:
         """Return internal force, energies and, if asked, the tangent."""
@@ -140,7 +149,7 @@ class SolidModel:
         response = Response(
             force=self.assembly.collect(node_force),
             node_force=node_force,
-            mean_force=float(np.mean(np.linalg.norm(answer.force, axis=2))),
+            mean_force=max(float(np.mean(np.linalg.norm(answer.force, axis=2))), self._least_force),
             energy={"internal": float(answer.internal.sum()), "hourglass": float(answer.hourglass.sum())},
             stiffness=None if answer.data is None else self.assembly.matrix(answer.data),
         )
@@ -150,6 +159,10 @@ class SolidModel:
         if self.stabilisation is not None:
             response = self._with_stabilisation(response, state)
         return replace(response, assembly_seconds=summing)
+
+    def loaded(self, response: Response) -> bool:
+        """Return whether forces are more than rounding."""
+        return response.mean_force > 100 * self._least_force
 
     def settle(self, state: SolidState) -> SolidState | None:
         """Return None if nothing penetrates too far, or the state with updated multipliers.
@@ -195,7 +208,7 @@ class SolidModel:
         )
 
     def _with_contact(self, response: Response, state: SolidState, stiffness: bool) -> Response:
-        touch = self.contact.respond(*self._places(state), state.memory.contact, stiffness)
+        touch = self.contact.forces(self.contact_points(state), stiffness)
         response = replace(
             response,
             force=response.force + self.assembly.collect(touch.node_force),

@@ -6,6 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.fem.linear.lu import factorise
+from knitstudy.fem.linear.solver import NOWHERE
 from knitstudy.fem.linear.structure import KnitStructure
 
 
@@ -16,15 +17,25 @@ class CrossingScale:
         self._tied = structure.patch
         self.unknowns = np.empty(0, dtype=np.int64)
 
-    def update(self, matrix: sp.bsr_matrix, touching: np.ndarray) -> None:
-        """Factorise the patches of a matrix: around ties, and around the nodes where contact acts."""
+    def update(
+        self,
+        matrix: sp.bsr_matrix,
+        unsymmetric: sp.bsr_matrix | None = None,
+        touching: np.ndarray = NOWHERE,
+    ) -> None:
+        """Factorise the patches of a matrix: around ties, and around the nodes where contact acts.
+
+        What friction adds lies within the patches, whose factors need no symmetry.
+        """
         patch = np.union1d(self._tied, neighbours(matrix, touching))
         self.unknowns = (3 * patch[:, None] + np.arange(3)).ravel()
         if not len(self.unknowns):
             return
-        rows = _block_rows(matrix, self.unknowns[::3] // 3)
-        self._rows = rows  # (patch, size): by symmetry also the columns
-        self._factors = factorise(rows.tocsc()[:, self.unknowns])
+        self._columns = _block_rows(matrix, patch).T  # (size, patch): by symmetry the rows
+        if unsymmetric is not None and unsymmetric.nnz:
+            self._columns = self._columns + unsymmetric.tocsc()[:, self.unknowns]
+        self._columns = sp.csr_matrix(self._columns)
+        self._factors = factorise(self._columns[self.unknowns])
 
     def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
         """Add the patches' correction and take its effect off the residual, both (size,) in place."""
@@ -32,7 +43,7 @@ class CrossingScale:
             return
         local = self._factors.solve(residual[self.unknowns])
         correction[self.unknowns] += local
-        residual -= self._rows.T @ local
+        residual -= self._columns @ local
 
 
 def neighbours(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:

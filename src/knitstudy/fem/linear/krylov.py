@@ -26,8 +26,8 @@ WASTE = 30
 class Preconditioner(Protocol):
     """An approximate inverse that can be older than the matrix it is applied for."""
 
-    def update(self, matrix: sp.bsr_matrix, touching: np.ndarray) -> None:
-        """Make it anew for a symmetric positive matrix, in which contact acts on some nodes."""
+    def update(self, matrix: sp.bsr_matrix, unsymmetric: sp.bsr_matrix | None, touching: np.ndarray) -> None:
+        """Make it anew for the sum of a symmetric positive matrix and of what makes it unsymmetric, if anything."""
         ...
 
     def apply(self, matrix: sp.bsr_matrix, residual: np.ndarray) -> np.ndarray:
@@ -89,7 +89,7 @@ class Krylov:
         matrix = self._matrix
         if self._unsymmetric is not None and self._unsymmetric.nnz:
             matrix = sp.bsr_matrix(matrix - self._unsymmetric)
-        self.preconditioner.update(matrix, self._touching)
+        self.preconditioner.update(matrix, self._unsymmetric, self._touching)
         self._known = self._touching
         self.setups += 1
         self._fresh, self._waste, self._rate = True, 0.0, 0.0

@@ -6,6 +6,7 @@ import numpy as np
 import pyamg
 import scipy.sparse as sp
 
+from knitstudy.fem.linear.solver import NOWHERE
 from knitstudy.fem.linear.structure import KnitStructure, rigid_modes
 
 
@@ -15,8 +16,13 @@ class AlgebraicMultigrid:
     def __init__(self, structure: KnitStructure) -> None:
         self._nullspace = rigid_modes(structure)
 
-    def update(self, matrix: sp.bsr_matrix, touching: np.ndarray) -> None:
-        """Build the hierarchy of a matrix, wherever contact acts."""
+    def update(
+        self,
+        matrix: sp.bsr_matrix,
+        unsymmetric: sp.bsr_matrix | None = None,
+        touching: np.ndarray = NOWHERE,
+    ) -> None:
+        """Build the hierarchy of the symmetric part, wherever contact acts."""
         smoother = ("block_gauss_seidel", {"sweep": "symmetric", "blocksize": 3})
         self._cycle = pyamg.smoothed_aggregation_solver(
             matrix,

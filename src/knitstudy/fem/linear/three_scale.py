@@ -15,6 +15,7 @@ import scipy.sparse as sp
 
 from knitstudy.fem.linear.crossing import CrossingScale
 from knitstudy.fem.linear.fabric import FabricScale
+from knitstudy.fem.linear.solver import NOWHERE
 from knitstudy.fem.linear.structure import KnitStructure
 from knitstudy.fem.linear.yarn import YarnScale
 
@@ -27,10 +28,15 @@ class ThreeScale:
         self.crossing = CrossingScale(structure)
         self.yarn = YarnScale(structure, dtype)
 
-    def update(self, matrix: sp.bsr_matrix, touching: np.ndarray) -> None:
-        """Make all factors anew."""
+    def update(
+        self,
+        matrix: sp.bsr_matrix,
+        unsymmetric: sp.bsr_matrix | None = None,
+        touching: np.ndarray = NOWHERE,
+    ) -> None:
+        """Make all factors anew; only those of the crossings know what friction adds."""
         self.yarn.update(matrix)
-        self.crossing.update(matrix, touching)
+        self.crossing.update(matrix, unsymmetric, touching)
         self.fabric.update(matrix)
 
     def apply(self, matrix: sp.bsr_matrix, residual: np.ndarray) -> np.ndarray:
