@@ -34,6 +34,7 @@ from knitstudy.fem.stabilisation import Stabilisation
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder, Stations
+from knitstudy.io import write_dataset
 from knitstudy.load_path import Motion, load_path
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.sweep import SweptMesh
@@ -130,6 +131,7 @@ def run(
     specimen: Knit | Pair,
     *,
     checkpoint: Path | None = None,
+    partial: Path | None = None,
     progress: Watcher | None = None,
 ) -> xr.Dataset:
     """Load a specimen of solid yarns as its scene says.
@@ -140,6 +142,9 @@ def run(
         What to simulate; mesh and specimen are those of the scene.
     checkpoint : Path, optional
         Restart file, rewritten at every increment and removed at the end. If it exists, the run goes on from it.
+    partial : Path, optional
+        Where the history of what had converged is written, with the reason as attribute `incomplete`, if full load is
+        not reached; removed when it is.
     progress : callable, optional
         Called with every converged increment.
 
@@ -151,8 +156,8 @@ def run(
     Raises
     ------
     ConvergenceError
-        If the load cannot be reached, or the hourglass control carries load; the restart file keeps what had
-        converged.
+        If the load cannot be reached, yarns penetrate each other or lose contact over an end, or the hourglass
+        control carries load; `checkpoint` and `partial` keep what had converged.
     """
     simulation = assemble(scene, mesh, specimen)
     recorder = simulation.recorder
@@ -161,17 +166,30 @@ def run(
     if resume is not None:
         log.info("going on from increment %d at load factor %.4g (%s)", resume.index, resume.load, checkpoint)
     last = resume
-    with serial_blas():
-        for last in trace(simulation.model, simulation.drive, simulation.settings, simulation.solver, resume):
-            record(simulation, last)
-            if restart:
-                restart.save(last, recorder)
-            require_small_hourglass(simulation.model, last, scene.solver.hourglass)
-            if progress:
-                progress(last)
+    try:
+        with serial_blas():
+            for last in trace(
+                simulation.model, simulation.drive, simulation.settings, simulation.solver, resume
+            ):
+                record(simulation, last)
+                # Before the restart file: a second run must not go on beyond a state that is refused.
+                require_small_hourglass(simulation.model, last, scene.solver.hourglass)
+                if restart:
+                    restart.save(last, recorder)
+                if progress:
+                    progress(last)
+    except ConvergenceError as error:
+        if partial is None or last is None:
+            raise
+        write_dataset(_dataset(simulation, last.state).assign_attrs(incomplete=str(error)), partial, scene)
+        raise ConvergenceError(
+            f"{str(error).rstrip('.')}. The history up to load factor {last.load:.4g} is in {partial}"
+        ) from None
     dataset = _dataset(simulation, last.state)
     if restart:
         restart.remove()
+    if partial:
+        partial.unlink(missing_ok=True)
     return dataset
 
 

@@ -35,7 +35,7 @@ def restart_path(folder: Path | str, scene: Scene, inputs: Iterable[Path | str])
 
 
 def forget_others(restart: Path) -> None:
-    """Delete the restart files of the same scene with other inputs, and the logs beside them."""
+    """Delete the restart files of the same scene with other inputs, and the logs and histories beside them."""
     name = restart.stem[: -DIGITS - 1]
     for path in restart.parent.glob(f"{name}-{DIGITS * '[0-9a-f]'}.*"):
         if path.stem != restart.stem:

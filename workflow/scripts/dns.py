@@ -24,5 +24,6 @@ with stage(snakemake, restart=checkpoint) as progress:
 
     specimen = read_specimen(read_dataset(snakemake.input.knit))
     mesh = SweptMesh.from_dataset(read_dataset(snakemake.input.mesh))
-    history = dns.run(scene, mesh, specimen, checkpoint=checkpoint, progress=watch)
+    partial = checkpoint.with_suffix(".nc")
+    history = dns.run(scene, mesh, specimen, checkpoint=checkpoint, partial=partial, progress=watch)
     write_dataset(history, snakemake.output[0], scene)
