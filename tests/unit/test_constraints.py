@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.fem.constraints import Pinning
+from knitstudy.fem.constraints import Pinning, without
 
 
 def stiffness(kind, seed=0):
@@ -32,3 +32,25 @@ def test_one_pattern_serves_many_matrices():
     pinning = Pinning(first, np.array([0]))
     pinning.apply(second)
     assert not second.toarray()[0, 1:].any()
+
+
+def test_fits_only_its_own_pattern():
+    first, same = stiffness("bsr", 1), stiffness("bsr", 2)
+    pinning = Pinning(first, np.array([0]))
+    assert pinning.fits(same)
+    dense = same.toarray()
+    dense[:3, 6:] = dense[6:, :3] = 1.0
+    assert not pinning.fits(sp.bsr_matrix(dense, blocksize=(3, 3)))
+    dense[:3, 3:] = dense[3:, :3] = 0.0
+    assert not pinning.fits(sp.bsr_matrix(dense, blocksize=(3, 3)))
+
+
+def test_rows_and_columns_are_left_out_of_any_matrix():
+    """Of one that is not symmetric, without a diagonal, and without blocks in some rows."""
+    dense = np.zeros((9, 9))
+    dense[3:6, :] = np.random.default_rng(0).normal(size=(3, 9))
+    matrix, fixed = sp.bsr_matrix(dense, blocksize=(3, 3)), np.array([1, 4, 8])
+    left = without(matrix, fixed).toarray()
+    np.testing.assert_array_equal(matrix.toarray(), dense)
+    dense[fixed] = dense[:, fixed] = 0
+    np.testing.assert_array_equal(left, dense)

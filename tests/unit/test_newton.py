@@ -61,6 +61,14 @@ def test_reaches_full_load_in_the_increments_asked_for():
     assert all(i.residual <= 1e-6 and i.correction <= 1e-6 for i in increments)
 
 
+def test_increments_end_at_stops_and_corners():
+    """Out and back: nothing of the path between corners is cut off, and no rate is carried around one."""
+    path = Drive(np.array([0, 3]), np.array([[0, 3.0], [0, -1.5]]), (0.5, 1.0), (0.3,))
+    increments = list(trace(cubic(), path, Settings(increments=4), LU()))
+    assert [i.load for i in increments] == [0, 0.25, 0.3, 0.5, 0.75, 1]
+    np.testing.assert_allclose([i.state.x[3] for i in increments], [0, 1.5, 1.8, 3, 0.75, -1.5], atol=1e-12)
+
+
 def test_goes_on_from_any_increment():
     whole = list(trace(cubic(), PULL, Settings(increments=4), LU()))
     rest = list(trace(cubic(), PULL, Settings(increments=4), LU(), resume=whole[2]))

@@ -67,6 +67,19 @@ def test_a_larger_tolerance_ties_more(tie, knit, mesh):
     assert (wider.area >= tie.area).all()
 
 
+def test_only_the_rows_asked_for_are_tied(tie, knit, mesh):
+    some, none = (tie_crossings(mesh, knit, 0.05, np.array(rows, dtype=int)) for rows in ([1], []))
+    upper = knit.crossings.row == 1
+    assert set(some.crossing) == set(np.flatnonzero(upper))
+    np.testing.assert_array_equal(np.isfinite(some.area), upper)
+    np.testing.assert_array_equal(np.isfinite(some.centroid).all(axis=1), upper)
+    np.testing.assert_array_equal(some.area[upper], tie.area[upper])
+    assert not some.resultants(np.ones_like(some.nodes))[~upper].any()
+    assert not len(none.slave)
+    np.testing.assert_array_equal(none.nodes, mesh.nodes)
+    np.testing.assert_array_equal(none.kept, np.arange(len(mesh.nodes)))
+
+
 def test_resultants_act_on_the_lower_yarn(tie):
     force = np.zeros_like(tie.nodes)
     force[tie.slave] = [0, 0, 1.0]

@@ -1,0 +1,127 @@
+"""Facets at crossings, and what the points that touch near them add up to."""
+
+import numpy as np
+import pytest
+
+from knitstudy.contact.crossing import REACH, CrossingFacets
+from knitstudy.contact.friction import Coulomb
+from knitstudy.contact.interaction import Contact, ContactHistory
+from knitstudy.contact.record import COLUMNS, crossing_forces, touching_points
+from knitstudy.contact.yarns import yarn_surfaces
+from knitstudy.geometry.pair import Pair
+from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.specimen import mesh_specimen
+
+RADIUS, SIZE = 0.9e-3, 0.45e-3
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return Pair(RADIUS, 60.0, 6e-3, 0.01)
+
+
+@pytest.fixture(scope="module")
+def mesh(pair):
+    return mesh_specimen(pair, SIZE, 1.2)
+
+
+@pytest.fixture(scope="module")
+def facets(pair, mesh):
+    return CrossingFacets.of(pair.crossings, mesh)
+
+
+@pytest.fixture(scope="module")
+def knitted(plain_scene, knit_of):
+    """Crossings of a knit of two rows on its mesh."""
+    knit = knit_of(plain_scene.replace("pattern.loops", 1).replace("pattern.rows", 2))
+    return CrossingFacets.of(knit.crossings, mesh_knit(knit, SIZE))
+
+
+def test_facets_face_each_other(facets, knitted):
+    """The middles of the two facets of a crossing lie at the contact: nearer than half a facet."""
+    for found in (facets, knitted):
+        middle = found.mesh.nodes[found.nodes].mean(axis=2)
+        from_contact = np.linalg.norm(middle - found.crossings.point.mean(axis=1, keepdims=True), axis=2)
+        np.testing.assert_array_less(from_contact, 0.5 * SIZE)
+
+
+def test_facets_lie_on_the_yarns_of_their_crossing(knitted):
+    mesh = knitted.mesh
+    yarn = mesh.yarn_of_slice[knitted.nodes // mesh.section.size]
+    np.testing.assert_array_equal(yarn, np.repeat(knitted.crossings.yarn[:, :, None], 4, axis=2))
+
+
+def test_displacement_is_the_facets_mean(facets, mesh):
+    gradient = np.random.default_rng(0).normal(size=(3, 3))
+    expected = mesh.nodes[facets.nodes].mean(axis=2) @ gradient.T
+    np.testing.assert_allclose(facets.displacement(mesh.nodes @ gradient.T), expected, atol=1e-12)
+
+
+def test_places_belong_to_the_nearest_crossing(knitted):
+    mesh, crossings = knitted.mesh, knitted.crossings
+    for side in range(2):
+        yarn, other = crossings.yarn[:, side], crossings.yarn[:, 1 - side]
+        along = [
+            np.interp(s, mesh.arc_length[mesh.yarn_of_slice == y], np.arange((mesh.yarn_of_slice == y).sum()))
+            for s, y in zip(crossings.arc_length[:, side], yarn, strict=True)
+        ]
+        found, sides = knitted.nearest(yarn, other, np.array(along))
+        np.testing.assert_array_equal(found, np.arange(len(yarn)))
+        np.testing.assert_array_equal(sides, side)
+
+
+def test_places_away_from_crossings_belong_to_none(facets, pair, mesh):
+    s = mesh.arc_length[mesh.yarn_of_slice == 0]
+    along = np.linspace(0, len(s) - 1, 50)
+    zero = np.zeros(50, dtype=int)
+    crossing, side = facets.nearest(zero, zero + 1, along)
+    near = np.abs(np.interp(along, np.arange(len(s)), s) - pair.length / 2) <= REACH * RADIUS
+    assert 0 < near.sum() < 50
+    np.testing.assert_array_equal(crossing, np.where(near, 0, -1))
+    assert not side.any()
+    # Yarns without a crossing of their own.
+    assert (facets.nearest(zero, zero, along)[0] == -1).all()
+
+
+@pytest.fixture(scope="module")
+def touching(mesh, facets):
+    """The upper yarn pressed onto the lower one and slid, all its nodes alike: answer of contact, and columns."""
+    law = Coulomb(1.3e9 / SIZE, 1.3e9 / SIZE, 0.3)
+    contact = Contact(mesh.nodes, yarn_surfaces(mesh), law, margin=0.3 * RADIUS, overlap=1e-2 * SIZE)
+    upper = np.repeat(mesh.yarn_of_slice == 1, mesh.section.size)[:, None]
+    pressed = mesh.nodes + upper * [0, 0, -1e-4]
+    history = contact.commit(contact.points(pressed, mesh.nodes, ContactHistory.empty()))
+    slid = pressed + upper * [2e-6, 1e-6, 0]
+    answer = contact.respond(slid, pressed, history, stiffness=False)
+    committed = contact.points(slid, pressed, contact.commit(answer.points))
+    return answer, touching_points(contact, committed, facets)
+
+
+def test_columns_are_those_of_the_format(touching):
+    _, columns = touching
+    assert tuple(columns) == tuple(COLUMNS)
+    count = len(columns["yarn"])
+    assert count > 10
+    size = {"xyz": 3, "grid": 2}
+    for name, (dims, _, _) in COLUMNS.items():
+        assert columns[name].shape == (count, *(size[dim] for dim in dims)), name
+
+
+def test_points_stick_and_slip_on_both_yarns(touching):
+    _, columns = touching
+    assert set(columns["side"]) == set(columns["sticks"]) == {0, 1}
+    np.testing.assert_array_equal(columns["yarn"], columns["side"])
+    np.testing.assert_array_equal(columns["target"], 1 - columns["side"])
+    assert (columns["pressure"] > 0).all()
+    assert (columns["slip"][columns["sticks"] == 0] > 0).all()
+    size, limit = np.linalg.norm(columns["traction"], axis=1), 0.3 * columns["pressure"]
+    assert (size <= limit * (1 + 1e-9)).all()
+
+
+def test_force_of_a_crossing_is_that_on_the_lower_yarns_nodes(touching, mesh):
+    answer, columns = touching
+    on_lower = -answer.node_force[: mesh.first_slice[1] * mesh.section.size].sum(axis=0)
+    assert on_lower[2] < -1.0
+    assert on_lower[0] > 0.1, "friction draws the lower yarn along"
+    np.testing.assert_allclose(crossing_forces(columns, 1)[0], on_lower, rtol=1e-9)
+    assert not crossing_forces(columns | {"crossing": np.full(len(columns["side"]), -1)}, 1).any()

@@ -1,0 +1,76 @@
+"""Krylov methods on matrices that friction has made unsymmetric, against LU."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from knitstudy.errors import ConvergenceError
+from knitstudy.fem.linear.krylov import Krylov
+from knitstudy.fem.linear.lu import LU
+
+COUNT = 60
+
+
+class Jacobi:
+    """The diagonal as preconditioner; counts how often it was made, and from what."""
+
+    def __init__(self):
+        self.made = []
+
+    def update(self, matrix, unsymmetric, touching):
+        self.made.append((matrix.toarray(), touching))
+        self._diagonal = matrix.diagonal()
+
+    def apply(self, matrix, residual):
+        return residual / self._diagonal
+
+
+def parts(strength=1.0, seed=0):
+    """A symmetric positive matrix, and what makes it unsymmetric: a few strong blocks beside the diagonal."""
+    rng = np.random.default_rng(seed)
+    dense = rng.normal(size=(COUNT, COUNT))
+    positive = sp.bsr_matrix(dense @ dense.T / COUNT + 2 * np.eye(COUNT), blocksize=(3, 3))
+    lopsided = np.zeros((COUNT, COUNT))
+    lopsided[6:12, 30:36] = strength * rng.normal(size=(6, 6))
+    return positive, sp.bsr_matrix(lopsided, blocksize=(3, 3))
+
+
+def test_agrees_with_lu():
+    positive, lopsided = parts()
+    matrix, rhs = sp.bsr_matrix(positive + lopsided), np.random.default_rng(1).normal(size=COUNT)
+    solver, direct = Krylov(Jacobi()), LU()
+    solver.use(matrix, lopsided)
+    direct.use(matrix, lopsided)
+    found = solver.solve(rhs, 1e-12)
+    assert np.linalg.norm(rhs - matrix @ found.x) <= 1.01e-12 * np.linalg.norm(rhs)
+    np.testing.assert_allclose(found.x, direct.solve(rhs, 1e-12).x, atol=1e-10)
+
+
+def test_the_preconditioner_is_of_the_symmetric_part():
+    positive, lopsided = parts()
+    solver = Krylov(Jacobi())
+    solver.use(sp.bsr_matrix(positive + lopsided), lopsided)
+    solver.solve(np.ones(COUNT), 1e-6)
+    ((matrix, _),) = solver.preconditioner.made
+    np.testing.assert_allclose(matrix, positive.toarray(), atol=1e-14)
+
+
+def test_contact_on_new_nodes_renews_the_preconditioner():
+    positive, lopsided = parts()
+    solver = Krylov(Jacobi())
+    for touching, made in (([2, 3], 1), ([3], 1), ([3, 11], 2)):
+        solver.use(sp.bsr_matrix(positive + lopsided), lopsided, np.array(touching))
+        solver.solve(np.ones(COUNT), 1e-6)
+        assert solver.setups == len(solver.preconditioner.made) == made
+
+
+def test_a_singular_matrix_is_an_error():
+    positive, _ = parts()
+    solver = Krylov(Jacobi())
+    # Its last unknown is coupled to nothing, and pulled at.
+    lost = positive.toarray()
+    lost[-1], lost[:, -1] = 0, 0
+    away = sp.bsr_matrix(lost - positive.toarray(), blocksize=(3, 3))
+    solver.use(sp.bsr_matrix(lost, blocksize=(3, 3)), away)
+    with pytest.raises(ConvergenceError, match="the linear solver failed: minimal residuals stagnate"):
+        solver.solve(np.ones(COUNT), 1e-8)
