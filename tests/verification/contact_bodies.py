@@ -113,6 +113,7 @@ def together(
     material="hencky",
     points=3,
     margin=None,
+    overlap=None,
     **options,
 ):
     """SolidModel of bodies in contact with each other, and the first node of each body.
@@ -122,7 +123,13 @@ def together(
     nodes, hexahedra, grids, first = joined(bodies)
     meets = ~np.eye(len(bodies), dtype=bool)
     contact = Contact(
-        nodes, grids, law, meets=meets, points=points, margin=margin or 0.5 * size, overlap=1e-3 * size
+        nodes,
+        grids,
+        law,
+        meets=meets,
+        points=points,
+        margin=margin or 0.5 * size,
+        overlap=overlap or 1e-3 * size,
     )
     elements = OnePointHexahedron(nodes[hexahedra], Material(material, modulus, poisson))
     options = {"penetration": Penetration(0.1 * size)} | options
