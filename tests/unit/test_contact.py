@@ -1,0 +1,161 @@
+"""Which points touch, what they remember, and what they refuse."""
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+from tubes import crossing, hairpin
+
+from knitstudy.contact.friction import OPEN, SLIP, STICK, Coulomb
+from knitstudy.contact.interaction import Contact, ContactHistory
+from knitstudy.errors import ConvergenceError, MeshError
+
+APART = ~np.eye(2, dtype=bool)
+
+
+def contact(nodes, grids, friction=0.3, **options):
+    options = {"margin": 0.2, "overlap": 1e-3} | options
+    return Contact(nodes, grids, Coulomb(10.0, 7.0, friction), **options)
+
+
+@pytest.fixture
+def pressed():
+    """Contact of two tubes, their nodes before and after the upper one was pressed on, and the mask of its nodes."""
+    nodes, grids, upper = crossing(0.02)
+    return (
+        contact(nodes, grids, meets=APART),
+        nodes,
+        nodes + np.where(upper[:, None], [0, 0, -0.08], 0),
+        upper,
+    )
+
+
+def active(points):
+    """Pairs (point, surface) that touch."""
+    return set(zip(points.history.point[points.active], points.history.surface[points.active], strict=True))
+
+
+def test_both_surfaces_touch_where_they_overlap(pressed):
+    answer, before, nodes, upper = pressed
+    points = answer.points(nodes, before, ContactHistory.empty())
+    where = answer.quadrature.surface[points.history.point[points.active]]
+    assert set(where) == {0, 1}
+    assert points.gap.min() == pytest.approx(-0.06, abs=3e-3)
+    np.testing.assert_allclose(points.pressure[points.active], -10 * points.gap[points.active])
+    away = answer.points(before, before, ContactHistory.empty())
+    assert not len(away.active)
+    assert answer.smallest_gap(away) == pytest.approx(0.02, abs=3e-3)
+
+
+def test_the_search_misses_nothing(pressed):
+    """All points as near to the other tube as the margin are followed."""
+    answer, before, nodes, upper = pressed
+    points = answer.points(before, before, ContactHistory.empty())
+    followed = set(zip(points.history.point, points.history.surface, strict=True))
+    everywhere = np.arange(len(answer.quadrature.area))
+    position = answer.reference(everywhere)
+    side = answer.quadrature.surface
+    for number in (0, 1):
+        mine = np.flatnonzero(side == number)
+        distance, _ = cKDTree(position[side != number]).query(position[mine])
+        near = mine[distance < 0.9 * answer.margin]
+        assert len(near) > 0
+        assert {(point, 1 - number) for point in near} <= followed
+
+
+def test_what_was_far_away_touches_within_one_increment():
+    nodes, grids, upper = crossing(3.0)
+    answer = contact(nodes, grids, meets=APART)
+    assert not len(answer.points(nodes, nodes, ContactHistory.empty()).gap)
+    moved = nodes + np.where(upper[:, None], [0.5, 0.3, -3.06], 0)
+    points = answer.points(moved, nodes, ContactHistory.empty())
+    assert len(points.active) > 10
+    assert points.gap.min() == pytest.approx(-0.06, abs=5e-3)
+    # Of the way of 3 m, all but the last 0.06 was in the air.
+    assert points.slip_share[points.active].max() < 0.03
+
+
+def test_surfaces_that_do_not_meet_are_left_alone():
+    nodes, grids, _ = crossing(0.02)
+    answer = contact(nodes, grids, meets=np.eye(2, dtype=bool))
+    assert not len(answer.points(nodes, nodes, ContactHistory.empty()).gap)
+
+
+def test_a_yarn_touches_itself():
+    nodes, grid = hairpin(4.0)
+    answer = contact(nodes, [grid])
+    assert not len(answer.points(nodes, nodes, ContactHistory.empty()).active)
+    # The legs turn towards each other about the bend.
+    share = np.clip(-nodes[:, 0] / 8, 0, 1)
+    moved = nodes + (np.where(nodes[:, 1] > 2, -1.05, 1.05) * share)[:, None] * [0, 1.0, 0]
+    points = answer.points(moved, nodes, ContactHistory.empty())
+    assert len(points.active) > 0
+    row = answer.quadrature.xi[points.history.point[points.active], 0]
+    assert np.all(np.abs(row - points.projection.xi[points.active, 0]) > 10)
+
+
+def test_friction_remembers_where_points_stuck(pressed):
+    answer, before, nodes, upper = pressed
+    history = answer.commit(answer.points(nodes, before, ContactHistory.empty()))
+    shift = np.where(upper[:, None], [0.001, 0, 0], 0)
+    there = answer.points(nodes + shift, nodes, history)
+    old = there.history.pressure > 0
+    middle = old & (there.pressure > 0.5 * there.pressure.max())
+    assert set(there.status[middle]) == {STICK}
+    back = answer.points(nodes, nodes + shift, answer.commit(there))
+    still = answer.points(nodes, nodes, history)
+    np.testing.assert_allclose(back.traction[middle], still.traction[middle], atol=1e-9)
+
+
+def test_slip_adds_up_and_is_forgotten_when_a_point_opens(pressed):
+    answer, before, nodes, upper = pressed
+    history, slid = answer.commit(answer.points(nodes, before, ContactHistory.empty())), nodes
+    for _ in range(2):
+        last, slid = slid, slid + np.where(upper[:, None], [0.05, 0, 0], 0)
+        points = answer.points(slid, last, history)
+        deep = points.pressure > 0.8 * points.pressure.max()
+        assert set(points.status[deep]) == {SLIP}
+        history = answer.commit(points)
+    # All of the way but what is still elastic.
+    np.testing.assert_allclose(history.slip[deep], 0.1 - 0.3 * points.pressure[deep] / 7, atol=5e-3)
+    assert history.dissipated > 0
+    lifted = slid + np.where(upper[:, None], [0, 0, 0.1], 0)
+    points = answer.points(lifted, slid, history)
+    assert np.all(points.status == OPEN)
+    after = answer.commit(points)
+    assert not after.slip.any()
+    assert after.dissipated == history.dissipated
+
+
+def test_a_rotation_of_both_changes_no_pair(pressed):
+    answer, before, nodes, _ = pressed
+    history = answer.commit(answer.points(nodes, before, ContactHistory.empty()))
+    turn = np.array([[0, -1.0, 0], [1.0, 0, 0], [0, 0, 1.0]])
+    here, there = answer.points(nodes, nodes, history), answer.points(nodes @ turn.T, nodes, history)
+    assert active(here) == active(there)
+
+
+def test_multipliers_carry_the_pressure_without_penetration(pressed):
+    answer, before, nodes, upper = pressed
+    points = answer.points(nodes, before, ContactHistory.empty())
+    history = answer.augment(points)
+    again = answer.points(nodes, before, history)
+    np.testing.assert_allclose(
+        again.pressure[again.active], points.pressure[points.active] - 10 * points.gap[points.active]
+    )
+    np.testing.assert_allclose(again.slip[again.active], points.slip[points.active])
+
+
+def test_surfaces_that_overlap_from_the_start_are_refused():
+    nodes, grids, _ = crossing(-0.05)
+    with pytest.raises(MeshError, match="overlap by 0.048 m"):
+        contact(nodes, grids, meets=APART)
+
+
+def test_sliding_over_the_end_of_a_surface_is_refused():
+    nodes, grids, upper = crossing(0.02)
+    answer = contact(nodes, grids, meets=APART)
+    on = nodes + np.where(upper[:, None], [2.8, 0, -0.08], 0)
+    history = answer.commit(answer.points(on, nodes, ContactHistory.empty()))
+    off = on + np.where(upper[:, None], [1.0, 0, 0], 0)
+    with pytest.raises(ConvergenceError, match="over the end of a surface"):
+        answer.commit(answer.points(off, on, history))

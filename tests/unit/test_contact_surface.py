@@ -1,0 +1,124 @@
+import numpy as np
+import pytest
+from tubes import tube
+
+from knitstudy.contact.projection import project
+from knitstudy.contact.quadrature import Quadrature
+from knitstudy.contact.surface import Grid, Surfaces, interpolate
+
+RNG = np.random.default_rng(0)
+
+
+@pytest.fixture
+def sheet():
+    """An open grid with nodes anywhere near a plane."""
+    x, y = np.meshgrid(np.arange(5.0), np.arange(6.0), indexing="ij")
+    nodes = np.stack([y, x, 0 * x], axis=-1).reshape(-1, 3)
+    return nodes, Surfaces([Grid(np.arange(30).reshape(5, 6), closed=False)])
+
+
+def places(surfaces, count, number=0):
+    """Places anywhere on a surface."""
+    span = surfaces.cells[number]
+    return np.full(count, number), RNG.uniform(0, 1, (count, 2)) * span
+
+
+def test_a_surface_goes_through_its_nodes():
+    nodes, grid = tube()
+    surfaces = Surfaces([grid])
+    row, column = np.meshgrid(np.arange(13), np.arange(12), indexing="ij")
+    xi = np.stack([row.ravel(), column.ravel()], axis=1).astype(float)
+    stencil = surfaces.stencil(np.zeros(len(xi), dtype=int), xi)
+    np.testing.assert_allclose(interpolate(stencil.value, stencil.nodes, nodes), nodes, atol=1e-14)
+
+
+def test_open_grids_reproduce_linear_fields_up_to_their_edges(sheet):
+    nodes, surfaces = sheet
+    surface, xi = places(surfaces, 50)
+    stencil = surfaces.stencil(surface, xi)
+    found = interpolate(stencil.value, stencil.nodes, nodes)
+    np.testing.assert_allclose(found[:, :2], xi[:, ::-1], atol=1e-13)
+    slopes = interpolate(stencil.first, stencil.nodes, nodes)
+    np.testing.assert_allclose(slopes, np.tile([[0, 1, 0], [1, 0, 0]], (50, 1, 1)), atol=1e-13)
+    assert np.abs(interpolate(stencil.second, stencil.nodes, nodes)).max() < 1e-13
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_derivatives_agree_with_differences(closed):
+    nodes = RNG.normal(size=(30, 3))
+    surfaces = Surfaces([Grid(np.arange(30).reshape(5, 6), closed=closed)])
+    surface, xi = places(surfaces, 40)
+    xi = np.floor(xi) + 0.1 + 0.8 * (xi - np.floor(xi))
+    stencil = surfaces.stencil(surface, xi)
+    step = 1e-6
+    for a in range(2):
+        shift = step * np.eye(2)[a]
+        plus, minus = (surfaces.stencil(surface, xi + sign * shift) for sign in (1, -1))
+        np.testing.assert_allclose((plus.value - minus.value) / (2 * step), stencil.first[:, a], atol=1e-8)
+        second = (plus.first - minus.first) / (2 * step)
+        np.testing.assert_allclose(second[:, a], stencil.second[:, 2 * a], atol=1e-8)
+        np.testing.assert_allclose(second[:, 1 - a], stencil.second[:, 1], atol=1e-8)
+
+
+def test_tangents_are_continuous_across_cells_and_the_seam():
+    nodes = RNG.normal(size=(30, 3))
+    surfaces = Surfaces([Grid(np.arange(30).reshape(5, 6))])
+    for edge in ([2.0, 0.3], [1.6, 4.0], [1.6, 6.0], [1.6, 0.0]):
+        tangents = []
+        for side in (-1e-12, 1e-12):
+            stencil = surfaces.stencil(np.zeros(1, dtype=int), np.array([edge]) + side)
+            tangents.append(interpolate(stencil.first, stencil.nodes, nodes))
+        np.testing.assert_allclose(*tangents, atol=1e-9)
+
+
+def test_any_number_of_turns_is_the_same_place():
+    _, grid = tube()
+    surfaces = Surfaces([grid])
+    surface, xi = places(surfaces, 20)
+    here, turned = surfaces.stencil(surface, xi), surfaces.stencil(surface, xi + [0, -24])
+    np.testing.assert_array_equal(here.nodes, turned.nodes)
+    np.testing.assert_allclose(here.value, turned.value, atol=1e-12)
+
+
+def test_a_smooth_tube_sags_by_a_fifth_of_a_percent():
+    """With 12 angles; flat facets sag by 3.4% of the radius."""
+    nodes, grid = tube(angles=12)
+    surfaces = Surfaces([grid])
+    surface, xi = places(surfaces, 500)
+    stencil = surfaces.stencil(surface, xi)
+    radius = np.linalg.norm(interpolate(stencil.value, stencil.nodes, nodes)[:, 1:], axis=1)
+    assert np.abs(radius - 1).max() == pytest.approx(0.0017, abs=1e-4)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.05])
+def test_gauss_points_stand_for_the_area_of_the_contact_surface(offset):
+    nodes, grid = tube(angles=24)
+    quadrature = Quadrature.on(Surfaces([Grid(grid.nodes, offset=offset)]), nodes, points=3)
+    assert len(quadrature.area) == 12 * 24 * 9
+    assert quadrature.area.sum() == pytest.approx(2 * np.pi * (1 - offset) * 6, rel=2e-3)
+    np.testing.assert_array_equal(quadrature.cell, np.floor(quadrature.xi))
+
+
+def test_closest_points_are_where_the_distance_is_normal():
+    nodes, grid = tube()
+    surfaces = Surfaces([grid])
+    surface, xi = places(surfaces, 200)
+    xi[:, 0] = 1 + xi[:, 0] * 10 / 12
+    stencil = surfaces.stencil(surface, xi)
+    on = interpolate(stencil.value, stencil.nodes, nodes)
+    outward = on * [0, 1, 1] / np.linalg.norm(on[:, 1:], axis=1)[:, None]
+    points = on + RNG.uniform(-0.2, 0.2, (200, 1)) * outward
+    answer = project(surfaces, nodes, surface, points, xi + RNG.uniform(-0.8, 0.8, xi.shape))
+    assert answer.found.all()
+    stencil = surfaces.stencil(surface, answer.xi)
+    apart = points - interpolate(stencil.value, stencil.nodes, nodes)
+    np.testing.assert_allclose(apart, answer.distance[:, None] * answer.normal, atol=1e-9)
+    assert np.all(np.einsum("ki,ki->k", answer.normal, outward) > 0.99)
+
+
+def test_no_closest_point_beyond_the_end_of_a_surface():
+    nodes, grid = tube()
+    points = np.array([[2.9, 1.1, 0], [3.1, 1.1, 0]])
+    answer = project(Surfaces([grid]), nodes, np.zeros(2, dtype=int), points, np.full((2, 2), [11.0, 0.2]))
+    np.testing.assert_array_equal(answer.found, [True, False])
+    assert answer.distance[0] == pytest.approx(0.1, abs=1e-3)
