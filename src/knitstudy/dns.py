@@ -14,6 +14,7 @@ from knitstudy.checkpoint import Checkpoint
 from knitstudy.contact.crossing import CrossingFacets
 from knitstudy.contact.record import crossing_forces, touching_points
 from knitstudy.contact.tie import Tie, tie_crossings
+from knitstudy.contact.tied_rows import TiedRows
 from knitstudy.contact.yarns import tied_rows, yarn_contact
 from knitstudy.cost import Meter
 from knitstudy.errors import ConvergenceError
@@ -63,6 +64,8 @@ class Simulation:
     model : SolidModel
     tie : Tie
     facets : CrossingFacets
+    beside : TiedRows or None
+        Watches tied rows where others are in contact.
     drive : Drive
     settings : Settings
     solver : LinearSolver
@@ -74,6 +77,7 @@ class Simulation:
     model: SolidModel
     tie: Tie
     facets: CrossingFacets
+    beside: TiedRows | None
     drive: Drive
     settings: Settings
     solver: LinearSolver
@@ -98,11 +102,12 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> Simulation
     recorder = Recorder(stations, driven, motion.axis, motion.at, motion.length, meter=meter)
     solver = linear_solver(scene.solver.linear, model, mesh, tie, drive)
     facets = CrossingFacets.of(specimen.crossings, mesh)
-    settings = Settings.of(scene.solver)
+    settings, beside = Settings.of(scene.solver), None
     if model.contact is not None:
         # Where contact begins, a parabola through what came before overshoots far into the other yarn.
         settings = replace(settings, predictor=1)
-    return Simulation(scene, mesh, model, tie, facets, drive, settings, solver, recorder)
+        beside = TiedRows(scene, mesh, tie, rows) if len(rows) else None
+    return Simulation(scene, mesh, model, tie, facets, beside, drive, settings, solver, recorder)
 
 
 def _model(scene: Scene, mesh: SweptMesh, tie: Tie, rows: np.ndarray) -> SolidModel:
@@ -174,6 +179,7 @@ def run(
                 record(simulation, last)
                 # Before the restart file: a second run must not go on beyond a state that is refused.
                 require_small_hourglass(simulation.model, last, scene.solver.hourglass)
+                require_apart(simulation, last)
                 if restart:
                     restart.save(last, recorder)
                 if progress:
@@ -211,6 +217,25 @@ def require_small_hourglass(model: SolidModel, increment: Increment, coefficient
             f"increment {increment.index}: hourglass energy is {energy['hourglass'] / energy['internal']:.1%} of the "
             f"internal energy and may be {HOURGLASS_SHARE:.0%}: the mesh is too coarse for solver.hourglass = "
             f"{coefficient:g}; use a smaller mesh.size, or the usual 0.005"
+        )
+
+
+def require_apart(simulation: Simulation, increment: Increment) -> None:
+    """Refuse a state in which tied yarns go through each other beside the ties; contact sees to all others.
+
+    Raises
+    ------
+    ConvergenceError
+        If the smallest gap is below the penetration that the scene allows.
+    """
+    if simulation.model.contact is None:
+        return
+    gap, limit = simulation.recorder.columns["smallest_gap"][-1], simulation.model.penetration.limit
+    if gap < -limit:
+        raise ConvergenceError(
+            f"increment {increment.index}: tied yarns penetrate each other by {-gap:.3g} m beside their ties; "
+            f"contact.penetration allows {limit:.3g} m. Use contact.tied_rows 'none', a larger tie.tolerance or a "
+            "smaller load.strain"
         )
 
 
@@ -269,6 +294,8 @@ def record(simulation: Simulation, increment: Increment) -> None:
         points = touching_points(model.contact, touching, facets)
         force += crossing_forces(points, len(force))
         gap = model.contact.smallest_gap(touching)
+        if simulation.beside is not None:
+            gap = min(gap, simulation.beside.smallest_gap(tie.nodes + displacement))
         columns = {
             "smallest_gap": gap if np.isfinite(gap) else np.nan,
             "augmentations": state.augmentations,
