@@ -35,7 +35,7 @@ def active(points):
 
 
 def test_both_surfaces_touch_where_they_overlap(pressed):
-    answer, before, nodes, upper = pressed
+    answer, before, nodes, _ = pressed
     points = answer.points(nodes, before, ContactHistory.empty())
     where = answer.quadrature.surface[points.history.point[points.active]]
     assert set(where) == {0, 1}
@@ -48,7 +48,7 @@ def test_both_surfaces_touch_where_they_overlap(pressed):
 
 def test_the_search_misses_nothing(pressed):
     """All points as near to the other tube as the margin are followed."""
-    answer, before, nodes, upper = pressed
+    answer, before, _, _ = pressed
     points = answer.points(before, before, ContactHistory.empty())
     followed = set(zip(points.history.point, points.history.surface, strict=True))
     everywhere = np.arange(len(answer.quadrature.area))
@@ -135,7 +135,7 @@ def test_a_rotation_of_both_changes_no_pair(pressed):
 
 
 def test_multipliers_carry_the_pressure_without_penetration(pressed):
-    answer, before, nodes, upper = pressed
+    answer, before, nodes, _ = pressed
     points = answer.points(nodes, before, ContactHistory.empty())
     history = answer.augment(points)
     again = answer.points(nodes, before, history)
@@ -147,7 +147,7 @@ def test_multipliers_carry_the_pressure_without_penetration(pressed):
 
 def test_surfaces_that_overlap_from_the_start_are_refused():
     nodes, grids, _ = crossing(-0.05)
-    with pytest.raises(MeshError, match="overlap by 0.048 m"):
+    with pytest.raises(MeshError, match=r"overlap by 0\.048 m"):
         contact(nodes, grids, meets=APART)
 
 

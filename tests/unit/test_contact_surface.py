@@ -45,7 +45,6 @@ def test_open_grids_reproduce_linear_fields_up_to_their_edges(sheet):
 
 @pytest.mark.parametrize("closed", [True, False])
 def test_derivatives_agree_with_differences(closed):
-    nodes = RNG.normal(size=(30, 3))
     surfaces = Surfaces([Grid(np.arange(30).reshape(5, 6), closed=closed)])
     surface, xi = places(surfaces, 40)
     xi = np.floor(xi) + 0.1 + 0.8 * (xi - np.floor(xi))
@@ -75,7 +74,7 @@ def test_any_number_of_turns_is_the_same_place():
     _, grid = tube()
     surfaces = Surfaces([grid])
     surface, xi = places(surfaces, 20)
-    here, turned = surfaces.stencil(surface, xi), surfaces.stencil(surface, xi + [0, -24])
+    here, turned = surfaces.stencil(surface, xi), surfaces.stencil(surface, xi - np.array([0, 24]))
     np.testing.assert_array_equal(here.nodes, turned.nodes)
     np.testing.assert_allclose(here.value, turned.value, atol=1e-12)
 

@@ -9,9 +9,11 @@ from contact_bodies import MODULUS, drive, law, plate, reaction, together
 from hexahedral_block import unknowns
 
 from knitstudy.contact.friction import STICK
+from knitstudy.errors import ConvergenceError
 from knitstudy.fem.increment import Settings
 from knitstudy.fem.linear.lu import LU
 from knitstudy.fem.newton import trace
+from knitstudy.fem.solid import Penetration
 
 SIZE = 0.25
 """Element size that stiffnesses refer to."""
@@ -28,10 +30,12 @@ class Block:
     than the distance of the first point from the edge, 0.11.
     """
 
-    def __init__(self, friction, *, count=4, poisson=0.0, rigid=False):
+    def __init__(self, friction, *, count=4, poisson=0.0, rigid=False, **options):
         block = plate([count] * 3, np.ones(3), up=False).moved([1, 1, 0])
         plane = plate([3, 3, 1], [3, 3, 1], up=True).moved([0, 0, -1])
-        self.model, first = together([plane, block], law(SIZE, friction), size=SIZE, poisson=poisson)
+        self.model, first = together(
+            [plane, block], law(SIZE, friction), size=SIZE, poisson=poisson, **options
+        )
         self.held = np.arange(first[1])
         self.block = np.arange(first[1], first[2])
         top = self.model.nodes[self.block, 2] > 1 - 1e-9
@@ -188,3 +192,15 @@ def test_ledger_of_energy(full, verify):
     verify.at_least(
         "block, cycle of friction: order of the missing energy in the increment", rates.min(), 1.5, "2"
     )
+
+
+def test_penetration_is_removed_or_refused():
+    """Beyond its limit multipliers are updated until it is below, and without them the run stops."""
+    press = [[0, 0, -PRESS]]
+    limit = 1e-5
+    block = Block(FRICTION, count=2, penetration=Penetration(limit, 20))
+    *_, end = block.trace(press, 2)
+    assert end.state.augmentations > 0
+    assert block.model.contact.smallest_gap(block.model.contact_points(end.state)) > -limit
+    with pytest.raises(ConvergenceError, match="penetrate each other"):
+        Block(FRICTION, count=2, penetration=Penetration(limit)).trace(press, 2)
