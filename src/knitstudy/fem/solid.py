@@ -17,7 +17,6 @@ from knitstudy.fem.model import Response
 from knitstudy.fem.parallel import threads
 from knitstudy.fem.stabilisation import Stabilisation
 
-
 UNLOADED = 1e-9
 """Mean force over E h^2 below which solids count as unloaded."""
 
