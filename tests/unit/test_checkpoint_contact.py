@@ -1,0 +1,40 @@
+import numpy as np
+from tubes import crossing
+
+from knitstudy.checkpoint import Checkpoint
+from knitstudy.contact.friction import Coulomb
+from knitstudy.contact.interaction import Contact, ContactHistory
+from knitstudy.fem.increment import Increment
+from knitstudy.fem.model import Response
+from knitstudy.fem.solid import Memory, SolidState
+from knitstudy.history import Recorder, Stations
+
+
+def test_a_restart_gives_back_what_contact_points_remember(tmp_path):
+    """The next increment is the same to the last bit, friction and multipliers included."""
+    nodes, grids, upper = crossing(0.02)
+    contact = Contact(
+        nodes, grids, Coulomb(10.0, 7.0, 0.3), meets=~np.eye(2, dtype=bool), margin=0.2, overlap=1e-3
+    )
+    one, two = (np.where(upper[:, None], shift, 0.0) for shift in ([0, 0, -0.08], [0.02, 0, -0.08]))
+    points = contact.points(nodes + one, nodes, ContactHistory.empty())
+    points = contact.points(nodes + one, nodes, contact.augment(points))
+    state = SolidState(one, Memory(one, contact.commit(points), 0.25), 0.5, 0.5, 3)
+    recorder = Recorder(
+        Stations(np.zeros(1, int), np.zeros(1), np.zeros((1, 3))),
+        driven=np.array([[0, 1, 2]]),
+        axis=0,
+        travel=lambda load: np.zeros(3),
+        length=1.0,
+    )
+    increment = Increment(1, 0.5, state, Response(np.zeros(3), 1.0), 0.5)
+    file = Checkpoint(tmp_path / "a.npz", "key", SolidState)
+    file.save(increment, recorder)
+    back = file.load(recorder).state
+    assert (back.load, back.change, back.augmentations, back.memory.damped) == (0.5, 0.5, 3, 0.25)
+    for name, value in vars(state.memory.contact).items():
+        np.testing.assert_array_equal(getattr(back.memory.contact, name), value)
+    there, again = (contact.points(nodes + two, nodes + one, each.memory.contact) for each in (state, back))
+    assert len(there.active) > 10
+    np.testing.assert_array_equal(there.traction, again.traction)
+    np.testing.assert_array_equal(there.pressure, again.pressure)
