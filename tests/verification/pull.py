@@ -1,20 +1,20 @@
-"""Pull a knit in a process of its own: ``python pull.py SCENE FORCES CHECKPOINT [key=value ...] [kill=INCREMENT]``.
+"""Pull a knit in a process of its own: ``python pull.py SCENE HISTORY CHECKPOINT [key=value ...] [kill=INCREMENT]``.
 
-Writes the force curve to FORCES (npy); with ``kill`` the process ends itself by SIGKILL once that increment has
+Writes the history to HISTORY (netCDF); with ``kill`` the process ends itself by SIGKILL once that increment has
 converged, as a power cut would.
 """
 
 import json
 import os
 import signal
+import subprocess
 import sys
-
-import numpy as np
 
 from knitstudy import dns
 from knitstudy.configuration import load_scene
 from knitstudy.geometry.build import build
 from knitstudy.geometry.pattern import Knit
+from knitstudy.io import write_dataset
 from knitstudy.mesh.knit import mesh_knit
 
 
@@ -24,7 +24,22 @@ def knit_and_mesh(scene):
     return knit, mesh_knit(knit, scene.mesh.size, scene.mesh.growth)
 
 
-def main(name, forces, checkpoint, *options):
+def pull(scene):
+    """History of a scene."""
+    knit, mesh = knit_and_mesh(scene)
+    return dns.run(scene, mesh, knit)
+
+
+def pull_apart(folder, threads, name, *options):
+    """Pull a scene with a number of threads in a process of its own: file of its history, and the process, ended."""
+    history, checkpoint = folder / f"history-{threads}.nc", folder / f"restart-{threads}.npz"
+    command = [sys.executable, __file__, name, str(history), str(checkpoint), *options]
+    environment = {**os.environ, "OMP_NUM_THREADS": str(threads)}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    return history, done
+
+
+def main(name, history, checkpoint, *options):
     scene, kill = load_scene(name), None
     for key, value in (option.split("=") for option in options):
         if key == "kill":
@@ -38,8 +53,7 @@ def main(name, forces, checkpoint, *options):
             os.kill(os.getpid(), signal.SIGKILL)
 
     knit, mesh = knit_and_mesh(scene)
-    history = dns.run(scene, mesh, knit, checkpoint=checkpoint, progress=watch)
-    np.save(forces, history["force"].to_numpy())
+    write_dataset(dns.run(scene, mesh, knit, checkpoint=checkpoint, progress=watch), history)
 
 
 if __name__ == "__main__":

@@ -1,24 +1,20 @@
 """Direct simulation of a tied knit: energies, convergence of Newton's method, repeatability, units."""
 
-import os
 import signal
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-from pull import knit_and_mesh
+from pull import knit_and_mesh, pull, pull_apart
 
 from knitstudy import dns
 from knitstudy.configuration import load_scene
 from knitstudy.errors import ConvergenceError
 from knitstudy.fem.increment import Settings
 from knitstudy.fem.newton import trace
+from knitstudy.io import read_dataset
 from knitstudy.tables.simulation import hourglass_share, ledger_gap
 
 ELEMENTS = ("one_point", "incompatible_modes")
-PULL = Path(__file__).with_name("pull.py")
 
 
 def changed(scene, **changes):
@@ -39,11 +35,6 @@ def scene(full):
 def cell(scene):
     """One cell of it, for cases that run several times."""
     return changed(scene, pattern__loops=1, pattern__rows=1, mesh__size=max(scene.mesh.size, 0.45e-3))
-
-
-def pull(scene):
-    knit, mesh = knit_and_mesh(scene)
-    return dns.run(scene, mesh, knit)
 
 
 @pytest.fixture(scope="module")
@@ -114,32 +105,26 @@ def test_tie_follows_rigid_rotations(cell, verify):
     verify.at_most("rigid rotation of a tied cell: force over E h^2", np.abs(force).max() / level, 1e-10)
 
 
-def run_apart(tmp_path, scene_options, threads, *more):
-    forces, checkpoint = tmp_path / f"forces-{threads}.npy", tmp_path / f"restart-{threads}.npz"
-    command = [sys.executable, str(PULL), "dns-tie-course-coarse", str(forces), str(checkpoint)]
-    environment = {**os.environ, "OMP_NUM_THREADS": str(threads)}
-    done = subprocess.run(
-        [*command, *scene_options, *more], env=environment, capture_output=True, text=True, check=False
-    )
-    return forces, done
-
-
 def largest_difference(a, b):
-    a, b = np.load(a), np.load(b)
+    a, b = (read_dataset(path)["force"].to_numpy() for path in (a, b))
     return float(np.abs(a[1:] / b[1:] - 1).max())
 
 
 def test_force_repeats(tmp_path, full, verify):
     """One thread or two, in one go or killed and started again: the same curve."""
     size = 3 if full else 1
-    options = [f"pattern.loops={size}", f"pattern.rows={size}", "load.strain=0.05", "solver.increments=6"]
-    options += ['solver.linear="three_scale"', f"mesh.size={0.45e-3 if full else 0.6e-3}"]
-    one, done = run_apart(tmp_path, options, 1)
+    options = ["dns-tie-course-coarse", f"pattern.loops={size}", f"pattern.rows={size}", "load.strain=0.05"]
+    options += [
+        "solver.increments=6",
+        'solver.linear="three_scale"',
+        f"mesh.size={0.45e-3 if full else 0.6e-3}",
+    ]
+    one, done = pull_apart(tmp_path, 1, *options)
     assert done.returncode == 0, done.stderr
-    two, killed = run_apart(tmp_path, options, 2, "kill=3")
+    two, killed = pull_apart(tmp_path, 2, *options, "kill=3")
     assert killed.returncode == -signal.SIGKILL
     assert not two.exists()
-    two, done = run_apart(tmp_path, options, 2)
+    two, done = pull_apart(tmp_path, 2, *options)
     assert done.returncode == 0, done.stderr
     # The log goes on at the next increment.
     assert done.stdout.split() == "increment 4 increment 5 increment 6".split()

@@ -1,0 +1,143 @@
+"""Direct simulation of a knit whose yarns slide on each other: what friction remembers, its ledger, stabilisation."""
+
+import signal
+
+import numpy as np
+import pytest
+from pull import pull, pull_apart
+
+from knitstudy.configuration import load_scene
+from knitstudy.io import read_dataset
+from knitstudy.tables.simulation import ledger_gap
+
+NAME = "dns-isotropic-course-coarse"
+
+CELL = {
+    "contact.tied_rows": "none",
+    "pattern.loops": 1,
+    "pattern.rows": 1,
+    "mesh.size": 0.6e-3,
+    "load.stops": [],
+    "load.strain": 0.02,
+    "solver.increments": 8,
+    "solver.linear": "three_scale",
+}
+"""One coarse cell, none of it tied, in which friction takes an eighth of the work."""
+
+
+@pytest.fixture(scope="module")
+def changes(full):
+    """What makes the coarse 3 x 3 knit the one that is pulled here: nothing, or all to make it a cell."""
+    return {"load.strain": 0.02, "load.stops": [], "solver.increments": 8} if full else CELL
+
+
+@pytest.fixture(scope="module")
+def scene(changes):
+    scene = load_scene(NAME)
+    for key, value in changes.items():
+        scene = scene.replace(key, value)
+    return scene
+
+
+@pytest.fixture(scope="module")
+def options(changes):
+    """The same as words of a command line."""
+    quoted = {key: f'"{value}"' if isinstance(value, str) else value for key, value in changes.items()}
+    return [f"{key}={value}" for key, value in quoted.items()]
+
+
+@pytest.fixture(scope="module")
+def history(tmp_path_factory, options):
+    """Pulled in one go by one thread."""
+    file, done = pull_apart(tmp_path_factory.mktemp("one"), 1, NAME, *options)
+    assert done.returncode == 0, done.stderr
+    return read_dataset(file)
+
+
+def difference(one, other, name):
+    """Largest difference of a variable in two histories over its largest value."""
+    one, other = one[name].to_numpy(), other[name].to_numpy()
+    return float(np.abs(one - other).max() / np.abs(one).max())
+
+
+def in_one_order(history):
+    """Contact points ordered by increment, surfaces, and place."""
+    reference = history["contact_reference"].to_numpy().T
+    keys = (*reference, *(history[f"contact_{name}"] for name in ("target", "yarn", "increment")))
+    return history.isel(point=np.lexsort(keys))
+
+
+def test_every_increment_converges(history, scene, verify):
+    verify.at_most("sliding knit: residual over mean internal force", float(history["residual"].max()), 1e-6)
+    verify.at_most("sliding knit: last correction over h", float(history["correction"].max()), 1e-6)
+    deepest = -float(history["smallest_gap"].min())
+    verify.at_most("sliding knit: penetration over h", deepest / scene.mesh.size, 0.01)
+    slid = history["contact_slip"].max()
+    assert slid > 1e-2 * scene.mesh.size, "the cases here are about sliding"
+
+
+def test_ledger_of_energies(history, verify):
+    verify.at_most("sliding knit: ledger of energies over external work", ledger_gap(history), 0.01)
+    end = history["energy"].isel(increment=-1)
+    assert end.sel(form="friction") > 0.05 * end.sel(form="external")
+
+
+def test_killed_and_restarted(tmp_path, history, options, verify):
+    """Two threads, killed and started again, against one thread in one go: forces, and what every point has slid."""
+    file, killed = pull_apart(tmp_path, 2, NAME, *options, "kill=5")
+    assert killed.returncode == -signal.SIGKILL
+    assert not file.exists()
+    file, done = pull_apart(tmp_path, 2, NAME, *options)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split()[:2] == ["increment", "6"], "the log goes on at the next increment"
+    restarted = read_dataset(file)
+    what = "sliding knit, 1 thread against 2 threads killed and restarted"
+    verify.at_most(f"{what}: force", difference(history, restarted, "force"), 1e-6)
+    verify.at_most(f"{what}: net forces on yarns", difference(history, restarted, "yarn_force"), 1e-6)
+    one, two = in_one_order(history), in_one_order(restarted)
+    for name in ("increment", "yarn", "target", "cell", "sticks"):
+        np.testing.assert_array_equal(one[f"contact_{name}"], two[f"contact_{name}"], name)
+    verify.at_most(f"{what}: slip of all points", difference(one, two, "contact_slip"), 1e-6)
+
+
+def test_units(history, scene, verify):
+    """Lengths in mm and moduli in MPa: the same dimensionless curve, slip and dissipation."""
+    length, stiffness = 1e3, 1e-6
+    scaled = pull(scene.scaled(length=length, stiffness=stiffness))
+    force, slip = length**2 * stiffness, length
+    what = "sliding knit in mm and MPa"
+    verify.at_most(f"{what}: force", difference(history, scaled / force, "force"), 1e-6)
+    slipped = abs(scaled["contact_slip"].max() / slip / history["contact_slip"].max() - 1)
+    verify.at_most(f"{what}: largest slip", float(slipped), 1e-6)
+    verify.at_most(f"{what}: energies", difference(history, scaled / (force * length), "energy"), 1e-6)
+
+
+@pytest.fixture(scope="module")
+def stabilised(scene):
+    """The same knit held by viscous forces, and by a tenth of them."""
+    return [pull(scene.replace("solver.stabilisation", share)) for share in (1e-8, 1e-9)]
+
+
+def test_work_of_stabilisation_is_booked(stabilised, verify):
+    """It takes ever less of even increments of one motion, and nothing of the one that ends at full load."""
+    strong, weak = (run["energy"].sel(form="stabilisation").to_numpy() for run in stabilised)
+    steps = np.diff(strong)
+    assert (np.diff(steps) < 0).all()
+    assert steps[-1] == 0, "no drag in the increment that ends at full load"
+    verify.within("stabilisation: its work over that of a tenth of it", strong[-1] / weak[-1], 10, 0.01)
+    verify.at_most("stabilised knit: ledger of energies over external work", ledger_gap(stabilised[0]), 0.01)
+
+
+def test_stabilisation_is_small(stabilised, history, verify):
+    strong, weak = stabilised
+    verify.at_most(
+        "stabilisation of 1e-8 E: change of the force by a tenth of it",
+        difference(strong, weak, "force"),
+        0.005,
+    )
+    energy = strong["energy"]
+    internal, damped = energy.sel(form="internal"), energy.sel(form="stabilisation")
+    share = damped / internal.where(internal >= 0.01 * internal[-1])
+    verify.at_most("stabilisation of 1e-8 E over internal energy, on the way", float(share.max()), 0.05)
+    verify.at_most("stabilisation of 1e-8 E over internal energy, at the end", float(share[-1]), 0.01)
+    assert difference(history, strong, "force") > 0, "it acts"
