@@ -4,6 +4,8 @@ import os
 
 import pytest
 
+from knitstudy.io import read_dataset
+
 
 def rewrite(path, old, new):
     text = path.read_text()
@@ -79,3 +81,25 @@ def test_truncated_mesh_keeps_the_results(finished_copy):
     message = one_message(finished_copy.study("ci"))
     assert "results/mesh/dns-tie-course-coarse.nc: is truncated or is not netCDF" in message
     assert history.read_bytes() == earlier
+
+
+def test_run_that_cannot_go_on_keeps_what_had_converged(fresh):
+    """Yarns that are pressed too far into each other: the history up to there is readable, twice."""
+    result = "results/dns/pair-slid-90.nc"
+    rewrite(fresh.folder / "config" / "defaults.yaml", "augmentations: 10", "augmentations: 0")
+    increments = set()
+    for _ in range(2):
+        message = one_message(fresh.study("ci", "--", "--until", result))
+        assert message.startswith("error in dns pair-slid-90: increment ")
+        assert "yarns penetrate each other by" in message
+        assert "contact.augmentations" in message
+        (kept,) = (fresh.folder / "run" / "dns").glob("pair-slid-90-*.nc")
+        assert message.endswith(f"is in run/dns/{kept.name}")
+        history = read_dataset(kept)
+        assert history.incomplete in message
+        increments.add(history.sizes["increment"])
+        assert not (fresh.folder / result).exists()
+    # The second run went on from the same restart file and found the same end.
+    assert len(increments) == 1
+    assert increments.pop() > 1
+    assert "going on from increment" in (fresh.folder / "logs" / "dns" / "pair-slid-90.log").read_text()

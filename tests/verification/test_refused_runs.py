@@ -1,0 +1,115 @@
+"""Runs that cannot go on: a named error, and everything up to the last converged increment kept and readable."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from knitstudy import dns
+from knitstudy.configuration import load_scene
+from knitstudy.errors import ConvergenceError, MeshError
+from knitstudy.geometry.build import build
+from knitstudy.geometry.specimen import read_specimen
+from knitstudy.io import read_dataset
+from knitstudy.mesh.specimen import mesh_specimen
+
+
+def pair(changes):
+    """Two crossing yarns that are as short as they may be, on a coarse mesh: scene, mesh and specimen."""
+    scene = load_scene("pair-slid-90")
+    coarse = {"pair.length": 3.7e-3, "mesh.size": 0.6e-3, "solver.linear": "lu"}
+    for key, value in (coarse | changes).items():
+        scene = scene.replace(key, value)
+    specimen = read_specimen(build(scene))
+    return scene, mesh_specimen(specimen, scene.mesh.size, scene.mesh.growth), specimen
+
+
+SLID = {
+    "mesh.size": 0.7e-3,
+    "mesh.element": "incompatible_modes",  # the mesh is too coarse for hourglass control
+    "contact.friction": 0.1,
+    "solver.increments": 5,
+}
+
+REFUSED = {
+    "slip longer than the surface": (
+        SLID | {"load.path": [[2.2e-3, 0, -45e-6]]},
+        r"increment \d+, load factor .*: contact slides over the end of a surface \(surface 0, place .* slices\)"
+        ".* use a smaller load or longer yarns",
+    ),
+    "yarn pulled out": (
+        SLID | {"load.path": [[0, 2.2e-3, -45e-6]]},
+        r"slides over the end of a surface \(surface 1.*a yarn is pulled out of its loop",
+    ),
+    "penetration": (
+        {"load.path": [[0, 0, -90e-6]], "contact.augmentations": 0, "solver.increments": 6},
+        r"yarns penetrate each other by .* m; allowed is 6e-06 m .*after 0 updates.*contact.augmentations",
+    ),
+    "unreachable end": (
+        {"interaction": "tie", "load.path": [[0, 0, -4e-3]], "solver.increments": 2},
+        r"increment \d+ does not converge beyond load factor 0\.\d+: .*More solver.increments, a finer mesh",
+    ),
+}
+"""Changes that make a run end early, and what it says then."""
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_had_converged_is_kept(case, tmp_path):
+    changes, message = REFUSED[case]
+    scene, mesh, specimen = pair(changes)
+    seen = []
+    files = {"checkpoint": tmp_path / "run.npz", "partial": tmp_path / "run.nc"}
+    with pytest.raises(ConvergenceError, match=message) as refused:
+        dns.run(scene, mesh, specimen, progress=seen.append, **files)
+    kept = read_dataset(files["partial"])
+    assert str(refused.value).endswith(
+        f"The history up to load factor {seen[-1].load:.4g} is in {files['partial']}"
+    )
+    assert str(refused.value).startswith(kept.attrs["incomplete"].rstrip("."))
+    assert kept.attrs["scene_hash"] == scene.hash
+    np.testing.assert_array_equal(kept["load"], [increment.load for increment in seen])
+    assert 0 < seen[-1].load < 1
+    assert np.isfinite(kept["force"]).all()
+
+    again = []
+    with pytest.raises(ConvergenceError, match=message):
+        dns.run(scene, mesh, specimen, progress=again.append, **files)
+    # What had converged is not computed again, and still there.
+    assert all(increment.index > seen[-1].index for increment in again)
+    assert read_dataset(files["partial"])["load"][len(seen) - 1] == seen[-1].load
+
+
+def test_a_remedy_makes_the_run_whole(tmp_path):
+    """With augmentation the same load is reached, and nothing incomplete is left."""
+    changes, _ = REFUSED["penetration"]
+    scene, mesh, specimen = pair(changes | {"contact.augmentations": 10})
+    partial = tmp_path / "run.nc"
+    partial.write_text("of an earlier run")
+    history = dns.run(scene, mesh, specimen, partial=partial)
+    assert not partial.exists()
+    assert "incomplete" not in history.attrs
+    assert history["augmentations"].max() > 0
+    assert -history["smallest_gap"].min() <= scene.contact.penetration * scene.mesh.size
+
+
+def test_a_state_that_hourglass_control_carries_is_in_no_restart_file(tmp_path):
+    """A second run meets it again, instead of going on beyond it or ending there as if all were well."""
+    scene, mesh, specimen = pair(
+        {"interaction": "tie", "load.path": [[0, 0, -90e-6]], "solver.hourglass": 0.5, "solver.increments": 1}
+    )
+    files = {"checkpoint": tmp_path / "run.npz", "partial": tmp_path / "run.nc"}
+    for _ in range(2):
+        with pytest.raises(ConvergenceError, match=r"hourglass energy is .* of the internal energy"):
+            dns.run(scene, mesh, specimen, **files)
+
+
+def test_yarns_that_overlap_at_the_start(tmp_path):
+    scene, mesh, specimen = pair({})
+    upper = np.repeat(mesh.yarn_of_slice == 1, mesh.section.size)
+    # Through the gap and three hundredths of an element into the lower yarn.
+    nearer = scene.pattern.clearance * mesh.radius + 0.03 * scene.mesh.size
+    overlapping = replace(mesh, nodes=mesh.nodes - nearer * np.outer(upper, [0, 0, 1]))
+    message = r"surfaces overlap by 1\.\d+e-05 m before anything moves; allowed is 6e-06 m.*pattern.clearance"
+    with pytest.raises(MeshError, match=message):
+        dns.run(scene, overlapping, specimen, checkpoint=tmp_path / "run.npz", partial=tmp_path / "run.nc")
+    assert not list(tmp_path.iterdir())
