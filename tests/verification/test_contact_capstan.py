@@ -56,7 +56,7 @@ def growth(friction):
     ("friction", "turn", "way", "slow"),
     [
         (0.3, 0.5, 1, False),
-        (0.3, 0.5, -1, False),
+        (0.3, 0.5, -1, True),
         (0.1, 1.0, 1, True),
         (0.3, 1.0, 1, True),
         (0.3, 1.0, -1, True),

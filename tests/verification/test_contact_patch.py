@@ -70,11 +70,12 @@ def test_patch_where_the_facets_are_turned(verify):
     verify.at_least("contact patch, rings turned by half a facet: order", rate, 2.5, "3")
 
 
-def test_patch_where_the_facets_differ(verify):
+def test_patch_where_the_facets_differ(full, verify):
     """48 facets on 64: what is left falls with the number of Gauss points."""
-    errors = {points: spread(pressures(48, 64, 0.1, points)) for points in (2, 3, 4)}
-    assert errors[4] < errors[3] < errors[2]
-    for points, bar in ((2, 0.04), (3, 0.025), (4, 0.015)):
+    bars = {2: 0.04, 3: 0.025, 4: 0.015} if full else {2: 0.04, 3: 0.025}
+    errors = {points: spread(pressures(48, 64, 0.1, points)) for points in bars}
+    assert sorted(errors.values(), reverse=True) == list(errors.values())
+    for points, bar in bars.items():
         case = (
             f"contact patch, rings of 48 on 64 facets, {points} Gauss points a side: spread of the pressure"
         )
