@@ -4,7 +4,7 @@ from tubes import tube
 
 from knitstudy.contact.projection import project
 from knitstudy.contact.quadrature import Quadrature
-from knitstudy.contact.surface import Grid, Surfaces, interpolate
+from knitstudy.contact.surface import Grid, Surfaces, circular_stretch, interpolate
 
 RNG = np.random.default_rng(0)
 
@@ -21,6 +21,18 @@ def places(surfaces, count, number=0):
     """Places anywhere on a surface."""
     span = surfaces.cells[number]
     return np.full(count, number), RNG.uniform(0, 1, (count, 2)) * span
+
+
+@pytest.mark.parametrize("angles, error", [(12, 1e-6), (16, 1e-7)])
+def test_stretched_tangents_follow_a_circle(angles, error):
+    nodes, grid = tube(angles=angles)
+    surfaces = Surfaces([Grid(grid.nodes, stretch=circular_stretch(angles))])
+    surface, xi = places(surfaces, 200)
+    stencil = surfaces.stencil(surface, xi)
+    place = interpolate(stencil.value, stencil.nodes, nodes)
+    radius = np.linalg.norm(nodes[:, 1:], axis=1)
+    assert np.ptp(radius) < 1e-12
+    np.testing.assert_allclose(np.linalg.norm(place[:, 1:], axis=1), radius[0], rtol=error)
 
 
 def test_a_surface_goes_through_its_nodes():

@@ -8,6 +8,7 @@ from hexahedral_block import connect, unknowns
 from knitstudy.contact.friction import Coulomb
 from knitstudy.contact.interaction import Contact
 from knitstudy.contact.surface import Grid
+from knitstudy.contact.yarns import yarn_surfaces
 from knitstudy.fem.hexahedron import OnePointHexahedron
 from knitstudy.fem.increment import Drive
 from knitstudy.fem.material import Material
@@ -51,8 +52,7 @@ def yarn(curve, radius, section, size, facing=None):
     """A swept yarn of circular section; a facet's middle faces the point `facing` from the middle of the curve."""
     targets = None if facing is None else [Targets(np.array([0.5 * curve.length]), np.array([facing]))]
     mesh = sweep([curve], section, radius, lambda s: np.full(np.shape(s), size), targets=targets)
-    inflated = radius * np.linalg.norm(section.points[section.ring], axis=1).mean()
-    return Body(mesh.nodes, mesh.hexahedra, Grid(mesh.surface_nodes(0), offset=inflated - radius))
+    return Body(mesh.nodes, mesh.hexahedra, yarn_surfaces(mesh)[0])
 
 
 def crossed_yarns(core, rings, *, radius=1.0, length=6.0, angle=90.0, gap=0.0):

@@ -236,10 +236,11 @@ class Contact:
         # A point that has closed within this increment has slid in contact only for the rest of it.
         fresh = history.pressure <= 0
         closes = fresh & (gap < 0) & np.isfinite(history.gap) & (history.gap > 0)
-        span = np.where(closes, gap - history.gap, 1.0)
-        share = np.where(closes, np.where(closes, gap, 0.0) / span, 1.0)
+        ends = np.where(closes, gap, 0.0), np.where(closes, history.gap, 0.0)
+        span = np.where(closes, ends[0] - ends[1], 1.0)
+        share = np.where(closes, ends[0] / span, 1.0)
         moved = projection.xi - np.where(fresh[:, None], history.xi, history.anchor)
-        rate = np.where(closes, -np.where(closes, history.gap, 0.0) / span**2, 0.0)
+        rate = -ends[1] / span**2
         slip = share[:, None] * moved
         trial = law.tangential * np.einsum("ka,kai->ki", slip, projection.tangent)
         pressure = law.pressure(gap, history.multiplier)

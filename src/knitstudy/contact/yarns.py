@@ -6,7 +6,7 @@ import numpy as np
 
 from knitstudy.contact.friction import Coulomb
 from knitstudy.contact.interaction import Contact
-from knitstudy.contact.surface import Grid
+from knitstudy.contact.surface import Grid, circular_stretch
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.scene import Scene
 
@@ -49,7 +49,11 @@ def yarn_contact(scene: Scene, mesh: SweptMesh, nodes: np.ndarray, tied_rows: np
 def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
     """Return the surface of every yarn; its polygon is inflated, the contact surface has the true radius."""
     inflated = mesh.radius * float(np.linalg.norm(mesh.section.points[mesh.section.ring], axis=1).mean())
-    return [Grid(mesh.surface_nodes(yarn), offset=inflated - mesh.radius) for yarn in range(mesh.yarns)]
+    stretch = circular_stretch(mesh.section.ring.size)
+    return [
+        Grid(mesh.surface_nodes(yarn), offset=inflated - mesh.radius, stretch=stretch)
+        for yarn in range(mesh.yarns)
+    ]
 
 
 def contact_law(scene: Scene) -> Coulomb:
