@@ -23,7 +23,7 @@ def places(surfaces, count, number=0):
     return np.full(count, number), RNG.uniform(0, 1, (count, 2)) * span
 
 
-@pytest.mark.parametrize("angles, error", [(12, 1e-6), (16, 1e-7)])
+@pytest.mark.parametrize(("angles", "error"), [(12, 1e-6), (16, 1e-7)])
 def test_stretched_tangents_follow_a_circle(angles, error):
     nodes, grid = tube(angles=angles)
     surfaces = Surfaces([Grid(grid.nodes, stretch=circular_stretch(angles))])

@@ -143,7 +143,8 @@ def _curve(
 ) -> _Curve:
     """Weights of a curve at local parameters t (k,) of cells (k,) in rows of `count` nodes.
 
-    Tangents are `stretch` (k,) times those of Catmull and Rom. At open ends the missing neighbour is the linear continuation of the last two nodes.
+    Tangents are `stretch` (k,) times those of Catmull and Rom. At open ends the missing neighbour is the linear
+    continuation of the last two nodes.
     """
     one, zero = np.ones_like(t), np.zeros_like(t)
     powers = np.stack(
