@@ -47,7 +47,7 @@ class ContactHistory:
     pressure : ndarray, shape (c,)
         Its pressure [Pa]; where it is positive, the anchor counts.
     multiplier : ndarray, shape (c,)
-        Pressure (negative) that augmentation has added [Pa].
+        Pressure (negative) that augmentation has added within the increment [Pa].
     anchor : ndarray, shape (c, 2)
         Convected coordinates at which the point would carry no tangential traction.
     slip : ndarray, shape (c,)
@@ -315,7 +315,8 @@ class Contact:
             xi=points.projection.xi,
             gap=points.gap,
             pressure=points.pressure,
-            multiplier=np.where(touches, history.multiplier, 0.0),
+            # A multiplier stays with its point while contact moves on: kept, it would press across an open gap.
+            multiplier=np.zeros_like(history.multiplier),
             anchor=np.where(touches[:, None], points.projection.xi - slip, points.projection.xi),
             slip=np.where(touches, history.slip + length, 0.0),
             status=points.status,

@@ -55,7 +55,7 @@ def trace(
         now = Increment(0, 0.0, state, model.respond(state, stiffness=False), largest)
         yield now
     path = _Path(model, drive, settings, solver)
-    cutbacks = 0
+    cutbacks, reason = 0, "nothing had failed"
     spent = [0, 0]
     size = now.size
     while now.load < 1.0:
@@ -69,12 +69,12 @@ def trace(
             target = stop
         try:
             if not target - now.load > SMALLEST:
-                raise _Failed("the increment has become too small")
+                raise _Failed(f"the increment has become too small; before that, {reason}")
             done = path.increment(now, target)
         except ConvergenceError as error:
             raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
         except _Failed as failure:
-            cutbacks += 1
+            cutbacks, reason = cutbacks + 1, str(failure)
             spent[0] += path.newton_iterations
             spent[1] += path.krylov_iterations
             if cutbacks > settings.cutbacks:
