@@ -1,32 +1,41 @@
-"""How much force and out-of-plane motion of the tied knit depend on numbers that nobody prints.
+"""How much force and out-of-plane motion of a knit depend on numbers that nobody prints.
 
-    python benchmarks/sensitivity.py [--scene dns-tie-course] [--loops 1] [--rows 1]
+    python benchmarks/sensitivity.py --scene dns-tie-course --set pattern.loops=1 pattern.rows=1
+    python benchmarks/sensitivity.py --scene dns-isotropic-course --vary "mesh.size=[0.45e-3, 0.36e-3]"
 
-One number at a time is changed from the scene's value: element size, tie tolerance, hourglass stiffness, increments,
-spacing on legs, clearance, material law, ends. Prints and keeps ``results/tables/sensitivity.csv``.
+One number at a time is changed from the scene's value: element size, increments, clearance and so on (`CHANGES`).
+Prints and keeps ``results/tables/sensitivity_SCENE.csv`` and, for what can be refined, the orders at which force and
+motion converge, and their limits, in ``sensitivity_SCENE_orders.csv``. Failed increments are reported on the way.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
+import yaml
+from scipy.optimize import minimize_scalar
 
 from knitstudy import dns
 from knitstudy.configuration import load_scene
 from knitstudy.errors import KnitstudyError
 from knitstudy.geometry.build import build
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.specimen import read_specimen
 from knitstudy.io import write_table
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.specimen import mesh_specimen
 from knitstudy.scene import Scene
 
-TABLE = Path("results/tables/sensitivity.csv")
+TABLES = Path("results/tables")
 
-CHANGES = {
+EARLY = 0.02
+"""Strain at which forces are compared before full load."""
+
+TIE = {
     "mesh.size": (0.6e-3, 0.45e-3, 0.36e-3, 0.3e-3, 0.225e-3),
     "mesh.growth": (1.0, 1.5),
     "mesh.element": ("incompatible_modes",),
@@ -37,46 +46,138 @@ CHANGES = {
     "yarn.material": ("neo_hookean", "st_venant_kirchhoff"),
     "load.lateral": ("free",),
 }
-"""Values of each key; the scene's own comes first in the table."""
+
+CONTACT = {
+    "mesh.size": (0.6e-3, 0.45e-3, 0.36e-3, 0.3e-3),
+    "mesh.element": ("incompatible_modes",),
+    "solver.increments": (24, 48),
+    "pattern.clearance": (0.005, 0.02),
+    "contact.normal_stiffness contact.tangential_stiffness": (3, 30),
+    "contact.normal_stiffness": (3, 30),
+    "contact.tangential_stiffness": (3, 30),
+    "contact.points": (2, 4),
+    "contact.friction": (0.1, 0.3, 0.44),
+}
+
+CHANGES = {"tie": TIE, "rough": CONTACT, "isotropic": CONTACT}
+"""By interaction: values of each key, or of several keys together; the scene's own comes first in the table."""
+
+FINENESS = {
+    "mesh.size": 1,
+    "solver.increments": -1,
+    "pattern.clearance": 1,
+    "contact.normal_stiffness contact.tangential_stiffness": -1,
+}
+"""What can be refined, and the power of it that goes to zero then."""
 
 
 def main() -> None:
-    """Run the sweep, print and keep its table."""
+    """Run the sweep, print and keep its tables."""
     options = _options()
     scene = load_scene(options.scene)
-    for key in ("loops", "rows"):
-        scene = scene.replace(f"pattern.{key}", getattr(options, key))
-    base = measure(scene)
-    rows = [{"key": "none", "value": "", **base}]
-    for key, values in CHANGES.items():
+    for key, value in _pairs(options.set).items():
+        scene = scene.replace(key, value)
+    if scene.load.strain > EARLY:
+        scene = scene.replace("load.stops", [EARLY])
+    table = sweep(scene, _pairs(options.vary) or CHANGES[scene.interaction])
+    _keep(table, f"sensitivity_{scene.name}")
+    _keep(orders(table, scene), f"sensitivity_{scene.name}_orders")
+
+
+def sweep(scene: Scene, changes: Mapping[str, Sequence]) -> pd.DataFrame:
+    """Return what came out with every change, one a row; refused scenes with the reason."""
+    rows = [{"key": "none", "value": "", **measure(scene)}]
+    for keys, values in changes.items():
         for value in values:
             try:
-                rows.append({"key": key, "value": value, **measure(scene.replace(key, value))})
+                changed = scene
+                for key in keys.split():
+                    changed = changed.replace(key, value)
+                if changed.hash == scene.hash:
+                    continue
+                rows.append({"key": keys, "value": value, **measure(changed)})
             except KnitstudyError as error:
-                rows.append({"key": key, "value": value, "refused": str(error)})
+                rows.append({"key": keys, "value": value, "refused": str(error)})
             print(rows[-1], file=sys.stderr, flush=True)
     table = pd.DataFrame(rows)
-    table["force over the scene's [1]"] = table["force [N]"] / base["force [N]"]
-    write_table(table, TABLE)
-    print(table.to_string(index=False, float_format="{:.5g}".format))
+    table["force over the scene's [1]"] = table["force [N]"] / table["force [N]"][0]
+    return table
 
 
 def measure(scene: Scene) -> dict:
     """Pull a scene and return what came out."""
-    knit = Knit.from_dataset(build(scene))
-    mesh = mesh_knit(knit, scene.mesh.size, scene.mesh.growth)
-    history = dns.run(scene, mesh, knit)
-    energy = history["energy"].isel(increment=-1)
-    return {
+    specimen = read_specimen(build(scene))
+    mesh = mesh_specimen(specimen, scene.mesh.size, scene.mesh.growth)
+    history = dns.run(scene, mesh, specimen)
+    strain, energy = history["strain"].to_numpy(), history["energy"].isel(increment=-1)
+    measured = {
         "degrees of freedom [1]": mesh.nodes.size,
+        "increments [1]": history.sizes["increment"] - 1,
+        f"force at {EARLY:.0%} [N]": float(np.interp(EARLY, strain, history["force"], right=np.nan)),
         "force [N]": float(history["force"][-1]),
         "largest u_z [mm]": 1e3 * float(np.abs(history["centreline_displacement"][-1, :, 2]).max()),
-        "tied area a crossing [mm2]": 1e6 * float(history["tied_area"].mean()),
-        "largest adjustment [mm]": 1e3 * history.attrs["tie_largest_adjustment"],
         "hourglass over internal energy [1]": float(
             energy.sel(form="hourglass") / energy.sel(form="internal")
         ),
     }
+    if (history["crossing_tied"] == 1).any():
+        measured["tied area a crossing [mm2]"] = 1e6 * float(history["tied_area"].mean())
+        measured["largest adjustment [mm]"] = 1e3 * history.attrs["tie_largest_adjustment"]
+    if "smallest_gap" in history:
+        measured["deepest penetration over h [1]"] = -float(history["smallest_gap"].min()) / scene.mesh.size
+        measured["augmentations [1]"] = int(history["augmentations"].sum())
+    return measured
+
+
+def orders(table: pd.DataFrame, scene: Scene) -> pd.DataFrame:
+    """Return order and limit of force and motion for all that can be refined (`FINENESS`)."""
+    rows = []
+    for keys, power in FINENESS.items():
+        section, _, key = keys.split()[0].partition(".")
+        own = getattr(getattr(scene, section), key)
+        runs = table[table["key"].isin(["none", keys]) & table["force [N]"].notna()]
+        fineness = runs["value"].replace("", own).astype(float).to_numpy() ** power
+        fineness, kept = np.unique(fineness, return_index=True)
+        if len(kept) < 3:
+            continue
+        for name in (f"force at {EARLY:.0%} [N]", "force [N]", "largest u_z [mm]"):
+            order, limit = converging(fineness, runs[name].to_numpy()[kept])
+            rows.append({"key": keys, "of": name, "order": order, "limit": limit})
+    return pd.DataFrame(rows)
+
+
+def converging(fineness: np.ndarray, value: np.ndarray) -> tuple[float, float]:
+    """Return order p and limit of value = limit + factor * fineness**p, by least squares.
+
+    Parameters
+    ----------
+    fineness : ndarray, shape (k,)
+        At least three different positive numbers that go to zero as what they belong to is refined.
+    value : ndarray, shape (k,)
+        What was computed with them.
+
+    Returns
+    -------
+    order, limit : float
+        Not a number if the values do not change in one direction, or not ever less.
+    """
+    lowest, highest = 0.1, 8.0
+
+    def fit(order: float) -> tuple[np.ndarray, float]:
+        powers = np.stack([np.ones(len(value)), (fineness / fineness.max()) ** order], axis=-1)
+        factors = np.linalg.lstsq(powers, value)[0]
+        return factors, float(np.linalg.norm(powers @ factors - value))
+
+    order = minimize_scalar(lambda order: fit(order)[1], bounds=(lowest, highest), method="bounded").x
+    steps = np.diff(value[np.argsort(fineness)])
+    if not (np.all(steps > 0) or np.all(steps < 0)) or not lowest + 0.01 < order < highest - 0.01:
+        return np.nan, np.nan
+    return float(order), float(fit(order)[0][0])
+
+
+def _keep(table: pd.DataFrame, name: str) -> None:
+    write_table(table, TABLES / f"{name}.csv")
+    print(table.to_string(index=False, float_format="{:.5g}".format, na_rep=""))
 
 
 def _options() -> argparse.Namespace:
@@ -84,9 +185,22 @@ def _options() -> argparse.Namespace:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--scene", default="dns-tie-course", help="DNS scene to start from (%(default)s)")
-    parser.add_argument("--loops", type=int, default=1, help="loops of a yarn (%(default)s)")
-    parser.add_argument("--rows", type=int, default=1, help="rows of interlocks (%(default)s)")
+    parser.add_argument(
+        "--set", nargs="+", default=[], metavar="KEY=VALUE", help="keys with other values than the scene's"
+    )
+    parser.add_argument(
+        "--vary",
+        nargs="+",
+        default=[],
+        metavar="KEY=[VALUE,...]",
+        help="changes to make instead of the usual ones",
+    )
     return parser.parse_args()
+
+
+def _pairs(texts: Sequence[str]) -> dict[str, Any]:
+    """Return keys and values of texts KEY=VALUE, values as in the configuration's files."""
+    return {key: yaml.safe_load(value) for key, _, value in (text.partition("=") for text in texts)}
 
 
 if __name__ == "__main__":
