@@ -45,7 +45,9 @@ class ContactHistory:
     gap : ndarray, shape (c,)
         Its gap [m]; inf where the closest point was not within the surface's edges.
     pressure : ndarray, shape (c,)
-        Its pressure [Pa]; where it is positive, the anchor counts.
+        Its pressure [Pa], what multipliers carried included; where it is positive, the anchor counts.
+    traction : ndarray, shape (c, 3)
+        Its tangential traction [Pa].
     multiplier : ndarray, shape (c,)
         Pressure (negative) that augmentation has added within the increment [Pa].
     anchor : ndarray, shape (c, 2)
@@ -63,6 +65,7 @@ class ContactHistory:
     xi: np.ndarray
     gap: np.ndarray
     pressure: np.ndarray
+    traction: np.ndarray
     multiplier: np.ndarray
     anchor: np.ndarray
     slip: np.ndarray
@@ -74,7 +77,8 @@ class ContactHistory:
         """Return the history of a model in which nothing has touched yet."""
         number, value = np.empty(0, dtype=np.int64), np.empty(0)
         places = np.empty((0, 2))
-        return cls(number, number, places, value, value, value, places, value, number, np.zeros(()))
+        vectors = np.empty((0, 3))
+        return cls(number, number, places, value, value, vectors, value, places, value, number, np.zeros(()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,6 +319,7 @@ class Contact:
             xi=points.projection.xi,
             gap=points.gap,
             pressure=points.pressure,
+            traction=points.traction,
             # A multiplier stays with its point while contact moves on: kept, it would press across an open gap.
             multiplier=np.zeros_like(history.multiplier),
             anchor=np.where(touches[:, None], points.projection.xi - slip, points.projection.xi),
@@ -385,6 +390,7 @@ class Contact:
             xi=projection.xi[keep],
             gap=gap[keep],
             pressure=np.zeros(keep.sum()),
+            traction=np.zeros((keep.sum(), 3)),
             multiplier=np.zeros(keep.sum()),
             anchor=projection.xi[keep],
             slip=np.zeros(keep.sum()),

@@ -52,10 +52,10 @@ def touching_points(contact: Contact, points: ContactPoints, facets: CrossingFac
         "reference": contact.reference(point),
         "area": quadrature.area[point],
         "normal": points.projection.normal[active],
-        "pressure": points.pressure[active],
+        "pressure": history.pressure[active],
         # Traction of the law acts with the internal force; on the yarn it is the reaction.
-        "traction": -points.traction[active],
-        "gap": points.gap[active],
+        "traction": -history.traction[active],
+        "gap": history.gap[active],
         "slip": history.slip[active],
         "sticks": (history.status[active] == STICK).astype(np.int8),
     }
