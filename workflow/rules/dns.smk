@@ -31,7 +31,10 @@ rule dns_vtu:
         mesh="results/mesh/{scene}.nc",
         history=history_with_fields,
         code=code(
-            "knitstudy.contact.tie", "knitstudy.contact.yarns", "knitstudy.geometry.specimen", "knitstudy.mesh.export"
+            "knitstudy.contact.tie",
+            "knitstudy.contact.yarns",
+            "knitstudy.geometry.specimen",
+            "knitstudy.mesh.export",
         ),
     output:
         update("results/dns/{scene}.vtu"),

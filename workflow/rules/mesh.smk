@@ -45,7 +45,12 @@ rule deck:
     input:
         knit=knit_of,
         mesh="results/mesh/{scene}.nc",
-        code=code("knitstudy.contact.tie", "knitstudy.geometry.specimen", "knitstudy.mesh.deck", "knitstudy.mesh.inp"),
+        code=code(
+            "knitstudy.contact.tie",
+            "knitstudy.geometry.specimen",
+            "knitstudy.mesh.deck",
+            "knitstudy.mesh.inp",
+        ),
     output:
         update("results/mesh/{scene}.{dialect}.inp"),
     log:
