@@ -6,17 +6,21 @@ from dead_loads import balance
 
 from knitstudy.fem.beam import Section
 from knitstudy.fem.beam_model import BeamModel
+from knitstudy.fem.spring import LinearSprings
 
 SECTION = Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
 
 
-def network(offsets, arms_turn=True):
-    """Six nodes, a branch, and a random zigzag; optionally with arms at the ends of all elements."""
+def network(offsets, arms_turn=True, springs=False):
+    """Six nodes, a branch, and a random zigzag; optionally with arms at all ends, and with springs."""
     rng = np.random.default_rng(5)
     nodes = np.cumsum(rng.normal(size=(6, 3)), axis=0)
     ends = np.array([[0, 1], [1, 2], [3, 2], [3, 4], [2, 5], [4, 5]])
     arms = 0.4 * rng.normal(size=(6, 2, 3)) if offsets else None
-    return BeamModel(nodes, ends, SECTION, 0.7, arms, arms_turn)
+    between = np.array([[0, 4], [5, 1]])
+    arm = 0.4 * rng.normal(size=(2, 2, 3)) * offsets
+    joined = LinearSprings(between, arm, np.array([[100.0, 300.0, 900.0], [50.0, 0.0, 500.0]]))
+    return BeamModel(nodes, ends, SECTION, 0.7, arms, arms_turn, joined if springs else None)
 
 
 def differences(model, state, step):
@@ -31,13 +35,19 @@ def differences(model, state, step):
     return np.column_stack(columns)
 
 
-CASES = {"nodes": (False, True), "rigid arms": (True, True), "arms that only follow": (True, False)}
+CASES = {
+    "nodes": (False, True),
+    "rigid arms": (True, True),
+    "arms that only follow": (True, False),
+    "springs between nodes": (False, True, True),
+    "springs between rigid arms": (True, True, True),
+    "springs between arms that only follow": (True, False, True),
+}
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_tangent_equals_central_differences(name, verify):
-    offsets, arms_turn = CASES[name]
-    model = network(offsets, arms_turn)
+    model = network(*CASES[name])
     state = model.advance(model.start(), 0.6 * np.random.default_rng(6).normal(size=model.size))
     tangent = model.respond(state, stiffness=True).stiffness.toarray()
     level = np.abs(tangent).max()
@@ -46,9 +56,10 @@ def test_tangent_equals_central_differences(name, verify):
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)  # falls as the square of the step
 
 
+@pytest.mark.parametrize("springs", [False, True])
 @pytest.mark.parametrize("offsets", [False, True])
-def test_force_is_the_derivative_of_energy(offsets):
-    model = network(offsets)
+def test_force_is_the_derivative_of_energy(offsets, springs):
+    model = network(offsets, springs=springs)
     rng = np.random.default_rng(7)
     state = model.advance(model.start(), 0.6 * rng.normal(size=model.size))
     direction, t = rng.normal(size=model.size), 1e-5

@@ -1,4 +1,4 @@
-"""A network of beams as a model that a solver can drive: six unknowns a node, rigid arms eliminated."""
+"""A network of beams and springs as a model that a solver can drive: six unknowns a node, rigid arms eliminated."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from knitstudy.fem import beam, rigid_arm
 from knitstudy.fem.assembly import Assembly
 from knitstudy.fem.model import Memoryless, Response
 from knitstudy.fem.rotation import exp
+from knitstudy.fem.spring import LinearSprings
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class BeamState:
 
 
 class BeamModel(Memoryless):
-    """Straight beam elements between nodes, or between points that nodes carry along.
+    """Straight beam elements and springs between nodes, or between points that nodes carry along.
 
     Parameters
     ----------
@@ -46,6 +47,8 @@ class BeamModel(Memoryless):
     arms_turn : bool
         Whether the offsets are rigid arms that turn with their node. Arms that only follow its translation
         give all ends at a node equal displacements and rotations, at the price of a couple: see `couples`.
+    springs : LinearSprings, optional
+        Springs between nodes, or between points that they carry in the same way; none if left out.
     """
 
     block = 6
@@ -58,15 +61,19 @@ class BeamModel(Memoryless):
         radius: float,
         offsets: np.ndarray | None = None,
         arms_turn: bool = True,
+        springs: LinearSprings | None = None,
     ) -> None:
         self.nodes = np.asarray(nodes, dtype=float)
-        self.ends = np.asarray(ends)
-        self.offsets = np.zeros((len(self.ends), 2, 3))
-        if offsets is not None:
-            self.offsets += offsets
+        self.springs = springs or LinearSprings.none()
+        self.beams = len(ends)
+        # Beams first, then springs: both are pairs of points.
+        self.ends = np.concatenate([ends, self.springs.ends])
+        beam_offsets = np.zeros((self.beams, 2, 3)) if offsets is None else offsets
+        self.offsets = np.concatenate([beam_offsets, self.springs.offsets])
         self.arms_turn = arms_turn
         points = self.nodes[self.ends] + self.offsets
-        self.elements = beam.Elements.straight(points[:, 1] - points[:, 0], section)
+        self.apart = points[:, 1] - points[:, 0]
+        self.elements = beam.Elements.straight(self.apart[: self.beams], section)
         self.size = self.block * len(self.nodes)
         self.length = float(np.mean(self.elements.length))
         self.radius = float(radius)
@@ -85,13 +92,15 @@ class BeamModel(Memoryless):
     def respond(self, state: BeamState, stiffness: bool) -> Response:
         """Return force, energy and, if asked, tangent of a state."""
         arm = self._arm(state)
-        now = self._deform(state, arm)
-        at_ends = beam.force(now)
+        chord = self._chord(state, arm)
+        now, stretch = self._deform(state, chord), self._stretch(chord)
+        at_ends = np.concatenate([beam.force(now), self.springs.at_points(stretch)])
         at_nodes = rigid_arm.force_at_nodes(at_ends, arm) if self.arms_turn else at_ends
+        stored = np.sum(beam.energy(self.elements, now)) + np.sum(self.springs.energy(stretch))
         return Response(
             force=self._assembly.sum_forces(at_nodes),
-            mean_force=self._mean(at_ends),
-            energy={"internal": float(np.sum(beam.energy(self.elements, now)))},
+            mean_force=self._mean(at_ends[: self.beams]),
+            energy={"internal": float(stored)},
             stiffness=self._tangent(now, at_ends, arm) if stiffness else None,
         )
 
@@ -104,28 +113,43 @@ class BeamModel(Memoryless):
     def couples(self, state: BeamState) -> np.ndarray:
         """Return the moments (N, 3) [N m] that joints take from the network and give to no node.
 
-        Zero with turning arms. Ends that a node joins across a distance, with forces F at offsets o from it
-        and equal displacements and rotations, leave the sum of o x F out of the node's balance of moments.
+        With arms that only follow, ends that a node joins across a distance, with forces F at offsets o from it
+        and equal displacements and rotations, leave the sum of o x F out of the node's balance of moments. A
+        spring with force f at its second point and -f at its first leaves out r x -f with the way r from first to
+        second; half of it is put down to either node.
         """
         left = np.zeros((len(self.nodes), 3))
+        arm = self._arm(state)
+        chord = self._chord(state, arm)
         if not self.arms_turn:
-            arm = self._arm(state)
-            np.add.at(left, self.ends, np.cross(arm, beam.force(self._deform(state, arm))[:, 0::2]))
+            force = beam.force(self._deform(state, chord))[:, 0::2]
+            np.add.at(left, self.ends[: self.beams], np.cross(arm[: self.beams], force))
+        pull = self.springs.pull(self._stretch(chord))
+        couple = np.cross(chord[self.beams :], -pull)
+        np.add.at(left, self.springs.ends, 0.5 * couple[:, None])
         return left
 
     def _arm(self, state: BeamState) -> np.ndarray:
-        """Current offsets (E, 2, 3) of the element ends."""
+        """Current offsets (E + K, 2, 3) of the ends of beams and springs."""
         if not self.arms_turn:
             return self.offsets
         return np.einsum("eaij,eaj->eai", state.rotation[self.ends], self.offsets)
 
-    def _deform(self, state: BeamState, arm: np.ndarray) -> beam.Deformation:
+    def _chord(self, state: BeamState, arm: np.ndarray) -> np.ndarray:
+        """Way (E + K, 3) from the first end to the second."""
         points = state.position[self.ends] + arm
-        rotation = state.rotation[self.ends]
-        return beam.deform(self.elements, points[:, 1] - points[:, 0], rotation[:, 0], rotation[:, 1])
+        return points[:, 1] - points[:, 0]
+
+    def _deform(self, state: BeamState, chord: np.ndarray) -> beam.Deformation:
+        first, second = state.rotation[self.ends[: self.beams]].swapaxes(0, 1)
+        return beam.deform(self.elements, chord[: self.beams], first, second)
+
+    def _stretch(self, chord: np.ndarray) -> np.ndarray:
+        """Relative displacement (K, 3) of the points of the springs."""
+        return (chord - self.apart)[self.beams :]
 
     def _tangent(self, now: beam.Deformation, at_ends: np.ndarray, arm: np.ndarray):
-        matrices = beam.stiffness(self.elements, now)
+        matrices = np.concatenate([beam.stiffness(self.elements, now), self.springs.stiffness_at_points()])
         if self.arms_turn:
             matrices = rigid_arm.stiffness_at_nodes(matrices, at_ends, arm)
         blocks = matrices.reshape(-1, 2, 6, 2, 6).swapaxes(2, 3).reshape(-1, 4, 36)
