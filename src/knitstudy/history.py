@@ -191,6 +191,16 @@ _COLUMNS = {
         "m",
         "mean displacement of the facets at the crossing",
     ),
+    "section_gradient": (
+        ("increment", "crossing", "side", "xyz", "undeformed_xyz"),
+        "1",
+        "mean deformation gradient of the yarn's section at the crossing",
+    ),
+    "section_displacement": (
+        ("increment", "crossing", "side", "xyz"),
+        "m",
+        "displacement of the centreline's point at the crossing",
+    ),
     "yarn_force": (("increment", "yarn_number", "xyz"), "N", "net force of the interactions on a yarn"),
     "yarn_moment": (
         ("increment", "yarn_number", "xyz"),

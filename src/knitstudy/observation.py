@@ -12,6 +12,7 @@ from knitstudy.contact.record import crossing_forces, touching_points
 from knitstudy.fem.increment import Increment
 from knitstudy.fem.solid import SolidState
 from knitstudy.mesh.grips import grips
+from knitstudy.section_motion import section_motion
 
 if TYPE_CHECKING:
     from knitstudy.dns import Simulation
@@ -20,7 +21,7 @@ log = logging.getLogger(__name__)
 
 
 def record(simulation: Simulation, increment: Increment) -> None:
-    """Add a converged increment to the history: motion of centrelines and crossings, what ties and contact carry."""
+    """Add a converged increment to the history: motion of centrelines and sections, forces of ties and contact."""
     model, mesh, tie, recorder = simulation.model, simulation.mesh, simulation.tie, simulation.recorder
     state, facets = increment.state, simulation.facets
     displacement = model.node_displacement(state)
@@ -40,12 +41,15 @@ def record(simulation: Simulation, increment: Increment) -> None:
         }
     stations = displacement[rings].mean(axis=1)
     resultant, moment = yarn_resultants(simulation, increment.response.node_force, displacement, stations)
+    sections = section_motion(facets.crossings, mesh, tie.nodes, displacement)
     recorder.add(
         increment,
         stations,
         points,
         crossing_force=force,
         crossing_displacement=facets.displacement(displacement),
+        section_gradient=sections.gradient,
+        section_displacement=sections.displacement,
         yarn_force=resultant,
         yarn_moment=moment,
         **columns,

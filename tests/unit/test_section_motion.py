@@ -1,0 +1,83 @@
+"""Affine maps of the sections at crossings: exact where the motion is affine, and blind to what is far away."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from knitstudy.fem.rotation import exp
+from knitstudy.geometry.pair import Pair
+from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.specimen import mesh_specimen
+from knitstudy.section_motion import LAYERS, nodes_around, section_motion
+
+SIZE = 0.45e-3
+
+
+@pytest.fixture(scope="module")
+def knitted(plain_scene, knit_of):
+    """Crossings and mesh of a knit of two rows."""
+    knit = knit_of(plain_scene.replace("pattern.loops", 1).replace("pattern.rows", 2))
+    return knit.crossings, mesh_knit(knit, SIZE)
+
+
+@pytest.mark.parametrize(
+    "gradient",
+    [exp([0.4, -1.1, 0.3]), np.eye(3) + 0.1 * np.random.default_rng(0).normal(size=(3, 3))],
+    ids=["rotation", "deformation"],
+)
+def test_affine_motions_are_exact(knitted, gradient):
+    crossings, mesh = knitted
+    shift = np.array([1e-3, -2e-3, 5e-4])
+    motion = section_motion(crossings, mesh, mesh.nodes, mesh.nodes @ (gradient - np.eye(3)).T + shift)
+    count = len(crossings.row)
+    np.testing.assert_allclose(motion.gradient, np.tile(gradient, (count, 2, 1, 1)), atol=1e-12)
+    expected = crossings.point @ (gradient - np.eye(3)).T + shift
+    np.testing.assert_allclose(motion.displacement, expected, atol=1e-15)
+
+
+def test_displacements_count_from_where_ties_put_the_nodes(knitted):
+    crossings, mesh = knitted
+    nodes = mesh.nodes + 1e-5 * np.random.default_rng(1).normal(size=mesh.nodes.shape)
+    rotation = exp([0.1, 0.2, 0.3])
+    motion = section_motion(crossings, mesh, nodes, nodes @ rotation.T - nodes)
+    np.testing.assert_allclose(motion.gradient, np.broadcast_to(rotation, motion.gradient.shape), atol=1e-12)
+
+
+def test_sections_lie_symmetrically_about_their_crossing_on_its_yarn(knitted):
+    crossings, mesh = knitted
+    slices = np.unique(nodes_around(crossings, mesh) // mesh.section.size, axis=2)
+    assert slices.shape == (len(crossings.row), 2, LAYERS + 1)
+    np.testing.assert_array_equal(mesh.yarn_of_slice[slices], np.repeat(crossings.yarn[..., None], 4, axis=2))
+    middle = mesh.arc_length[slices].mean(axis=2)
+    np.testing.assert_allclose(middle, crossings.arc_length, atol=0.02 * SIZE)
+
+
+@pytest.mark.parametrize(("end", "outermost"), [(0.0, [0, 1, 2, 3]), (1.0, [-4, -3, -2, -1])])
+def test_no_slices_beyond_the_end_of_a_yarn(end, outermost):
+    pair = Pair(0.9e-3, 90.0, 5e-3, 0.01)
+    mesh = mesh_specimen(pair, SIZE, 1.0)
+    crossings = replace(pair.crossings, arc_length=np.full((1, 2), end * pair.length))
+    slices = np.unique(nodes_around(crossings, mesh) // mesh.section.size, axis=2)[0]
+    for yarn in range(2):
+        of_yarn = np.arange(*mesh.first_slice[yarn : yarn + 2])
+        np.testing.assert_array_equal(slices[yarn], of_yarn[outermost])
+
+
+def test_twist_of_a_straight_yarn_is_that_of_its_middle():
+    """Both yarns twist uniformly about their axes: sections turn, and neither stretch nor tilt."""
+    pair = Pair(0.9e-3, 90.0, 5e-3, 0.01)
+    mesh = mesh_specimen(pair, SIZE, 1.0)
+    rate, axes, middles = 40.0, pair.directions, pair.middles
+    displacement = np.empty_like(mesh.nodes)
+    for yarn in range(2):
+        here = mesh.yarn_nodes(yarn)
+        arm = mesh.nodes[here] - middles[yarn]
+        along = arm @ axes[yarn]
+        turned = exp((0.3 + rate * along)[:, None] * axes[yarn])
+        displacement[here] = np.einsum("nij,nj->ni", turned, arm) - arm
+    motion = section_motion(pair.crossings, mesh, mesh.nodes, displacement)
+    for yarn in range(2):
+        # Fibres across shrink by the mean of cos(rate s), by 3e-4 within the layers around the crossing.
+        np.testing.assert_allclose(motion.gradient[0, yarn], exp(0.3 * axes[yarn]), atol=6e-4)
+    np.testing.assert_allclose(motion.displacement, 0, atol=1e-9)
