@@ -24,7 +24,8 @@ import pandas as pd
 from knitstudy import calculix, dns
 from knitstudy.configuration import load_scene
 from knitstudy.contact.tie import tie_crossings
-from knitstudy.contact.yarns import contact_law, tied_rows
+from knitstudy.contact.tied_crossings import tied_crossings
+from knitstudy.contact.yarns import contact_law
 from knitstudy.errors import ConvergenceError, KnitstudyError
 from knitstudy.mesh.deck import specimen_deck
 from knitstudy.mesh.inp import write_inp
@@ -65,7 +66,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--rows", type=int, help="instead of the scene's")
     parser.add_argument("--size", type=float, help="element size in m, instead of the scene's")
     parser.add_argument("--increments", type=int, help="instead of the scene's")
-    parser.add_argument("--tied-rows", choices=("outer", "none"), help="instead of the scene's")
+    parser.add_argument("--tied-edges", choices=("outer", "none"), help="instead of the scene's")
     parser.add_argument("--friction", type=float, help="instead of the scene's")
     parser.add_argument("--first-step", action="store_true", help="CalculiX without a step of rest as well")
     parser.add_argument("--threads", type=int, default=1, help="of both codes (%(default)s)")
@@ -81,7 +82,7 @@ def _scene(options: argparse.Namespace) -> Scene:
         ("pattern", "rows"): options.rows,
         ("mesh", "size"): options.size,
         ("solver", "increments"): options.increments,
-        ("contact", "tied_rows"): options.tied_rows,
+        ("contact", "tied_edges"): options.tied_edges,
         ("contact", "friction"): options.friction,
         ("yarn", "material"): "st_venant_kirchhoff",
         ("solver", "hourglass"): CALCULIX_HOURGLASS * (1 + document["yarn"]["poisson_ratio"]),
@@ -110,7 +111,7 @@ def here(scene: dict, folder: str) -> dict:
 def _there(scene: Scene, folder: Path, threads: int, rests: bool = True) -> dict:
     """Run CalculiX on them."""
     knit, mesh = knits.load(str(folder))
-    tie = tie_crossings(mesh, knit, scene.tie.tolerance, tied_rows(scene, knit.rows))
+    tie = tie_crossings(mesh, knit, scene.tie.tolerance, tied_crossings(scene, knit.crossings))
     deck = specimen_deck(scene, knit, mesh, tie, "equations")
     write_inp(replace(deck, fields=False, rests=rests), folder / "peer.inp", "calculix")
     try:
@@ -145,7 +146,7 @@ def _table(scene: Scene, rows: dict[str, dict], threads: int) -> str:
     return "\n".join(
         [
             f"{scene.name}, {scene.pattern.loops} x {scene.pattern.rows}, strain {scene.load.strain:g}, "
-            f"{scene.interaction}, tied rows {tied_rows(scene, scene.pattern.rows).tolist()}",
+            f"{scene.interaction}, tied edges {scene.contact.tied_edges}",
             f"h = {1e3 * scene.mesh.size:g} mm, {law.normal:.4g} and {law.tangential:.4g} Pa/m, "
             f"friction {law.friction:g}, {threads} threads",
             "",

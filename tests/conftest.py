@@ -64,7 +64,7 @@ def plain_scene():
                 "penetration": 0.01,
                 "augmentations": 10,
                 "points": 2,
-                "tied_rows": "outer",
+                "tied_edges": "outer",
             },
             "solver": {
                 "increments": 4,
@@ -74,7 +74,15 @@ def plain_scene():
                 "stabilisation": 0.0,
                 "linear": "auto",
             },
-            "rom": {"contacts_from": "plain-dns", "joint": "rigid"},
+            "rom": {
+                "contacts_from": "plain-dns",
+                "joint": "rigid",
+                "springs_from": None,
+                "springs": "averaged",
+                "displacement": "interface",
+                "section": "single",
+            },
+            "beam": {"contact": "point", "section": "rigid", "stiffness": 10.0},
             "outputs": [],
         }
     )

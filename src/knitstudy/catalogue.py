@@ -16,7 +16,7 @@ COURSE = {"specimen": "knit", "load.direction": "course"}
 TIE = {"interaction": "tie"}
 ROUGH = {"interaction": "rough"}
 ISOTROPIC = {"interaction": "isotropic", "contact.friction": FRICTION}
-OUTER_ROWS_TIED = {"contact.tied_rows": "outer"}
+OUTER_ROWS_TIED = {"contact.tied_edges": "outer"}
 
 TIED_COURSE = COURSE | TIE
 """Scenes with ties, pulled in the course direction."""
@@ -29,7 +29,7 @@ VARIANTS = {
     "tie": TIE,
     "rough": ROUGH | OUTER_ROWS_TIED,
     "isotropic": ISOTROPIC | OUTER_ROWS_TIED,
-    "untied": ISOTROPIC | {"contact.tied_rows": "none"},
+    "untied": ISOTROPIC | {"contact.tied_edges": "none"},
 }
 """Interactions that are compared with each other."""
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import copy
 import csv
 import re
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -125,23 +126,31 @@ def check_scenes_together(scenes: dict[str, Scene], where: str) -> None:
                 f"{where}, scene {scene.name!r}: knit is {scene.knit!r}, as in scene {first.name!r}, but"
                 f" {_first_difference(first, scene)}; scenes of one knit share its geometry"
             )
-        if scene.fidelity != "dns":
-            _check_source(scene, scenes, where)
+        if scene.rom.contacts_from is not None:
+            _check_sources(scene, scenes, where)
 
 
-def _check_source(scene: Scene, scenes: dict[str, Scene], where: str) -> None:
-    """Check that a reduced model takes its joints from a DNS of the same knit and interaction."""
-    name = scene.rom.contacts_from
+def _check_sources(scene: Scene, scenes: dict[str, Scene], where: str) -> None:
+    """Check that a reduced model takes joints from a DNS like it, and springs from one of the same interaction."""
     direct = sorted(other.name for other in scenes.values() if other.fidelity == "dns")
-    if name not in direct:
-        message = unknown_choice("rom.contacts_from names the unknown dns scene", name, name, direct)
-        raise ConfigurationError(f"{where}, scene {scene.name!r}: {message}")
-    for key in ("knit", "interaction"):
-        if getattr(scenes[name], key) != getattr(scene, key):
-            raise ConfigurationError(
-                f"{where}, scene {scene.name!r}: {key} is {getattr(scene, key)!r} but must be"
-                f" {getattr(scenes[name], key)!r} as in rom.contacts_from, {name!r}"
-            )
+    alike = {
+        "contacts_from": ("knit", "interaction", "load.direction"),
+        "springs_from": ("knit", "interaction"),
+    }
+    for source, keys in alike.items():
+        name = getattr(scene.rom, source)
+        if name is None:
+            continue
+        if name not in direct:
+            message = unknown_choice(f"rom.{source} names the unknown dns scene", name, name, direct)
+            raise ConfigurationError(f"{where}, scene {scene.name!r}: {message}")
+        for key in keys:
+            here, there = (attrgetter(key)(each) for each in (scene, scenes[name]))
+            if here != there:
+                raise ConfigurationError(
+                    f"{where}, scene {scene.name!r}: {key} is {here!r} but must be {there!r} as in rom.{source},"
+                    f" {name!r}"
+                )
 
 
 def _first_difference(first: Scene, second: Scene) -> str:

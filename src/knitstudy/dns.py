@@ -12,10 +12,11 @@ import xarray as xr
 
 from knitstudy import observation
 from knitstudy.checkpoint import Checkpoint
+from knitstudy.contact.beside_ties import BesideTies
 from knitstudy.contact.crossing import CrossingFacets
 from knitstudy.contact.tie import Tie, tie_crossings
-from knitstudy.contact.tied_rows import TiedRows
-from knitstudy.contact.yarns import tied_rows, yarn_contact
+from knitstudy.contact.tied_crossings import tied_crossings, tied_pieces
+from knitstudy.contact.yarns import yarn_contact
 from knitstudy.cost import Meter
 from knitstudy.errors import ConvergenceError
 from knitstudy.fem.hexahedron import OnePointHexahedron
@@ -37,7 +38,7 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder, Stations
 from knitstudy.io import write_dataset
 from knitstudy.load_path import Motion, load_path
-from knitstudy.mesh.grips import grips
+from knitstudy.mesh.grips import Grips, grips
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.scene import Scene
 
@@ -64,8 +65,9 @@ class Simulation:
     model : SolidModel
     tie : Tie
     facets : CrossingFacets
-    beside : TiedRows or None
-        Watches tied rows where others are in contact.
+    beside : BesideTies or None
+        Watches tied yarns where others are in contact.
+    ends : Grips
     drive : Drive
     settings : Settings
     solver : LinearSolver
@@ -77,7 +79,8 @@ class Simulation:
     model: SolidModel
     tie: Tie
     facets: CrossingFacets
-    beside: TiedRows | None
+    beside: BesideTies | None
+    ends: Grips
     drive: Drive
     settings: Settings
     solver: LinearSolver
@@ -93,11 +96,13 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> Simulation
         If an element is folded after the tied nodes were moved, a crossing cannot be tied, or yarns overlap.
     """
     meter = Meter()
-    rows = tied_rows(scene, specimen.rows)
-    tie = tie_crossings(mesh, specimen, scene.tie.tolerance, rows)
-    model = _model(scene, mesh, tie, rows)
+    tied = tied_crossings(scene, specimen.crossings)
+    tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied)
+    pieces = tied_pieces(mesh, specimen.crossings, tied)
+    model = _model(scene, mesh, tie, pieces)
     motion = load_path(scene, specimen)
-    drive, driven = _drive(scene, mesh, tie, motion)
+    ends = grips(mesh, scene, specimen)
+    drive, driven = _drive(scene, tie, motion, ends)
     stations = Stations(mesh.yarn_of_slice, mesh.arc_length, mesh.centres)
     recorder = Recorder(stations, driven, motion.axis, motion.at, motion.length, meter=meter)
     solver = linear_solver(scene.solver.linear, model, mesh, tie, drive)
@@ -106,11 +111,11 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> Simulation
     if model.contact is not None:
         # Where contact begins, a parabola through what came before overshoots far into the other yarn.
         settings = replace(settings, predictor=1)
-        beside = TiedRows(scene, mesh, tie, rows) if len(rows) else None
-    return Simulation(scene, mesh, model, tie, facets, beside, drive, settings, solver, recorder)
+        beside = BesideTies(scene, mesh, tie, pieces) if tied.any() else None
+    return Simulation(scene, mesh, model, tie, facets, beside, ends, drive, settings, solver, recorder)
 
 
-def _model(scene: Scene, mesh: SweptMesh, tie: Tie, rows: np.ndarray) -> SolidModel:
+def _model(scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray) -> SolidModel:
     yarn, size = scene.yarn, scene.mesh.size
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
     corners = tie.nodes[mesh.hexahedra]
@@ -121,7 +126,7 @@ def _model(scene: Scene, mesh: SweptMesh, tie: Tie, rows: np.ndarray) -> SolidMo
     dependence = tie.dependence() if len(tie.slave) else None
     contact = stabilisation = None
     if scene.interaction != "tie":
-        contact = yarn_contact(scene, mesh, tie.nodes, rows)
+        contact = yarn_contact(scene, mesh, tie.nodes, pieces)
     if scene.solver.stabilisation > 0:
         volume = np.bincount(mesh.hexahedra.ravel(), np.repeat(elements.volume / 8, 8), len(tie.nodes))
         kept = volume if dependence is None else dependence.T @ volume
@@ -236,14 +241,13 @@ def require_apart(simulation: Simulation, increment: Increment) -> None:
     if gap < -limit:
         raise ConvergenceError(
             f"increment {increment.index}: tied yarns penetrate each other by {-gap:.3g} m beside their ties; "
-            f"contact.penetration allows {limit:.3g} m. Use contact.tied_rows 'none', a larger tie.tolerance or a "
+            f"contact.penetration allows {limit:.3g} m. Use contact.tied_edges 'none', a larger tie.tolerance or a "
             "smaller load.strain"
         )
 
 
-def _drive(scene: Scene, mesh: SweptMesh, tie: Tie, motion: Motion) -> tuple[Drive, np.ndarray]:
+def _drive(scene: Scene, tie: Tie, motion: Motion, ends: Grips) -> tuple[Drive, np.ndarray]:
     """Return prescribed unknowns, and those of the driven nodes (k, 3)."""
-    ends = grips(mesh, scene)
     held, driven = (3 * tie.unknown[nodes][:, None] + np.arange(3) for nodes in (ends.held, ends.driven))
     components = driven if scene.load.lateral == "fixed" else driven[:, [motion.axis]]
     count = components.shape[1]

@@ -10,6 +10,9 @@ from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.scene import Scene
 
+DIRECTIONS = ("course", "wale")
+"""Of a knit's load, along x and y."""
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:
@@ -48,6 +51,7 @@ def load_path(scene: Scene, specimen: Knit | Pair) -> Motion:
         legs = np.array(scene.load.path)
         corners = tuple((np.arange(len(legs)) + 1) / len(legs))
         return Motion(legs, corners, (), axis=2, length=2 * specimen.radius)
-    width = specimen.width
+    axis = DIRECTIONS.index(scene.load.direction)
+    length = (specimen.width, specimen.height)[axis]
     stops = tuple(stop / scene.load.strain for stop in scene.load.stops)
-    return Motion(np.array([[scene.load.strain * width, 0.0, 0.0]]), (1.0,), stops, axis=0, length=width)
+    return Motion(scene.load.strain * length * np.eye(3)[[axis]], (1.0,), stops, axis, length)

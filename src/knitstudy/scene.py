@@ -141,7 +141,8 @@ class Contact:
     """Contact with friction (Table 1): stiffnesses over E / h, and how it is integrated and enforced.
 
     A ``penetration`` deeper than this share of h is removed by at most so many ``augmentations`` an increment.
-    ``points`` are Gauss points along each side of a facet; ``tied_rows`` are the interlock rows that stay tied.
+    ``points`` are Gauss points along each side of a facet; ``tied_edges`` says which crossings stay tied (Fig. 3):
+    of the "outer" interlock rows in course tension and columns in wale tension, or "none".
     """
 
     friction: float
@@ -150,7 +151,7 @@ class Contact:
     penetration: float
     augmentations: int
     points: int
-    tied_rows: str
+    tied_edges: str
 
 
 @dataclass(frozen=True)
@@ -170,10 +171,31 @@ class Solver:
 
 @dataclass(frozen=True)
 class Rom:
-    """Reduced order model: the DNS scene that its joints come from (None in a DNS scene) and their kind."""
+    """Reduced order model: the DNS scene that its joints come from (None in other scenes) and their kind.
+
+    ``springs_from`` is another DNS scene whose springs are used; ``springs`` are averaged or of each crossing's own
+    "zones", secants of the relative ``displacement`` of interfaces or centrelines; ``section`` is that of a segment of
+    the planar model which two yarns share.
+    """
 
     contacts_from: str | None
     joint: str
+    springs_from: str | None
+    springs: str
+    displacement: str
+    section: str
+
+
+@dataclass(frozen=True)
+class Beam:
+    """Beams in contact: at a "point" of every crossing or along a "line", of "rigid" or "hertz" sections.
+
+    ``stiffness`` is the penalty of rigid sections, over E R of a point and over E of a line.
+    """
+
+    contact: str
+    section: str
+    stiffness: float
 
 
 @dataclass(frozen=True)
@@ -195,6 +217,7 @@ class Scene:
     contact: Contact
     solver: Solver
     rom: Rom
+    beam: Beam
     outputs: tuple[str, ...]
 
     def __post_init__(self):
@@ -256,8 +279,14 @@ class Scene:
         left_out = {"name", "knit", "outputs"}
         left_out |= {"pair"} if self.specimen == "knit" else {"geometry"}
         left_out |= {"contact"} if self.interaction == "tie" else set()
+        left_out |= {"beam"} if self.fidelity != "beam" else set()
+        left_out |= {"rom"} if self.fidelity in FULL else set()
         document = self.to_dict()
         return _digest({key: document[key] for key in document if key not in left_out})
+
+
+FULL = ("dns", "beam")
+"""Fidelities that need no other simulation."""
 
 
 def check_keys_together(scene: Scene, where: str) -> None:
@@ -274,13 +303,34 @@ def check_keys_together(scene: Scene, where: str) -> None:
         _check_knit(scene, where)
     _check_load(scene, where)
     fidelity, source = scene.fidelity, scene.rom.contacts_from
-    if fidelity == "dns" and source is not None:
+    if fidelity in FULL and source is not None:
         raise ConfigurationError(
-            f"{where}: rom.contacts_from is {source!r} but must be empty where fidelity is dns"
+            f"{where}: rom.contacts_from is {source!r} but must be empty where fidelity is {fidelity}"
         )
-    if fidelity != "dns" and source is None:
+    if fidelity not in FULL and source is None:
         raise ConfigurationError(
             f"{where}: rom.contacts_from is empty but must name a dns scene where fidelity is {fidelity}"
+        )
+    if fidelity == "beam" and scene.interaction == "tie":
+        raise ConfigurationError(
+            f"{where}: interaction is 'tie' but must be rough or isotropic where fidelity is beam: tied beams are the"
+            " model of fidelity rom3d"
+        )
+    if scene.rom.springs_from is not None:
+        _check_springs(scene, where)
+
+
+def _check_springs(scene: Scene, where: str) -> None:
+    """Check that springs of another scene are asked for where there are springs, and averaged."""
+    asked = f"{where}: rom.springs_from is {scene.rom.springs_from!r} but must be empty where"
+    if scene.fidelity != "rom3d" or scene.interaction == "tie":
+        raise ConfigurationError(
+            f"{asked} fidelity is {scene.fidelity} and interaction is {scene.interaction}: only a rom3d without ties"
+            " has springs"
+        )
+    if scene.rom.springs != "averaged":
+        raise ConfigurationError(
+            f"{asked} rom.springs is {scene.rom.springs}: zones of another scene are other crossings"
         )
 
 
@@ -299,10 +349,12 @@ def _check_knit(scene: Scene, where: str) -> None:
             f"{where}: geometry.free has {entries} entries but must have {points}, one for each of"
             " pattern.control_points"
         )
-    if scene.interaction != "tie" and scene.contact.tied_rows == "outer" and scene.pattern.rows < 3:
+    key = "rows" if scene.load.direction == "course" else "loops"
+    count = getattr(scene.pattern, key)
+    if scene.interaction != "tie" and scene.contact.tied_edges == "outer" and count < 3:
         raise ConfigurationError(
-            f"{where}: contact.tied_rows is 'outer' but must be none where pattern.rows is {scene.pattern.rows}:"
-            " no row is left that is not tied"
+            f"{where}: contact.tied_edges is 'outer' but must be none where pattern.{key} is {count}:"
+            " nothing is left that is not tied"
         )
 
 
@@ -322,10 +374,11 @@ def _check_pair(scene: Scene, where: str) -> None:
 def _check_load(scene: Scene, where: str) -> None:
     """Check that a load is one of its specimen, and that stops lie on its way."""
     load, specimen = scene.load, scene.specimen
-    direction = "path" if specimen == "pair" else "course"
-    if load.direction != direction:
+    directions = ("path",) if specimen == "pair" else ("course", "wale")
+    if load.direction not in directions:
         raise ConfigurationError(
-            f"{where}: load.direction is {load.direction!r} but must be {direction} where specimen is {specimen}"
+            f"{where}: load.direction is {load.direction!r} but must be {' or '.join(directions)} where specimen is"
+            f" {specimen}"
         )
     if specimen == "knit" and load.path:
         raise ConfigurationError(f"{where}: load.path has {len(load.path)} legs but must be [] for a knit")

@@ -27,7 +27,7 @@ DEFAULTS = {
         "penetration": 0.01,
         "augmentations": 10,
         "points": 2,
-        "tied_rows": "outer",
+        "tied_edges": "outer",
     },
     "solver": {
         "increments": 10,
@@ -37,7 +37,15 @@ DEFAULTS = {
         "stabilisation": 0.0,
         "linear": "auto",
     },
-    "rom": {"contacts_from": None, "joint": "rigid"},
+    "rom": {
+        "contacts_from": None,
+        "joint": "rigid",
+        "springs_from": None,
+        "springs": "averaged",
+        "displacement": "interface",
+        "section": "single",
+    },
+    "beam": {"contact": "point", "section": "rigid", "stiffness": 10.0},
     "outputs": [],
 }
 

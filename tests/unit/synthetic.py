@@ -184,7 +184,7 @@ def pair_scene(scene, path, angle=90.0, interaction="isotropic"):
     document = scene.to_dict() | {"specimen": "pair", "fidelity": "dns", "interaction": interaction}
     document["load"] |= {"direction": "path", "path": path, "stops": []}
     document["pair"] |= {"angle": angle}
-    document["rom"] = {"contacts_from": None, "joint": "rigid"}
+    document["rom"]["contacts_from"] = None
     return type(scene).from_dict(document)
 
 

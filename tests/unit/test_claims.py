@@ -27,7 +27,10 @@ STIFFNESS = {"tie": 1.2, "rough": 1.1, "isotropic": 1.0, "untied": 0.5}
 @pytest.fixture
 def evidence(plain_scene, knit):
     """Everything as the paper has it."""
-    solid = plain_scene.to_dict() | {"fidelity": "dns", "rom": {"contacts_from": None, "joint": "rigid"}}
+    solid = plain_scene.to_dict() | {
+        "fidelity": "dns",
+        "rom": plain_scene.to_dict()["rom"] | {"contacts_from": None},
+    }
     solid = type(plain_scene).from_dict(solid).replace("mesh.size", 0.3e-3)
     return Evidence(
         geometry=synthetic.geometry(Knit(initial_loop(plain_scene), 2, 2), flattened=0.99),

@@ -51,14 +51,14 @@ def tie(mesh):
         crossing=np.zeros(4, dtype=int),
         nodes=nodes,
         adjustment=np.linalg.norm(nodes[slave[0]] - mesh.nodes[slave[0]], axis=1),
+        area=np.ones(1),
     )
 
 
 @pytest.fixture
 def knit():
-    return SimpleNamespace(
-        loops=2, rows=1, width=6.0, radius=RADIUS, crossings=SimpleNamespace(row=np.array([0]))
-    )
+    crossings = SimpleNamespace(row=np.array([0]), yarn=np.array([[0, 1]]), arc_length=np.array([[3.0, 3.0]]))
+    return SimpleNamespace(loops=2, rows=1, width=6.0, height=3.0, radius=RADIUS, crossings=crossings)
 
 
 def scene(specimen="knit", interaction="tie", lateral="fixed", path=(), **contact):
@@ -68,7 +68,7 @@ def scene(specimen="knit", interaction="tie", lateral="fixed", path=(), **contac
         interaction=interaction,
         yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42),
         pair=SimpleNamespace(angle=90.0, support="ends"),
-        load=SimpleNamespace(strain=0.05, lateral=lateral, path=path, stops=()),
+        load=SimpleNamespace(direction="course", strain=0.05, lateral=lateral, path=path, stops=()),
         mesh=SimpleNamespace(size=0.5),
         contact=SimpleNamespace(
             **{"friction": 0.76, "normal_stiffness": 10, "tangential_stiffness": 5, "penetration": 0.01}
@@ -171,7 +171,8 @@ def test_equations_repeat_the_elimination(mesh, tie, knit, tmp_path):
 
 def contact_deck(mesh, knit, **options):
     nothing = np.empty(0, dtype=int)
-    untied = SimpleNamespace(slave=nothing, crossing=nothing, nodes=mesh.nodes)
+    area = np.full(len(knit.crossings.row), np.nan)
+    untied = SimpleNamespace(slave=nothing, crossing=nothing, nodes=mesh.nodes, area=area)
     return specimen_deck(scene(**{"interaction": "isotropic"} | options), knit, mesh, untied)
 
 

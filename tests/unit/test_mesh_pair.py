@@ -75,7 +75,7 @@ def test_pair_can_be_tied(pair, mesh):
 
 
 def test_back_is_the_half_that_cannot_touch(pair, mesh, scene):
-    held_and_driven = grips(mesh, scene)
+    held_and_driven = grips(mesh, scene, pair)
     for yarn, nodes, away in ((0, held_and_driven.held, -1), (1, held_and_driven.driven, 1)):
         surface = mesh.surface_nodes(yarn)
         assert nodes.size == surface.size // 2
@@ -84,8 +84,8 @@ def test_back_is_the_half_that_cannot_touch(pair, mesh, scene):
         assert (away * height > 0).all()
 
 
-def test_ends_are_whole_sections(mesh, scene):
-    held_and_driven = grips(mesh, scene.replace("pair.support", "ends"))
+def test_ends_are_whole_sections(pair, mesh, scene):
+    held_and_driven = grips(mesh, scene.replace("pair.support", "ends"), pair)
     for yarn, nodes in ((0, held_and_driven.held), (1, held_and_driven.driven)):
         assert nodes.size == 2 * mesh.section.size
         slices = nodes[:: mesh.section.size] // mesh.section.size
@@ -93,7 +93,7 @@ def test_ends_are_whole_sections(mesh, scene):
         np.testing.assert_array_equal(mesh.arc_length[slices], [0, LENGTH])
 
 
-def test_knit_is_held_left_and_driven_right(mesh, plain_scene):
-    held_and_driven = grips(mesh, plain_scene)
+def test_knit_is_held_left_and_driven_right_in_course_tension(pair, mesh, plain_scene):
+    held_and_driven = grips(mesh, plain_scene, pair)
     np.testing.assert_array_equal(held_and_driven.held, mesh.end_nodes("left"))
     np.testing.assert_array_equal(held_and_driven.driven, mesh.end_nodes("right"))

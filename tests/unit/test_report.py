@@ -182,7 +182,9 @@ def test_origins_are_relative_to_the_page(tmp_path, plain_scene):
 def test_models_of_a_study_are_one_family(plain_scene):
     def solid(name):
         document = plain_scene.to_dict() | {"name": name, "fidelity": "dns"}
-        return type(plain_scene).from_dict(document | {"rom": {"contacts_from": None, "joint": "rigid"}})
+        return type(plain_scene).from_dict(
+            document | {"rom": plain_scene.to_dict()["rom"] | {"contacts_from": None}}
+        )
 
     def reduced(name, fidelity, source):
         scene = plain_scene.replace("fidelity", fidelity).replace("rom.contacts_from", source)
@@ -208,7 +210,10 @@ def test_models_of_a_study_are_one_family(plain_scene):
 @pytest.fixture
 def direct(plain_scene):
     """Function that makes a scene of a direct simulation."""
-    document = plain_scene.to_dict() | {"fidelity": "dns", "rom": {"contacts_from": None, "joint": "rigid"}}
+    document = plain_scene.to_dict() | {
+        "fidelity": "dns",
+        "rom": plain_scene.to_dict()["rom"] | {"contacts_from": None},
+    }
 
     def make(name, interaction, **keys):
         scene = type(plain_scene).from_dict(document | {"name": name, "interaction": interaction})
@@ -229,7 +234,7 @@ def test_interactions_are_compared_on_one_mesh(direct):
         direct("tied", "tie"),
         direct("slippery", "isotropic", contact__friction=0.1),
         direct("friction", "isotropic", load__strain=0.006),
-        direct("free", "isotropic", contact__tied_rows="none"),
+        direct("free", "isotropic", contact__tied_edges="none"),
         direct("grips", "rough", load__lateral="free"),
         direct("rough", "rough"),
     ]
@@ -246,7 +251,7 @@ def test_sweep_of_friction_is_that_of_the_mesh_with_most_coefficients(direct):
         direct("mu1", "isotropic", contact__friction=0.1),
         direct("mu3", "isotropic", contact__friction=0.3),
         direct("mu3-again", "isotropic", contact__friction=0.3, contact__normal_stiffness=20),
-        direct("free", "isotropic", contact__tied_rows="none", contact__friction=0.5),
+        direct("free", "isotropic", contact__tied_edges="none", contact__friction=0.5),
     ]
     fine = [direct("fine", "isotropic", mesh__size=0.3e-3)]
     assert [scene.name for scene in friction_sweep(fine + coarse)] == ["tied", "rough", "mu1", "mu3"]

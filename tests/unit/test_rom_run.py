@@ -22,7 +22,10 @@ def test_history_holds_what_the_scene_asked_for(plain_scene, knit, contacts, fid
 
 
 def test_solid_scene_is_refused(plain_scene, knit, contacts):
-    document = plain_scene.to_dict() | {"fidelity": "dns", "rom": {"contacts_from": None, "joint": "rigid"}}
+    document = plain_scene.to_dict() | {
+        "fidelity": "dns",
+        "rom": plain_scene.to_dict()["rom"] | {"contacts_from": None},
+    }
     with pytest.raises(ConfigurationError, match="fidelity is 'dns'"):
         run(type(plain_scene).from_dict(document), knit, contacts)
 

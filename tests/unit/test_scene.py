@@ -50,7 +50,6 @@ def test_is_frozen_to_the_last_array(scene):
         ("load.strain", "0.05", "a number > 0"),
         ("load.strain", True, "a number > 0"),
         ("load.strain", float("nan"), "a finite number"),
-        ("load.direction", "bias", "course"),
         ("interaction", "glued", "tie, rough"),
         ("specimen", "braid", "knit or pair"),
         ("pair.angle", 0, "a number > 0 and <= 90, in degrees"),
@@ -65,9 +64,17 @@ def test_is_frozen_to_the_last_array(scene):
         ("contact.penetration", 0, "a share of the mesh size"),
         ("contact.augmentations", -1, "a whole number from 0 to 100"),
         ("contact.points", 5, "a whole number from 1 to 4"),
-        ("contact.tied_rows", "inner", "outer"),
+        ("contact.tied_edges", "inner", "outer"),
         ("solver.stabilisation", -1e-9, "a number >= 0"),
-        ("fidelity", "fem", "dns, rom3d or rom2d"),
+        ("fidelity", "fem", "dns, rom3d, rom2d or beam"),
+        ("load.direction", "bias", "course or wale for a knit"),
+        ("rom.joint", "coincident", "or printed"),
+        ("rom.springs", "some", "or zones"),
+        ("rom.displacement", "yarn", "interface or centreline"),
+        ("rom.section", "tripled", "single or doubled"),
+        ("beam.contact", "area", "or line"),
+        ("beam.section", "soft", "or hertz"),
+        ("beam.stiffness", 0, "a number > 0"),
         ("mesh.size", float("inf"), "a finite number"),
         ("mesh", 3.0, "a group of keys"),
         ("solver.linear", "magic", "auto, three_scale, amg or lu"),
@@ -95,7 +102,7 @@ def test_value_that_is_not_allowed(scene, key, value, allowed):
             r"unknown key 'load.strane' \(did you mean 'strain'\?\); allowed are direction, lateral, path, ",
         ),
         ("lod.strain", r"unknown key 'lod.strain' \(did you mean 'load'\?\)"),
-        ("colour", "unknown key 'colour'; allowed are contact, fidelity, "),
+        ("colour", "unknown key 'colour'; allowed are beam, contact, fidelity, "),
     ],
 )
 def test_unknown_key(scene, key, message):
@@ -135,7 +142,11 @@ def test_source_of_contacts_goes_with_the_fidelity(scene):
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("load.direction", "path", r"load\.direction is 'path' but must be course where specimen is knit"),
+        (
+            "load.direction",
+            "path",
+            r"load\.direction is 'path' but must be course or wale where specimen is knit",
+        ),
         ("load.path", [[0, 0, 1e-3]], r"load\.path has 1 legs but must be \[\] for a knit"),
         (
             "load.stops",
@@ -168,9 +179,9 @@ def test_pair_that_is_not_allowed(pair, key, value, message):
 
 def test_rows_in_contact_need_one_that_is_not_tied(scene):
     two = scene.replace("pattern.rows", 2)
-    with pytest.raises(ConfigurationError, match=r"contact\.tied_rows is 'outer' but must be none"):
+    with pytest.raises(ConfigurationError, match=r"contact\.tied_edges is 'outer' but must be none"):
         two.replace("interaction", "isotropic")
-    assert two.replace("contact.tied_rows", "none").replace("interaction", "rough").interaction == "rough"
+    assert two.replace("contact.tied_edges", "none").replace("interaction", "rough").interaction == "rough"
 
 
 def test_constructor_checks_as_well(scene):

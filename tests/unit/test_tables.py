@@ -29,7 +29,10 @@ def paper():
 
 @pytest.fixture
 def scenes(plain_scene):
-    solid = plain_scene.to_dict() | {"fidelity": "dns", "rom": {"contacts_from": None, "joint": "rigid"}}
+    solid = plain_scene.to_dict() | {
+        "fidelity": "dns",
+        "rom": plain_scene.to_dict()["rom"] | {"contacts_from": None},
+    }
     solid = type(plain_scene).from_dict(solid)
     return {"dns": solid, "rom3d": plain_scene, "rom2d": plain_scene.replace("fidelity", "rom2d")}
 

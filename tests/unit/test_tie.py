@@ -67,9 +67,9 @@ def test_a_larger_tolerance_ties_more(tie, knit, mesh):
     assert (wider.area >= tie.area).all()
 
 
-def test_only_the_rows_asked_for_are_tied(tie, knit, mesh):
-    some, none = (tie_crossings(mesh, knit, 0.05, np.array(rows, dtype=int)) for rows in ([1], []))
+def test_only_the_crossings_asked_for_are_tied(tie, knit, mesh):
     upper = knit.crossings.row == 1
+    some, none = (tie_crossings(mesh, knit, 0.05, tied) for tied in (upper, np.zeros_like(upper)))
     assert set(some.crossing) == set(np.flatnonzero(upper))
     np.testing.assert_array_equal(np.isfinite(some.area), upper)
     np.testing.assert_array_equal(np.isfinite(some.centroid).all(axis=1), upper)

@@ -32,7 +32,7 @@ def pulled(folder, path, increments, interaction="isotropic", rests=True):
     scene = scene.replace("interaction", interaction)
     pair = Pair(scene.yarn.radius, scene.pair.angle, scene.pair.length, scene.pattern.clearance)
     mesh = mesh_pair(pair, SIZE, scene.mesh.growth)
-    untied = tie_crossings(mesh, pair, scene.tie.tolerance, np.arange(0))
+    untied = tie_crossings(mesh, pair, scene.tie.tolerance, np.zeros(1, dtype=bool))
     deck = replace(specimen_deck(scene, pair, mesh, untied), fields=False, rests=rests)
     write_inp(deck, folder / "deck.inp", "calculix")
     run = calculix.run(folder / "deck.inp")

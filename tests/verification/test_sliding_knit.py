@@ -13,7 +13,7 @@ from knitstudy.tables.simulation import ledger_gap
 NAME = "dns-isotropic-course-coarse"
 
 CELL = {
-    "contact.tied_rows": "none",
+    "contact.tied_edges": "none",
     "pattern.loops": 1,
     "pattern.rows": 1,
     "mesh.size": 0.6e-3,

@@ -32,7 +32,7 @@ rule dns_vtu:
         history=history_with_fields,
         code=code(
             "knitstudy.contact.tie",
-            "knitstudy.contact.yarns",
+            "knitstudy.contact.tied_crossings",
             "knitstudy.geometry.specimen",
             "knitstudy.mesh.export",
         ),

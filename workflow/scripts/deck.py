@@ -1,7 +1,7 @@
 """Write a scene as an input deck of another finite-element program."""
 
 from knitstudy.contact.tie import tie_crossings
-from knitstudy.contact.yarns import tied_rows
+from knitstudy.contact.tied_crossings import tied_crossings
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.io import read_dataset
 from knitstudy.mesh.deck import specimen_deck
@@ -14,6 +14,6 @@ with stage(snakemake):
     scene = Scene.from_dict(snakemake.params.scene)
     specimen = read_specimen(read_dataset(snakemake.input.knit))
     mesh = SweptMesh.from_dataset(read_dataset(snakemake.input.mesh))
-    tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied_rows(scene, specimen.rows))
+    tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied_crossings(scene, specimen.crossings))
     deck = specimen_deck(scene, specimen, mesh, tie)
     write_inp(deck, snakemake.output[0], snakemake.wildcards.dialect)

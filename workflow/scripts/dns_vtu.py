@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from knitstudy.contact.tie import tie_crossings
-from knitstudy.contact.yarns import tied_rows
+from knitstudy.contact.tied_crossings import tied_crossings
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.io import read_dataset
 from knitstudy.mesh.export import write_vtu
@@ -16,6 +16,6 @@ with stage(snakemake):
     specimen = read_specimen(read_dataset(snakemake.input.knit))
     mesh = SweptMesh.from_dataset(read_dataset(snakemake.input.mesh))
     history = read_dataset(snakemake.input.history, ["node_displacement"])
-    tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied_rows(scene, specimen.rows))
+    tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied_crossings(scene, specimen.crossings))
     tied = replace(mesh, nodes=tie.nodes)
     write_vtu(tied, snakemake.output[0], {"displacement": history["node_displacement"].to_numpy()})

@@ -181,6 +181,9 @@ class Contact:
     law : Coulomb
     meets : ndarray of bool, shape (G, G), optional
         Which surfaces may touch each other; by default all, themselves included.
+    pieces : ndarray of int, shape (R,), optional
+        A number for every row of nodes, surface by surface: rows with the same one, unless it is negative, do not
+        touch each other.
     points : int
         Gauss points along each side of a cell.
     margin : float
@@ -201,6 +204,7 @@ class Contact:
         law: Coulomb,
         *,
         meets: np.ndarray | None = None,
+        pieces: np.ndarray | None = None,
         points: int = 3,
         margin: float,
         overlap: float,
@@ -210,7 +214,7 @@ class Contact:
         self.quadrature = Quadrature.on(self.surfaces, nodes, points)
         if meets is None:
             meets = np.ones((len(grids), len(grids)), dtype=bool)
-        self._search = Search(self.surfaces, self.quadrature, nodes, meets)
+        self._search = Search(self.surfaces, self.quadrature, nodes, meets, pieces)
         self._skin = np.unique(np.concatenate([np.ravel(grid.nodes) for grid in grids]))
         self._followed: _Followed | None = None
         deepest = -self.smallest_gap(self.points(nodes, nodes, ContactHistory.empty()))

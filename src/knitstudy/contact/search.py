@@ -35,13 +35,21 @@ class Search:
         Undeformed nodes [m].
     meets : ndarray of bool, shape (G, G)
         Which surfaces may touch; symmetric.
+    pieces : ndarray of int, shape (R,), optional
+        A number for every row of nodes: rows with the same one, unless it is negative, do not touch.
     """
 
     def __init__(
-        self, surfaces: Surfaces, quadrature: Quadrature, nodes: np.ndarray, meets: np.ndarray
+        self,
+        surfaces: Surfaces,
+        quadrature: Quadrature,
+        nodes: np.ndarray,
+        meets: np.ndarray,
+        pieces: np.ndarray | None = None,
     ) -> None:
         self.surfaces, self.quadrature, self.meets = surfaces, quadrature, meets
         rows = surfaces.shape[:, 0]
+        self._pieces = np.full(rows.sum(), -1) if pieces is None else pieces
         self._surface = np.repeat(np.arange(len(rows)), rows)
         self._row = np.concatenate([np.arange(count) for count in rows])
         self._first = np.concatenate([[0], np.cumsum(rows)])
@@ -90,7 +98,8 @@ class Search:
         """Return whether rows of nodes may touch: different surfaces that meet, or far pieces of the same one."""
         a, b = self._surface[one], self._surface[other]
         far = np.abs(self._arc[one] - self._arc[other]) > np.pi * self._reach[a]
-        return self.meets[a, b] & ((a != b) | far)
+        apart = (self._pieces[one] < 0) | (self._pieces[one] != self._pieces[other])
+        return self.meets[a, b] & ((a != b) | far) & apart
 
     def _near_rows(self, tree: cKDTree, margin: float) -> np.ndarray:
         """Return the rows of nodes with another row that may touch them."""

@@ -99,7 +99,7 @@ class Tie:
 
 
 def tie_crossings(
-    mesh: SweptMesh, knit: Knit | Pair, tolerance: float, rows: np.ndarray | None = None
+    mesh: SweptMesh, knit: Knit | Pair, tolerance: float, tied: np.ndarray | None = None
 ) -> Tie:
     """Tie the crossings of a specimen.
 
@@ -109,8 +109,8 @@ def tie_crossings(
     knit : Knit or Pair
     tolerance : float
         Gap beyond the clearance within which nodes count as touching, as a share of the facet size.
-    rows : ndarray of int, optional
-        Interlock rows whose crossings are tied; all if omitted.
+    tied : ndarray of bool, shape (K,), optional
+        Which crossings are tied; all if omitted.
 
     Raises
     ------
@@ -118,10 +118,12 @@ def tie_crossings(
         If a node would be slave and master at once.
     """
     reach = tolerance * facet_size(mesh)
-    rows = np.arange(knit.rows) if rows is None else rows
-    tied = [(np.empty((0, 4), dtype=np.int64), np.empty(0, dtype=np.int64))]
-    tied += [_tie_row(mesh, knit, row, reach) for row in rows]
-    facets, crossing = (np.concatenate([row[i] for row in tied]) for i in range(2))
+    row_of_crossing = knit.crossings.row
+    chosen = np.ones(len(row_of_crossing), dtype=bool) if tied is None else tied
+    found = [(np.empty((0, 4), dtype=np.int64), np.empty(0, dtype=np.int64))]
+    for row in np.unique(row_of_crossing[chosen]):
+        found.append(_tie_row(mesh, knit, row, np.flatnonzero(chosen & (row_of_crossing == row)), reach))
+    facets, crossing = (np.concatenate([row[i] for row in found]) for i in range(2))
     slave, first = np.unique(facets, return_index=True)
     owner = np.repeat(crossing, 4)[first]
     yarn = mesh.yarn_of_slice[slave // mesh.section.size]
@@ -163,9 +165,10 @@ def _facet_areas(corners: np.ndarray) -> np.ndarray:
     return 0.5 * np.linalg.norm(np.cross(*diagonals), axis=1)
 
 
-def _tie_row(mesh: SweptMesh, knit: Knit | Pair, row: int, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return tied facets (f, 4) of the upper yarn of an interlock row, and the crossing (f,) of each."""
-    here = np.flatnonzero(knit.crossings.row == row)
+def _tie_row(
+    mesh: SweptMesh, knit: Knit | Pair, row: int, here: np.ndarray, reach: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return tied facets (f, 4) of the upper yarn of an interlock row at crossings `here`, and the crossing of each."""
     middle = cKDTree(knit.crossings.point[here].mean(axis=1))
     quads = mesh.surface_quads(row + 1)
     apart, owner = middle.query(mesh.nodes[quads].mean(axis=1), distance_upper_bound=mesh.radius)

@@ -1,4 +1,4 @@
-"""Contact between the yarns of a specimen: smooth tubes of the true radius, and which of them may touch."""
+"""Contact between the yarns of a specimen: smooth tubes of the true radius."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ MARGIN = 0.3
 """Distance up to which pairs of points and surfaces are followed, over the yarn's radius."""
 
 
-def yarn_contact(scene: Scene, mesh: SweptMesh, nodes: np.ndarray, tied_rows: np.ndarray) -> Contact:
+def yarn_contact(scene: Scene, mesh: SweptMesh, nodes: np.ndarray, pieces: np.ndarray) -> Contact:
     """Return the contact of all yarns of a scene with each other and with themselves.
 
-    Yarns that an interlock row ties to each other do not touch: what the tie does would be done twice there.
+    Pieces of yarn that are tied to each other do not touch: what the tie does would be done twice there.
 
     Parameters
     ----------
@@ -25,21 +25,19 @@ def yarn_contact(scene: Scene, mesh: SweptMesh, nodes: np.ndarray, tied_rows: np
     mesh : SweptMesh
     nodes : ndarray, shape (N, 3)
         Undeformed nodes, adjusted to the ties [m].
-    tied_rows : ndarray of int
-        Interlock rows that are tied; row r joins yarns r and r + 1.
+    pieces : ndarray of int, shape (S,)
+        What every slice is tied in; see `tied_crossings.tied_pieces`.
 
     Raises
     ------
     MeshError
         If yarns overlap before anything moves.
     """
-    meets = np.ones((mesh.yarns, mesh.yarns), dtype=bool)
-    meets[tied_rows, tied_rows + 1] = meets[tied_rows + 1, tied_rows] = False
     return Contact(
         nodes,
         yarn_surfaces(mesh),
         contact_law(scene),
-        meets=meets,
+        pieces=pieces,
         points=scene.contact.points,
         margin=MARGIN * mesh.radius,
         overlap=scene.contact.penetration * scene.mesh.size,
@@ -64,12 +62,3 @@ def contact_law(scene: Scene) -> Coulomb:
         tangential=scene.contact.tangential_stiffness * unit,
         friction=np.inf if scene.interaction == "rough" else scene.contact.friction,
     )
-
-
-def tied_rows(scene: Scene, rows: int) -> np.ndarray:
-    """Return the interlock rows of a specimen that are tied: all, none, or the outer ones (Fig. 3a)."""
-    if scene.interaction == "tie":
-        return np.arange(rows)
-    if scene.specimen == "pair" or scene.contact.tied_rows == "none":
-        return np.arange(0)
-    return np.array([0, rows - 1])

@@ -90,6 +90,11 @@ class Knit:
         """Width of the knit in the course direction, from cut to cut. [m]"""
         return self.loops * self.loop.wale_spacing
 
+    @property
+    def height(self):
+        """Height of the knit's rows in the wale direction. [m]"""
+        return self.rows * self.loop.course_spacing
+
     @cached_property
     def centrelines(self):
         """Centrelines of the yarns, bottom yarn first: tuple of rows + 1 Centreline."""

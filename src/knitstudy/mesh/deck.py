@@ -15,6 +15,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from knitstudy.contact.friction import Coulomb
+from knitstudy.contact.tied_crossings import tied_pieces
 from knitstudy.contact.yarns import contact_law
 from knitstudy.errors import ConfigurationError
 from knitstudy.load_path import load_path
@@ -165,7 +166,7 @@ def specimen_deck(
     constraints: str = "surfaces",
     automatic: bool = False,
 ) -> Deck:
-    """Deck of a knit in course tension, or of a pair of yarns on its path: ties, contact, grips and load.
+    """Deck of a knit in tension, or of a pair of yarns on its path: ties, contact, grips and load.
 
     Parameters
     ----------
@@ -173,7 +174,7 @@ def specimen_deck(
     specimen : Knit or Pair
     mesh : SweptMesh
     tie : Tie
-        Constraints of the tied crossings; in rows without any, yarns touch by the scene's interaction.
+        Constraints of the tied crossings; elsewhere yarns touch by the scene's interaction.
     constraints : {"surfaces", "equations"}
         Whether the other program ties the surfaces itself, or gets the constraints as equations.
     automatic : bool
@@ -189,10 +190,11 @@ def specimen_deck(
             f"deck constraints: {constraints!r} is not allowed; one of {', '.join(CONSTRAINTS)}"
         )
     as_equations = constraints == "equations"
-    tied = specimen.crossings.row[tie.crossing]
-    touching = np.setdiff1d(np.arange(specimen.rows), tied)
+    tied = np.isfinite(tie.area)
+    free = tied_pieces(mesh, specimen.crossings, tied) < 0
+    touching = np.unique(specimen.crossings.row[~tied])
     reach = CONTACT_REACH * mesh.radius + _travel(scene)
-    gripped = grips(mesh, scene)
+    gripped = grips(mesh, scene, specimen)
     return Deck(
         title=_title(scene, specimen),
         nodes=tie.nodes if as_equations else mesh.nodes,
@@ -203,8 +205,8 @@ def specimen_deck(
         steps=_steps(scene, specimen),
         driven="DRIVEN",
         ties=() if as_equations else tied_pairs(mesh, tie),
-        equations=Equations(tie.slave, tie.master, tie.weight) if as_equations and tied.size else None,
-        contacts=tuple(touching_row(mesh, row, reach) for row in touching),
+        equations=Equations(tie.slave, tie.master, tie.weight) if as_equations and tied.any() else None,
+        contacts=tuple(touching_row(mesh, row, reach, free) for row in touching),
         interaction=interaction(scene) if touching.size else None,
         automatic=automatic,
     )
@@ -215,14 +217,16 @@ def interaction(scene: Scene) -> Interaction:
     return Interaction(contact_law(scene), scene.contact.penetration * scene.mesh.size)
 
 
-def touching_row(mesh: SweptMesh, row: int, reach: float) -> ContactPair:
+def touching_row(mesh: SweptMesh, row: int, reach: float, free: np.ndarray) -> ContactPair:
     """Pair of surfaces of an interlock row: the facets of both yarns within a distance (m) of the other one.
 
-    The upper yarn is the slave.
+    Only facets between slices that are ``free`` (S,) of ties count. The upper yarn is the slave.
     """
-    upper, lower = (mesh.nodes[mesh.surface_quads(yarn)].mean(axis=1) for yarn in (row + 1, row))
-    slave = cKDTree(lower).query(upper)[0] < reach
-    master = cKDTree(upper).query(lower)[0] < reach
+    quads = [mesh.surface_quads(yarn) for yarn in (row + 1, row)]
+    upper, lower = (mesh.nodes[facets].mean(axis=1) for facets in quads)
+    may_touch = [free[facets // mesh.section.size].all(axis=1) for facets in quads]
+    slave = (cKDTree(lower).query(upper)[0] < reach) & may_touch[0]
+    master = (cKDTree(upper).query(lower)[0] < reach) & may_touch[1]
     return ContactPair(f"ROW{row}", facet_faces(mesh, row + 1, slave), facet_faces(mesh, row, master))
 
 
@@ -276,7 +280,7 @@ def _yarn_elements(mesh: SweptMesh, yarn: int) -> slice:
 def _title(scene: Scene, specimen: Knit | Pair) -> str:
     if scene.specimen == "pair":
         return f"{scene.name}: two yarns at {scene.pair.angle:g} degrees, {scene.interaction}"
-    return f"{scene.name}: {specimen.loops} x {specimen.rows} knit, {scene.interaction}, course tension"
+    return f"{scene.name}: {specimen.loops} x {specimen.rows} knit, {scene.interaction}, {scene.load.direction} tension"
 
 
 def _steps(scene: Scene, specimen: Knit | Pair) -> tuple[Step, ...]:

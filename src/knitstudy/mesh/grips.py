@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knitstudy.geometry.arcs import head_arcs, inside, sinker_arcs
+from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.scene import Scene
 
@@ -30,22 +33,33 @@ class Grips:
     driven: np.ndarray
 
 
-def grips(mesh: SweptMesh, scene: Scene) -> Grips:
+def grips(mesh: SweptMesh, scene: Scene, specimen: Knit | Pair) -> Grips:
     """Return the nodes at which a specimen is held and driven.
 
     Of a knit in course tension (section 2.3 of the paper) the left ends of all yarns are held and the right ends
-    driven. Of a pair the lower yarn is held and the upper one driven, by ``pair.support``.
+    driven. In wale tension the sinker arcs of the bottom yarn are held and the head arcs of the top yarn driven, with
+    all nodes of their slices. Of a pair the lower yarn is held and the upper one driven, by ``pair.support``.
 
     Parameters
     ----------
     mesh : SweptMesh
         Of the scene's knit or pair.
     scene : Scene
+    specimen : Knit or Pair
     """
-    if scene.specimen == "knit":
+    if scene.specimen == "knit" and scene.load.direction == "course":
         return Grips(mesh.end_nodes("left"), mesh.end_nodes("right"))
+    if scene.specimen == "knit":
+        top = mesh.yarns - 1
+        return Grips(arc_nodes(mesh, 0, sinker_arcs(specimen)), arc_nodes(mesh, top, head_arcs(specimen)))
     nodes = end_slices if scene.pair.support == "ends" else back
     return Grips(nodes(mesh, LOWER), nodes(mesh, UPPER))
+
+
+def arc_nodes(mesh: SweptMesh, yarn: int, arcs: np.ndarray) -> np.ndarray:
+    """Return the nodes of all slices of a yarn whose arc length lies in arcs (a, 2) [m]."""
+    slices = np.flatnonzero((mesh.yarn_of_slice == yarn) & inside(mesh.arc_length, arcs))
+    return mesh.slice_nodes(slices).ravel()
 
 
 def end_slices(mesh: SweptMesh, yarn: int) -> np.ndarray:
