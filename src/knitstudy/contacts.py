@@ -13,6 +13,8 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.contact.interaction import PASS_SHARE
+from knitstudy.crossing_kinematics import VARIABLES as KINEMATICS
+from knitstudy.crossing_kinematics import kinematics
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.pattern import Crossings, Knit
 from knitstudy.zones import count_zones
@@ -58,6 +60,9 @@ def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
     values |= touch.results()
     values["centroid"] = touch.undeformed_centroid(crossings.point.mean(axis=1))
     values["area"] = values["contact_area"][-1].copy()
+    if "section_gradient" in history:
+        sections = (history[name].to_numpy() for name in ("section_gradient", "section_displacement"))
+        values |= kinematics(knit, *sections, touch.reference_centroid())
     _put_ties(values, history, tied)
     values |= {name: history[name].to_numpy() for name in ("yarn_force", "yarn_moment") if name in history}
     return xr.Dataset(
@@ -180,6 +185,14 @@ class _Touch:
         centroid[touched] = moment[touched] / weight[touched, None]
         return centroid
 
+    def reference_centroid(self) -> np.ndarray:
+        """Return the centroid of the contact (I, K, 2, 3) on the undeformed yarn of either side [m], nan where open."""
+        load, size = self.area * self.pressure, 2 * self.shape[0] * self.shape[1]
+        columns = np.column_stack([load[:, None] * self.reference, load]).T
+        sums = np.stack([np.bincount(2 * self.place + self.side, each, size) for each in columns], axis=-1)
+        with np.errstate(invalid="ignore"):  # nothing touches: 0 / 0
+            return (sums[:, :3] / sums[:, 3:]).reshape(*self.shape, 2, 3)
+
     def _zones(self) -> np.ndarray:
         """Return the numbers of zones (I, K): facets of the two sides differ, and the larger count stands."""
         sides = count_zones(
@@ -212,6 +225,8 @@ def _put_ties(values: dict[str, np.ndarray], history: xr.Dataset, tied: np.ndarr
     values["tangential_resultant"][:, tied] = force - along
     values["slip"][:, tied], values["stick_share"][:, tied] = 0.0, 1.0
     values["largest_pressure"][:, tied] = np.nan
+    for name in {"contact_travel", "contact_spin"} & values.keys():
+        values[name][:, tied] = 0.0
 
 
 _POINT_COLUMNS = (
@@ -261,4 +276,5 @@ _VARIABLES = {
         "N m",
         "their moment about the mean of its centreline",
     ),
+    **KINEMATICS,
 }

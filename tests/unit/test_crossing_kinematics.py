@@ -1,0 +1,207 @@
+"""Local kinematics of crossings from motions that are known."""
+
+import numpy as np
+import pytest
+import synthetic
+
+from knitstudy.contacts import extract
+from knitstudy.crossing_kinematics import (
+    VARIABLES,
+    Axes,
+    foot,
+    kinematics,
+    nearest_rotation,
+    place_on_yarn,
+    segment_contraction,
+    since_first,
+    twist,
+)
+from knitstudy.fem.rotation import exp
+from knitstudy.geometry.pair import Pair
+
+RADIUS = 0.9e-3
+X, Y, Z = np.eye(3)
+
+
+@pytest.fixture
+def pair():
+    """Yarns along x, below, and along y, above."""
+    return Pair(RADIUS, 90.0, 10e-3, 0.01)
+
+
+def of_pair(pair, lower, upper, displacement=None, contact=None):
+    """Return the kinematics of a pair from deformation gradients of the last of two increments."""
+    gradient = np.stack([np.eye(3), np.eye(3), lower, upper]).reshape(2, 1, 2, 3, 3)
+    nothing = np.full((2, 1, 2, 3), np.nan)
+    found = kinematics(
+        pair,
+        gradient,
+        np.zeros((2, 1, 2, 3)) if displacement is None else displacement,
+        nothing if contact is None else contact,
+    )
+    assert set(found) == set(VARIABLES)
+    return {name: values[-1, 0] for name, values in found.items()}
+
+
+def test_axes_stand_on_the_yarns_and_point_to_each_other(pair, knit):
+    axes = Axes.of(pair)
+    np.testing.assert_allclose(axes.tangent[0], [X, Y], atol=1e-12)
+    np.testing.assert_allclose(axes.towards[0], [Z, -Z], atol=1e-12)
+    axes = Axes.of(knit)
+    np.testing.assert_allclose(np.linalg.norm(axes.across, axis=-1), 1.0, rtol=1e-7)
+
+
+def test_undeformed_yarns_do_nothing(pair):
+    still = of_pair(pair, np.eye(3), np.eye(3))
+    for name in ("axial_stretch", "normal_stretch", "across_stretch"):
+        np.testing.assert_allclose(still.pop(name), 1.0, rtol=1e-15)
+    for name in ("segment_contraction", "contact_travel", "contact_spin"):
+        assert np.isnan(still.pop(name)).all(), "no neighbours and no contact"
+    for name, values in still.items():
+        np.testing.assert_allclose(values, 0.0, atol=1e-15, err_msg=name)
+
+
+def test_spin_and_tilt_of_rotations_by_hand(pair):
+    """The lower yarn spins by 0.2 and then tilts by 0.5; the upper one only tilts, about x."""
+    turned = of_pair(pair, exp(0.5 * Y) @ exp(0.2 * X), exp(-0.3 * X))
+    np.testing.assert_allclose(turned["spin"], [0.2, 0.0], atol=1e-14)
+    np.testing.assert_allclose(turned["tilt"], [0.5, 0.3], rtol=1e-12)
+    np.testing.assert_allclose(turned["section_rotation"][1], -0.3 * X, atol=1e-14)
+    for name in ("axial_stretch", "normal_stretch", "across_stretch"):
+        np.testing.assert_allclose(turned[name], 1.0, rtol=1e-14)
+    np.testing.assert_allclose(turned["section_contraction"], 0.0, atol=1e-14)
+
+
+def test_relative_rotation_takes_the_lower_section_to_the_upper(pair):
+    common = exp([0.3, 0.1, -0.7])
+    turned = of_pair(pair, common, exp(0.4 * Z) @ common)
+    np.testing.assert_allclose(turned["relative_rotation"], 0.4 * Z, atol=1e-14)
+
+
+def test_stretches_of_turned_sections_by_hand(pair):
+    """Stretches along x, y and z; z is the normal of both yarns, along and across change places."""
+    stretch = np.diag([1.02, 0.99, 0.96])
+    found = of_pair(pair, exp([0.1, 0.2, 0.3]) @ stretch, stretch)
+    np.testing.assert_allclose(found["axial_stretch"], [1.02, 0.99], rtol=1e-12)
+    np.testing.assert_allclose(found["across_stretch"], [0.99, 1.02], rtol=1e-12)
+    np.testing.assert_allclose(found["normal_stretch"], [0.96, 0.96], rtol=1e-12)
+    np.testing.assert_allclose(found["section_contraction"], [1 - 0.99 * 0.96, 1 - 1.02 * 0.96], rtol=1e-9)
+    np.testing.assert_allclose(found["section_rotation"], [[0.1, 0.2, 0.3], [0, 0, 0]], atol=1e-13)
+
+
+@pytest.mark.parametrize("angle", [-3.1, -1e-9, 0.0, 0.7, 3.1])
+def test_twist_undoes_swing_and_twist(angle):
+    rng = np.random.default_rng(0)
+    axis = rng.normal(size=(6, 3))
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    square_to_axis = np.cross(axis, rng.normal(size=(6, 3)))
+    rotation = exp(square_to_axis) @ exp(angle * axis)
+    np.testing.assert_allclose(twist(rotation, axis), angle, rtol=1e-9, atol=1e-14)
+
+
+def test_nearest_rotation_is_that_of_the_polar_decomposition():
+    rotation = exp([0.5, -1.0, 2.0])
+    stretch = np.array([[1.1, 0.05, 0.0], [0.05, 0.9, -0.02], [0.0, -0.02, 1.3]])
+    np.testing.assert_allclose(nearest_rotation(rotation @ stretch), rotation, atol=1e-14)
+
+
+def test_segments_contract_by_their_chords(knit):
+    """A motion that halves all lengths; and one crossing that alone moves changes its neighbours' chords."""
+    crossings = knit.crossings
+    halved = segment_contraction(crossings, -0.5 * crossings.point[None])
+    inner = np.isfinite(halved)
+    np.testing.assert_allclose(halved[inner], 0.5)
+    ends = 2 * (knit.rows + 1)
+    assert (~inner).sum() == ends, "every yarn has two ends"
+    middle = np.argmin(np.abs(crossings.arc_length[:, 0] - 0.5 * knit.centrelines[0].length))
+    displacement = np.zeros((1, *crossings.point.shape))
+    displacement[0, middle, 0] = [1e-4, 2e-4, 3e-4]
+    moved = np.argwhere(np.nan_to_num(segment_contraction(crossings, displacement)[0]))
+    assert len(moved) == 4, "two chords, seen from both of their ends"
+    assert {tuple(place) for place in moved} >= {(middle, 0, 0), (middle, 0, 1)}
+
+
+def test_contact_that_moves_around_and_along_a_straight_yarn(pair):
+    """From the line of closest points by 0.1 about the lower yarn's tangent, and by 0.3 mm along it."""
+    angle = np.array([0.0, 0.1])
+    contact = np.zeros((2, 1, 2, 3))
+    contact[:, 0] = pair.middles
+    contact[:, 0, 0] += RADIUS * (np.cos(angle)[:, None] * Z - np.sin(angle)[:, None] * Y)
+    contact[:, 0, 0, 0] += [0.0, 3e-4]
+    contact[:, 0, 1, 2] -= RADIUS
+    found = of_pair(pair, np.eye(3), np.eye(3), contact=contact)
+    np.testing.assert_allclose(found["contact_spin"], [0.1, 0.0], atol=1e-12)
+    np.testing.assert_allclose(found["contact_travel"], [3e-4, 0.0], atol=1e-15)
+
+
+def test_places_on_a_curved_yarn_are_found_again(knit):
+    """Points laid out by arc length and angle in frames carried along the curve."""
+    crossings, axes = knit.crossings, Axes.of(knit)
+    shift, angle = 2e-4, 0.3
+    place = np.full((1, *crossings.point.shape), np.nan)
+    for yarn, curve in enumerate(knit.centrelines):
+        k, side = np.nonzero(crossings.yarn == yarn)
+        s = crossings.arc_length[k, side] + shift
+        arm = np.cos(angle) * axes.towards[k, side] + np.sin(angle) * axes.across[k, side]
+        old, new = axes.tangent[k, side], curve.tangent(s)
+        normal = np.cross(old, new)
+        sine = np.linalg.norm(normal, axis=1)
+        turn = exp((np.arcsin(sine) / sine)[:, None] * normal)
+        place[0, k, side] = curve.position(s) + RADIUS * np.einsum("kij,kj->ki", turn, arm)
+    along, around = place_on_yarn(knit, axes, place)
+    np.testing.assert_allclose(along, shift, atol=1e-9)
+    np.testing.assert_allclose(around, angle, atol=1e-6)
+
+
+def test_foot_of_a_place_beside_a_curve(knit):
+    curve = knit.centrelines[1]
+    s = np.linspace(0.1, 0.9, 7) * curve.length
+    aside = np.cross(curve.tangent(s), Z)
+    aside *= 0.5e-3 / np.linalg.norm(aside, axis=1, keepdims=True)
+    np.testing.assert_allclose(foot(curve, curve.position(s) + aside, s + 3e-4), s, atol=1e-9)
+
+
+def test_since_first_counts_from_the_first_number():
+    values = np.array([[np.nan, 1.0], [2.0, np.nan], [5.0, 4.0]])
+    expected = [[np.nan, 0.0], [0.0, np.nan], [3.0, 3.0]]
+    np.testing.assert_array_equal(since_first(values), expected)
+    assert np.isnan(since_first(np.full((2, 1), np.nan))).all()
+
+
+@pytest.fixture
+def history(knit):
+    """History of a knit in contact whose sections all turn about z by their strain, and whose upper rows rise."""
+    history = synthetic.contact_history(knit)
+    strain = history["strain"].to_numpy()
+    count = len(knit.crossings.row)
+    gradient = np.broadcast_to(exp(strain[:, None] * Z)[:, None, None], (len(strain), count, 2, 3, 3))
+    displacement = np.zeros((len(strain), count, 2, 3))
+    displacement[:, :, 1, 2] = 1e-3 * strain[:, None]
+    return history.assign(
+        section_gradient=(("increment", "crossing", "side", "xyz", "undeformed_xyz"), gradient),
+        section_displacement=(("increment", "crossing", "side", "xyz"), displacement),
+    )
+
+
+def test_contacts_hold_the_kinematics_of_their_history(knit, history):
+    contacts = extract(knit, history)
+    strain = history["strain"].to_numpy()
+    np.testing.assert_allclose(
+        contacts["section_rotation"][..., 2], np.broadcast_to(strain[:, None, None], (6, 36, 2))
+    )
+    np.testing.assert_allclose(contacts["centreline_relative_displacement"][-1, :, 2], 5e-5)
+    assert all(contacts[name].attrs["units"] == unit for name, (_, unit, _) in VARIABLES.items())
+
+
+def test_tied_contact_areas_stay_and_open_ones_have_no_place(knit, history):
+    contacts = extract(knit, history)
+    tied = contacts["tied"].to_numpy() == 1
+    for name in ("contact_travel", "contact_spin"):
+        assert not contacts[name][:, tied].any()
+        free = contacts[name].to_numpy()[:, ~tied]
+        np.testing.assert_array_equal(np.isnan(free[..., 0]), (contacts["zones"] == 0).to_numpy()[:, ~tied])
+
+
+def test_histories_without_sections_have_no_kinematics(knit, history):
+    contacts = extract(knit, history.drop_vars(["section_gradient", "section_displacement"]))
+    assert not set(VARIABLES) & set(contacts)
