@@ -11,7 +11,6 @@ import xarray as xr
 from knitstudy.contact.record import crossing_forces, touching_points
 from knitstudy.fem.increment import Increment
 from knitstudy.fem.solid import SolidState
-from knitstudy.mesh.grips import grips
 from knitstudy.section_motion import section_motion
 
 if TYPE_CHECKING:
@@ -83,7 +82,7 @@ def yarn_resultants(
     stations : ndarray, shape (S, 3)
         Displacement of the slices' centres [m].
     """
-    mesh, ends = simulation.mesh, grips(simulation.mesh, simulation.scene)
+    mesh, ends = simulation.mesh, simulation.ends
     force = node_force.copy()
     force[np.concatenate([ends.held, ends.driven])] = 0
     position = simulation.tie.nodes + displacement
