@@ -1,16 +1,16 @@
 """Geometrically exact two-node beam with one integration point (Reissner 1981, Simo 1985), as Abaqus' B31.
 
-With the end rotations R1, R2 measured from the reference, the chord r = x2 - x1 and the reference direction
-t of a straight element of length L,
+With the end rotations R1, R2 measured from the reference, the chord e = x2 - x1 and the reference direction
+t0 of a straight element of length L,
 
-    Th = log(R1^T R2),   Rm = R1 exp(Th / 2),   e = Rm^T r
-    Gamma = e / L - t,   K = Th / L
-    W = L/2 (Gamma . C_N Gamma + K . C_M K)
+    Th = log(R2 R1^T),   Rm = exp(Th / 2) R1,   t = Rm t0
+    Gamma = e / L - t,   K = Th / L,   n = C_N Gamma,   m = C_M K
+    W = L/2 (Gamma . n + K . m)
 
-Vectors without further word stand in the frame Rm, whose axes are the global ones of the reference; so C_N
-and C_M need no section frame. The strains vanish in the reference: a curved yarn is a polygon of such
-elements, and its curvature is free of stress. A rigid rotation of the whole turns Rm alone, so the element
-is objective.
+All vectors stand in global axes. The section is the same in all directions across t, so that its stiffness
+C = across I + (along - across) t t^T turns with t alone and needs no section frame. The strains vanish in the
+reference: a curved yarn is a polygon of such elements, and its curvature is free of stress. A rigid rotation of the
+whole turns every vector alike, so the element is objective.
 """
 
 from __future__ import annotations
@@ -85,17 +85,19 @@ class Elements:
     length : ndarray, shape (E,)
         Reference length L [m].
     axis : ndarray, shape (E, 3)
-        Reference direction t.
-    C_N : ndarray, shape (E, 3, 3)
-        Force over strain [N].
-    C_M : ndarray, shape (E, 3, 3)
-        Moment over curvature [N m2].
+        Reference direction t0.
+    EA, kGA : ndarray, shape (E,)
+        Force over strain [N], along and across the element.
+    GJ, EI : ndarray, shape (E,)
+        Moment over curvature [N m2], along and across it.
     """
 
     length: np.ndarray
     axis: np.ndarray
-    C_N: np.ndarray
-    C_M: np.ndarray
+    EA: np.ndarray
+    kGA: np.ndarray
+    GJ: np.ndarray
+    EI: np.ndarray
 
     @classmethod
     def straight(cls, chord: np.ndarray, section: Section) -> Elements:
@@ -110,55 +112,43 @@ class Elements:
         if not np.all(length > 0):
             worst = int(np.argmin(length))
             raise GeometryError(f"beam element {worst} has no length: its ends coincide")
-        axis = chord / length[:, None]
         kGA = section.kGA / (1 + section.slenderness * length**2 * section.EA / (12 * section.EI))
-        return cls(length, axis, _about(axis, section.EA, kGA), _about(axis, section.GJ, section.EI))
-
-
-def _about(axis: np.ndarray, along: np.ndarray, across: np.ndarray) -> np.ndarray:
-    """Tensors (E, 3, 3) with one value along the axis (E, 3) and another across it."""
-    outer = axis[:, :, None] * axis[:, None, :]
-    along, across = (np.broadcast_to(v, len(axis))[:, None, None] for v in (along, across))
-    return along * outer + across * (np.eye(3) - outer)
+        stiffness = (np.broadcast_to(v, len(length)) for v in (section.EA, kGA, section.GJ, section.EI))
+        return cls(length, chord / length[:, None], *stiffness)
 
 
 @dataclass(frozen=True)
 class Deformation:
-    """Kinematics and section forces of E elements in one state.
+    """Kinematics and section forces of E elements in one state, in global axes.
 
     Attributes
     ----------
-    Rm : ndarray, shape (E, 3, 3)
-        Rotation halfway between the ends.
+    t : ndarray, shape (E, 3)
+        Direction of the element, turned halfway between its ends.
     e, Th : ndarray, shape (E, 3)
-        Chord [m] and relative rotation [rad], in the frame Rm.
+        Chord [m] and rotation of the second end against the first [rad].
     Gamma, K : ndarray, shape (E, 3)
         Strain and curvature [1/m].
     n, m : ndarray, shape (E, 3)
         Section force [N] and moment [N m].
+    q : ndarray, shape (E, 3)
+        Moment n x e of the section force over the element [N m].
+    f_D : ndarray, shape (E, 3)
+        Moment that works on the difference of the end spins: H m + b Th x q [N m].
     halfway : Halfway
         Scalars of the rotation maps.
     """
 
-    Rm: np.ndarray
+    t: np.ndarray
     e: np.ndarray
     Th: np.ndarray
     Gamma: np.ndarray
     K: np.ndarray
     n: np.ndarray
     m: np.ndarray
+    q: np.ndarray
+    f_D: np.ndarray
     halfway: Halfway
-
-    @property
-    def q(self) -> np.ndarray:
-        """Moment n x e (E, 3) of the section force over the element [N m]."""
-        return np.cross(self.n, self.e)
-
-    @property
-    def turned(self) -> np.ndarray:
-        """Moment (E, 3) that works on half the difference of the end spins: H m + b Th x q [N m]."""
-        h = self.halfway
-        return _apply(h.H(self.Th), self.m) + h.b[:, None] * np.cross(self.Th, self.q)
 
 
 def deform(elements: Elements, chord: np.ndarray, R1: np.ndarray, R2: np.ndarray) -> Deformation:
@@ -167,63 +157,103 @@ def deform(elements: Elements, chord: np.ndarray, R1: np.ndarray, R2: np.ndarray
     Elements whose ends have turned by more than `LARGEST_ANGLE` against each other get forces of nan: a
     solver then takes a smaller step.
     """
-    Th = log(np.swapaxes(R1, 1, 2) @ R2)
+    Th = log(R2 @ np.swapaxes(R1, 1, 2))
     Th = np.where(np.linalg.norm(Th, axis=1, keepdims=True) > LARGEST_ANGLE, np.nan, Th)
-    Rm = R1 @ exp(0.5 * Th)
-    e = _apply(np.swapaxes(Rm, 1, 2), chord)
-    Gamma = e / elements.length[:, None] - elements.axis
+    t = _apply(exp(0.5 * Th), _apply(R1, elements.axis))
+    Gamma = chord / elements.length[:, None] - t
     K = Th / elements.length[:, None]
-    return Deformation(
-        Rm, e, Th, Gamma, K, n=_apply(elements.C_N, Gamma), m=_apply(elements.C_M, K), halfway=Halfway.of(Th)
-    )
+    n = _about(t, Gamma, elements.EA, elements.kGA)
+    m = _about(t, K, elements.GJ, elements.EI)
+    q = np.cross(n, chord)
+    halfway = Halfway.of(Th)
+    f_D = halfway.Hm(Th, m) + halfway.b[:, None] * np.cross(Th, q)
+    return Deformation(t, chord, Th, Gamma, K, n, m, q, f_D, halfway)
 
 
 def energy(elements: Elements, now: Deformation) -> np.ndarray:
     """Return the stored energy (E,) [J]."""
-    density = np.einsum("ei,ei->e", now.n, now.Gamma) + np.einsum("ei,ei->e", now.m, now.K)
-    return 0.5 * elements.length * density
+    return 0.5 * elements.length * (_dot(now.n, now.Gamma) + _dot(now.m, now.K))
 
 
 def force(now: Deformation) -> np.ndarray:
     """Return the end forces (E, 4, 3): force [N] and moment [N m] of the first end, then of the second."""
-    n, half_q, f_D = (_apply(now.Rm, v) for v in (now.n, 0.5 * now.q, now.turned))
-    return np.stack([-n, half_q - f_D, n, half_q + f_D], axis=1)
+    half_q = 0.5 * now.q
+    return np.stack([-now.n, half_q - now.f_D, now.n, half_q + now.f_D], axis=1)
 
 
 def stiffness(elements: Elements, now: Deformation) -> np.ndarray:
     """Return the exact derivative (E, 12, 12) of `force` over (u1, w1, u2, w2), with spins from the left.
 
-    Set up in the frame Rm for the chord's change E', the mean spin S and the difference of spins D; then
-    turned to global axes and spread to the ends. Off equilibrium it is not symmetric: a spin does not
-    commute with the next.
+    Set up for the changes of n, q and f_D with E' = u2 - u1, the mean spin S and the difference D of the end
+    spins. They turn the element by w = S + Y D and change Th by H D + w x Th. With ^ for `hat` and p = t x e,
+
+        dn = A E' + B w       A = alpha I + beta t t^T               alpha = kGA / L
+        dq = B^T E' + Q w     B = c t^ + beta t p^T                  beta = (EA - kGA) / L
+        Y = -b Th^            Q = c (t.e I - t e^T) + beta p p^T     c = kGA - (EA - kGA) t.Gamma
+
+    Off equilibrium the part of the spins is not symmetric: a spin does not commute with the next.
     """
-    n, e, Th, q, f_D, h = now.n, now.e, now.Th, now.q, now.turned, now.halfway
-    L, b = elements.length[:, None, None], h.b[:, None, None]
-    identity = np.broadcast_to(np.eye(3), (len(n), 3, 3))
-    zero = np.zeros_like(identity)
+    t, e, Th, h = now.t, now.e, now.Th, now.halfway
+    L = elements.length
+    alpha, beta = elements.kGA / L, (elements.EA - elements.kGA) / L
+    c = elements.kGA - (elements.EA - elements.kGA) * _dot(t, now.Gamma)
+    p, ct = np.cross(t, e), _times(c, t)
 
+    A = _isotropic(alpha) + _outer(_times(beta, t), t)
+    B = hat(ct) + _outer(_times(beta, t), p)
+    Q = _isotropic(_dot(ct, e)) - _outer(ct, e) + _outer(_times(beta, p), p)
+    Y = hat(_times(-h.b, Th))
+
+    C_M = _isotropic(elements.EI / L) + _outer(_times((elements.GJ - elements.EI) / L, t), t)
     H = h.H(Th)
-    w_m = np.concatenate([zero, identity, -b * hat(Th)], axis=2)  # (E, 3, 9)
-    d_e = np.concatenate([identity, zero, zero], axis=2) + hat(e) @ w_m
-    d_Th = np.concatenate([zero, zero, H], axis=2)
+    over_Th = h.dHm(Th, now.m) + _outer(_times(h.db, np.cross(Th, now.q)), Th) - hat(_times(h.b, now.q))
+    f_S = -Y @ (Q + hat(now.q)) - hat(now.f_D)
+    f_D = (over_Th + H @ C_M) @ H + f_S @ Y
 
-    d_n = elements.C_N @ d_e / L
-    d_q = hat(n) @ d_e - hat(e) @ d_n
-    d_b = h.db[:, None, None] * Th[:, None, :]
-    over_Th = h.dHm(Th, now.m) + np.cross(Th, q)[:, :, None] * d_b - b * hat(q)
-    d_f_D = (over_Th + H @ elements.C_M / L) @ d_Th + b * hat(Th) @ d_q
+    K = np.empty((len(L), 4, 3, 4, 3))
+    K[:, 0, :, 0] = K[:, 2, :, 2] = A
+    K[:, 0, :, 2] = K[:, 2, :, 0] = -A
+    half_B, BY, quarter_Q, half_QY, half_f_S = 0.5 * B, B @ Y, 0.25 * Q, 0.5 * (Q @ Y), 0.5 * f_S
+    for spin, sign in _SPINS:
+        n_w = half_B + sign * BY
+        K[:, 2, :, spin] = n_w
+        K[:, 0, :, spin] = -n_w
+        K[:, spin, :, 2] = n_w.swapaxes(1, 2)
+        K[:, spin, :, 0] = -n_w.swapaxes(1, 2)
+        for other, way in _SPINS:
+            K[:, spin, :, other] = quarter_Q + way * half_QY + sign * half_f_S + sign * way * f_D
+    return K.reshape(-1, 12, 12)
 
-    # The frame turns with w_m: d(Rm f) = Rm (w_m x f + df).
-    local = np.concatenate([d_v - hat(v) @ w_m for v, d_v in ((n, d_n), (q, d_q), (f_D, d_f_D))], axis=1)
-    blocks = local.reshape(-1, 3, 3, 3, 3)  # element, row block, row, column block, column
-    turned = np.einsum("eij,eajbk,elk->eaibl", now.Rm, blocks, now.Rm, optimize=True)
-    return np.einsum("ap,eaibl,bq->epiql", _SPREAD, turned, _SPREAD, optimize=True).reshape(-1, 12, 12)
+
+# Places of the end spins among (u1, w1, u2, w2), and their signs in D; S has half of either.
+_SPINS = ((1, -1), (3, 1))
 
 
-# (E', S, D) from (u1, w1, u2, w2): u2 - u1, (w1 + w2) / 2, w2 - w1
-_SPREAD = np.array([[-1.0, 0.0, 1.0, 0.0], [0.0, 0.5, 0.0, 0.5], [0.0, -1.0, 0.0, 1.0]])
+def _about(axis: np.ndarray, vectors: np.ndarray, along: np.ndarray, across: np.ndarray) -> np.ndarray:
+    """Return vectors (E, 3) times one value along the axis (E, 3) and another across it."""
+    return _times(across, vectors) + _times((along - across) * _dot(axis, vectors), axis)
 
 
 def _apply(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Return matrices (E, 3, 3) times vectors (E, 3)."""
     return np.einsum("eij,ej->ei", matrices, vectors)
+
+
+def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the products (E,) of vectors (E, 3)."""
+    return np.einsum("ei,ei->e", first, second)
+
+
+def _isotropic(values: np.ndarray) -> np.ndarray:
+    """Return values (E,) times the identity."""
+    return values[:, None, None] * np.eye(3)
+
+
+def _outer(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the dyads (E, 3, 3) of vectors (E, 3)."""
+    return first[:, :, None] * second[:, None, :]
+
+
+def _times(values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return values (E,) times vectors (E, 3)."""
+    return values[:, None] * vectors

@@ -18,6 +18,7 @@ to pi, the small ones included, without branches.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.special import zeta
@@ -65,35 +66,53 @@ def log(rotation: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Halfway:
-    """The scalars of the maps above for k rotation vectors, and what their derivatives need.
+    """The scalars of the maps above for k rotation vectors, and their derivatives over the angle.
+
+    ``d(a) = da Th . dTh`` and so on; derivatives are evaluated where they are asked for.
 
     Attributes
     ----------
+    square : ndarray, shape (k,)
+        The angles' squares [rad2].
     a, b, g : ndarray, shape (k,)
         See the module.
-    da, db, dg : ndarray, shape (k,)
-        Derivatives over the angle: ``d(a) = da Th . dTh`` and so on.
     """
 
+    square: np.ndarray
     a: np.ndarray
     b: np.ndarray
     g: np.ndarray
-    da: np.ndarray
-    db: np.ndarray
-    dg: np.ndarray
 
     @classmethod
     def of(cls, Th: np.ndarray) -> Halfway:
         """Return the scalars for rotation vectors Th (k, 3) of angles up to pi."""
         square = np.einsum("ki,ki->k", Th, Th)
-        x = square / _UNIT
-        g, b = _G(x), _B(x)
-        dg, db = 2.0 / _UNIT * _DG(x), 2.0 / _UNIT * _DB(x)
-        return cls(a=1.0 - square * g, b=b, g=g, da=-2.0 * g - square * dg, db=db, dg=dg)
+        g = _G(square / _UNIT)
+        return cls(square, a=1.0 - square * g, b=_B(square / _UNIT), g=g)
+
+    @property
+    def da(self) -> np.ndarray:
+        """Derivative (k,) of a."""
+        return -2.0 * self.g - self.square * self.dg
+
+    @property
+    def db(self) -> np.ndarray:
+        """Derivative (k,) of b."""
+        return 2.0 / _UNIT * _DB(self.square / _UNIT)
+
+    @cached_property
+    def dg(self) -> np.ndarray:
+        """Derivative (k,) of g."""
+        return 2.0 / _UNIT * _DG(self.square / _UNIT)
 
     def H(self, Th: np.ndarray) -> np.ndarray:
         """Return the matrices (k, 3, 3) that take w2 - w1 to dTh."""
         return self.a[:, None, None] * np.eye(3) + self.g[:, None, None] * Th[:, :, None] * Th[:, None, :]
+
+    def Hm(self, Th: np.ndarray, m: np.ndarray) -> np.ndarray:
+        """Return ``H(Th) m`` (k, 3) for vectors m (k, 3)."""
+        along = self.g * np.einsum("ki,ki->k", Th, m)
+        return self.a[:, None] * m + along[:, None] * Th
 
     def dHm(self, Th: np.ndarray, m: np.ndarray) -> np.ndarray:
         """Return the derivatives (k, 3, 3) of ``H(Th) m`` over Th for fixed vectors m (k, 3)."""
