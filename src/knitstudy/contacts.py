@@ -62,7 +62,7 @@ def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
     values["area"] = values["contact_area"][-1].copy()
     if "section_gradient" in history:
         sections = (history[name].to_numpy() for name in ("section_gradient", "section_displacement"))
-        values |= kinematics(knit, *sections, touch.reference_centroid())
+        values |= kinematics(knit, *sections, values["relative_displacement"], touch.reference_centroid())
     _put_ties(values, history, tied)
     values |= {name: history[name].to_numpy() for name in ("yarn_force", "yarn_moment") if name in history}
     return xr.Dataset(
@@ -225,7 +225,7 @@ def _put_ties(values: dict[str, np.ndarray], history: xr.Dataset, tied: np.ndarr
     values["tangential_resultant"][:, tied] = force - along
     values["slip"][:, tied], values["stick_share"][:, tied] = 0.0, 1.0
     values["largest_pressure"][:, tied] = np.nan
-    for name in {"contact_travel", "contact_spin"} & values.keys():
+    for name in {"sliding", "contact_spin"} & values.keys():
         values[name][:, tied] = 0.0
 
 

@@ -6,6 +6,10 @@ across both t x n. All angles about the yarn turn n towards t x n: they are posi
 The paper shows a yarn that contracts, without a measure. Yarns hardly shorten along their axes, they bend: what
 contracts are the chords between neighbouring contacts of a yarn, `segment_contraction`. How the section itself
 deforms is `section_contraction`, the loss of its area, and the stretches of its fibres.
+
+What surfaces slide is the relative displacement of the facets that face each other at the crossing, since these
+first touched. It contains the little that sticking surfaces give way; the mean of the lengths that the points of
+contact have slipped, `slip`, is smaller, since points come into contact on the way.
 """
 
 from __future__ import annotations
@@ -55,7 +59,11 @@ class Axes:
 
 
 def kinematics(
-    specimen: Crossed, gradient: np.ndarray, displacement: np.ndarray, contact: np.ndarray
+    specimen: Crossed,
+    gradient: np.ndarray,
+    displacement: np.ndarray,
+    relative: np.ndarray,
+    contact: np.ndarray,
 ) -> dict[str, np.ndarray]:
     """Return the columns of `VARIABLES`.
 
@@ -66,6 +74,8 @@ def kinematics(
         Deformation gradients of the sections; see `section_motion`.
     displacement : ndarray, shape (I, K, 2, 3)
         Of the centrelines' points at the crossings [m].
+    relative : ndarray, shape (I, K, 3)
+        Displacement of the upper row's surface to the lower row's at the crossings [m].
     contact : ndarray, shape (I, K, 2, 3)
         Centroids of the contact areas on the undeformed yarns, nan where open [m].
     """
@@ -77,7 +87,9 @@ def kinematics(
     }
     stretch = {name: np.linalg.norm(fibre, axis=-1) for name, fibre in fibres.items()}
     area = np.linalg.norm(np.cross(fibres["towards"], fibres["across"]), axis=-1)
-    along, around = place_on_yarn(specimen, axes, contact)
+    touching = np.isfinite(contact).any(axis=(2, 3))
+    slid = since_first(np.where(touching[..., None], relative, np.nan))
+    now = fibres["tangent"] / stretch["tangent"][..., None]
     return {
         "section_rotation": log(rotation),
         "relative_rotation": log(rotation[:, :, 1] @ rotation[:, :, 0].swapaxes(-1, -2)),
@@ -89,8 +101,8 @@ def kinematics(
         "normal_stretch": stretch["towards"],
         "across_stretch": stretch["across"],
         "centreline_relative_displacement": displacement[:, :, 1] - displacement[:, :, 0],
-        "contact_travel": since_first(along),
-        "contact_spin": since_first(around),
+        "sliding": np.einsum("ikm,iksm->iks", slid, now),
+        "contact_spin": since_first(angle_on_yarn(specimen, axes, contact)),
     }
 
 
@@ -141,11 +153,10 @@ def segment_contraction(crossings: Crossings, displacement: np.ndarray) -> np.nd
     return contraction.reshape(*displacement.shape[:-1], 2)
 
 
-def place_on_yarn(specimen: Crossed, axes: Axes, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return where places near crossings lie on their undeformed yarns: along [m] and around them [rad].
+def angle_on_yarn(specimen: Crossed, axes: Axes, place: np.ndarray) -> np.ndarray:
+    """Return the angles (I, K, 2) about their undeformed yarns at which places near crossings lie [rad].
 
-    Both count from the crossing and the line of its closest points. Along the yarn the axes turn with the tangent,
-    the shortest way.
+    They count from the line of the closest points. Along the yarn the axes turn with the tangent, the shortest way.
 
     Parameters
     ----------
@@ -155,19 +166,18 @@ def place_on_yarn(specimen: Crossed, axes: Axes, place: np.ndarray) -> tuple[np.
         On or near the undeformed yarns; nan is allowed and is passed on [m].
     """
     crossings = specimen.crossings
-    along, around = np.full((2, *place.shape[:-1]), np.nan)
+    angle = np.full(place.shape[:-1], np.nan)
     for yarn, curve in enumerate(specimen.centrelines):
         increment, crossing, side = np.nonzero((crossings.yarn == yarn) & np.isfinite(place[..., 0]))
-        start, here = crossings.arc_length[crossing, side], place[increment, crossing, side]
-        s = foot(curve, here, start)
+        here = place[increment, crossing, side]
+        s = foot(curve, here, crossings.arc_length[crossing, side])
         tangent, axis = curve.tangent(s), axes.tangent[crossing, side]
         arm = here - curve.position(s)
         back = np.sum(arm * axis, axis=1) / (1 + np.sum(tangent * axis, axis=1))
         arm = arm - back[:, None] * (tangent + axis)
         up, aside = (np.sum(arm * each[crossing, side], axis=1) for each in (axes.towards, axes.across))
-        along[increment, crossing, side] = s - start
-        around[increment, crossing, side] = np.arctan2(aside, up)
-    return along, around
+        angle[increment, crossing, side] = np.arctan2(aside, up)
+    return angle
 
 
 FOOT_STEPS = 40
@@ -218,7 +228,11 @@ VARIABLES = {
         "m",
         "of the upper row's centreline to the lower row's at the crossing",
     ),
-    "contact_travel": (_SIDES, "m", "way of the contact area along the yarn since first contact"),
+    "sliding": (
+        _SIDES,
+        "m",
+        "way of the upper row's surface over the lower row's along the yarn since first contact",
+    ),
     "contact_spin": (
         _SIDES,
         "rad",

@@ -8,10 +8,10 @@ from knitstudy.contacts import extract
 from knitstudy.crossing_kinematics import (
     VARIABLES,
     Axes,
+    angle_on_yarn,
     foot,
     kinematics,
     nearest_rotation,
-    place_on_yarn,
     segment_contraction,
     since_first,
     twist,
@@ -29,16 +29,12 @@ def pair():
     return Pair(RADIUS, 90.0, 10e-3, 0.01)
 
 
-def of_pair(pair, lower, upper, displacement=None, contact=None):
-    """Return the kinematics of a pair from deformation gradients of the last of two increments."""
+def of_pair(pair, lower, upper, relative=(0, 0, 0), contact=None):
+    """Return the kinematics of a pair at the last of two increments, when its sections have deformed."""
     gradient = np.stack([np.eye(3), np.eye(3), lower, upper]).reshape(2, 1, 2, 3, 3)
-    nothing = np.full((2, 1, 2, 3), np.nan)
-    found = kinematics(
-        pair,
-        gradient,
-        np.zeros((2, 1, 2, 3)) if displacement is None else displacement,
-        nothing if contact is None else contact,
-    )
+    displacement, relative = np.zeros((2, 1, 2, 3)), np.stack([0 * X, relative])[:, None]
+    contact = np.full((2, 1, 2, 3), np.nan) if contact is None else contact
+    found = kinematics(pair, gradient, displacement, relative, contact)
     assert set(found) == set(VARIABLES)
     return {name: values[-1, 0] for name, values in found.items()}
 
@@ -55,7 +51,7 @@ def test_undeformed_yarns_do_nothing(pair):
     still = of_pair(pair, np.eye(3), np.eye(3))
     for name in ("axial_stretch", "normal_stretch", "across_stretch"):
         np.testing.assert_allclose(still.pop(name), 1.0, rtol=1e-15)
-    for name in ("segment_contraction", "contact_travel", "contact_spin"):
+    for name in ("segment_contraction", "sliding", "contact_spin"):
         assert np.isnan(still.pop(name)).all(), "no neighbours and no contact"
     for name, values in still.items():
         np.testing.assert_allclose(values, 0.0, atol=1e-15, err_msg=name)
@@ -131,7 +127,13 @@ def test_contact_that_moves_around_and_along_a_straight_yarn(pair):
     contact[:, 0, 1, 2] -= RADIUS
     found = of_pair(pair, np.eye(3), np.eye(3), contact=contact)
     np.testing.assert_allclose(found["contact_spin"], [0.1, 0.0], atol=1e-12)
-    np.testing.assert_allclose(found["contact_travel"], [3e-4, 0.0], atol=1e-15)
+
+
+def test_sliding_is_along_the_yarns_as_they_lie_now(pair):
+    """The upper yarn slides by 3 along x and 4 along y, and has turned from y to x by 30 degrees."""
+    turned = exp(-np.pi / 6 * Z)
+    found = of_pair(pair, np.eye(3), turned, relative=[3e-4, 4e-4, 0], contact=np.zeros((2, 1, 2, 3)))
+    np.testing.assert_allclose(found["sliding"], [3e-4, 1.5e-4 + 4e-4 * np.sqrt(0.75)], rtol=1e-12)
 
 
 def test_places_on_a_curved_yarn_are_found_again(knit):
@@ -148,9 +150,7 @@ def test_places_on_a_curved_yarn_are_found_again(knit):
         sine = np.linalg.norm(normal, axis=1)
         turn = exp((np.arcsin(sine) / sine)[:, None] * normal)
         place[0, k, side] = curve.position(s) + RADIUS * np.einsum("kij,kj->ki", turn, arm)
-    along, around = place_on_yarn(knit, axes, place)
-    np.testing.assert_allclose(along, shift, atol=1e-9)
-    np.testing.assert_allclose(around, angle, atol=1e-6)
+    np.testing.assert_allclose(angle_on_yarn(knit, axes, place), angle, atol=1e-6)
 
 
 def test_foot_of_a_place_beside_a_curve(knit):
@@ -196,7 +196,7 @@ def test_contacts_hold_the_kinematics_of_their_history(knit, history):
 def test_tied_contact_areas_stay_and_open_ones_have_no_place(knit, history):
     contacts = extract(knit, history)
     tied = contacts["tied"].to_numpy() == 1
-    for name in ("contact_travel", "contact_spin"):
+    for name in ("sliding", "contact_spin"):
         assert not contacts[name][:, tied].any()
         free = contacts[name].to_numpy()[:, ~tied]
         np.testing.assert_array_equal(np.isnan(free[..., 0]), (contacts["zones"] == 0).to_numpy()[:, ~tied])
