@@ -11,15 +11,16 @@ from knitstudy.fem.linear.lu import LU
 from knitstudy.fem.newton import trace
 from knitstudy.rom import honeycomb, rom3d
 from knitstudy.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.rom.grips import grips, tension
 from knitstudy.rom.points import contact_points
-from knitstudy.rom.run import course_tension, pull, run
+from knitstudy.rom.run import pull, run
 
 
 def pulled(scene, knit, contacts, joint):
     """Return network, model and final state of the three-dimensional model at 5% strain."""
     network = rom3d.build(knit, contact_points(knit, contacts), 2e-3, joint)
     model = network.model(scene.yarn.diameter, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
-    drive = course_tension(network, 0.05 * 3 * knit.loop.wale_spacing, "fixed")
+    drive = tension(grips(network, knit, "course"), "course", 0.05 * knit.width, "fixed")
     *_, last = trace(model, drive, Settings(increments=4, residual_tolerance=1e-10), LU())
     return network, model, last.state
 
@@ -40,13 +41,13 @@ def test_rigid_joints_balance_forces_and_moments(plain_scene, knit, contacts, ve
     np.testing.assert_array_equal(model.couples(state), 0)
 
 
-def test_coincident_joints_leave_just_the_couples_that_are_accounted_for(plain_scene, knit, contacts, verify):
-    network, model, state = pulled(plain_scene, knit, contacts, "coincident")
+def test_printed_joints_leave_just_the_couples_that_are_accounted_for(plain_scene, knit, contacts, verify):
+    network, model, state = pulled(plain_scene, knit, contacts, "printed")
     force, moment, (level_of_force, level_of_moment) = reactions(network, model, state)
     couples = model.couples(state)
     np.testing.assert_allclose(force, 0, atol=1e-9 * level_of_force)
     error = np.abs(moment + couples.sum(axis=0)).max() / level_of_moment
-    verify.at_most("coincident joints: moments less their couples", error, 1e-9)
+    verify.at_most("printed joints: moments less their couples", error, 1e-9)
     assert np.abs(couples).sum() > 1e-3 * level_of_moment  # there is something to account for
 
 
@@ -61,8 +62,8 @@ def test_points_of_a_rigid_joint_move_as_one_body(plain_scene, knit, contacts):
         assert np.linalg.norm(after) == pytest.approx(np.linalg.norm(before), rel=1e-10)
 
 
-def test_points_of_a_coincident_joint_have_equal_displacements(plain_scene, knit, contacts):
-    network, model, state = pulled(plain_scene, knit, contacts, "coincident")
+def test_points_of_a_printed_joint_have_equal_displacements(plain_scene, knit, contacts):
+    network, model, state = pulled(plain_scene, knit, contacts, "printed")
     displacement = network.station_displacement(model, state)
     for joint in np.flatnonzero(np.bincount(network.station_node) == 2):
         first, second = displacement[network.station_node == joint]
@@ -99,7 +100,7 @@ def test_arms_are_the_limit_of_stiff_beams():
     np.testing.assert_allclose(state.position[-1], reference.position[-1], atol=5e-5)
 
 
-@pytest.mark.parametrize("joint", ["rigid", "coincident"])
+@pytest.mark.parametrize("joint", ["rigid", "printed"])
 def test_work_of_the_reactions_is_stored(plain_scene, knit, contacts, joint):
     """Trapezoidal work misses the stored energy by the curvature of the force over 4 increments."""
     history = run(plain_scene.replace("rom.joint", joint).replace("mesh.beam_size", 2e-3), knit, contacts)
@@ -136,10 +137,7 @@ def test_force_of_the_honeycomb_converges_with_elements_a_segment(plain_scene, k
     scene = plain_scene.replace("solver.increments", 1).replace("load.strain", 0.002)
     counts = np.array([1, 2, 4, 8, 16])
     force = [
-        float(
-            pull(honeycomb.build(knit, contacts, int(count)), scene, 3 * knit.loop.wale_spacing)["force"][-1]
-        )
-        for count in counts
+        float(pull(honeycomb.build(knit, contacts, int(count)), scene, knit)["force"][-1]) for count in counts
     ]
     change = np.abs(np.diff(force))
     assert -np.polyfit(np.log(counts[1:-1]), np.log(change[1:]), 1)[0] == pytest.approx(2.0, abs=0.2)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from knitstudy.fem.beam import Section
 from knitstudy.fem.beam_model import BeamModel, BeamState
+from knitstudy.fem.spring import LinearSprings
 from knitstudy.history import Stations
+from knitstudy.rom.joints import Joints
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,10 @@ class Network:
         From that node to the station [m].
     beam_nodes : int
         Nodes of the beams before joints are eliminated; the paper counts degrees of freedom as 6 times this.
+    springs : LinearSprings
+        Springs between yarns.
+    joints : Joints or None
+        What joins the yarns at each crossing; None where crossings are nodes of the network.
     """
 
     nodes: np.ndarray
@@ -46,11 +52,15 @@ class Network:
     station_node: np.ndarray
     station_offset: np.ndarray
     beam_nodes: int
+    springs: LinearSprings = field(default_factory=LinearSprings.none)
+    joints: Joints | None = None
 
     def model(self, diameter: float, youngs_modulus: float, poisson_ratio: float) -> BeamModel:
         """Return the network as beams of circular yarn; lengths in m, modulus in Pa."""
         section = Section.circular(diameter, youngs_modulus, poisson_ratio, self.yarns_side_by_side)
-        return BeamModel(self.nodes, self.ends, section, diameter / 2, self.offsets, self.arms_turn)
+        return BeamModel(
+            self.nodes, self.ends, section, diameter / 2, self.offsets, self.arms_turn, self.springs
+        )
 
     def end_nodes(self, side: str) -> np.ndarray:
         """Return the nodes (Y,) at the "left" or "right" ends of the yarns."""

@@ -7,21 +7,20 @@ import xarray as xr
 
 from knitstudy.cost import Meter
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.fem.increment import Drive, Settings
+from knitstudy.fem.increment import Settings
 from knitstudy.fem.linear.lu import LU
 from knitstudy.fem.newton import trace
 from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder
 from knitstudy.rom import honeycomb, rom3d
+from knitstudy.rom.grips import AXES, gripped_arcs, grips, tension
+from knitstudy.rom.joints import Joints, spring_joints
 from knitstudy.rom.network import Network
 from knitstudy.rom.points import contact_points
 from knitstudy.scene import Scene
 
-X, Y, Z = range(3)
-SPIN_X, SPIN_Y, SPIN_Z = range(3, 6)
 
-
-def run(scene: Scene, knit: Knit, contacts: xr.Dataset) -> xr.Dataset:
+def run(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset | None = None) -> xr.Dataset:
     """Return the history of a scene of fidelity "rom2d" or "rom3d".
 
     Parameters
@@ -32,11 +31,13 @@ def run(scene: Scene, knit: Knit, contacts: xr.Dataset) -> xr.Dataset:
         The knit of the scene.
     contacts : Dataset
         Contacts of the simulation with solid yarns, in the format of docs/architecture.md.
+    springs_from : Dataset, optional
+        Contacts of the simulation that ``rom.springs_from`` names.
 
     Raises
     ------
     ConfigurationError
-        If the scene asks for something that beams do not offer.
+        If the scene asks for something that beams do not offer, or for springs that the contacts do not give.
     DataFileError
         If the contacts are those of another knit, or not all crossings have one.
     GeometryError
@@ -47,21 +48,32 @@ def run(scene: Scene, knit: Knit, contacts: xr.Dataset) -> xr.Dataset:
     _require_beams(scene)
     _require_all_crossings(contacts, knit)
     meter = Meter()
-    return pull(build(scene, knit, contacts), scene, knit.width, meter)
+    network = build(scene, knit, contacts, springs_from)
+    history = pull(network, scene, knit, meter)
+    joints = network.joints
+    if joints is None:
+        return history
+    meaning = {"units": "N/m", "long_name": "stiffness of the springs, nan where there are none"}
+    return history.assign(joint_stiffness=(("crossing", "xyz"), joints.stiffness, meaning)).assign_attrs(
+        open_crossings=int(joints.open.sum())
+    )
 
 
-def pull(network: Network, scene: Scene, gauge: float, meter: Meter | None = None) -> xr.Dataset:
-    """Return the history of a network of width `gauge` [m] under the load of a scene.
+def pull(network: Network, scene: Scene, knit: Knit, meter: Meter | None = None) -> xr.Dataset:
+    """Return the history of a network under the load of a scene.
 
     Beside the format of docs/architecture.md it holds `joint_couple`, the sum of `BeamModel.couples`.
     """
     meter = meter or Meter()
     model = network.model(scene.yarn.diameter, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
+    direction, axis = scene.load.direction, AXES[scene.load.direction]
+    gauge = knit.width if direction == "course" else knit.height
     travel = scene.load.strain * gauge
-    drive = course_tension(network, travel, scene.load.lateral)
-    driven = 6 * network.end_nodes("right")[:, None] + [X, Y, Z]
-    way = np.array([travel, 0.0, 0.0])
-    recorder = Recorder(network.stations, driven, X, lambda load: load * way, gauge, meter=meter)
+    ends = grips(network, knit, direction)
+    drive = tension(ends, direction, travel, scene.load.lateral)
+    driven = 6 * ends.driven[:, None] + np.arange(3)
+    way = travel * np.eye(3)[axis]
+    recorder = Recorder(network.stations, driven, axis, lambda load: load * way, gauge, meter=meter)
     settings = Settings.of(scene.solver)
     couples = []
     for increment in trace(model, drive, settings, LU()):
@@ -80,38 +92,33 @@ def pull(network: Network, scene: Scene, gauge: float, meter: Meter | None = Non
     return history.assign(joint_couple=(("increment", "xyz"), np.array(couples), meaning))
 
 
-def build(scene: Scene, knit: Knit, contacts: xr.Dataset) -> Network:
-    """Return the network of beams that a scene asks for."""
-    if scene.fidelity == "rom2d":
-        return honeycomb.build(knit, contacts)
-    return rom3d.build(knit, contact_points(knit, contacts), scene.mesh.beam_size, scene.rom.joint)
+def build(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset | None = None) -> Network:
+    """Return the network of beams that a scene asks for.
 
+    The planar one joins the yarns at all crossings by shared nodes, whatever the interaction.
 
-def course_tension(network: Network, travel: float, lateral: str) -> Drive:
-    """Return the boundary conditions of course tension.
-
-    The left ends are held. The right ends move in x by `travel` [m] and, with `lateral` "fixed", in no other
-    way. A face whose points all move by the same u_x cannot tilt either: with `lateral` "free" the ends may
-    move in y and z and spin about x, as such a face may.
+    Raises
+    ------
+    ConfigurationError, DataFileError, GeometryError
+        As `run`.
     """
-    left, right = network.end_nodes("left"), network.end_nodes("right")
-    held = [X, Y, Z, SPIN_X, SPIN_Y, SPIN_Z] if lateral == "fixed" else [X, SPIN_Y, SPIN_Z]
-    driven = 6 * right[:, None] + held
-    value = np.zeros(driven.shape)
-    value[:, 0] = travel
-    clamped = (6 * left[:, None] + np.arange(6)).ravel()
-    return Drive(
-        fixed=np.concatenate([clamped, driven.ravel()]),
-        value=np.concatenate([np.zeros(len(clamped)), value.ravel()]),
-    )
+    if scene.fidelity == "rom2d":
+        return honeycomb.build(knit, contacts, doubled=scene.rom.section == "doubled")
+    points = contact_points(knit, contacts)
+    if scene.interaction == "tie":
+        joints = Joints.all_tied(len(points.yarn))
+    else:
+        _require_springs(scene, springs_from)
+        joints = spring_joints(contacts, scene.rom.displacement, scene.rom.springs == "zones", springs_from)
+    stops = gripped_arcs(knit, scene.load.direction)
+    return rom3d.build(knit, points, scene.mesh.beam_size, scene.rom.joint, joints, stops)
 
 
 def _require_beams(scene: Scene) -> None:
     """Refuse what would otherwise be left out in silence."""
     allowed = {
         "fidelity": (scene.fidelity, ("rom2d", "rom3d")),
-        "load.direction": (scene.load.direction, ("course",)),
-        "interaction": (scene.interaction, ("tie",)),
+        "load.direction": (scene.load.direction, tuple(AXES)),
         "solver.linear": (scene.solver.linear, ("auto", "lu")),
     }
     for key, (value, values) in allowed.items():
@@ -139,4 +146,14 @@ def _require_all_crossings(contacts: xr.Dataset, knit: Knit) -> None:
         raise DataFileError(
             f"the contact at row {crossings.row[k]}, column {crossings.column[k]}, zone {crossings.zone[k]} "
             "has no centroid or no normal: a joint needs both"
+        )
+
+
+def _require_springs(scene: Scene, springs_from: xr.Dataset | None) -> None:
+    """Refuse to take springs from elsewhere than the scene says."""
+    wanted = scene.rom.springs_from
+    if (wanted is None) != (springs_from is None):
+        raise ConfigurationError(
+            f"rom.springs_from of scene {scene.name} is {wanted or 'empty'}, and contacts of another dns scene are "
+            f"{'not ' if springs_from is None else ''}given: they must be given where it names one, and only there"
         )
