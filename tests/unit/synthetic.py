@@ -200,3 +200,24 @@ def contacts_of_slide(distance, friction=0.5, normal=4.0, **attributes):
     return xr.Dataset(
         {name: (dims, values) for name, values in zip(names, vectors, strict=True)}, attrs=attributes
     )
+
+
+def contacts_with_springs(contacts, stiffness):
+    """Contacts of a 3 x 3 knit whose middle row touches from the second of three states on, with given springs.
+
+    The sides of a crossing move apart evenly in time, each crossing in its own direction; the force grows from first
+    contact on with the displacement since then times `stiffness` (3,) [N/m]. Other rows are tied.
+    """
+    count = contacts.sizes["crossing"]
+    tied = contacts["row"].to_numpy() != 1
+    end = 1e-5 * np.random.default_rng(3).uniform(0.5, 1.5, size=(count, 3))
+    displacement = np.linspace(0, 1, 3)[:, None, None] * end
+    force = np.maximum(displacement - displacement[1], 0) * stiffness
+    zones = np.ones((3, count), dtype=int)
+    zones[0, ~tied] = 0
+    return contacts.assign(
+        tied=("crossing", tied.astype(np.int8)),
+        zones=(("increment", "crossing"), zones),
+        force=(("increment", "crossing", "xyz"), force),
+        relative_displacement=(("increment", "crossing", "xyz"), displacement),
+    )

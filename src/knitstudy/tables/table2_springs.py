@@ -1,0 +1,97 @@
+"""Table 2: springs that stand for contact, from direct simulations, beside the paper's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from knitstudy.errors import DataFileError
+from knitstudy.rom.springs import MEASURES, Springs, springs
+from knitstudy.scene import Scene
+from knitstudy.tables.reference import number
+
+STATISTICS = {
+    "averaged, sum(F d) / sum(d^2)": lambda found: found.averaged,
+    "averaged, mean of F / d": lambda found: _over_crossings(np.mean, found),
+    "standard deviation of F / d": lambda found: _over_crossings(np.std, found),
+    "smallest F / d": lambda found: _over_crossings(np.min, found),
+    "largest F / d": lambda found: _over_crossings(np.max, found),
+}
+"""What is made of the secants of the crossings; reduced models use the first."""
+
+AVERAGES = 2
+"""So many of the statistics are averages, which the paper's numbers may be."""
+
+
+def build(
+    contacts: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
+) -> pd.DataFrame:
+    """Return one row a scene, displacement measure, statistic and axis.
+
+    A measure that a simulation has not recorded is left out.
+
+    Parameters
+    ----------
+    contacts : mapping of str to Dataset
+        Contacts of direct simulations with contact, by any names (see docs/architecture.md).
+    paper : DataFrame
+        ``resources/reference/paper_tables.csv``.
+    scenes : mapping of str to Scene
+        Their scenes, by the same names.
+
+    Raises
+    ------
+    DataFileError
+        If a simulation is one of ties, or its scene is not given.
+    """
+    rows = [row for name, found in contacts.items() for row in _rows(name, found, paper, scenes)]
+    return pd.DataFrame(rows)
+
+
+def _rows(
+    name: str, contacts: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]
+) -> Iterator[dict]:
+    if name not in scenes:
+        raise DataFileError(f"table2_springs has contacts of {name!r} but not its scene: both are needed")
+    scene = scenes[name]
+    for measure, variable in MEASURES.items():
+        if variable not in contacts:
+            continue
+        found = springs(contacts, measure)
+        if found.tied.all():
+            raise DataFileError(
+                f"the contacts of {name!r} are all tied: springs come from a dns scene with contact"
+            )
+        for order, (statistic, of) in enumerate(STATISTICS.items()):
+            printed = order < AVERAGES and scene.interaction == "isotropic"
+            for axis, value in enumerate(of(found)):
+                theirs = _printed(paper, scene, axis) if printed else np.nan
+                yield {
+                    "scene": scene.name,
+                    "load": scene.load.direction,
+                    "interaction": scene.interaction,
+                    "contact stiffness over E / h [1]": scene.contact.normal_stiffness,
+                    "displacement": measure,
+                    "statistic": statistic,
+                    "axis": "xyz"[axis],
+                    "stiffness [N/m]": value,
+                    "paper [N/m]": theirs,
+                    "over paper's [1]": value / theirs,
+                    "crossings [1]": found.used[axis],
+                    "negative [1]": found.negative[axis],
+                    "undefined [1]": found.undefined[axis],
+                    "open [1]": int(found.open.sum()),
+                }
+
+
+def _over_crossings(statistic, found: Springs) -> list[float]:
+    """A statistic (3,) of the crossings that have a secant; nan where none has."""
+    columns = (column[np.isfinite(column)] for column in found.stiffness.T)
+    return [float(statistic(column)) if len(column) else np.nan for column in columns]
+
+
+def _printed(paper: pd.DataFrame, scene: Scene, axis: int) -> float:
+    return number(paper, "2", scene.load.direction, f"spring stiffness k{'xyz'[axis]}")

@@ -1,0 +1,169 @@
+"""Springs from contacts: secants by hand, what counts as open or undefined, and models that follow the data."""
+
+import numpy as np
+import pytest
+import synthetic
+
+from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.rom.joints import spring_joints
+from knitstudy.rom.points import contact_points
+from knitstudy.rom.run import build, run
+from knitstudy.rom.springs import springs
+
+STIFFNESS = np.array([80e3, 60e3, 900e3])
+"""Of the contacts below along x, y and z [N/m]."""
+
+
+@pytest.fixture
+def touching(contacts):
+    """Contacts in which all crossings of the middle row have the springs STIFFNESS."""
+    return synthetic.contacts_with_springs(contacts, STIFFNESS)
+
+
+@pytest.fixture(scope="session")
+def scene(plain_scene):
+    return plain_scene.replace("interaction", "isotropic").replace("mesh.beam_size", 3e-3)
+
+
+def with_values(contacts, name, values):
+    return contacts.assign({name: (contacts[name].dims, values)})
+
+
+def test_secant_counts_from_first_contact(touching):
+    found = springs(touching, "interface")
+    inner = touching["row"].to_numpy() == 1
+    np.testing.assert_allclose(found.stiffness[inner], np.tile(STIFFNESS, (12, 1)))
+    assert np.isnan(found.stiffness[~inner]).all()
+    np.testing.assert_allclose(found.averaged, STIFFNESS)
+    # From the undeformed state on there would be twice the displacement.
+    np.testing.assert_allclose(found.displacement[inner], 0.5 * touching["relative_displacement"][-1][inner])
+    np.testing.assert_array_equal(found.used, 12)
+
+
+def test_measures_are_read_apart(touching):
+    twice = touching.assign(centreline_relative_displacement=2 * touching["relative_displacement"])
+    np.testing.assert_allclose(springs(twice, "centreline").averaged, STIFFNESS / 2)
+
+
+def test_crossing_that_hardly_moves_has_no_weight_in_the_average(touching):
+    """Its own secant is a thousandfold, and so is the mean of the ratios; the average stays where the others are."""
+    displacement = touching["relative_displacement"].to_numpy().copy()
+    displacement[2:, 12] = displacement[1, 12] + 1e-3 * (displacement[2:, 12] - displacement[1, 12])
+    found = springs(with_values(touching, "relative_displacement", displacement), "interface")
+    np.testing.assert_allclose(found.stiffness[12], 1e3 * STIFFNESS, rtol=1e-6)
+    np.testing.assert_allclose(found.averaged, STIFFNESS, rtol=1e-2)
+
+
+def test_crossing_open_at_the_end_has_no_spring(touching):
+    zones = touching["zones"].to_numpy().copy()
+    zones[:, 13], zones[-1, 14] = 0, 0
+    found = springs(with_values(touching, "zones", zones), "interface")
+    np.testing.assert_array_equal(np.flatnonzero(found.open), [13, 14])
+    assert np.isnan(found.stiffness[13:15]).all()
+    np.testing.assert_array_equal(found.undefined, 0)
+
+
+def test_crossing_that_has_not_moved_has_no_secant(touching):
+    displacement = touching["relative_displacement"].to_numpy().copy()
+    displacement[:, 15, 2] = 0.0
+    still = with_values(touching, "relative_displacement", displacement)
+    found = springs(still, "interface")
+    np.testing.assert_array_equal(found.undefined, [0, 0, 1])
+    with pytest.raises(ConfigurationError, match="row 1, column 0, zone 3 has not moved"):
+        spring_joints(still, "interface", each=True)
+    np.testing.assert_allclose(spring_joints(still, "interface").stiffness[15], found.averaged)
+
+
+def test_negative_secants_are_reported_and_not_averaged_away(touching):
+    force = touching["force"].to_numpy().copy()
+    force[:, 12:17, 1] *= -1
+    found = springs(with_values(touching, "force", force), "interface")
+    np.testing.assert_array_equal(found.negative, [0, 5, 0])
+    assert found.stiffness[12, 1] == pytest.approx(-STIFFNESS[1])
+    weight = found.displacement[12:24, 1] ** 2
+    share = weight[:5].sum() / weight.sum()
+    assert found.averaged[1] == pytest.approx((1 - 2 * share) * STIFFNESS[1])
+    force[:, 12:24, 1] = -np.abs(force[:, 12:24, 1])
+    with pytest.raises(ConfigurationError, match=r"spring of the contacts along y is -6e\+04 N/m \(12 of 12"):
+        spring_joints(with_values(touching, "force", force), "interface")
+
+
+def test_springs_of_another_simulation_are_its_average(touching):
+    other = with_values(touching, "force", 3 * touching["force"].to_numpy())
+    joints = spring_joints(touching, "interface", springs_from=other)
+    np.testing.assert_allclose(joints.stiffness[joints.sprung], np.tile(3 * STIFFNESS, (12, 1)))
+
+
+def test_contacts_without_forces_are_refused(contacts, touching):
+    with pytest.raises(DataFileError, match="hold no tied"):
+        springs(contacts, "interface")
+    with pytest.raises(DataFileError, match="hold no centreline_relative_displacement"):
+        springs(touching, "centreline")
+    with pytest.raises(ConfigurationError, match=r"rom\.displacement is 'surface'"):
+        springs(touching, "surface")
+
+
+@pytest.mark.parametrize("joint", ["rigid", "printed"])
+def test_springs_and_points_of_the_model_follow_the_contacts(scene, knit, touching, joint):
+    """What moves in the contacts moves in the model, and nothing else does."""
+    scene = scene.replace("rom.joint", joint).replace("rom.springs", "zones")
+    before = build(scene, knit, touching)
+    force = touching["force"].to_numpy().copy()
+    force[-1, 14] *= [2.0, 3.0, 4.0]
+    centroid = touching["centroid"].to_numpy().copy()
+    centroid[14] += [5e-5, -3e-5, 4e-5]
+    moved = with_values(with_values(touching, "force", force), "centroid", centroid)
+    after = build(scene, knit, moved)
+
+    number = int(np.flatnonzero(np.flatnonzero(before.joints.sprung) == 14)[0])
+    ratio = after.springs.stiffness / before.springs.stiffness
+    np.testing.assert_allclose(ratio[number], [2.0, 3.0, 4.0])
+    np.testing.assert_allclose(np.delete(ratio, number, axis=0), 1.0)
+    points = contact_points(knit, moved)
+    nodes = after.nodes[after.springs.ends[number]]
+    np.testing.assert_allclose(nodes, points.point[14], atol=1e-15)
+    expected = np.tile(centroid[14], (2, 1)) if joint == "rigid" else points.point[14]
+    np.testing.assert_allclose(nodes + after.springs.offsets[number], expected, atol=1e-15)
+    away = np.linalg.norm(points.point - contact_points(knit, touching).point, axis=-1).max(axis=1)
+    np.testing.assert_array_equal(np.flatnonzero(away > 1e-7), [14])
+
+
+def test_force_of_the_model_follows_the_contacts(scene, knit, touching):
+    pulled = run(scene, knit, touching)
+    soft = run(scene, knit, with_values(touching, "force", 0.1 * touching["force"].to_numpy()))
+    centroid = touching["centroid"].to_numpy() + np.array([0.0, 0.0, 5e-5])
+    moved = run(scene, knit, with_values(touching, "centroid", centroid))
+    tied = run(scene.replace("interaction", "tie"), knit, touching)
+    forces = [float(history["force"][-1]) for history in (soft, pulled, tied)]
+    assert forces[0] < 0.99 * forces[1] < 0.99 * forces[2]
+    assert abs(float(moved["force"][-1]) / forces[1] - 1) > 1e-4
+    np.testing.assert_allclose(pulled["joint_stiffness"][12:24], np.tile(STIFFNESS, (12, 1)))
+
+
+def test_open_crossings_have_no_joint(scene, knit, touching):
+    zones = touching["zones"].to_numpy().copy()
+    zones[:, 12:14] = 0
+    history = run(scene, knit, with_values(touching, "zones", zones))
+    assert history.attrs["open_crossings"] == 2
+    assert np.isnan(history["joint_stiffness"][12:14]).all()
+    network = build(scene, knit, with_values(touching, "zones", zones))
+    assert len(network.springs.ends) == 10
+    assert len(network.nodes) == network.beam_nodes - 24
+
+
+def test_springs_from_elsewhere_must_be_asked_for(scene, knit, touching):
+    with pytest.raises(ConfigurationError, match=r"rom\.springs_from of scene plain-rom3d is empty"):
+        run(scene, knit, touching, springs_from=touching)
+    with pytest.raises(
+        ConfigurationError, match="is dns-wale, and contacts of another dns scene are not given"
+    ):
+        run(scene.replace("rom.springs_from", "dns-wale"), knit, touching)
+
+
+def test_planar_model_needs_no_springs(scene, knit):
+    planar = scene.replace("fidelity", "rom2d")
+    plain = contacts_of_crossings(knit)
+    assert len(build(planar, knit, plain).springs.ends) == 0
+    doubled = build(planar.replace("rom.section", "doubled"), knit, plain)
+    assert (doubled.yarns_side_by_side == 2).sum() == 18
