@@ -1,0 +1,88 @@
+"""Yarns as chains of beams, tied where the scene ties them and in contact at all other crossings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knitstudy.contact.tied_crossings import tied_crossings
+from knitstudy.fem.beam_contact.contact import BeamContact
+from knitstudy.fem.beam_contact.curves import Curves
+from knitstudy.fem.beam_contact.law import Power, hertz
+from knitstudy.fem.beam_contact.model import TouchingBeams
+from knitstudy.fem.beam_contact.neighbours import Neighbours
+from knitstudy.fem.beam_contact.pairs import line_pairs, point_pairs
+from knitstudy.geometry.pattern import Knit
+from knitstudy.rom import rom3d
+from knitstudy.rom.grips import gripped_arcs
+from knitstudy.rom.network import Network
+from knitstudy.rom.points import ContactPoints
+from knitstudy.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class BeamKnit:
+    """A knit of beams in contact.
+
+    Attributes
+    ----------
+    network : Network
+    model : TouchingBeams
+    tied : ndarray of bool, shape (K,)
+        Crossings that rigid arms join at their closest points.
+    neighbours : Neighbours
+    """
+
+    network: Network
+    model: TouchingBeams
+    tied: np.ndarray
+    neighbours: Neighbours
+
+
+def build(scene: Scene, knit: Knit) -> BeamKnit:
+    """Return the beams of a scene.
+
+    Raises
+    ------
+    ConfigurationError
+        If ``mesh.beam_size`` is not positive.
+    GeometryError
+        If two ties of a yarn coincide, or a yarn has too few nodes for a smooth centreline.
+    """
+    crossings = knit.crossings
+    tied = tied_crossings(scene, crossings)
+    joints = ContactPoints(
+        crossings.yarn[tied],
+        crossings.arc_length[tied],
+        crossings.point[tied],
+        crossings.point[tied].mean(axis=1),
+    )
+    network = rom3d.build(knit, joints, scene.mesh.beam_size, stops=gripped_arcs(knit, scene.load.direction))
+    yarn = scene.yarn
+    beams = network.model(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio)
+    stations = network.stations
+    curves = Curves(stations.yarn, stations.arc_length)
+    model = TouchingBeams(
+        beams, network.station_node, network.station_offset, beam_contact(scene, knit, curves, ~tied)
+    )
+    return BeamKnit(network, model, tied, Neighbours(curves, stations.yarn, crossings, yarn.radius))
+
+
+def beam_contact(scene: Scene, knit: Knit, curves: Curves, touching: np.ndarray) -> BeamContact:
+    """Return the contact of a scene at the crossings that `touching` (K,) says.
+
+    The stiffness against elastic slip is ``beam.stiffness`` whatever the sections do: Hertz's approach is normal.
+    """
+    yarn, point = scene.yarn, scene.beam.contact == "point"
+    chosen = np.flatnonzero(touching)
+    if point:
+        pairs = point_pairs(knit.crossings, chosen, curves.length)
+    else:
+        pairs = line_pairs(knit.crossings, chosen, curves.length, yarn.radius)
+    penalty = scene.beam.stiffness * yarn.youngs_modulus * (yarn.radius if point else 1.0)
+    law = Power(penalty)
+    if scene.beam.section == "hertz":
+        law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius, scene.beam.contact)
+    friction = np.inf if scene.interaction == "rough" else scene.contact.friction
+    return BeamContact(curves, pairs, yarn.radius, law, penalty, friction)

@@ -1,0 +1,1 @@
+"""Contact of beams of circular section: smooth centrelines, closest points, friction between the surfaces."""

@@ -1,0 +1,147 @@
+"""Two beams that cross, for cases of contact with closed forms."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knitstudy.fem.beam import Section
+from knitstudy.fem.beam_contact.contact import BeamContact
+from knitstudy.fem.beam_contact.curves import Curves
+from knitstudy.fem.beam_contact.law import Power, hertz
+from knitstudy.fem.beam_contact.model import TouchingBeams
+from knitstudy.fem.beam_contact.pairs import line_pairs, point_pairs
+from knitstudy.fem.beam_model import BeamModel
+from knitstudy.fem.increment import Drive, Settings
+from knitstudy.fem.linear.lu import LU
+from knitstudy.fem.newton import trace
+from knitstudy.fem.rotation import exp
+from knitstudy.geometry.pattern import Crossings
+
+RADIUS, MODULUS, POISSON = 0.9e-3, 1.3e9, 0.42
+SECTION = Section.circular(2 * RADIUS, MODULUS, POISSON)
+LAWS = {
+    "rigid point": ("point", Power(10 * MODULUS * RADIUS)),
+    "rigid line": ("line", Power(10 * MODULUS)),
+    "hertz point": ("point", hertz(MODULUS, POISSON, RADIUS, "point")),
+    "hertz line": ("line", hertz(MODULUS, POISSON, RADIUS, "line")),
+}
+
+
+@dataclass(frozen=True)
+class Beams:
+    """Two straight beams with their middles one above the other, crossing at an angle; all turned by a rotation."""
+
+    length: float = 40e-3
+    angle: float = 90.0
+    gap: float = 0.02e-3
+    elements: int = 40
+    turn: tuple = (0.0, 0.0, 0.0)
+    friction: float = 0.5
+    law: str = "rigid point"
+
+    @property
+    def rotation(self):
+        return exp(np.array(self.turn))
+
+    @property
+    def nodes(self):
+        """(2, n, 3): the lower beam along x, the upper one turned to y."""
+        s = np.linspace(-0.5, 0.5, self.elements + 1)[:, None] * self.length
+        turn = np.radians(self.angle)
+        along = np.array([[1.0, 0, 0], [np.cos(turn), np.sin(turn), 0]])
+        middle = (RADIUS + 0.5 * self.gap) * np.array([[0, 0, -1.0], [0, 0, 1.0]])
+        return np.stack([middle[i] + s * along[i] for i in (0, 1)]) @ self.rotation.T
+
+    @property
+    def crossings(self):
+        one = np.array([0])
+        middle = self.nodes.mean(axis=1)
+        return Crossings(
+            one,
+            one,
+            one,
+            np.array([[0, 1]]),
+            np.full((1, 2), 0.5 * self.length),
+            middle[None],
+            np.linalg.norm(middle[1:] - middle[:1], axis=1),
+        )
+
+    def model(self):
+        nodes = self.nodes
+        count = nodes.shape[1]
+        chain = np.column_stack([np.arange(count - 1), np.arange(1, count)])
+        beams = BeamModel(nodes.reshape(-1, 3), np.concatenate([chain, chain + count]), SECTION, RADIUS)
+        s = np.tile(np.linspace(0, self.length, count), 2)
+        curves = Curves(np.repeat([0, 1], count), s)
+        mode, law = LAWS[self.law]
+        chosen = np.array([0])
+        if mode == "point":
+            pairs = point_pairs(self.crossings, chosen, curves.length)
+            tangential = 10 * MODULUS * RADIUS
+        else:
+            pairs = line_pairs(self.crossings, chosen, curves.length, RADIUS)
+            tangential = 10 * MODULUS
+        contact = BeamContact(curves, pairs, RADIUS, law, tangential, self.friction)
+        return TouchingBeams(beams, np.arange(2 * count), np.zeros((2 * count, 3)), contact)
+
+    def ends(self, beam):
+        """Nodes at the two ends of a beam."""
+        count = self.elements + 1
+        return count * beam + np.array([0, count - 1])
+
+    def drive(self, legs, spins=None):
+        """Ends of the lower beam held, those of the upper one along legs (m, 3), and spun about its axis (m,) [rad].
+
+        The spins are prescribed as rotations in the plane of the upper beam's axis: from rest they may reach any angle.
+        """
+        held = (6 * self.ends(0)[:, None] + np.arange(6)).ravel()
+        driven = 6 * self.ends(1)[:, None] + np.arange(6)
+        legs = np.asarray(legs, dtype=float) @ self.rotation.T
+        axis = np.diff(self.nodes[1, [0, -1]], axis=0)[0] / self.length
+        value = np.zeros((len(legs), len(held) + driven.size))
+        spin = np.zeros((len(legs), 1)) if spins is None else np.asarray(spins, dtype=float)[:, None]
+        value[:, len(held) :] = np.tile(np.concatenate([legs, spin * axis], axis=1), 2)
+        corners = tuple((np.arange(len(legs)) + 1) / len(legs))
+        return Drive(np.concatenate([held, driven.ravel()]), value, corners)
+
+    def trace(self, legs, increments=10, spins=None, **settings):
+        """Model and all increments of a path."""
+        model = self.model()
+        settings = Settings(
+            **({"increments": increments, "predictor": 1, "residual_tolerance": 1e-8} | settings)
+        )
+        return model, list(trace(model, self.drive(legs, spins), settings, LU()))
+
+    def contact_force(self, model, increment, before=None):
+        """Force (3,) of contact on the lower beam, in the axes of the beams before they were turned."""
+        force = increment.response.force.reshape(-1, 6)[self.ends(0), :3].sum(axis=0)
+        return -force @ self.rotation
+
+
+def curved_yarns(law, friction):
+    """Model of two hooked yarns that face each other, turned by 70 degrees, every other station on a rigid arm."""
+    s = np.linspace(-4e-3, 4e-3, 17)
+    bend = 4e-3
+    hook = np.column_stack([bend * np.sin(s / bend), 0 * s, bend * (np.cos(s / bend) - 1)])
+    turn = exp(np.array([0, 0, np.radians(70)]))
+    lower = hook + [0, 0, -RADIUS]
+    upper = (hook * [1, 1, -1]) @ turn.T + [0, 0, RADIUS]
+    position = np.concatenate([lower, upper])
+    number = np.arange(len(position))
+    offset = np.where((number % 2)[:, None] == 1, 1e-3 * np.array([0.4, -0.3, 0.5]), 0.0)
+    chain = np.column_stack([np.arange(16), np.arange(1, 17)])
+    ends = np.concatenate([chain, chain + 17])
+    beams = BeamModel(position - offset, ends, SECTION, RADIUS, offset[ends])
+    curves = Curves(np.repeat([0, 1], 17), np.tile(s - s[0], 2))
+    one = np.array([0])
+    points = np.array([[[0, 0, -RADIUS], [0, 0, RADIUS]]])
+    crossings = Crossings(
+        one, one, one, np.array([[0, 1]]), np.full((1, 2), 4e-3), points, np.array([2 * RADIUS])
+    )
+    mode, normal = LAWS[law]
+    pairs = point_pairs(crossings, one, curves.length)
+    if mode == "line":
+        pairs = line_pairs(crossings, one, curves.length, RADIUS)
+    tangential = 10 * MODULUS * (RADIUS if mode == "point" else 1.0)
+    contact = BeamContact(curves, pairs, RADIUS, normal, tangential, friction)
+    return TouchingBeams(beams, number, offset, contact)

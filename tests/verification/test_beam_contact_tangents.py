@@ -1,0 +1,124 @@
+"""Contact of beams: tangents against central differences, balance of forces and moments, rotation of everything."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from crossing_beams import Beams, curved_yarns
+
+from knitstudy.contact.friction import OPEN, SLIP, STICK
+from knitstudy.fem.beam_contact.model import TouchingState
+from knitstudy.fem.beam_model import BeamState
+from knitstudy.fem.rotation import exp
+
+LAWS = ("rigid point", "rigid line", "hertz point", "hertz line")
+FRICTION = {"stick": 1e4, "slip": 0.05, "rough": np.inf, "frictionless": 0.0}
+
+
+def moved(model, shift, seed):
+    """State with the nodes of the upper yarn shifted and all nodes disturbed, spins included."""
+    noise = np.random.default_rng(seed).normal(size=(model.size // 6, 6)) * [1, 1, 1, 20, 20, 20]
+    step = 2e-6 * noise
+    step[len(step) // 2 :, :3] += shift
+    return model.advance(model.start(), step.ravel())
+
+
+def tangent_error(model, state):
+    """Difference of the tangent of contact from central differences, over their size."""
+    direction = np.random.default_rng(3).normal(size=(model.size // 6, 6)) * [1, 1, 1, 100, 100, 100]
+    direction = direction.ravel()
+    step = 2e-9
+    ways = [model.advance(state, sign * step * direction) for sign in (1, -1)]
+    replies = [model.respond(way, False) for way in ways]
+    beams = [model.beams.respond(way.beams, False).force for way in ways]
+    assert replies[0].same_status(replies[1])
+    slope = (replies[0].force - beams[0] - replies[1].force + beams[1]) / (2 * step)
+    exact = model.respond(state, True).stiffness - model.beams.respond(state.beams, True).stiffness
+    return np.abs((slope - exact @ direction) / model.scale).max() / np.abs(slope / model.scale).max()
+
+
+def contact_forces(model, state):
+    """Internal forces and moments (N, 6) of contact alone."""
+    full, beams = model.respond(state, False).force, model.beams.respond(state.beams, False).force
+    return (full - beams).reshape(-1, 6)
+
+
+SHIFTS = {"near": [10e-6, 5e-6, -31e-6], "over a node": [1.2e-3, 0.4e-3, -31e-6]}
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("kind", FRICTION)
+@pytest.mark.parametrize("shift", SHIFTS)
+def test_tangent_of_beams_in_contact(law, kind, shift, verify):
+    """Beyond a node, points along a line touch that did not before: they have slid for part of the increment."""
+    model = Beams(law=law, angle=70.0, friction=FRICTION[kind], gap=0.0).model()
+    first = model.commit(moved(model, [1e-6, 2e-6, -30e-6], 0))
+    state = replace(moved(model, SHIFTS[shift], 1), history=first.history)
+    points = model.points(state)
+    assert first.history.force.max() > 0
+    touching = points.status[points.status != OPEN]
+    assert (STICK if kind in ("stick", "rough") else SLIP) in touching
+    verify.at_most(f"tangent of beams in contact: {law}, {kind}, {shift}", tangent_error(model, state), 1e-6)
+
+
+@pytest.mark.parametrize("law", ("rigid point", "hertz line"))
+@pytest.mark.parametrize("kind", ("stick", "slip"))
+def test_tangent_at_first_contact(law, kind, verify):
+    model = Beams(law=law, angle=70.0, friction=FRICTION[kind], gap=20e-6).model()
+    state = moved(model, [30e-6, 10e-6, -51e-6], 1)
+    points = model.points(state)
+    assert np.all(points.share[points.status != OPEN] < 1)
+    verify.at_most(f"tangent of first contact of beams: {law}, {kind}", tangent_error(model, state), 1e-6)
+
+
+@pytest.mark.parametrize("law", ("rigid point", "rigid line"))
+@pytest.mark.parametrize("kind", ("stick", "slip"))
+def test_tangent_of_curved_yarns_on_rigid_arms(law, kind, verify):
+    """Two hooked yarns, the stations of the contact carried by nodes beside them."""
+    model = curved_yarns(law, FRICTION[kind])
+    first = model.commit(moved(model, [1e-6, 2e-6, -30e-6], 0))
+    state = replace(moved(model, [20e-6, 8e-6, -31e-6], 1), history=first.history)
+    assert np.any(model.points(state).status != OPEN)
+    verify.at_most(f"tangent of beams in contact on arms: {law}, {kind}", tangent_error(model, state), 1e-6)
+
+
+def test_open_contact_has_neither_force_nor_tangent():
+    model = Beams(gap=50e-6).model()
+    state = moved(model, [1e-3, 0, 0], 1)
+    assert not contact_forces(model, state).any()
+    extra = model.respond(state, True).stiffness - model.beams.respond(state.beams, True).stiffness
+    assert abs(extra).max() == 0
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("kind", ("stick", "slip"))
+def test_forces_and_moments_balance(law, kind, verify):
+    """Exactly: what friction exerts on both yarns acts in one point, half way between their centrelines."""
+    model = curved_yarns(law, FRICTION[kind])
+    first = model.commit(moved(model, [1e-6, 2e-6, -30e-6], 0))
+    state = replace(moved(model, [20e-6, 8e-6, -31e-6], 1), history=first.history)
+    force = contact_forces(model, state)
+    lever = np.cross(state.beams.position, force[:, :3])
+    assert np.abs(force[:, 3:]).sum() > 1e-3 * np.abs(lever).sum()  # friction does exert couples
+    error = max(
+        np.abs(force[:, :3].sum(axis=0)).max() / np.abs(force[:, :3]).sum(),
+        np.abs((lever + force[:, 3:]).sum(axis=0)).max() / np.abs(lever).sum(),
+    )
+    verify.at_most(f"beams in contact: balance of forces and moments, {law}, {kind}", error, 1e-12)
+
+
+@pytest.mark.parametrize("law", ("rigid point", "rigid line"))
+def test_rotation_of_everything_turns_the_forces(law, verify):
+    """Of a state in the middle of an increment that slips, by 30 degrees: its history stays as it is."""
+    model = curved_yarns(law, 0.05)
+    first = model.commit(moved(model, [1e-6, 2e-6, -30e-6], 0))
+    state = replace(moved(model, [20e-6, 8e-6, -31e-6], 1), history=first.history)
+    turn = exp(np.radians(30) * np.array([2, -1, 2]) / 3)
+    beams = state.beams
+    turned = TouchingState(BeamState(beams.position @ turn.T, turn @ beams.rotation), state.history)
+    force = contact_forces(model, state).reshape(-1, 2, 3)
+    error = np.abs(contact_forces(model, turned).reshape(-1, 2, 3) - force @ turn.T)
+    level = np.abs(force).max(axis=(0, 2))
+    verify.at_most(
+        f"beams in contact: all turned by 30 degrees, {law}", (error.max(axis=(0, 2)) / level).max(), 1e-10
+    )
