@@ -13,22 +13,40 @@ FRICTION = 0.76
 """Coefficient of friction of Table 1: scenes with another one are variants."""
 
 COURSE = {"specimen": "knit", "load.direction": "course"}
+WALE = {"specimen": "knit", "load.direction": "wale"}
 TIE = {"interaction": "tie"}
 ROUGH = {"interaction": "rough"}
 ISOTROPIC = {"interaction": "isotropic", "contact.friction": FRICTION}
-OUTER_ROWS_TIED = {"contact.tied_edges": "outer"}
+OUTER_TIED = {"contact.tied_edges": "outer"}
 
-TIED_COURSE = COURSE | TIE
-"""Scenes with ties, pulled in the course direction."""
+TIED_COURSE, TIED_WALE = COURSE | TIE, WALE | TIE
+"""Scenes with ties."""
 
-ISOTROPIC_COURSE = COURSE | ISOTROPIC | OUTER_ROWS_TIED
-"""Scenes with the friction of Table 1 and the ties of Fig. 3a, pulled in the course direction."""
+ISOTROPIC_COURSE, ISOTROPIC_WALE = COURSE | ISOTROPIC | OUTER_TIED, WALE | ISOTROPIC | OUTER_TIED
+"""Scenes with the friction of Table 1 and the ties of Fig. 3."""
+
+CASES = {
+    "tie_course": TIED_COURSE,
+    "isotropic_course": ISOTROPIC_COURSE,
+    "tie_wale": TIED_WALE,
+    "isotropic_wale": ISOTROPIC_WALE,
+}
+"""The four cases that reduced models are compared in (Fig. 15)."""
+
+MAIN_MODEL = {
+    "rom.joint": "rigid",
+    "rom.springs_from": None,
+    "rom.springs": "averaged",
+    "rom.displacement": "interface",
+    "rom.section": "single",
+}
+"""What makes a reduced model the main one of its simulation: others are variants."""
 
 
 VARIANTS = {
     "tie": TIE,
-    "rough": ROUGH | OUTER_ROWS_TIED,
-    "isotropic": ISOTROPIC | OUTER_ROWS_TIED,
+    "rough": ROUGH | OUTER_TIED,
+    "isotropic": ISOTROPIC | OUTER_TIED,
     "untied": ISOTROPIC | {"contact.tied_edges": "none"},
 }
 """Interactions that are compared with each other."""
@@ -49,12 +67,15 @@ class Entry:
         Which scenes it is about: values of keys of the scene.
     may : tuple of str
         What its function takes as well, where a study has it.
+    module : str
+        The module of its function, where several entries share one; otherwise that of its own name.
     """
 
     title: str
     needs: tuple[str, ...]
     of: dict[str, Any]
     may: tuple[str, ...] = ()
+    module: str = ""
 
 
 def find(kind: str, entries: Mapping[str, Entry], name: str) -> Entry:
@@ -68,6 +89,17 @@ def find(kind: str, entries: Mapping[str, Entry], name: str) -> Entry:
     if name not in entries:
         raise ConfigurationError(unknown_choice(f"unknown {kind}", name, name, sorted(entries)))
     return entries[name]
+
+
+def module_of(kind: str, entries: Mapping[str, Entry], name: str) -> str:
+    """Return the module that makes an entry.
+
+    Raises
+    ------
+    ConfigurationError
+        As `find`.
+    """
+    return find(kind, entries, name).module or name
 
 
 def select(kind: str, entries: Mapping[str, Entry], name: str, sources: Mapping[str, Any]) -> dict[str, Any]:

@@ -79,9 +79,13 @@ def history_with_fields(wildcards):
     return f"results/dns/{scene.name}.nc"
 
 
+# Stage that simulates a scene, by its fidelity.
+STAGES = {"dns": "dns", "rom3d": "rom", "rom2d": "rom", "beam": "beams"}
+
+
 def histories(scenes):
     """Return the result of every scene, under the folder of its stage."""
-    return [f"results/{'dns' if s.fidelity == 'dns' else 'rom'}/{s.name}.nc" for s in scenes]
+    return [f"results/{STAGES[scene.fidelity]}/{scene.name}.nc" for scene in scenes]
 
 
 def meshes(scenes):

@@ -10,7 +10,7 @@ FIGURES = expand("results/figures/{figure}.{suffix}", figure=DRAWN, suffix=("png
 rule figure:
     input:
         unpack(needs_of_figure),
-        code=lambda wildcards: code(f"knitstudy.figures.{wildcards.figure}", "knitstudy.figures.saving"),
+        code=lambda wildcards: code(figure_module(wildcards.figure), "knitstudy.figures.saving"),
     output:
         png=report(
             update("results/figures/{figure}.png"),

@@ -2,8 +2,10 @@
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES as FIGURE_ENTRIES
 from knitstudy.figures.catalogue import entry as figure_entry
+from knitstudy.figures.catalogue import module as figure_module
 from knitstudy.report.selection import roles_of
 from knitstudy.tables.catalogue import TABLES as TABLE_ENTRIES
+from knitstudy.tables.catalogue import module as table_module
 
 REFERENCE = {
     "paper": "resources/reference/paper_tables.csv",
@@ -17,12 +19,13 @@ def results_of(roles):
     files = {}
     for role, found in roles.items():
         scenes = found if isinstance(found, list) else [found]
+        direct = [scene for scene in scenes if scene.fidelity == "dns"]
         paths = {role: histories(scenes)}
-        if scenes[0].fidelity == "dns":
+        if direct:
             prefix = "" if role == "dns" else f"{role}_"
-            paths[f"{prefix}contacts"] = [f"results/contacts/{scene.name}.nc" for scene in scenes]
-            paths[f"{prefix}geometry"] = [f"results/geometry/{scene.knit}.nc" for scene in scenes]
-            paths[f"{prefix}mesh"] = [f"results/mesh/{scene.name}.nc" for scene in scenes]
+            paths[f"{prefix}contacts"] = [f"results/contacts/{scene.name}.nc" for scene in direct]
+            paths[f"{prefix}geometry"] = [f"results/geometry/{scene.knit}.nc" for scene in direct]
+            paths[f"{prefix}mesh"] = [f"results/mesh/{scene.name}.nc" for scene in direct]
         files |= paths if isinstance(found, list) else {name: path[0] for name, path in paths.items()}
     return files
 
@@ -52,11 +55,14 @@ def needs_of_figure(wildcards):
 
 
 def scenes_for(entry):
-    """Return the scenes that a figure or table is about, where it asks for them: several of one role by their names."""
-    if "scenes" not in entry.needs:
+    """Return the scenes of what a figure or table takes, where it asks for them: several of one role by their names."""
+    asked = {*entry.needs, *entry.may}
+    if "scenes" not in asked:
         return {}
     scenes = {}
     for role, found in roles_of(STUDY, entry.of).items():
+        if not asked & results_of({role: found}).keys():
+            continue
         if isinstance(found, list):
             scenes |= {scene.name: scene.to_dict() for scene in found}
         else:

@@ -7,7 +7,7 @@ TABLES = expand("results/tables/{table}.csv", table=BUILT)
 rule table:
     input:
         unpack(lambda wildcards: BUILT[wildcards.table]),
-        code=lambda wildcards: code(f"knitstudy.tables.{wildcards.table}"),
+        code=lambda wildcards: code(table_module(wildcards.table)),
     output:
         report(
             update("results/tables/{table}.csv"),

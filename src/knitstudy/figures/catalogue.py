@@ -9,7 +9,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from knitstudy.catalogue import ISOTROPIC_COURSE, TIED_COURSE, Entry, find, select
+from knitstudy.catalogue import ISOTROPIC_COURSE, TIED_COURSE, Entry, find, module_of, select
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -79,6 +79,17 @@ def entry(name: str) -> Entry:
     return find("figure", FIGURES, name)
 
 
+def module(name: str) -> str:
+    """Return the dotted name of the module that draws a figure.
+
+    Raises
+    ------
+    ConfigurationError
+        When there is no such figure.
+    """
+    return f"knitstudy.figures.{module_of('figure', FIGURES, name)}"
+
+
 def draw(name: str, **sources: Any) -> Figure:
     """Draw a figure from the results that its entry names.
 
@@ -88,4 +99,4 @@ def draw(name: str, **sources: Any) -> Figure:
         When there is no such figure, or something that it needs is missing.
     """
     needed = select("figure", FIGURES, name, sources)
-    return import_module(f"knitstudy.figures.{name}").draw(**needed)
+    return import_module(module(name)).draw(**needed)

@@ -1,7 +1,18 @@
 """Which scenes of a study figures and tables are about, and what they call them.
 
-- "dns", "rom3d", "rom2d": one direct simulation and the reduced models made from it.
+Of one case, for example ties in course tension:
+
+- "dns", "rom3d", "rom2d": one direct simulation and the main reduced models made from it.
+- "reduced": all reduced models made from it.
+- "medium": that simulation on another mesh, for the error of discretisation.
+- "penalties": that simulation with penalties alone, of several contact stiffnesses.
+- "beams": the same knit as beams in contact.
 - "tie", "rough", "isotropic", "untied": direct simulations like that one but for the interaction, to be compared.
+
+Whatever the case:
+
+- "tie_course_dns" and so on: the models of the four cases of `catalogue.CASES`.
+- "every": all simulations of knits; "sprung": the direct ones whose contacts give springs.
 - "frictions": several of one mesh with different coefficients of friction, ties and rough contact beside them.
 - "pairs": all pairs of crossing yarns that are pressed on each other and then slide.
 """
@@ -11,13 +22,28 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from knitstudy.catalogue import COURSE, OUTER_ROWS_TIED, VARIANTS
+from knitstudy.catalogue import CASES, COURSE, MAIN_MODEL, OUTER_TIED, VARIANTS
 from knitstudy.scene import Scene
 
 REDUCED = ("rom3d", "rom2d")
 
-ALIKE = ("specimen", "knit", "mesh.size", "mesh.element", "load.direction", "load.lateral")
+ALIKE = (
+    "specimen",
+    "knit",
+    "mesh.size",
+    "mesh.element",
+    "load.direction",
+    "load.lateral",
+    "contact.normal_stiffness",
+    "contact.augmentations",
+)
 """Keys that scenes share when they are compared; they may be pulled to different strains."""
+
+LOADED_ALIKE = ("specimen", "knit", "interaction", "yarn", "load.direction", "load.strain", "load.lateral")
+"""Keys that simulations of one case share."""
+
+ENFORCED_ALIKE = ("contact.friction", "contact.tied_edges", "mesh.element")
+"""Keys that simulations share which differ in their penalties."""
 
 
 def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene | list[Scene]]:
@@ -32,13 +58,26 @@ def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene 
     """
     scenes = list(scenes)
     models = models_of(scenes, of)
-    several = {"frictions": friction_sweep(scenes), "pairs": pairs(scenes)}
-    variants = variants_of(models["dns"], scenes) if models else {}
-    return models | variants | {role: found for role, found in several.items() if found}
+    several = {
+        "frictions": friction_sweep(scenes),
+        "pairs": pairs(scenes),
+        "every": [scene for scene in scenes if scene.specimen == "knit"],
+        "sprung": sprung(scenes),
+    }
+    beside = {}
+    if models:
+        main = models["dns"]
+        beside = variants_of(main, scenes) | medium_of(main, scenes)
+        several |= {
+            "reduced": reduced_of(main, scenes),
+            "penalties": penalties_of(main, scenes),
+            "beams": beams_of(main, scenes),
+        }
+    return models | beside | _of_cases(scenes) | {role: found for role, found in several.items() if found}
 
 
 def models_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene]:
-    """Return one direct simulation and the reduced models made from it, by fidelity.
+    """Return one direct simulation and the main reduced models made from it, by fidelity.
 
     The first DNS of the table that fits is taken, or the first with all reduced models if there is one, and
     of each reduced model the first.
@@ -60,9 +99,41 @@ def models_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene
     return max(found, key=len, default={})  # of equals the first
 
 
+def reduced_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
+    """Return all reduced models made from the contacts of a direct simulation, in the order of the table."""
+    return [scene for scene in scenes if scene.rom.contacts_from == main.name]
+
+
+def medium_of(main: Scene, scenes: Iterable[Scene]) -> dict[str, Scene]:
+    """Return the first direct simulation that differs from one in nothing but its mesh, as "medium"."""
+    keys = (*LOADED_ALIKE, "contact", "tie")
+    found = [scene for scene in _direct(scenes, main, keys) if scene.mesh.size != main.mesh.size]
+    return {"medium": found[0]} if found else {}
+
+
+def penalties_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the direct simulations like one in which nothing but penalties keeps yarns apart."""
+    found = _direct(scenes, main, (*LOADED_ALIKE, *ENFORCED_ALIKE))
+    return [scene for scene in found if scene.interaction != "tie" and scene.contact.augmentations == 0]
+
+
+def beams_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the models of beams in contact of the same knit under the same load."""
+    keys = (*LOADED_ALIKE, "contact.friction")
+    return [
+        scene for scene in scenes if scene.fidelity == "beam" and _values(scene, keys) == _values(main, keys)
+    ]
+
+
+def sprung(scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the direct simulations of knits whose contacts give springs, and whose outer crossings are tied."""
+    knits = [scene for scene in scenes if scene.specimen == "knit" and scene.fidelity == "dns"]
+    return [scene for scene in knits if scene.interaction != "tie" and _fits(scene, OUTER_TIED)]
+
+
 def variants_of(main: Scene, scenes: Iterable[Scene]) -> dict[str, Scene]:
     """Return the first direct simulation of every interaction (`catalogue.VARIANTS`) that compares with a scene."""
-    alike = [scene for scene in scenes if scene.fidelity == "dns" and _values(scene) == _values(main)]
+    alike = _direct(scenes, main, ALIKE)
     found = {name: [scene for scene in alike if _fits(scene, of)] for name, of in VARIANTS.items()}
     return {name: fitting[0] for name, fitting in found.items() if fitting}
 
@@ -75,10 +146,10 @@ def friction_sweep(scenes: Iterable[Scene]) -> list[Scene]:
     """
     groups: dict[tuple, dict[tuple, Scene]] = {}
     for scene in scenes:
-        if scene.fidelity == "dns" and _fits(scene, COURSE | OUTER_ROWS_TIED):
+        if scene.fidelity == "dns" and _fits(scene, COURSE | OUTER_TIED):
             slides = scene.interaction == "isotropic"
             kind = (scene.interaction, scene.contact.friction if slides else None)
-            groups.setdefault(_values(scene), {}).setdefault(kind, scene)
+            groups.setdefault(_values(scene, ALIKE), {}).setdefault(kind, scene)
 
     def coefficients(group: dict[tuple, Scene]) -> int:
         return sum(interaction == "isotropic" for interaction, _ in group)
@@ -92,22 +163,37 @@ def pairs(scenes: Iterable[Scene]) -> list[Scene]:
     return [scene for scene in scenes if scene.specimen == "pair" and len(scene.load.path) > 1]
 
 
+def _of_cases(scenes: list[Scene]) -> dict[str, Scene]:
+    """Return the models of every case by the names of the case and the fidelity."""
+    return {
+        f"{case}_{fidelity}": scene
+        for case, of in CASES.items()
+        for fidelity, scene in models_of(scenes, of).items()
+    }
+
+
 def _family(dns: Scene, scenes: list[Scene]) -> dict[str, Scene]:
-    made_from_it = [scene for scene in scenes if scene.rom.contacts_from == dns.name]
-    first = {scene.fidelity: scene for scene in reversed(made_from_it)}
+    main = [scene for scene in reduced_of(dns, scenes) if _fits(scene, MAIN_MODEL)]
+    first = {scene.fidelity: scene for scene in reversed(main)}
     return {"dns": dns} | {fidelity: first[fidelity] for fidelity in REDUCED if fidelity in first}
+
+
+def _direct(scenes: Iterable[Scene], main: Scene, keys: tuple[str, ...]) -> list[Scene]:
+    """Return the direct simulations that share values of keys with a scene."""
+    wanted = _values(main, keys)
+    return [scene for scene in scenes if scene.fidelity == "dns" and _values(scene, keys) == wanted]
 
 
 def _fits(scene: Scene, of: Mapping[str, Any]) -> bool:
     return all(_value(scene, key) == value for key, value in of.items())
 
 
-def _values(scene: Scene) -> tuple:
-    return tuple(_value(scene, key) for key in ALIKE)
+def _values(scene: Scene, keys: tuple[str, ...]) -> tuple:
+    return tuple(_value(scene, key) for key in keys)
 
 
 def _value(scene: Scene, key: str) -> object:
-    """Return the value of a dotted key."""
+    """Return the value of a dotted key, or a whole section."""
     value: object = scene
     for part in key.split("."):
         value = getattr(value, part)

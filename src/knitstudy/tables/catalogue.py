@@ -8,7 +8,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from knitstudy.catalogue import ISOTROPIC_COURSE, TIED_COURSE, Entry, find, select
+from knitstudy.catalogue import ISOTROPIC_COURSE, TIED_COURSE, Entry, find, module_of, select
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,6 +53,17 @@ def entry(name: str) -> Entry:
     return find("table", TABLES, name)
 
 
+def module(name: str) -> str:
+    """Return the dotted name of the module that builds a table.
+
+    Raises
+    ------
+    ConfigurationError
+        When there is no such table.
+    """
+    return f"knitstudy.tables.{module_of('table', TABLES, name)}"
+
+
 def build(name: str, **sources: Any) -> pd.DataFrame:
     """Build a table from what its entry names.
 
@@ -62,4 +73,4 @@ def build(name: str, **sources: Any) -> pd.DataFrame:
         When there is no such table, or something that it needs is missing.
     """
     needed = select("table", TABLES, name, sources)
-    return import_module(f"knitstudy.tables.{name}").build(**needed)
+    return import_module(module(name)).build(**needed)
