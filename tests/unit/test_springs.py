@@ -46,6 +46,22 @@ def test_measures_are_read_apart(touching):
     np.testing.assert_allclose(springs(twice, "centreline").averaged, STIFFNESS / 2)
 
 
+def test_contact_askew_to_the_axes_has_springs_of_its_own(touching):
+    """Stiff along the normal and soft across: along an axis it may move against the force."""
+    normal = touching["normal"].to_numpy()
+    displacement = touching["relative_displacement"].to_numpy()
+    since = displacement - displacement[1]
+    along = np.einsum("tki,ki->tk", since, normal)[..., None] * normal
+    askew = with_values(touching, "force", 700e3 * along + 30e3 * (since - along))
+    found = springs(askew, "interface", "contact")
+    np.testing.assert_allclose(found.stiffness[12:24], np.tile([700e3, 30e3], (12, 1)))
+    np.testing.assert_allclose(found.averaged, [700e3, 30e3])
+    assert springs(askew, "interface").negative.sum() > 0
+    joints = spring_joints(askew, "interface", "contact")
+    force = np.einsum("kij,kj->ki", joints.stiffness[12:24], found.displacement[12:24])
+    np.testing.assert_allclose(force, found.force[12:24])
+
+
 def test_crossing_that_hardly_moves_has_no_weight_in_the_average(touching):
     """Its own secant is a thousandfold, and so is the mean of the ratios; the average stays where the others are."""
     displacement = touching["relative_displacement"].to_numpy().copy()
@@ -70,9 +86,9 @@ def test_crossing_that_has_not_moved_has_no_secant(touching):
     still = with_values(touching, "relative_displacement", displacement)
     found = springs(still, "interface")
     np.testing.assert_array_equal(found.undefined, [0, 0, 1])
-    with pytest.raises(ConfigurationError, match="row 1, column 0, zone 3 has not moved"):
+    with pytest.raises(ConfigurationError, match="row 1, column 0, zone 3 has not moved along z"):
         spring_joints(still, "interface", each=True)
-    np.testing.assert_allclose(spring_joints(still, "interface").stiffness[15], found.averaged)
+    np.testing.assert_allclose(spring_joints(still, "interface").stiffness[15], np.diag(found.averaged))
 
 
 def test_negative_secants_are_reported_and_not_averaged_away(touching):
@@ -92,7 +108,7 @@ def test_negative_secants_are_reported_and_not_averaged_away(touching):
 def test_springs_of_another_simulation_are_its_average(touching):
     other = with_values(touching, "force", 3 * touching["force"].to_numpy())
     joints = spring_joints(touching, "interface", springs_from=other)
-    np.testing.assert_allclose(joints.stiffness[joints.sprung], np.tile(3 * STIFFNESS, (12, 1)))
+    np.testing.assert_allclose(joints.stiffness[joints.sprung], np.tile(3 * np.diag(STIFFNESS), (12, 1, 1)))
 
 
 def test_contacts_without_forces_are_refused(contacts, touching):
@@ -102,6 +118,8 @@ def test_contacts_without_forces_are_refused(contacts, touching):
         springs(touching, "centreline")
     with pytest.raises(ConfigurationError, match=r"rom\.displacement is 'surface'"):
         springs(touching, "surface")
+    with pytest.raises(ConfigurationError, match=r"rom\.axes is 'local'"):
+        springs(touching, "interface", "local")
 
 
 @pytest.mark.parametrize("joint", ["rigid", "printed"])
@@ -117,7 +135,7 @@ def test_springs_and_points_of_the_model_follow_the_contacts(scene, knit, touchi
     after = build(scene, knit, moved)
 
     number = int(np.flatnonzero(np.flatnonzero(before.joints.sprung) == 14)[0])
-    ratio = after.springs.stiffness / before.springs.stiffness
+    ratio = np.divide(*(np.diagonal(model.springs.stiffness, axis1=1, axis2=2) for model in (after, before)))
     np.testing.assert_allclose(ratio[number], [2.0, 3.0, 4.0])
     np.testing.assert_allclose(np.delete(ratio, number, axis=0), 1.0)
     points = contact_points(knit, moved)
@@ -138,7 +156,7 @@ def test_force_of_the_model_follows_the_contacts(scene, knit, touching):
     forces = [float(history["force"][-1]) for history in (soft, pulled, tied)]
     assert forces[0] < 0.99 * forces[1] < 0.99 * forces[2]
     assert abs(float(moved["force"][-1]) / forces[1] - 1) > 1e-4
-    np.testing.assert_allclose(pulled["joint_stiffness"][12:24], np.tile(STIFFNESS, (12, 1)))
+    np.testing.assert_allclose(pulled["joint_stiffness"][12:24], np.tile(np.diag(STIFFNESS), (12, 1, 1)))
 
 
 def test_open_crossings_have_no_joint(scene, knit, touching):

@@ -22,7 +22,7 @@ def two_cantilevers(gap, arms):
     second = first + (np.array([LENGTH, 0, 0]) + gap)
     chain = np.column_stack([np.arange(ELEMENTS), np.arange(1, ELEMENTS + 1)])
     offsets = np.array([[gap, -np.asarray(gap)]]) / 2 * arms
-    springs = LinearSprings(np.array([[ELEMENTS, ELEMENTS + 1]]), offsets, STIFFNESS[None])
+    springs = LinearSprings(np.array([[ELEMENTS, ELEMENTS + 1]]), offsets, np.diag(STIFFNESS)[None])
     nodes, ends = np.concatenate([first, second]), np.concatenate([chain, chain + ELEMENTS + 1])
     return BeamModel(nodes, ends, SECTION, 0.2, springs=springs)
 

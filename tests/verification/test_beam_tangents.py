@@ -19,7 +19,8 @@ def network(offsets, arms_turn=True, springs=False):
     arms = 0.4 * rng.normal(size=(6, 2, 3)) if offsets else None
     between = np.array([[0, 4], [5, 1]])
     arm = 0.4 * rng.normal(size=(2, 2, 3)) * offsets
-    joined = LinearSprings(between, arm, np.array([[100.0, 300.0, 900.0], [50.0, 0.0, 500.0]]))
+    stiffness = np.array([np.diag([100.0, 300.0, 900.0]), 50 * np.outer([1, 2, 3], [1, 2, 3])])
+    joined = LinearSprings(between, arm, stiffness)
     return BeamModel(nodes, ends, SECTION, 0.7, arms, arms_turn, joined if springs else None)
 
 

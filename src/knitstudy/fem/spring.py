@@ -1,12 +1,13 @@
-"""Linear springs in global axes between two points that nodes carry by rigid arms, or between the nodes themselves.
+"""Linear springs between two points that nodes carry by rigid arms, or between the nodes themselves.
 
 With the points p0, p1 of a spring and their reference positions P0, P1
 
-    d = (p1 - p0) - (P1 - P0),   f = k d  (component by component),   W = f . d / 2
+    d = (p1 - p0) - (P1 - P0),   f = k d,   W = f . d / 2
 
--f acts on the first point and f on the second. The two act on different lines as soon as the points are apart: no
-part of the model takes up the couple (p1 - p0) x f. Where both points coincide in the reference it is of second
-order in the stretch, otherwise of first order.
+k is a symmetric matrix that does not turn with the points: axes of a spring keep their directions in space. -f acts
+on the first point and f on the second. The two act on different lines as soon as the points are apart: no part of
+the model takes up the couple (p1 - p0) x f. Where both points coincide in the reference it is of second order in the
+stretch, otherwise of first order.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ class LinearSprings:
         Nodes that carry the points.
     offsets : ndarray, shape (K, 2, 3)
         From the node to its point, in the reference [m].
-    stiffness : ndarray, shape (K, 3)
-        Along x, y and z [N/m].
+    stiffness : ndarray, shape (K, 3, 3)
+        Symmetric matrices k; diagonal if the springs stand along x, y and z [N/m].
     """
 
     ends: np.ndarray
@@ -37,11 +38,11 @@ class LinearSprings:
     @classmethod
     def none(cls) -> LinearSprings:
         """Return no springs."""
-        return cls(np.empty((0, 2), dtype=int), np.empty((0, 2, 3)), np.empty((0, 3)))
+        return cls(np.empty((0, 2), dtype=int), np.empty((0, 2, 3)), np.empty((0, 3, 3)))
 
     def pull(self, stretch: np.ndarray) -> np.ndarray:
         """Return the forces f (K, 3) [N] for relative displacements d (K, 3) [m] of the second points to the first."""
-        return self.stiffness * stretch
+        return np.einsum("kij,kj->ki", self.stiffness, stretch)
 
     def energy(self, stretch: np.ndarray) -> np.ndarray:
         """Return the stored energy (K,) [J]."""
@@ -56,7 +57,6 @@ class LinearSprings:
     def stiffness_at_points(self) -> np.ndarray:
         """Return the derivative (K, 12, 12) of `at_points` over the motion (u0, w0, u1, w1) of the points."""
         blocks = np.zeros((len(self.ends), 12, 12))
-        axes = np.arange(3)
         for row, column, sign in ((0, 0, 1), (6, 6, 1), (0, 6, -1), (6, 0, -1)):
-            blocks[:, row + axes, column + axes] = sign * self.stiffness
+            blocks[:, row : row + 3, column : column + 3] = sign * self.stiffness
         return blocks

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.rom.springs import MEASURES, Springs, springs
+from knitstudy.rom.springs import Springs, springs
 
 
 @dataclass(frozen=True)
@@ -19,8 +19,8 @@ class Joints:
     ----------
     open : ndarray of bool, shape (K,)
         Crossings without a joint.
-    stiffness : ndarray, shape (K, 3)
-        Springs along x, y and z [N/m]; nan where there is none.
+    stiffness : ndarray, shape (K, 3, 3)
+        Symmetric matrices of the springs [N/m]; nan where there is none.
     """
 
     open: np.ndarray
@@ -29,7 +29,7 @@ class Joints:
     @property
     def sprung(self) -> np.ndarray:
         """Crossings with a spring (K,)."""
-        return np.isfinite(self.stiffness[:, 0])
+        return np.isfinite(self.stiffness[:, 0, 0])
 
     @property
     def tied(self) -> np.ndarray:
@@ -39,11 +39,15 @@ class Joints:
     @classmethod
     def all_tied(cls, count: int) -> Joints:
         """Return the joints of a knit whose crossings are all tied."""
-        return cls(np.zeros(count, dtype=bool), np.full((count, 3), np.nan))
+        return cls(np.zeros(count, dtype=bool), np.full((count, 3, 3), np.nan))
 
 
 def spring_joints(
-    contacts: xr.Dataset, measure: str, each: bool = False, springs_from: xr.Dataset | None = None
+    contacts: xr.Dataset,
+    measure: str,
+    axes: str = "global",
+    each: bool = False,
+    springs_from: xr.Dataset | None = None,
 ) -> Joints:
     """Return the joints of a knit in contact: ties where it is tied, springs where yarns touch at full load.
 
@@ -53,6 +57,8 @@ def spring_joints(
         Contacts in the format of docs/architecture.md, of a simulation with contact.
     measure : {"interface", "centreline"}
         Which relative displacement the springs are secants of.
+    axes : {"global", "contact"}
+        Along what they are measured and act.
     each : bool
         Whether every crossing has its own springs, or all have the average.
     springs_from : Dataset, optional
@@ -65,43 +71,38 @@ def spring_joints(
     DataFileError
         If the contacts are not of a simulation with contact.
     """
-    own = springs(contacts, measure)
+    own = springs(contacts, measure, axes)
     if each:
-        return Joints(own.open, _of_each(own, contacts, measure))
-    source = contacts if springs_from is None else springs_from
-    averaged = _averaged(own if springs_from is None else springs(springs_from, measure), source, measure)
-    bridged = ~own.tied & ~own.open
-    return Joints(own.open, np.where(bridged[:, None], averaged, np.nan))
+        stiffness = _of_each(own, contacts)
+    elif springs_from is None:
+        stiffness = _averaged(own, contacts)
+    else:
+        stiffness = _averaged(springs(springs_from, measure, axes), springs_from)
+    return Joints(own.open, np.where(own.bridged[:, None, None], own.matrices(stiffness), np.nan))
 
 
-def _averaged(measured: Springs, contacts: xr.Dataset, measure: str) -> np.ndarray:
+def _averaged(measured: Springs, contacts: xr.Dataset) -> np.ndarray:
     averaged = measured.averaged
     if not np.all(averaged > 0):
         axis = int(np.argmin(np.nan_to_num(averaged, nan=-np.inf)))
         scene = contacts.attrs.get("scene", "the contacts")
         raise ConfigurationError(
-            f"rom.displacement is {measure!r}: the averaged spring of {scene} along {'xyz'[axis]} is "
-            f"{averaged[axis]:.4g} N/m ({measured.negative[axis]} of {measured.used[axis]} crossings have a negative "
-            f"secant), but must be positive; rom.displacement {_other(measure)}, rom.springs_from another dns scene, "
-            "or interaction tie may do"
+            f"the averaged spring of {scene} along {measured.axes[axis]} is {averaged[axis]:.4g} N/m "
+            f"({measured.negative[axis]} of {measured.used[axis]} crossings have a negative secant) but must be "
+            "positive; rom.axes contact, the other rom.displacement or rom.springs_from another dns scene may do"
         )
     return averaged
 
 
-def _of_each(measured: Springs, contacts: xr.Dataset, measure: str) -> np.ndarray:
+def _of_each(measured: Springs, contacts: xr.Dataset) -> np.ndarray:
     stiffness = measured.stiffness
-    bridged = ~measured.tied & ~measured.open
-    lost = bridged & ~np.isfinite(stiffness).all(axis=1)
+    lost = measured.bridged & ~np.isfinite(stiffness).all(axis=1)
     if np.any(lost):
         k = int(np.argmax(lost))
         row, column, zone = (int(contacts[name][k]) for name in ("row", "column", "zone"))
+        axis = measured.axes[int(np.argmin(np.isfinite(stiffness[k])))]
         raise ConfigurationError(
-            f"rom.springs is 'zones': the crossing of row {row}, column {column}, zone {zone} has not moved along an "
-            f"axis since first contact (rom.displacement {measure}), so that it has no spring; rom.springs averaged "
-            "is defined"
+            f"rom.springs is 'zones': the crossing of row {row}, column {column}, zone {zone} has not moved along "
+            f"{axis} since first contact, so that it has no spring there; rom.springs averaged is defined"
         )
     return stiffness
-
-
-def _other(measure: str) -> str:
-    return next(name for name in MEASURES if name != measure)

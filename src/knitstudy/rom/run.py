@@ -53,8 +53,12 @@ def run(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset
     joints = network.joints
     if joints is None:
         return history
-    meaning = {"units": "N/m", "long_name": "stiffness of the springs, nan where there are none"}
-    return history.assign(joint_stiffness=(("crossing", "xyz"), joints.stiffness, meaning)).assign_attrs(
+    meaning = {
+        "units": "N/m",
+        "long_name": "force over displacement of the springs, nan where there are none",
+    }
+    dims = ("crossing", "xyz", "displacement_xyz")
+    return history.assign(joint_stiffness=(dims, joints.stiffness, meaning)).assign_attrs(
         open_crossings=int(joints.open.sum())
     )
 
@@ -109,7 +113,8 @@ def build(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Datas
         joints = Joints.all_tied(len(points.yarn))
     else:
         _require_springs(scene, springs_from)
-        joints = spring_joints(contacts, scene.rom.displacement, scene.rom.springs == "zones", springs_from)
+        each = scene.rom.springs == "zones"
+        joints = spring_joints(contacts, scene.rom.displacement, each=each, springs_from=springs_from)
     stops = gripped_arcs(knit, scene.load.direction)
     return rom3d.build(knit, points, scene.mesh.beam_size, scene.rom.joint, joints, stops)
 

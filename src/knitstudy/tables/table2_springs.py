@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import product
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.rom.springs import MEASURES, Springs, springs
+from knitstudy.rom.springs import AXES, MEASURES, Springs, springs
 from knitstudy.scene import Scene
 from knitstudy.tables.reference import number
 
 STATISTICS = {
-    "averaged, sum(F d) / sum(d^2)": lambda found: found.averaged,
+    "averaged, sum(F d) / sum(d d)": lambda found: found.averaged,
     "averaged, mean of F / d": lambda found: _over_crossings(np.mean, found),
     "standard deviation of F / d": lambda found: _over_crossings(np.std, found),
     "smallest F / d": lambda found: _over_crossings(np.min, found),
@@ -22,8 +23,8 @@ STATISTICS = {
 }
 """What is made of the secants of the crossings; reduced models use the first."""
 
-AVERAGES = 2
-"""So many of the statistics are averages, which the paper's numbers may be."""
+AVERAGES = tuple(STATISTICS)[:2]
+"""What the paper's numbers may be."""
 
 
 def build(
@@ -57,18 +58,17 @@ def _rows(
     if name not in scenes:
         raise DataFileError(f"table2_springs has contacts of {name!r} but not its scene: both are needed")
     scene = scenes[name]
-    for measure, variable in MEASURES.items():
-        if variable not in contacts:
-            continue
-        found = springs(contacts, measure)
-        if found.tied.all():
-            raise DataFileError(
-                f"the contacts of {name!r} are all tied: springs come from a dns scene with contact"
-            )
-        for order, (statistic, of) in enumerate(STATISTICS.items()):
-            printed = order < AVERAGES and scene.interaction == "isotropic"
+    if contacts["tied"].all():
+        raise DataFileError(
+            f"the contacts of {name!r} are all tied: springs come from a dns scene with contact"
+        )
+    measures = [measure for measure, variable in MEASURES.items() if variable in contacts]
+    for measure, axes in product(measures, AXES):
+        found = springs(contacts, measure, axes)
+        for statistic, of in STATISTICS.items():
+            comparable = axes == "global" and statistic in AVERAGES and scene.interaction == "isotropic"
             for axis, value in enumerate(of(found)):
-                theirs = _printed(paper, scene, axis) if printed else np.nan
+                theirs = _printed(paper, scene, found.axes[axis]) if comparable else np.nan
                 yield {
                     "scene": scene.name,
                     "load": scene.load.direction,
@@ -76,7 +76,7 @@ def _rows(
                     "contact stiffness over E / h [1]": scene.contact.normal_stiffness,
                     "displacement": measure,
                     "statistic": statistic,
-                    "axis": "xyz"[axis],
+                    "axis": found.axes[axis],
                     "stiffness [N/m]": value,
                     "paper [N/m]": theirs,
                     "over paper's [1]": value / theirs,
@@ -88,10 +88,10 @@ def _rows(
 
 
 def _over_crossings(statistic, found: Springs) -> list[float]:
-    """A statistic (3,) of the crossings that have a secant; nan where none has."""
+    """A statistic (a,) of the crossings that have a secant; nan where none has."""
     columns = (column[np.isfinite(column)] for column in found.stiffness.T)
     return [float(statistic(column)) if len(column) else np.nan for column in columns]
 
 
-def _printed(paper: pd.DataFrame, scene: Scene, axis: int) -> float:
-    return number(paper, "2", scene.load.direction, f"spring stiffness k{'xyz'[axis]}")
+def _printed(paper: pd.DataFrame, scene: Scene, axis: str) -> float:
+    return number(paper, "2", scene.load.direction, f"spring stiffness k{axis}")

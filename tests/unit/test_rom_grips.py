@@ -1,0 +1,74 @@
+"""Where reduced models are held and driven in wale tension, and which motions that leaves."""
+
+import numpy as np
+import pytest
+
+from knitstudy.geometry.arcs import head_arcs, inside, sinker_arcs
+from knitstudy.rom.grips import grips, tension
+from knitstudy.rom.run import build, run
+
+
+@pytest.fixture(scope="session")
+def scene(plain_scene):
+    return plain_scene.replace("load.direction", "wale").replace("mesh.beam_size", 2e-3)
+
+
+def gripped(network, knit):
+    """Return which stations hang on held nodes and which on driven ones."""
+    ends = grips(network, knit, "wale")
+    return np.isin(network.station_node, ends.held), np.isin(network.station_node, ends.driven)
+
+
+@pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])
+def test_arcs_of_the_outer_yarns_are_gripped_from_end_to_end(scene, knit, contacts, fidelity):
+    network = build(scene.replace("fidelity", fidelity), knit, contacts)
+    arc_length, yarn = network.stations.arc_length, network.stations.yarn
+    for part, number, arcs in zip(
+        gripped(network, knit), (0, knit.rows), (sinker_arcs(knit), head_arcs(knit)), strict=True
+    ):
+        np.testing.assert_array_equal(part, (yarn == number) & inside(arc_length, arcs))
+        # Stations stand at both ends of every arc, so that no element reaches out of a grip by a part of itself.
+        apart = np.abs(arc_length[part][:, None, None] - arcs).min(axis=0)
+        assert apart.max() < 1e-9 * arc_length.max()
+
+
+def test_corners_of_missing_rows_are_gripped_in_the_plane(scene, knit, contacts):
+    """Two corners at every sinker of the bottom yarn and at every head of the top yarn, and the ends of the bottom."""
+    network = build(scene.replace("fidelity", "rom2d"), knit, contacts)
+    held, driven = (np.unique(network.station_node[part]) for part in gripped(network, knit))
+    assert len(held) == 2 * 3 + 2
+    assert len(driven) == 2 * 3
+    zones = 4 * 3 * 3
+    assert min(held.min(), driven.min()) >= zones  # no contact zone is gripped
+
+
+@pytest.mark.parametrize(("lateral", "given"), [("fixed", [0, 1, 2, 3, 4, 5]), ("free", [1, 3, 5])])
+def test_driven_arcs_move_along_y(scene, knit, contacts, lateral, given):
+    network = build(scene, knit, contacts)
+    ends = grips(network, knit, "wale")
+    drive = tension(ends, "wale", 2e-3, lateral)
+    value = np.full(6 * len(network.nodes), np.nan)
+    value[drive.fixed] = drive.value
+    value = value.reshape(-1, 6)
+    np.testing.assert_array_equal(value[ends.held], 0)
+    np.testing.assert_array_equal(value[ends.driven][:, 1], 2e-3)
+    others = [i for i in given if i != 1]
+    np.testing.assert_array_equal(value[ends.driven][:, others], 0)
+    free = [i for i in range(6) if i not in given]
+    assert np.isnan(value[ends.driven][:, free]).all()
+    assert len(drive.fixed) == 6 * len(ends.held) + len(given) * len(ends.driven)
+
+
+@pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])
+def test_history_in_wale_tension(scene, knit, contacts, fidelity):
+    history = run(scene.replace("fidelity", fidelity), knit, contacts)
+    np.testing.assert_allclose(history["strain"][-1], 0.05, rtol=1e-12)
+    np.testing.assert_allclose(history["displacement"][-1], 0.05 * 3 * knit.loop.course_spacing, rtol=1e-12)
+    np.testing.assert_array_equal(history["force"], history["reaction"].sel(xyz="y"))
+    assert np.all(np.diff(history["force"]) > 0)
+    # The middle yarns contract: their ends, which are free, draw in.
+    moved = history["centreline_displacement"].isel(increment=-1).to_numpy()
+    inner = history["yarn"].to_numpy() == 1
+    left, right = moved[inner][0], moved[inner][-1]
+    assert left[0] > 0 > right[0]
+    assert left[0] == pytest.approx(-right[0], rel=1e-6)
