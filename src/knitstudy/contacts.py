@@ -225,7 +225,7 @@ def _put_ties(values: dict[str, np.ndarray], history: xr.Dataset, tied: np.ndarr
     values["tangential_resultant"][:, tied] = force - along
     values["slip"][:, tied], values["stick_share"][:, tied] = 0.0, 1.0
     values["largest_pressure"][:, tied] = np.nan
-    for name in {"sliding", "contact_spin"} & values.keys():
+    for name in {"sliding", "contact_travel", "contact_spin"} & values.keys():
         values[name][:, tied] = 0.0
 
 

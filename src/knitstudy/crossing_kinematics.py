@@ -7,9 +7,11 @@ The paper shows a yarn that contracts, without a measure. Yarns hardly shorten a
 contracts are the chords between neighbouring contacts of a yarn, `segment_contraction`. How the section itself
 deforms is `section_contraction`, the loss of its area, and the stretches of its fibres.
 
-What surfaces slide is the relative displacement of the facets that face each other at the crossing, since these
-first touched. It contains the little that sticking surfaces give way; the mean of the lengths that the points of
-contact have slipped, `slip`, is smaller, since points come into contact on the way.
+What surfaces slide, `sliding`, is how far the facets that face each other at the crossing have moved past each other
+since the yarns first touched there. It contains the little that sticking surfaces give way. The mean of the lengths
+that the points of contact have slipped, `slip`, is smaller, since points come into contact on the way. The contact
+area itself moves further, along the yarns and about them, where these roll on each other or bend around each other:
+`contact_travel` and `contact_spin`, on the undeformed yarn, which no motion of the section enters.
 """
 
 from __future__ import annotations
@@ -87,6 +89,7 @@ def kinematics(
     }
     stretch = {name: np.linalg.norm(fibre, axis=-1) for name, fibre in fibres.items()}
     area = np.linalg.norm(np.cross(fibres["towards"], fibres["across"]), axis=-1)
+    along, around = place_on_yarn(specimen, axes, contact)
     touching = np.isfinite(contact).any(axis=(2, 3))
     slid = since_first(np.where(touching[..., None], relative, np.nan))
     now = fibres["tangent"] / stretch["tangent"][..., None]
@@ -102,7 +105,8 @@ def kinematics(
         "across_stretch": stretch["across"],
         "centreline_relative_displacement": displacement[:, :, 1] - displacement[:, :, 0],
         "sliding": np.einsum("ikm,iksm->iks", slid, now),
-        "contact_spin": since_first(angle_on_yarn(specimen, axes, contact)),
+        "contact_travel": since_first(along),
+        "contact_spin": since_first(around),
     }
 
 
@@ -153,10 +157,11 @@ def segment_contraction(crossings: Crossings, displacement: np.ndarray) -> np.nd
     return contraction.reshape(*displacement.shape[:-1], 2)
 
 
-def angle_on_yarn(specimen: Crossed, axes: Axes, place: np.ndarray) -> np.ndarray:
-    """Return the angles (I, K, 2) about their undeformed yarns at which places near crossings lie [rad].
+def place_on_yarn(specimen: Crossed, axes: Axes, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return where places near crossings lie on their undeformed yarns: along [m] and around them [rad].
 
-    They count from the line of the closest points. Along the yarn the axes turn with the tangent, the shortest way.
+    Both (I, K, 2) count from the crossing and the line of its closest points. Along the yarn the axes turn with the
+    tangent, the shortest way.
 
     Parameters
     ----------
@@ -166,18 +171,18 @@ def angle_on_yarn(specimen: Crossed, axes: Axes, place: np.ndarray) -> np.ndarra
         On or near the undeformed yarns; nan is allowed and is passed on [m].
     """
     crossings = specimen.crossings
-    angle = np.full(place.shape[:-1], np.nan)
+    along, around = np.full((2, *place.shape[:-1]), np.nan)
     for yarn, curve in enumerate(specimen.centrelines):
-        increment, crossing, side = np.nonzero((crossings.yarn == yarn) & np.isfinite(place[..., 0]))
-        here = place[increment, crossing, side]
-        s = foot(curve, here, crossings.arc_length[crossing, side])
+        at = _, crossing, side = np.nonzero((crossings.yarn == yarn) & np.isfinite(place[..., 0]))
+        start = crossings.arc_length[crossing, side]
+        s = foot(curve, place[at], start)
         tangent, axis = curve.tangent(s), axes.tangent[crossing, side]
-        arm = here - curve.position(s)
+        arm = place[at] - curve.position(s)
         back = np.sum(arm * axis, axis=1) / (1 + np.sum(tangent * axis, axis=1))
         arm = arm - back[:, None] * (tangent + axis)
         up, aside = (np.sum(arm * each[crossing, side], axis=1) for each in (axes.towards, axes.across))
-        angle[increment, crossing, side] = np.arctan2(aside, up)
-    return angle
+        along[at], around[at] = s - start, np.arctan2(aside, up)
+    return along, around
 
 
 FOOT_STEPS = 40
@@ -233,6 +238,7 @@ VARIABLES = {
         "m",
         "way of the upper row's surface over the lower row's along the yarn since first contact",
     ),
+    "contact_travel": (_SIDES, "m", "way of the contact area along the yarn since first contact"),
     "contact_spin": (
         _SIDES,
         "rad",

@@ -8,10 +8,10 @@ from knitstudy.contacts import extract
 from knitstudy.crossing_kinematics import (
     VARIABLES,
     Axes,
-    angle_on_yarn,
     foot,
     kinematics,
     nearest_rotation,
+    place_on_yarn,
     segment_contraction,
     since_first,
     twist,
@@ -51,7 +51,7 @@ def test_undeformed_yarns_do_nothing(pair):
     still = of_pair(pair, np.eye(3), np.eye(3))
     for name in ("axial_stretch", "normal_stretch", "across_stretch"):
         np.testing.assert_allclose(still.pop(name), 1.0, rtol=1e-15)
-    for name in ("segment_contraction", "sliding", "contact_spin"):
+    for name in ("segment_contraction", "sliding", "contact_travel", "contact_spin"):
         assert np.isnan(still.pop(name)).all(), "no neighbours and no contact"
     for name, values in still.items():
         np.testing.assert_allclose(values, 0.0, atol=1e-15, err_msg=name)
@@ -127,6 +127,7 @@ def test_contact_that_moves_around_and_along_a_straight_yarn(pair):
     contact[:, 0, 1, 2] -= RADIUS
     found = of_pair(pair, np.eye(3), np.eye(3), contact=contact)
     np.testing.assert_allclose(found["contact_spin"], [0.1, 0.0], atol=1e-12)
+    np.testing.assert_allclose(found["contact_travel"], [3e-4, 0.0], atol=1e-15)
 
 
 def test_sliding_is_along_the_yarns_as_they_lie_now(pair):
@@ -150,7 +151,9 @@ def test_places_on_a_curved_yarn_are_found_again(knit):
         sine = np.linalg.norm(normal, axis=1)
         turn = exp((np.arcsin(sine) / sine)[:, None] * normal)
         place[0, k, side] = curve.position(s) + RADIUS * np.einsum("kij,kj->ki", turn, arm)
-    np.testing.assert_allclose(angle_on_yarn(knit, axes, place), angle, atol=1e-6)
+    along, around = place_on_yarn(knit, axes, place)
+    np.testing.assert_allclose(along, shift, atol=1e-9)
+    np.testing.assert_allclose(around, angle, atol=1e-6)
 
 
 def test_foot_of_a_place_beside_a_curve(knit):
@@ -196,7 +199,7 @@ def test_contacts_hold_the_kinematics_of_their_history(knit, history):
 def test_tied_contact_areas_stay_and_open_ones_have_no_place(knit, history):
     contacts = extract(knit, history)
     tied = contacts["tied"].to_numpy() == 1
-    for name in ("sliding", "contact_spin"):
+    for name in ("sliding", "contact_travel", "contact_spin"):
         assert not contacts[name][:, tied].any()
         free = contacts[name].to_numpy()[:, ~tied]
         np.testing.assert_array_equal(np.isnan(free[..., 0]), (contacts["zones"] == 0).to_numpy()[:, ~tied])
