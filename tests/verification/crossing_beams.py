@@ -38,6 +38,7 @@ class Beams:
     turn: tuple = (0.0, 0.0, 0.0)
     friction: float = 0.5
     law: str = "rigid point"
+    normal: Power | None = None
 
     @property
     def rotation(self):
@@ -74,6 +75,7 @@ class Beams:
         s = np.tile(np.linspace(0, self.length, count), 2)
         curves = Curves(np.repeat([0, 1], count), s)
         mode, law = LAWS[self.law]
+        law = self.normal or law
         chosen = np.array([0])
         if mode == "point":
             pairs = point_pairs(self.crossings, chosen, curves.length)
@@ -90,10 +92,7 @@ class Beams:
         return count * beam + np.array([0, count - 1])
 
     def drive(self, legs, spins=None):
-        """Ends of the lower beam held, those of the upper one along legs (m, 3), and spun about its axis (m,) [rad].
-
-        The spins are prescribed as rotations in the plane of the upper beam's axis: from rest they may reach any angle.
-        """
+        """Ends of the lower beam held, those of the upper one along legs (m, 3), and spun about its axis (m,) [rad]."""
         held = (6 * self.ends(0)[:, None] + np.arange(6)).ravel()
         driven = 6 * self.ends(1)[:, None] + np.arange(6)
         legs = np.asarray(legs, dtype=float) @ self.rotation.T
@@ -112,10 +111,14 @@ class Beams:
         )
         return model, list(trace(model, self.drive(legs, spins), settings, LU()))
 
-    def contact_force(self, model, increment, before=None):
+    def contact_force(self, increment):
         """Force (3,) of contact on the lower beam, in the axes of the beams before they were turned."""
         force = increment.response.force.reshape(-1, 6)[self.ends(0), :3].sum(axis=0)
         return -force @ self.rotation
+
+    def slip(self, increment):
+        """Length slipped so far."""
+        return increment.state.history.slip[0]
 
 
 def curved_yarns(law, friction):
@@ -124,8 +127,8 @@ def curved_yarns(law, friction):
     bend = 4e-3
     hook = np.column_stack([bend * np.sin(s / bend), 0 * s, bend * (np.cos(s / bend) - 1)])
     turn = exp(np.array([0, 0, np.radians(70)]))
-    lower = hook + [0, 0, -RADIUS]
-    upper = (hook * [1, 1, -1]) @ turn.T + [0, 0, RADIUS]
+    lower = hook - np.array([0, 0, RADIUS])
+    upper = (hook * [1, 1, -1]) @ turn.T + np.array([0, 0, RADIUS])
     position = np.concatenate([lower, upper])
     number = np.arange(len(position))
     offset = np.where((number % 2)[:, None] == 1, 1e-3 * np.array([0.4, -0.3, 0.5]), 0.0)

@@ -61,8 +61,8 @@ def test_tangent_of_beams_in_contact(law, kind, shift, verify):
     verify.at_most(f"tangent of beams in contact: {law}, {kind}, {shift}", tangent_error(model, state), 1e-6)
 
 
-@pytest.mark.parametrize("law", ("rigid point", "hertz line"))
-@pytest.mark.parametrize("kind", ("stick", "slip"))
+@pytest.mark.parametrize("law", ["rigid point", "hertz line"])
+@pytest.mark.parametrize("kind", ["stick", "slip"])
 def test_tangent_at_first_contact(law, kind, verify):
     model = Beams(law=law, angle=70.0, friction=FRICTION[kind], gap=20e-6).model()
     state = moved(model, [30e-6, 10e-6, -51e-6], 1)
@@ -71,8 +71,8 @@ def test_tangent_at_first_contact(law, kind, verify):
     verify.at_most(f"tangent of first contact of beams: {law}, {kind}", tangent_error(model, state), 1e-6)
 
 
-@pytest.mark.parametrize("law", ("rigid point", "rigid line"))
-@pytest.mark.parametrize("kind", ("stick", "slip"))
+@pytest.mark.parametrize("law", ["rigid point", "rigid line"])
+@pytest.mark.parametrize("kind", ["stick", "slip"])
 def test_tangent_of_curved_yarns_on_rigid_arms(law, kind, verify):
     """Two hooked yarns, the stations of the contact carried by nodes beside them."""
     model = curved_yarns(law, FRICTION[kind])
@@ -91,7 +91,7 @@ def test_open_contact_has_neither_force_nor_tangent():
 
 
 @pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("kind", ("stick", "slip"))
+@pytest.mark.parametrize("kind", ["stick", "slip"])
 def test_forces_and_moments_balance(law, kind, verify):
     """Exactly: what friction exerts on both yarns acts in one point, half way between their centrelines."""
     model = curved_yarns(law, FRICTION[kind])
@@ -107,7 +107,7 @@ def test_forces_and_moments_balance(law, kind, verify):
     verify.at_most(f"beams in contact: balance of forces and moments, {law}, {kind}", error, 1e-12)
 
 
-@pytest.mark.parametrize("law", ("rigid point", "rigid line"))
+@pytest.mark.parametrize("law", ["rigid point", "rigid line"])
 def test_rotation_of_everything_turns_the_forces(law, verify):
     """Of a state in the middle of an increment that slips, by 30 degrees: its history stays as it is."""
     model = curved_yarns(law, 0.05)

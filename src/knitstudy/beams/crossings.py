@@ -65,7 +65,9 @@ class CrossingRecord:
         contact, places = self._model.contact, self._model.places(state.beams)
         points = self._model.points(state)
         self.gap.append(contact.crossing_gap(points, self._count))
-        self.slip.append(np.where(self._tied, np.nan, contact.crossing_slip(state.history, self._count)))
+        slip = np.full(self._count, np.nan)
+        slip[~self._tied] = state.history.slip[np.flatnonzero(~self._tied)]
+        self.slip.append(slip)
         force = contact.crossing_force(points, self._count)
         apart = BeamState(places.position, places.rotation)
         station_force = self._apart.respond(apart, stiffness=False).force.reshape(-1, 6)[:, :3]

@@ -47,8 +47,8 @@ class BeamContactHistory:
         [m]; inf where there was no closest point.
     force : ndarray, shape (k,)
         Normal force density; where it is positive the material points count as joined.
-    slip : ndarray, shape (k,)
-        Length slipped since first contact [m].
+    slip : ndarray, shape (c,)
+        Length slipped at a crossing since its first contact [m], by the number of the crossing.
     dissipated : float
         Work of friction so far [J].
     """
@@ -160,7 +160,8 @@ class BeamContact:
         k = len(self.crossing.start)
         here = approach(self.curves, places.position, self.crossing.pairs, self.crossing.start)
         arm = self._arms(here, places.rotation, np.zeros((k, 3)))
-        return BeamContactHistory(here.s, arm, self._gap(here), np.zeros(k), np.zeros(k), 0.0)
+        slip = np.zeros(int(self.crossing.crossing.max(initial=-1)) + 1)
+        return BeamContactHistory(here.s, arm, self._gap(here), np.zeros(k), slip, 0.0)
 
     def points(self, places: Places, history: BeamContactHistory) -> BeamContactPoints:
         """Evaluate all pairs."""
@@ -233,13 +234,13 @@ class BeamContact:
             )
         touches = points.status != OPEN
         elastic = np.where(touches[:, None], points.traction / self.friction.tangential, 0.0)
-        length = self.friction.slipped(points.trial, points.force)
+        pressed = self._per_crossing(points.force) > 0
         return BeamContactHistory(
             s=points.approach.s,
             arm=self._arms(points.approach, places.rotation, elastic),
             gap=points.gap,
             force=points.force,
-            slip=np.where(touches, history.slip + length, 0.0),
+            slip=np.where(pressed, history.slip + self._slipped(points), 0.0),
             dissipated=history.dissipated + self._dissipation(points),
         )
 
@@ -257,13 +258,6 @@ class BeamContact:
         gap = np.full(count, np.inf)
         np.minimum.at(gap, self.crossing.crossing, points.gap)
         return np.where(np.isfinite(gap), gap, np.nan)
-
-    def crossing_slip(self, history: BeamContactHistory, count: int) -> np.ndarray:
-        """Return the length slipped at every crossing [m], the mean of its points by their normal force."""
-        load = self.crossing.weight * history.force
-        total = np.bincount(self.crossing.crossing, load, minlength=count)
-        slipped = np.bincount(self.crossing.crossing, load * history.slip, minlength=count)
-        return np.divide(slipped, total, out=np.zeros(count), where=total > 0)
 
     # ---- parts ----------------------------------------------------------------------------------------------
 
@@ -287,12 +281,28 @@ class BeamContact:
         return {"penalty": stored, "friction": points.history.dissipated + self._dissipation(points)}
 
     def _dissipation(self, points: BeamContactPoints) -> float:
-        """Work of friction within the increment, mu times the mean force of it times the slip [J]."""
+        """Work of friction within the increment, mu times the mean force of it times the slip of a crossing [J]."""
         if not np.isfinite(self.friction.friction):
             return 0.0
+        mean = 0.5 * (self._per_crossing(points.force) + self._per_crossing(points.history.force))
+        return float(np.sum(self.friction.friction * mean * self._slipped(points)))
+
+    def _slipped(self, points: BeamContactPoints) -> np.ndarray:
+        """Return the length (c,) that every crossing slips within the increment [m].
+
+        The mean by normal force of the points that touched before. Along a line, others come into contact as it slides
+        over the yarn, and have slid for the rest of the increment only; they count where there are none but them.
+        """
         length = self.friction.slipped(points.trial, points.force)
-        mean = 0.5 * (points.force + points.history.force)
-        return float(np.sum(self.crossing.weight * self.friction.friction * mean * length))
+        known = np.where(points.history.force > 0, points.force, 0.0)
+        lasting = self._per_crossing(known) > 0
+        load = np.where(lasting[self.crossing.crossing], known, points.force)
+        total = self._per_crossing(load)
+        return np.divide(self._per_crossing(load * length), total, out=np.zeros_like(total), where=total > 0)
+
+    def _per_crossing(self, density: np.ndarray) -> np.ndarray:
+        """Return sums (c,) of densities (k,) over the points of every crossing."""
+        return np.bincount(self.crossing.crossing, self.crossing.weight * density)
 
     def _stiffness(
         self, places: Places, points: BeamContactPoints, active: np.ndarray, weight: np.ndarray

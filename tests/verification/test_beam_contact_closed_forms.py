@@ -1,0 +1,174 @@
+"""Two crossing beams pressed, dragged, reversed, spun and rolled, against beam theory and Coulomb's law."""
+
+import numpy as np
+import pytest
+from crossing_beams import LAWS, MODULUS, POISSON, RADIUS, SECTION, Beams
+from scipy.optimize import brentq
+
+from knitstudy.fem.beam_contact.law import Power
+
+LENGTH, FRICTION, PRESS, DRAG = 30e-3, 0.3, 0.2e-3, 0.6e-3
+
+# What one newton at the middle of a beam with clamped ends does there.
+BEND = LENGTH**3 / (192 * SECTION.EI) + LENGTH / (4 * SECTION.kGA)
+STRETCH = LENGTH / (4 * SECTION.EA)
+TILT = LENGTH / (16 * SECTION.EI)
+TWIST = LENGTH / (4 * SECTION.GJ)
+# Of friction across the upper beam: that bends sideways and twists, the lower one is stretched and tilted.
+ACROSS = BEND + RADIUS**2 * TWIST + STRETCH + RADIUS**2 * TILT
+
+
+def beams(**changes):
+    return Beams(**({"length": LENGTH, "friction": FRICTION, "gap": 0.0} | changes))
+
+
+def pressed(normal):
+    """Force of two beams whose ends come nearer by PRESS, from their compliance and that of the contact."""
+    approach = lambda force: 2 * BEND * force + (force / normal.coefficient) ** (1 / normal.exponent)  # noqa: E731
+    return brentq(lambda force: approach(force) - PRESS, 0, PRESS / (2 * BEND))
+
+
+@pytest.mark.parametrize(
+    ("name", "normal"),
+    {
+        "stiff penalty": LAWS["rigid point"][1],
+        "penalty as soft as the beams": Power(1 / (2 * BEND)),
+        "Hertz": LAWS["hertz point"][1],
+    }.items(),
+)
+def test_force_of_pressed_beams(name, normal, verify):
+    case = beams(normal=normal)
+    _, increments = case.trace([[0, 0, -PRESS]])
+    verify.within(
+        f"crossing beams pressed: force, {name}",
+        -case.contact_force(increments[-1])[2],
+        pressed(normal),
+        0.01,
+    )
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_crossing_yarns_of_round_section_follow_the_law(law, verify):
+    """Two undeformed beams that overlap: along a line, Hertz's force is the sum of a linear law."""
+    case = beams(law=law)
+    model = case.model()
+    depth = 0.01 * RADIUS
+    step = np.zeros((model.size // 6, 6))
+    step[len(step) // 2 :, 2] = -depth
+    state = model.advance(model.start(), step.ravel())
+    force = model.respond(state, False).force.reshape(-1, 2, 3)[: case.elements + 1, 0, 2].sum()
+    mode, normal = LAWS[law]
+    overlap = np.sqrt(RADIUS * depth)  # the integral of depth - s^2 / 4 R is 8/3 of this times the depth
+    expected = normal.coefficient * (8 / 3 * overlap * depth if mode == "line" else depth**normal.exponent)
+    verify.within(f"crossing beams, undeformed: force, {law}", force, expected, 0.01)
+    if "hertz" in law:
+        hertz = 4 / 3 * MODULUS / (2 * (1 - POISSON**2)) * np.sqrt(RADIUS) * depth**1.5
+        verify.within(f"crossing beams, undeformed: Hertz, {law}", force, hertz, 0.01)
+
+
+@pytest.fixture(scope="module")
+def dragged():
+    """By law: case and increments of a press, a drag along the lower beam and back as far beyond."""
+    legs = [[0, 0, -PRESS], [DRAG, 0, -PRESS], [-DRAG, 0, -PRESS]]
+    return {law: (beams(law=law), beams(law=law).trace(legs, increments=30)[1]) for law in LAWS}
+
+
+def at(increments, load):
+    return next(each for each in increments if abs(each.load - load) < 1e-9)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_friction_of_dragged_beams(dragged, law, verify):
+    case, increments = dragged[law]
+    forwards, backwards = (case.contact_force(at(increments, load)) for load in (2 / 3, 1.0))
+    verify.within(
+        f"crossing beams dragged: friction over force, {law}", -forwards[0] / forwards[2], FRICTION, 0.01
+    )
+    verify.within(
+        f"crossing beams dragged back: friction over force, {law}",
+        backwards[0] / backwards[2],
+        FRICTION,
+        0.01,
+    )
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_slip_of_dragged_beams(dragged, law, verify):
+    """The way of the ends less what the beams give way, forwards; twice that and what they give way anew, back."""
+    case, increments = dragged[law]
+    give = FRICTION * pressed(LAWS["rigid point"][1]) * ACROSS
+    forwards, all_the_way = (case.slip(at(increments, load)) for load in (2 / 3, 1.0))
+    verify.within(f"crossing beams dragged: slip, {law}", forwards, DRAG - give, 0.01)
+    verify.within(
+        f"crossing beams dragged back: slip, {law}", all_the_way - forwards, 2 * (DRAG - give), 0.01
+    )
+
+
+@pytest.mark.parametrize("law", ["rigid point", "hertz line"])
+def test_work_of_dragged_beams(law, verify):
+    """The work at the ends is stored or lost to friction; where slip begins, its trapezoid takes many increments."""
+    case = beams(law=law)
+    _, increments = case.trace([[0, 0, -PRESS], [DRAG, 0, -PRESS]], increments=100)
+    nodes = case.ends(1)
+    force = np.array([each.response.force.reshape(-1, 6)[nodes, :3].sum(axis=0) for each in increments])
+    place = np.array([each.state.beams.position[nodes[0]] for each in increments])
+    work = np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(place, axis=0))
+    verify.within(
+        f"crossing beams dragged: energy, {law}", sum(increments[-1].response.energy.values()), work, 0.01
+    )
+
+
+def test_beams_stick_before_they_slip(verify):
+    """Half of the way to slip is elastic, and goes back to nothing."""
+    case = beams()
+    half = 0.5 * FRICTION * pressed(LAWS["rigid point"][1]) * ACROSS
+    _, increments = case.trace([[0, 0, -PRESS], [half, 0, -PRESS], [0, 0, -PRESS]], increments=9)
+    friction = case.contact_force(at(increments, 2 / 3))[0]
+    verify.within("crossing beams dragged half way to slip: friction", friction, half / ACROSS, 0.01)
+    assert case.slip(increments[-1]) == 0
+    assert abs(case.contact_force(increments[-1])[0]) < 1e-3 * friction
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_frictionless_beams_slide_freely(law):
+    case = beams(law=law, friction=0.0)
+    _, increments = case.trace([[0, 0, -PRESS], [DRAG, 0, -PRESS]], increments=10)
+    force = case.contact_force(increments[-1])
+    # What is left is the slope of the lower beam, bent under the point that has moved.
+    assert abs(force[0]) < 3e-3 * abs(force[2])
+    assert increments[-1].response.energy["friction"] == 0
+
+
+def test_spin_in_place_slips(verify):
+    """The surface of a yarn that turns about its axis slips by R times the angle."""
+    case, angle = beams(), DRAG / RADIUS
+    _, increments = case.trace([[0, 0, -PRESS], [0, 0, -PRESS]], increments=20, spins=[0.0, angle])
+    force = case.contact_force(increments[-1])
+    verify.within("crossing beams, one spun: friction over force", force[0] / force[2], FRICTION, 0.01)
+    give = FRICTION * pressed(LAWS["rigid point"][1]) * ACROSS
+    verify.within("crossing beams, one spun: slip", case.slip(increments[-1]), RADIUS * angle - give, 0.01)
+
+
+@pytest.mark.parametrize("law", ["rigid point", "rigid line"])
+def test_rolling_does_not_slip(law, verify):
+    """A yarn that moves by R times the angle of its spin rolls: what is left of friction is second order."""
+    case, angle = beams(law=law), DRAG / RADIUS
+    _, increments = case.trace([[0, 0, -PRESS], [DRAG, 0, -PRESS]], increments=20, spins=[0.0, angle])
+    force = case.contact_force(increments[-1])
+    verify.at_most(
+        f"crossing beams, one rolled: friction over mu N, {law}", abs(force[0] / force[2]) / FRICTION, 0.05
+    )
+    assert case.slip(increments[-1]) < 1e-3 * DRAG
+
+
+@pytest.mark.parametrize("law", ["rigid point", "hertz line"])
+def test_path_of_turned_beams(law, verify):
+    """The whole path, with slip, of two beams that lie 30 degrees askew in space."""
+    legs = [[0, 0, -PRESS], [DRAG, 0.3 * DRAG, -PRESS]]
+    turn = tuple(np.radians(30) * np.array([2, -1, 2]) / 3)
+    forces = []
+    for case in (beams(law=law), beams(law=law, turn=turn)):
+        _, increments = case.trace(legs, increments=8, residual_tolerance=1e-9, correction_tolerance=1e-9)
+        forces.append(np.array([case.contact_force(each) for each in increments]))
+    error = np.abs(forces[1] - forces[0]).max() / np.abs(forces[0]).max()
+    verify.at_most(f"crossing beams dragged, all turned by 30 degrees: forces, {law}", error, 1e-8)
