@@ -13,7 +13,21 @@ from knitstudy.rom import honeycomb, rom3d
 from knitstudy.rom.crossing_contacts import contacts_of_crossings
 from knitstudy.rom.grips import grips, tension
 from knitstudy.rom.points import contact_points
-from knitstudy.rom.run import pull, run
+from knitstudy.rom.run import build, pull, run
+
+
+@pytest.fixture(scope="module")
+def sprung_contacts(contacts):
+    """Contacts whose middle row has springs and whose other rows are tied."""
+    count, axes = contacts.sizes["crossing"], ("increment", "crossing", "xyz")
+    tied = contacts["row"].to_numpy() != 1
+    displacement = np.array([0.0, 1e-5])[:, None, None] * np.ones((count, 3))
+    return contacts.assign(
+        tied=("crossing", tied),
+        zones=(("increment", "crossing"), np.ones((2, count), dtype=int)),
+        force=(axes, displacement * [80e3, 60e3, 900e3]),
+        relative_displacement=(axes, displacement),
+    )
 
 
 def pulled(scene, knit, contacts, joint):
@@ -25,9 +39,13 @@ def pulled(scene, knit, contacts, joint):
     return network, model, last.state
 
 
-def reactions(network, model, state):
-    """Return resultant force (3,) and moment (3,) about the origin that the ends of the yarns carry."""
-    ends = np.concatenate([network.end_nodes("left"), network.end_nodes("right")])
+def ends_of(network):
+    """Return the nodes at the ends of all yarns."""
+    return np.concatenate([network.end_nodes("left"), network.end_nodes("right")])
+
+
+def reactions(ends, model, state):
+    """Return resultant force (3,) and moment (3,) about the origin that nodes at the grips carry."""
     force, moment = model.respond(state, stiffness=False).force.reshape(-1, 2, 3)[ends].swapaxes(0, 1)
     levels = np.abs(force).sum(), np.abs(np.cross(state.position[ends], force)).sum()
     return force.sum(axis=0), (np.cross(state.position[ends], force) + moment).sum(axis=0), levels
@@ -35,7 +53,7 @@ def reactions(network, model, state):
 
 def test_rigid_joints_balance_forces_and_moments(plain_scene, knit, contacts, verify):
     network, model, state = pulled(plain_scene, knit, contacts, "rigid")
-    force, moment, (level_of_force, level_of_moment) = reactions(network, model, state)
+    force, moment, (level_of_force, level_of_moment) = reactions(ends_of(network), model, state)
     np.testing.assert_allclose(force, 0, atol=1e-9 * level_of_force)
     verify.at_most("rigid joints: sum of moments", np.abs(moment).max() / level_of_moment, 1e-9)
     np.testing.assert_array_equal(model.couples(state), 0)
@@ -43,12 +61,40 @@ def test_rigid_joints_balance_forces_and_moments(plain_scene, knit, contacts, ve
 
 def test_printed_joints_leave_just_the_couples_that_are_accounted_for(plain_scene, knit, contacts, verify):
     network, model, state = pulled(plain_scene, knit, contacts, "printed")
-    force, moment, (level_of_force, level_of_moment) = reactions(network, model, state)
+    force, moment, (level_of_force, level_of_moment) = reactions(ends_of(network), model, state)
     couples = model.couples(state)
     np.testing.assert_allclose(force, 0, atol=1e-9 * level_of_force)
     error = np.abs(moment + couples.sum(axis=0)).max() / level_of_moment
     verify.at_most("printed joints: moments less their couples", error, 1e-9)
     assert np.abs(couples).sum() > 1e-3 * level_of_moment  # there is something to account for
+
+
+@pytest.mark.parametrize("direction", ["course", "wale"])
+@pytest.mark.parametrize("joint", ["rigid", "printed"])
+def test_spring_joints_leave_just_the_couples_that_are_accounted_for(
+    plain_scene, knit, sprung_contacts, joint, direction, verify
+):
+    """Springs at P leave a couple of second order in their stretch, between the points C one of first order."""
+    scene = plain_scene.replace("interaction", "isotropic").replace("load.direction", direction)
+    scene = scene.replace("rom.joint", joint).replace("mesh.beam_size", 2e-3)
+    network = build(scene, knit, sprung_contacts)
+    model = network.model(scene.yarn.diameter, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
+    ends = grips(network, knit, direction)
+    gauge = {"course": knit.width, "wale": knit.height}[direction]
+    *_, last = trace(
+        model,
+        tension(ends, direction, 0.05 * gauge, "fixed"),
+        Settings(increments=4, residual_tolerance=1e-10),
+        LU(),
+    )
+    at_ends = np.concatenate([ends.held, ends.driven])
+    force, moment, (level_of_force, level_of_moment) = reactions(at_ends, model, last.state)
+    couple = model.couples(last.state).sum(axis=0)
+    np.testing.assert_allclose(force, 0, atol=1e-9 * level_of_force)
+    error = np.abs(moment + couple).max() / level_of_moment
+    verify.at_most(f"spring joints, {joint}, {direction}: moments less their couples", error, 1e-9)
+    size = np.abs(model.couples(last.state)).sum() / level_of_moment
+    assert size < 2e-3 if joint == "rigid" else size > 2e-2
 
 
 def test_points_of_a_rigid_joint_move_as_one_body(plain_scene, knit, contacts):

@@ -1,0 +1,91 @@
+"""Table 2 against springs that are known."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import synthetic
+
+from knitstudy.errors import DataFileError
+from knitstudy.io import read_table
+from knitstudy.tables.table2_springs import AVERAGES, STATISTICS, build
+
+PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
+STIFFNESS = np.array([80e3, 60e3, 900e3])
+
+
+@pytest.fixture(scope="module")
+def paper():
+    return read_table(PAPER)
+
+
+@pytest.fixture
+def scenes(plain_scene):
+    document = plain_scene.to_dict() | {"fidelity": "dns", "interaction": "isotropic", "name": "dns-course"}
+    document["rom"] |= {"contacts_from": None}
+    course = type(plain_scene).from_dict(document)
+    return {"course": course, "wale": course.replace("name", "dns-wale").replace("load.direction", "wale")}
+
+
+@pytest.fixture
+def touching(contacts):
+    return synthetic.contacts_with_springs(contacts, STIFFNESS)
+
+
+def rows_of(table, **values):
+    for column, value in values.items():
+        table = table[table[column] == value]
+    return table
+
+
+def test_one_row_a_scene_measure_statistic_and_axis(touching, scenes, paper):
+    both = touching.assign(centreline_relative_displacement=2 * touching["relative_displacement"])
+    table = build({"course": touching, "wale": both}, paper, scenes)
+    assert len(table) == (1 + 2) * len(STATISTICS) * (3 + 2)
+    for statistic in AVERAGES:
+        rows = rows_of(table, scene="dns-wale", displacement="centreline", statistic=statistic)
+        values = rows.set_index("axis")["stiffness [N/m]"]
+        np.testing.assert_allclose(values[["x", "y", "z"]], STIFFNESS / 2)
+    spread = rows_of(table, scene="dns-course", statistic="standard deviation of F / d").set_index("axis")
+    np.testing.assert_allclose(spread.loc[["x", "y", "z"], "stiffness [N/m]"], 0, atol=1e-6)
+
+
+def test_numbers_of_the_paper_stand_beside_averages_along_its_axes(touching, scenes, paper):
+    table = build({"course": touching, "wale": touching}, paper, scenes)
+    for load, printed in {"course": [84.5e3, 67.6e3, 952.1e3], "wale": [73.4e3, 233.2e3, 600e3]}.items():
+        rows = rows_of(table, load=load, statistic=AVERAGES[0]).set_index("axis")
+        np.testing.assert_array_equal(rows.loc[["x", "y", "z"], "paper [N/m]"], printed)
+        np.testing.assert_allclose(rows.loc[["x", "y", "z"], "over paper's [1]"], STIFFNESS / printed)
+        assert rows.loc[["normal", "tangential"], "paper [N/m]"].isna().all()
+    assert rows_of(table, statistic="largest F / d")["paper [N/m]"].isna().all()
+
+
+def test_paper_prints_nothing_for_rough_contact(touching, scenes, paper):
+    table = build({"course": touching}, paper, {"course": scenes["course"].replace("interaction", "rough")})
+    assert table["paper [N/m]"].isna().all()
+
+
+def test_spread_and_counts(touching, scenes, paper):
+    force = touching["force"].to_numpy().copy()
+    force[-1, 12] *= [3.0, -1.0, 1.0]
+    displacement = touching["relative_displacement"].to_numpy().copy()
+    displacement[:, 13, 2] = 0.0
+    changed = touching.assign(
+        force=(touching["force"].dims, force),
+        relative_displacement=(touching["relative_displacement"].dims, displacement),
+    )
+    table = build({"course": changed}, paper, scenes).set_index(["statistic", "axis"])
+    value = table["stiffness [N/m]"]
+    assert value["largest F / d", "x"] == pytest.approx(3 * STIFFNESS[0])
+    assert value["smallest F / d", "y"] == pytest.approx(-STIFFNESS[1])
+    assert value["averaged, mean of F / d", "x"] == pytest.approx(14 / 12 * STIFFNESS[0])
+    counts = table.loc["smallest F / d", ["crossings [1]", "negative [1]", "undefined [1]", "open [1]"]]
+    np.testing.assert_array_equal(counts.loc[["x", "y", "z"]], [[12, 0, 0, 0], [12, 1, 0, 0], [11, 0, 1, 0]])
+
+
+def test_ties_and_contacts_without_their_scene_are_refused(touching, scenes, paper):
+    tied = touching.assign(tied=("crossing", np.ones(touching.sizes["crossing"], dtype=np.int8)))
+    with pytest.raises(DataFileError, match="'course' are all tied"):
+        build({"course": tied}, paper, scenes)
+    with pytest.raises(DataFileError, match="contacts of 'other' but not its scene"):
+        build({"other": touching}, paper, scenes)
