@@ -221,3 +221,23 @@ def contacts_with_springs(contacts, stiffness):
         force=(("increment", "crossing", "xyz"), force),
         relative_displacement=(("increment", "crossing", "xyz"), displacement),
     )
+
+
+def with_kinematics(contacts):
+    """Contacts whose sections turn and whose crossings slide, spin and come closer in proportion to the strain.
+
+    At 5% strain by 0.1 rad, 0.1 mm, 0.2 rad and 1% of the chord to the crossing before; the one after goes away.
+    """
+    share = contacts["strain"] / 0.05
+    each = xr.zeros_like(contacts["arc_length"]) + share
+    each = each.transpose("increment", "crossing", "side")
+    values = each.to_numpy()
+    vectors, neighbours = values[..., None] * [0.06, 0.08, 0.0], values[..., None] * [0.01, -0.02]
+    touching = contacts["zones"].to_numpy()[..., None] > 0
+    dims = each.dims
+    return contacts.assign(
+        section_rotation=((*dims, "xyz"), vectors),
+        segment_contraction=((*dims, "neighbour"), neighbours),
+        sliding=(dims, np.where(touching, 1e-4 * values * [1.0, -0.1], np.nan)),
+        contact_spin=(dims, np.where(touching, 0.2 * values, np.nan)),
+    )
