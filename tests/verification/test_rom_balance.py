@@ -93,8 +93,11 @@ def test_spring_joints_leave_just_the_couples_that_are_accounted_for(
     np.testing.assert_allclose(force, 0, atol=1e-9 * level_of_force)
     error = np.abs(moment + couple).max() / level_of_moment
     verify.at_most(f"spring joints, {joint}, {direction}: moments less their couples", error, 1e-9)
-    size = np.abs(model.couples(last.state)).sum() / level_of_moment
+    size = np.linalg.norm(model.couples(last.state), axis=1).sum() / level_of_moment
     assert size < 2e-3 if joint == "rigid" else size > 2e-2
+    recorded = pull(network, scene, knit)
+    np.testing.assert_allclose(recorded["joint_couple_magnitude"][-1] / level_of_moment, size, rtol=1e-4)
+    np.testing.assert_allclose(recorded["joint_couple"][-1], couple, atol=1e-6 * level_of_moment)
 
 
 def test_points_of_a_rigid_joint_move_as_one_body(plain_scene, knit, contacts):

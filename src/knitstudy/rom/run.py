@@ -66,7 +66,8 @@ def run(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset
 def pull(network: Network, scene: Scene, knit: Knit, meter: Meter | None = None) -> xr.Dataset:
     """Return the history of a network under the load of a scene.
 
-    Beside the format of docs/architecture.md it holds `joint_couple`, the sum of `BeamModel.couples`.
+    Beside the format of docs/architecture.md it holds `joint_couple`, the sum of `BeamModel.couples`, and
+    `joint_couple_magnitude`, the sum of their magnitudes: on a symmetric knit couples cancel.
     """
     meter = meter or Meter()
     model = network.model(scene.yarn.diameter, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
@@ -79,10 +80,12 @@ def pull(network: Network, scene: Scene, knit: Knit, meter: Meter | None = None)
     way = travel * np.eye(3)[axis]
     recorder = Recorder(network.stations, driven, axis, lambda load: load * way, gauge, meter=meter)
     settings = Settings.of(scene.solver)
-    couples = []
+    couples, magnitudes = [], []
     for increment in trace(model, drive, settings, LU()):
         recorder.add(increment, network.station_displacement(model, increment.state))
-        couples.append(model.couples(increment.state).sum(axis=0))
+        left = model.couples(increment.state)
+        couples.append(left.sum(axis=0))
+        magnitudes.append(np.linalg.norm(left, axis=1).sum())
     history = recorder.to_dataset(
         scene=scene.name,
         scene_hash=scene.hash,
@@ -93,7 +96,11 @@ def pull(network: Network, scene: Scene, knit: Knit, meter: Meter | None = None)
         elements=len(network.ends),
     )
     meaning = {"units": "N m", "long_name": "couple that the joints leave without balance"}
-    return history.assign(joint_couple=(("increment", "xyz"), np.array(couples), meaning))
+    magnitude = {"units": "N m", "long_name": "sum of the magnitudes of these couples"}
+    return history.assign(
+        joint_couple=(("increment", "xyz"), np.array(couples), meaning),
+        joint_couple_magnitude=("increment", np.array(magnitudes), magnitude),
+    )
 
 
 def build(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset | None = None) -> Network:
