@@ -186,7 +186,7 @@ def place_on_yarn(specimen: Crossed, axes: Axes, place: np.ndarray) -> tuple[np.
 
 
 FOOT_STEPS = 40
-"""Steps to a foot: each leaves of the error the distance over the radius of curvature, at worst about a half."""
+"""Largest number of steps to a foot: each leaves of the error the distance over the radius of curvature."""
 
 
 def foot(curve: Centreline, place: np.ndarray, start: np.ndarray) -> np.ndarray:
@@ -198,6 +198,8 @@ def foot(curve: Centreline, place: np.ndarray, start: np.ndarray) -> np.ndarray:
     for _ in range(FOOT_STEPS):
         step = np.sum((place - curve.position(s)) * curve.tangent(s), axis=1)
         s = np.clip(s + step, 0, curve.length)
+        if np.abs(step).max(initial=0.0) <= 1e-9 * curve.length:
+            break
     return s
 
 
