@@ -61,8 +61,10 @@ def knit_of(wildcards):
 
 
 def contacts_of(wildcards):
-    """Return the contacts that a reduced model takes its joints from."""
-    return f"results/contacts/{SCENES[wildcards.scene].rom.contacts_from}.nc"
+    """Return the contacts that a reduced model takes its joints from, and those of other springs if it asks for them."""
+    rom = SCENES[wildcards.scene].rom
+    named = {"contacts": rom.contacts_from, "springs": rom.springs_from}
+    return {name: f"results/contacts/{scene}.nc" for name, scene in named.items() if scene}
 
 
 def history_with_fields(wildcards):

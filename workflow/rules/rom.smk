@@ -1,7 +1,7 @@
 rule rom:
     input:
+        unpack(contacts_of),
         knit=knit_of,
-        contacts=contacts_of,
         code=code("knitstudy.rom.run"),
     output:
         update("results/rom/{scene}.nc"),

@@ -10,4 +10,5 @@ with stage(snakemake):
     scene = Scene.from_dict(snakemake.params.scene)
     knit = Knit.from_dataset(read_dataset(snakemake.input.knit))
     contacts = read_dataset(snakemake.input.contacts)
-    write_dataset(run(scene, knit, contacts), snakemake.output[0], scene)
+    springs = read_dataset(snakemake.input.springs) if scene.rom.springs_from else None
+    write_dataset(run(scene, knit, contacts, springs), snakemake.output[0], scene)
