@@ -4,7 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import synthetic
 
+from knitstudy import dns
+from knitstudy.contacts import extract
 from knitstudy.fem.rotation import exp
 from knitstudy.geometry.pair import Pair
 from knitstudy.mesh.knit import mesh_knit
@@ -81,3 +84,24 @@ def test_twist_of_a_straight_yarn_is_that_of_its_middle():
         # Fibres across shrink by the mean of cos(rate s), by 3e-4 within the layers around the crossing.
         np.testing.assert_allclose(motion.gradient[0, yarn], exp(0.3 * axes[yarn]), atol=6e-4)
     np.testing.assert_allclose(motion.displacement, 0, atol=1e-9)
+
+
+def test_history_of_a_simulation_holds_the_motion_of_sections(plain_scene):
+    """Tied yarns, the upper one pushed along the lower: the maps are those of its displacements at full load."""
+    scene = synthetic.pair_scene(plain_scene, [[2e-5, 0.0, -1e-5]], interaction="tie")
+    scene = scene.replace("outputs", ["fields"]).replace("solver.increments", 1)
+    pair = Pair(0.9e-3, 90.0, scene.pair.length, 0.01)
+    mesh = mesh_specimen(pair, SIZE, 2.0)
+    history = dns.run(scene, mesh, pair)
+    assert history["section_gradient"].dims == ("increment", "crossing", "side", "xyz", "undeformed_xyz")
+    assert not history["section_displacement"][0].any()
+    nodes = dns.assemble(scene, mesh, pair).tie.nodes
+    motion = section_motion(pair.crossings, mesh, nodes, history["node_displacement"].to_numpy())
+    np.testing.assert_allclose(history["section_gradient"][-1], motion.gradient, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(
+        history["section_displacement"][-1], motion.displacement, rtol=1e-9, atol=1e-15
+    )
+    contacts = extract(pair, history)
+    assert 1e-5 < contacts["centreline_relative_displacement"][-1, 0, 0] < 2e-5, "most of the push"
+    # The tie holds the lower face of the upper yarn back, which turns that about its own axis, y.
+    assert np.argmax(np.abs(contacts["section_rotation"].to_numpy()[-1, 0, 1])) == 1
