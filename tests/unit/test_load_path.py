@@ -69,3 +69,9 @@ def test_a_pair_follows_its_path(plain_scene):
     assert motion.corners == QUARTERS
     np.testing.assert_array_equal(motion.displacement, CORNERS)
     assert (motion.axis, motion.length) == (2, 1.8e-3)
+
+
+def test_a_knit_is_pulled_along_the_wale(plain_scene, knit):
+    motion = load_path(plain_scene.replace("load.direction", "wale"), knit)
+    np.testing.assert_allclose(motion.at(0.5), [0, 0.025 * knit.height, 0])
+    assert (motion.axis, motion.length) == (1, 3 * knit.loop.course_spacing)

@@ -1,0 +1,50 @@
+"""Which crossings are tied, and which pieces of yarn do not touch for that."""
+
+import numpy as np
+import pytest
+
+from knitstudy.contact.tied_crossings import tied_crossings, tied_pieces
+from knitstudy.mesh.knit import mesh_knit
+
+
+@pytest.fixture
+def scene(plain_scene):
+    document = plain_scene.to_dict() | {"fidelity": "dns", "interaction": "isotropic"}
+    document["rom"]["contacts_from"] = None
+    return type(plain_scene).from_dict(document)
+
+
+@pytest.fixture(scope="module")
+def mesh(knit):
+    return mesh_knit(knit, 0.9e-3, 2.0)
+
+
+def test_all_are_tied_where_that_is_the_interaction(scene, knit):
+    assert tied_crossings(scene.replace("interaction", "tie"), knit.crossings).all()
+
+
+@pytest.mark.parametrize(("direction", "edge"), [("course", "row"), ("wale", "column")])
+def test_edges_along_the_load_are_tied(scene, knit, direction, edge):
+    tied = tied_crossings(scene.replace("load.direction", direction), knit.crossings)
+    assert set(getattr(knit.crossings, edge)[tied]) == {0, 2}
+    assert set(getattr(knit.crossings, edge)[~tied]) == {1}
+
+
+@pytest.mark.parametrize("direction", ["course", "wale"])
+def test_none_is_tied_where_none_is_wanted(scene, knit, direction):
+    loose = scene.replace("contact.tied_edges", "none").replace("load.direction", direction)
+    assert not tied_crossings(loose, knit.crossings).any()
+
+
+@pytest.mark.parametrize("direction", ["course", "wale"])
+def test_both_yarns_of_a_tied_crossing_are_one_piece_there(scene, knit, mesh, direction):
+    crossings = knit.crossings
+    tied = tied_crossings(scene.replace("load.direction", direction), crossings)
+    piece = tied_pieces(mesh, crossings, tied)
+    for k, yarns in enumerate(crossings.yarn):
+        found = set()
+        for side, yarn in enumerate(yarns):
+            slices = np.flatnonzero(mesh.yarn_of_slice == yarn)
+            nearest = slices[np.argmin(np.abs(mesh.arc_length[slices] - crossings.arc_length[k, side]))]
+            found.add(int(piece[nearest]))
+        assert found == {int(crossings.row[k]) if tied[k] else -1}
