@@ -28,7 +28,7 @@ AVERAGES = tuple(STATISTICS)[:2]
 
 
 def build(
-    contacts: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
+    sprung_contacts: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
 ) -> pd.DataFrame:
     """Return one row a scene, displacement measure, statistic and axis.
 
@@ -36,7 +36,7 @@ def build(
 
     Parameters
     ----------
-    contacts : mapping of str to Dataset
+    sprung_contacts : mapping of str to Dataset
         Contacts of direct simulations with contact, by any names (see docs/architecture.md).
     paper : DataFrame
         ``resources/reference/paper_tables.csv``.
@@ -48,7 +48,7 @@ def build(
     DataFileError
         If a simulation is one of ties, or its scene is not given.
     """
-    rows = [row for name, found in contacts.items() for row in _rows(name, found, paper, scenes)]
+    rows = [row for name, found in sprung_contacts.items() for row in _rows(name, found, paper, scenes)]
     return pd.DataFrame(rows)
 
 
