@@ -24,17 +24,10 @@ def contacts(knit):
 def judge(plain_scene, knit):
     """Function that judges contacts with isotropic friction."""
     paper = read_table(RESOURCES / "paper_tables.csv")
+    given = {"geometry": synthetic.geometry(knit), "scenes": {"isotropic": plain_scene}, "paper": paper}
 
     def judge(contacts):
-        return judge_kinematics(
-            Evidence(
-                synthetic.geometry(knit),
-                {},
-                {"isotropic": plain_scene},
-                paper,
-                contacts={"isotropic": contacts},
-            )
-        )
+        return judge_kinematics(Evidence(**given, contacts={"isotropic": contacts}))
 
     return judge
 
@@ -71,8 +64,8 @@ def test_nothing_is_judged_without_sections_or_short_of_the_papers_strain(judge,
     assert judge(contacts.isel(increment=slice(0, 5))).verdict == "not yet run"
 
 
-def test_lack_of_the_scene_is_named(plain_scene, knit):
-    evidence = Evidence(synthetic.geometry(knit), {}, {}, read_table(RESOURCES / "paper_tables.csv"))
-    judged = judge_kinematics(evidence)
+def test_lack_of_the_scene_is_named(knit):
+    paper = read_table(RESOURCES / "paper_tables.csv")
+    judged = judge_kinematics(Evidence(geometry=synthetic.geometry(knit), scenes={}, paper=paper))
     assert judged.verdict == "not yet run"
     assert "isotropic" in judged.note
