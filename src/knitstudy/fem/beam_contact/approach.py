@@ -96,8 +96,8 @@ def approach(curves: Curves, position: np.ndarray, pairs: Pairs, start: np.ndarr
             break
         some = np.flatnonzero(moves)
         here = _evaluate(curves, position, pairs[some], s[some])
-        step = np.clip(s[some] + _newton_step(here, pairs.free), low[some], high[some]) - s[some]
-        step[:, ~pairs.free] = 0.0
+        step = _newton_step(here, pairs.free, low[some], high[some])
+        step = np.where(pairs.free, np.clip(s[some] + step, low[some], high[some]) - s[some], 0.0)
         level = 0.5 * here.distance**2 * (1 + 1e-14)  # beyond rounding
         for _ in range(HALVINGS):
             trial = _evaluate(curves, position, pairs[some], s[some] + step)
@@ -138,21 +138,20 @@ def _hessian(here: Approach, bends: bool = True) -> np.ndarray:
 
 
 def _solve(hessian: np.ndarray, rhs: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """Solve for the free sides of k pairs: hessian (k, 2, 2), rhs (k, 2, m); the other sides stay."""
-    held = ~free
-    reduced = hessian.copy()
-    reduced[:, held, :] = 0.0
-    reduced[:, :, held] = 0.0
-    reduced[:, held, held] = 1.0
-    return np.linalg.solve(reduced, np.where(free[:, None], rhs, 0.0))
+    """Solve for the free sides (k, 2) of pairs: hessian (k, 2, 2), rhs (k, 2, m); the other sides stay."""
+    coupled = free[:, :, None] & free[:, None, :]
+    reduced = np.where(coupled, hessian, np.eye(2))
+    return np.linalg.solve(reduced, np.where(free[..., None], rhs, 0.0))
 
 
-def _newton_step(here: Approach, free: np.ndarray) -> np.ndarray:
+def _newton_step(here: Approach, free: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Step (k, 2) towards the closest points within bounds (k, 2); sides that push against a bound stay there."""
     r = here.distance[:, None] * here.normal
     slope = np.einsum("ki,kai->ka", r, here.tangent) * [-1.0, 1.0]
+    free = free & ~((here.s <= low) & (slope > 0)) & ~((here.s >= high) & (slope < 0))
     hessian = _hessian(here)
-    convex = (hessian[:, [A, B], [A, B]] > 0)[:, free].all(axis=1)
-    convex &= (np.linalg.det(hessian) > 1e-6) | ~free.all()
+    convex = np.all((hessian[:, [A, B], [A, B]] > 0) | ~free, axis=1)
+    convex &= (np.linalg.det(hessian) > 1e-6) | ~free.all(axis=1)
     safe = _hessian(here, bends=False) + 1e-3 * np.eye(2)
     hessian = np.where(convex[:, None, None], hessian, safe)
     return -_solve(hessian, slope[..., None], free)[..., 0]
@@ -188,7 +187,7 @@ class Change:
             slope[:, side, 0:3] = -sign * here.tangent[:, side]
             slope[:, side, 6:9] = sign * here.tangent[:, side]
             slope[:, side, 3 + 6 * side : 6 + 6 * side] += sign * r
-        s = -_solve(_hessian(here), slope, free)
+        s = -_solve(_hessian(here), slope, np.tile(free, (k, 1)))
         apart = here.tangent[:, B, :, None] * s[:, B, None] - here.tangent[:, A, :, None] * s[:, A, None]
         apart[:, :, 0:3] -= np.eye(3)
         apart[:, :, 6:9] += np.eye(3)

@@ -72,9 +72,8 @@ class Neighbours:
         reach = (2 + MARGIN) * self.radius + self._step
         one, other = cKDTree(position).query_pairs(reach, output_type="ndarray").T
         s = self.curves.arc_length
-        # A yarn's own neighbourhood: only one bent to less than its radius could touch itself there.
-        apart = (self.yarn[one] != self.yarn[other]) | (np.abs(s[one] - s[other]) > np.pi * self.radius)
-        near = np.stack([one[apart], other[apart]], axis=1)
+        near = np.stack([one, other], axis=1)
+        near = near[self._may_meet(self.yarn[near], s[near]) & self._nearest(near, position)]
         crossing = np.full(self.count, np.inf)
         if not len(near):
             return Gaps(crossing, np.inf, (-1, -1), (np.nan, np.nan))
@@ -83,12 +82,27 @@ class Neighbours:
         high = np.minimum(start + self._step, self.curves.length[self.yarn[near]])
         pairs = Pairs(self.yarn[near], np.stack([low, high], axis=-1), np.array([True, True]))
         here = approach(self.curves, position, pairs, start)
-        gap = here.distance - 2 * self.radius
+        gap = np.where(self._may_meet(pairs.yarn, here.s), here.distance - 2 * self.radius, np.inf)
         known = self._crossing_of(pairs.yarn, here.s)
         np.minimum.at(crossing, known[known >= 0], gap[known >= 0])
         beyond = np.where(known < 0, gap, np.inf)
         k = int(np.argmin(beyond))
         return Gaps(crossing, float(beyond[k]), tuple(map(int, pairs.yarn[k])), tuple(map(float, here.s[k])))
+
+    def _nearest(self, near: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """Return which pairs of stations (k, 2) are no farther apart than those beside them along their yarns."""
+        distance = np.linalg.norm(position[near[:, A]] - position[near[:, B]], axis=1)
+        nearest = np.ones(len(near), dtype=bool)
+        low, high = self.curves.first[self.yarn[near]], self.curves.first[self.yarn[near] + 1] - 1
+        for i in (-1, 0, 1):
+            for j in (-1, 0, 1):
+                beside = np.clip(near + [i, j], low, high)
+                nearest &= distance <= np.linalg.norm(position[beside[:, A]] - position[beside[:, B]], axis=1)
+        return nearest
+
+    def _may_meet(self, yarn: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """Return whether points (k, 2) may touch: only a yarn bent to less than its radius could beside itself."""
+        return (yarn[:, A] != yarn[:, B]) | (np.abs(s[:, A] - s[:, B]) > np.pi * self.radius)
 
     def _crossing_of(self, yarn: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Return the crossing (k,) that both points belong to, or -1."""
@@ -108,7 +122,8 @@ class _Starts:
     @classmethod
     def of(cls, arc_length: np.ndarray, crossing: np.ndarray) -> _Starts:
         order = np.argsort(arc_length)
-        return cls(arc_length[order], crossing[order])
+        # A yarn without crossings has no pieces.
+        return cls(np.append(-np.inf, arc_length[order]), np.append(-1, crossing[order]))
 
     def crossing_at(self, s: np.ndarray) -> np.ndarray:
-        return self.crossing[np.maximum(np.searchsorted(self.arc_length, s, side="right") - 1, 0)]
+        return self.crossing[np.searchsorted(self.arc_length, s, side="right") - 1]

@@ -1,0 +1,166 @@
+"""Parts of the contact of beams: smooth centrelines, pieces at crossings, laws, neighbours."""
+
+import numpy as np
+import pytest
+
+from knitstudy.errors import GeometryError
+from knitstudy.fem.beam_contact.approach import Pairs, approach
+from knitstudy.fem.beam_contact.curves import Curves
+from knitstudy.fem.beam_contact.law import Power, hertz
+from knitstudy.fem.beam_contact.neighbours import Neighbours
+from knitstudy.fem.beam_contact.pairs import REACH, line_pairs, piece_bounds, point_pairs
+from knitstudy.geometry.pattern import Crossings
+
+UNEVEN = np.array([0.0, 1.0, 1.6, 2.9, 4.0, 4.5, 6.0])
+BOTH = np.array([True, True])
+
+
+def two_yarns():
+    """Curves of two yarns with uneven stations, and their yarn numbers."""
+    yarn = np.repeat([0, 1], len(UNEVEN))
+    return Curves(yarn, np.concatenate([UNEVEN, UNEVEN + 0.0])), yarn
+
+
+def curve(s, order=0):
+    """A parabola in space, which the curves follow exactly."""
+    columns = [
+        [s, 0.3 * s**2 - s, 2.0 - 0.1 * s**2],
+        [np.ones_like(s), 0.6 * s - 1, -0.2 * s],
+        [0 * s, 0.6 + 0 * s, -0.2 + 0 * s],
+    ]
+    return np.stack(columns[order], axis=-1)
+
+
+def test_curves_pass_a_parabola_through_uneven_stations():
+    curves, yarn = two_yarns()
+    position = np.where(yarn[:, None] == 0, curve(curves.arc_length), -curve(curves.arc_length))
+    s = np.linspace(0, 6, 41)
+    for number, sign in ((0, 1.0), (1, -1.0)):
+        stencil = curves.stencil(np.full(len(s), number), s)
+        for order, weights in enumerate((stencil.value, stencil.first, stencil.second)):
+            np.testing.assert_allclose(stencil.of(weights, position), sign * curve(s, order), atol=1e-12)
+
+
+def test_curves_have_no_kink_at_stations():
+    curves, yarn = two_yarns()
+    position = np.random.default_rng(0).normal(size=(len(yarn), 3))
+    inner, eps = UNEVEN[1:-1], 1e-9
+    before, after = (curves.stencil(np.zeros(len(inner), dtype=int), inner + e) for e in (-eps, eps))
+    np.testing.assert_allclose(before.of(before.value, position), after.of(after.value, position), atol=1e-7)
+    np.testing.assert_allclose(before.of(before.first, position), after.of(after.first, position), atol=1e-7)
+    on = curves.stencil(np.zeros(len(UNEVEN), dtype=int), UNEVEN)
+    np.testing.assert_allclose(on.of(on.value, position), position[: len(UNEVEN)], atol=1e-14)
+
+
+def test_derivatives_of_curves_are_differences():
+    curves, yarn = two_yarns()
+    position = np.random.default_rng(1).normal(size=(len(yarn), 3))
+    s, eps, zero = np.array([0.3, 1.2, 2.0, 3.3, 5.1]), 1e-5, np.zeros(5, dtype=int)
+    plus, here, minus = (curves.stencil(zero, s + e) for e in (eps, 0.0, -eps))
+    slope = (plus.of(plus.value, position) - minus.of(minus.value, position)) / (2 * eps)
+    bend = (plus.of(plus.first, position) - minus.of(minus.first, position)) / (2 * eps)
+    np.testing.assert_allclose(here.of(here.first, position), slope, atol=1e-7)
+    np.testing.assert_allclose(here.of(here.second, position), bend, atol=1e-7)
+
+
+def test_a_yarn_of_two_stations_is_refused():
+    with pytest.raises(GeometryError, match="yarn 1 has 2 beam nodes"):
+        Curves(np.array([0, 0, 0, 1, 1]), np.array([0.0, 1.0, 2.0, 0.0, 1.0]))
+
+
+def test_closest_points_of_two_curves():
+    """A parabola over a straight yarn, found from a start that is far off; a bound is not a closest approach."""
+    curves, _ = two_yarns()
+    s = UNEVEN
+    bowl = np.stack([s - 2.2, 0 * s, 1 + 0.2 * (s - 2.2) ** 2], axis=-1)
+    straight = np.stack([0 * s, s - 3.7, 0 * s], axis=-1)
+    position = np.concatenate([bowl, straight])
+    whole = np.array([[[0.0, 6.0], [0.0, 6.0]], [[3.0, 6.0], [0.0, 6.0]]])
+    pairs = Pairs(np.array([[0, 1], [0, 1]]), whole, BOTH)
+    found = approach(curves, position, pairs, np.array([[5.5, 0.4], [5.5, 0.4]]))
+    np.testing.assert_allclose(found.s[0], [2.2, 3.7], atol=1e-9)
+    np.testing.assert_allclose(found.distance[0], 1.0, atol=1e-12)
+    np.testing.assert_allclose(found.normal[0], [0, 0, -1], atol=1e-9)
+    assert found.found.tolist() == [True, False]
+
+
+def ladder():
+    """Two yarns that cross twice and, as a third crossing, with another one."""
+    number = np.arange(3)
+    arc_length = np.array([[1.0, 1.5], [3.0, 4.0], [5.0, 2.0]])
+    yarn = np.array([[0, 1], [0, 1], [1, 2]])
+    return Crossings(number, number, number, yarn, arc_length, np.zeros((3, 2, 3)), np.ones(3))
+
+
+def test_pieces_of_a_yarn_lie_side_by_side():
+    bounds = piece_bounds(ladder(), np.array([6.0, 7.0, 8.0]))
+    np.testing.assert_allclose(bounds[:, 0], [[0.0, 2.0], [2.0, 6.0], [4.5, 7.0]])
+    np.testing.assert_allclose(bounds[:, 1], [[0.0, 2.75], [2.75, 4.5], [0.0, 8.0]])
+
+
+def test_a_point_and_a_line_cover_what_they_should():
+    length, radius = np.array([6.0, 7.0, 8.0]), 0.2
+    point = point_pairs(ladder(), np.array([0, 2]), length)
+    np.testing.assert_array_equal(point.pairs.yarn, [[0, 1], [1, 2]])
+    np.testing.assert_array_equal(point.weight, 1.0)
+    line = line_pairs(ladder(), np.array([0, 2]), length, radius)
+    # Half of the stiffness on either yarn, over the reach to both sides.
+    assert line.weight.sum() == pytest.approx(2 * 2 * REACH * radius)
+    np.testing.assert_array_equal(np.unique(line.crossing), [0, 2])
+    own = line.start[:, 0]
+    assert np.all((own > line.pairs.bounds[:, 0, 0]) & (own < line.pairs.bounds[:, 0, 1]))
+    lower = line.lower == 0
+    np.testing.assert_array_equal(line.pairs.yarn[lower & (line.crossing == 2)][0], [1, 2])
+    np.testing.assert_array_equal(line.pairs.yarn[~lower & (line.crossing == 2)][0], [2, 1])
+
+
+@pytest.mark.parametrize(
+    "law", [Power(3.0), hertz(1.3e9, 0.42, 0.9e-3, "point"), hertz(1.3e9, 0.42, 0.9e-3, "line")]
+)
+def test_force_is_the_derivative_of_energy(law):
+    gap = np.array([-2e-5, -1e-6, 3e-6])
+    step = 1e-9
+    slope = -(law.energy(gap + step) - law.energy(gap - step)) / (2 * step)
+    np.testing.assert_allclose(law.force(gap), slope, rtol=1e-5)
+    stiffness = -(law.force(gap + step) - law.force(gap - step)) / (2 * step)
+    np.testing.assert_allclose(law.stiffness(gap), stiffness, rtol=1e-5)
+
+
+@pytest.fixture
+def rods():
+    """Three straight yarns of radius 0.2: 0 and 1 cross, 2 lies beside 0 and is known to touch nothing."""
+    s = np.linspace(0, 6, 25)
+    along_x = np.stack([s - 3, 0 * s, 0 * s], axis=-1)
+    along_y = np.stack([0 * s, s - 3, 0 * s + 0.45], axis=-1)
+    beside = along_x + np.array([0, 0.9, 0])
+    yarn = np.repeat([0, 1, 2], len(s))
+    curves = Curves(yarn, np.tile(s, 3))
+    one = np.array([0])
+    crossings = Crossings(
+        one, one, one, np.array([[0, 1]]), np.full((1, 2), 3.0), np.zeros((1, 2, 3)), np.array([0.45])
+    )
+    return Neighbours(curves, yarn, crossings, 0.2), np.concatenate([along_x, along_y, beside]), yarn
+
+
+def test_gaps_of_a_crossing_and_elsewhere(rods):
+    neighbours, position, yarn = rods
+    gaps = neighbours.gaps(position)
+    np.testing.assert_allclose(gaps.crossing, [0.05], atol=1e-9)
+    # Yarns 1 and 2 cross as well, and nobody said so.
+    assert gaps.elsewhere == pytest.approx(0.05, abs=1e-9)
+    assert gaps.yarn == (1, 2)
+    deeper = position - np.where(yarn == 1, 0.1, 0.0)[:, None] * [0, 0, 1.0]
+    assert neighbours.gaps(deeper).elsewhere == pytest.approx(-0.05, abs=1e-9)
+    assert neighbours.gaps(deeper).smallest == pytest.approx(-0.05, abs=1e-9)
+
+
+def test_yarns_that_are_far_apart_have_no_gap(rods):
+    neighbours, position, yarn = rods
+    gaps = neighbours.gaps(position + 3.0 * yarn[:, None] * [0, 0, 1.0])
+    assert gaps.smallest == np.inf
+
+
+def test_a_straight_yarn_does_not_meet_itself(rods):
+    neighbours, position, yarn = rods
+    lone = position + 50.0 * yarn[:, None]
+    assert neighbours.gaps(lone).elsewhere == np.inf

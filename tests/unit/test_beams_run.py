@@ -1,0 +1,122 @@
+"""What a run of beams in contact refuses, and what it records."""
+
+import numpy as np
+import pytest
+
+from knitstudy.beams.build import build
+from knitstudy.beams.run import UNSEEN, require_seen, run
+from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.fem.beam_contact.neighbours import Gaps
+from knitstudy.fem.increment import Increment
+
+
+@pytest.fixture(scope="module")
+def beam_scene(plain_scene):
+    """Scene of one cell of beams, untied and flattened until its yarns nearly touch."""
+    document = plain_scene.to_dict()
+    flat = np.array(document["pattern"]["control_points"]) * [1, 1, 0.985]
+    document["pattern"]["control_points"] = flat.tolist()
+    document["fidelity"], document["interaction"], document["name"] = "beam", "isotropic", "beam"
+    document["pattern"] |= {"loops": 1, "rows": 1}
+    document["contact"]["tied_edges"] = "none"
+    document["rom"]["contacts_from"] = None
+    document["mesh"]["beam_size"] = 1e-3
+    document["load"]["strain"] = 0.03
+    document["solver"]["increments"] = 3
+    return type(plain_scene).from_dict(document)
+
+
+@pytest.fixture(scope="module")
+def cell(beam_scene, knit_of):
+    return knit_of(beam_scene)
+
+
+@pytest.fixture(scope="module")
+def history(beam_scene, cell):
+    return run(beam_scene, cell)
+
+
+def test_history_holds_what_the_scene_asked_for(beam_scene, cell, history):
+    np.testing.assert_allclose(history["strain"][-1], 0.03)
+    assert np.all(history["residual"] <= beam_scene.solver.residual_tolerance)
+    assert history.attrs["fidelity"] == "beam"
+    assert history.attrs["contact_points"] == 4
+    assert history.sizes["crossing"] == 4
+    assert not history["crossing_tied"].any()
+    np.testing.assert_allclose(history["displacement"][-1], 0.03 * cell.width)
+
+
+def test_touching_crossings_press_and_their_gap_says_how_much(beam_scene, history):
+    gap, force = history["crossing_gap"].to_numpy(), history["crossing_force"].to_numpy()
+    assert np.all(gap[-1] < 0)
+    penalty = beam_scene.beam.stiffness * beam_scene.yarn.youngs_modulus * beam_scene.yarn.radius
+    normal = -gap[-1] * penalty
+    size = np.linalg.norm(force[-1], axis=1)
+    assert np.all(size >= normal * (1 - 1e-9))
+    assert np.all(size <= normal * np.hypot(1, beam_scene.contact.friction) * (1 + 1e-9))
+    np.testing.assert_allclose(history["smallest_gap"][-1], gap[-1].min(), rtol=1e-6)
+
+
+def test_work_is_stored_or_lost(history):
+    energy = history["energy"].isel(increment=-1)
+    rest = float(energy.sum() - energy.sel(form="external"))
+    assert rest == pytest.approx(
+        float(energy.sel(form="external")), rel=0.1
+    )  # a trapezoid of three increments
+
+
+def test_line_of_contact_has_many_points(beam_scene, cell):
+    model = build(beam_scene.replace("beam.contact", "line"), cell).model
+    assert len(model.contact.crossing.weight) > 100 * len(cell.crossings.row)
+
+
+def test_hertz_is_softer_than_the_penalty(beam_scene, cell, history):
+    force = run(beam_scene.replace("beam.section", "hertz"), cell)["force"][-1]
+    assert 0.5 * history["force"][-1] < force < history["force"][-1]
+
+
+def test_outer_rows_are_tied(plain_scene, beam_scene, knit):
+    document = beam_scene.to_dict()
+    document["pattern"] |= {"loops": 3, "rows": 3}
+    document["contact"]["tied_edges"] = "outer"
+    for direction, place in (("course", "row"), ("wale", "column")):
+        document["load"]["direction"] = direction
+        beams = build(type(plain_scene).from_dict(document), knit)
+        at = getattr(knit.crossings, place)
+        np.testing.assert_array_equal(beams.tied, (at == 0) | (at == 2))
+        assert np.bincount(beams.network.station_node).max() == 2
+        assert np.sum(np.bincount(beams.network.station_node) == 2) == beams.tied.sum()
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("solver.linear", "amg", "solver.linear is 'amg'"),
+        ("solver.stabilisation", 1e-9, "solver.stabilisation is 1e-09"),
+    ],
+)
+def test_what_beams_do_not_offer_is_refused(beam_scene, cell, key, value, message):
+    with pytest.raises(ConfigurationError, match=message):
+        run(beam_scene.replace(key, value), cell)
+
+
+def test_solid_scene_is_refused(beam_scene, cell):
+    with pytest.raises(ConfigurationError, match="fidelity is 'dns'"):
+        run(beam_scene.replace("fidelity", "dns"), cell)
+
+
+def test_penetration_that_contact_does_not_see_is_refused(beam_scene, cell):
+    beams = build(beam_scene, cell)
+    radius = beam_scene.yarn.radius
+    increment = Increment(3, 0.5, None, None, 0.1)
+    contact_gap = np.full(4, -2e-6)
+    seen = Gaps(np.full(4, -2e-6), -0.5 * UNSEEN * radius, (0, 1), (1e-3, 2e-3))
+    require_seen(beams, seen, contact_gap, increment, radius)
+    elsewhere = Gaps(np.full(4, -2e-6), -2 * UNSEEN * radius, (0, 1), (1e-3, 2e-3))
+    with pytest.raises(
+        ConvergenceError, match=r"increment 3: yarns 0 and 1 at arc lengths 0.001 and 0.002 m"
+    ):
+        require_seen(beams, elsewhere, contact_gap, increment, radius)
+    beside = Gaps(np.array([0, 0, -3e-5, 0]), np.inf, (-1, -1), (np.nan, np.nan))
+    with pytest.raises(ConvergenceError, match="the yarns of crossing 2, beside the touching points"):
+        require_seen(beams, beside, contact_gap, increment, radius)
