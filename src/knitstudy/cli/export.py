@@ -1,0 +1,52 @@
+"""``knitstudy export``: a scene as an input deck of another program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from knitstudy.cli.options import changed_scene, config_option, set_option
+
+
+@click.command(short_help="A scene as an input deck of Abaqus or CalculiX.")
+@click.argument("scene")
+@click.option(
+    "--dialect", type=click.Choice(["abaqus", "calculix"]), required=True, help="The other program."
+)
+@click.option(
+    "--constraints",
+    type=click.Choice(["surfaces", "equations"]),
+    default="surfaces",
+    show_default=True,
+    help="Ties as surfaces that the program ties itself, or as the equations that are eliminated here.",
+)
+@set_option
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="The deck's file; SCENE.DIALECT.inp in the current folder by default.",
+)
+@config_option
+def export(
+    scene: str, dialect: str, constraints: str, changes: tuple, output: Path | None, config: Path
+) -> None:
+    """Write a scene of solid yarns as an input deck (.inp): mesh, ties, contact, grips and load, in m, N and Pa.
+
+    \b
+    knitstudy export dns-tie-course --dialect calculix
+    knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3e-3 -o pair.inp
+    """
+    # Imported here: --help need not wait for it.
+    from knitstudy.contact.tie import tie_crossings
+    from knitstudy.contact.tied_crossings import tied_crossings
+    from knitstudy.mesh.deck import specimen_deck
+    from knitstudy.mesh.inp import write_inp
+    from knitstudy.simulation import lay_out
+
+    chosen, specimen, mesh = lay_out(changed_scene(scene, changes, config), config=config)
+    tie = tie_crossings(mesh, specimen, chosen.tie.tolerance, tied_crossings(chosen, specimen.crossings))
+    path = output or Path(f"{chosen.name}.{dialect}.inp")
+    write_inp(specimen_deck(chosen, specimen, mesh, tie, constraints), path, dialect)
+    click.echo(f"{path}: {len(mesh.nodes)} nodes, {len(mesh.hexahedra)} hexahedra; m, N, Pa")

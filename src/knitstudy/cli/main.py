@@ -1,0 +1,62 @@
+"""The command itself: its subcommands, and how it ends when something is wrong."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import click
+
+from knitstudy.cli.check import check
+from knitstudy.cli.export import export
+from knitstudy.cli.list import list_scenes
+from knitstudy.cli.run import run
+from knitstudy.cli.show import show
+from knitstudy.errors import KnitstudyError
+from knitstudy.io import code_version
+
+
+class OneMessage(click.ClickException):
+    """An error that ends the command with its message alone and status 1."""
+
+    def show(self, file: Any = None) -> None:
+        """Print the message as the workflow does."""
+        click.echo(f"error: {self.format_message()}", file=file or sys.stderr)
+
+
+class Commands(click.Group):
+    """Subcommands that end with one message where a user can mend what is wrong."""
+
+    def invoke(self, context: click.Context) -> Any:
+        """Run a subcommand; with ``--traceback`` its errors pass as they are."""
+        try:
+            return super().invoke(context)
+        except (KnitstudyError, OSError) as error:
+            if context.params["traceback"] or isinstance(error, BrokenPipeError):
+                raise
+            raise OneMessage(str(error)) from error
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.option("--traceback", is_flag=True, help="Show where in the code an error comes from.")
+@click.version_option(code_version(), prog_name="knitstudy")
+def main(traceback: bool) -> None:
+    """How do knitted textiles carry load? One scene at a time.
+
+    A scene is one simulation: a knit or two crossing yarns, how they interact, how they are loaded, and by which model.
+    The table config/scenes.tsv lists the scenes; all inputs and results are in SI units.
+
+    \b
+    knitstudy list                               which scenes there are
+    knitstudy check dns-tie-course               all keys of one, and what they are worth
+    knitstudy run rom3d-tie-course               simulate it, and whatever it needs
+    knitstudy show results/rom/rom3d-tie-course.nc
+    knitstudy export dns-tie-course --dialect calculix
+
+    The whole study, with its figures and its report, is `make study`. The same functions from Python: docs/example.md.
+    Status: 0 done, 1 something must be mended (one message says what), 2 the command was not understood.
+    """
+
+
+for command in (list_scenes, check, run, show, export):
+    main.add_command(command)

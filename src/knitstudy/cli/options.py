@@ -1,0 +1,73 @@
+"""Options and arguments that several subcommands share."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+import yaml
+
+from knitstudy.configuration import CONFIG, load_scene
+from knitstudy.scene import Scene
+from knitstudy.variation import vary
+
+
+class Change(click.ParamType):
+    """One ``key=value``: a dotted key of a scene and a YAML value."""
+
+    name = "key=value"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, Any]:
+        """Return the key and the value."""
+        if isinstance(value, tuple):
+            return value
+        key, equals, text = value.partition("=")
+        if not equals or not key.strip():
+            self.fail(f"{value!r} is not key=value, for example load.strain=0.01", param, ctx)
+        try:
+            return key.strip(), _parse(text)
+        except yaml.YAMLError:
+            self.fail(f"{key}: {text!r} is not a YAML value", param, ctx)
+
+
+def _parse(text: str) -> Any:
+    """Return a YAML value, 1e-3 being a number as in the table of scenes: JSON, which is YAML, reads it as one."""
+    try:
+        return json.loads(text)
+    except ValueError:
+        return yaml.safe_load(text)
+
+
+config_option = click.option(
+    "--config",
+    type=click.Path(path_type=Path),
+    default=CONFIG,
+    show_default="the checkout's own",
+    help="Configuration folder: defaults.yaml, scenes.tsv and what they name.",
+)
+
+output_option = click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("results"),
+    show_default=True,
+    help="Folder of results. What is there and belongs to the same inputs is used again.",
+)
+
+set_option = click.option(
+    "--set",
+    "changes",
+    type=Change(),
+    multiple=True,
+    help="Change a key of the scene, in SI units; may be repeated. The result gets a name of its own.",
+)
+
+
+def changed_scene(name: str, changes: tuple[tuple[str, Any], ...], config: Path) -> Scene:
+    """Return a scene of the table with changed keys."""
+    return vary(load_scene(name, config), dict(changes))

@@ -1,0 +1,80 @@
+"""``knitstudy run``: simulate a scene."""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+from pathlib import Path
+
+import click
+
+from knitstudy.cli.options import changed_scene, config_option, output_option, set_option
+from knitstudy.cli.output import print_table
+from knitstudy.progress import Progress
+
+STAGES = ("knitstudy.archive", "knitstudy.dns")
+"""Loggers that say which stages ran, and whether a run goes on where another one ended."""
+
+
+@click.command(short_help="Simulate a scene, and whatever it needs.")
+@click.argument("scene")
+@set_option
+@output_option
+@click.option(
+    "--threads", type=click.IntRange(min=1), help="Threads of a direct simulation; all cores by default."
+)
+@click.option("--anew", is_flag=True, help="Simulate the scene even if its result is there.")
+@click.option("-v", "--verbose", is_flag=True, help="Also print what the solver says.")
+@config_option
+def run(
+    scene: str,
+    changes: tuple,
+    output: Path,
+    threads: int | None,
+    anew: bool,
+    verbose: bool,
+    config: Path,
+) -> None:
+    """Simulate a scene of the table: geometry, mesh, dns and contacts, or a reduced model after the simulation that
+    its joints come from.
+
+    Each stage is written to a file below the output folder as soon as it is done, and used again when its inputs are
+    the same. A run that was ended goes on from its last increment: type the same command again. A scene with changed
+    keys gets a name of its own, so that it never takes the place of the one that it was made from.
+
+    \b
+    knitstudy run dns-tie-course-coarse
+    knitstudy run rom3d-tie-course --set mesh.beam_size=0.25e-3
+    knitstudy run dns-tie-course --set pattern.loops=2 --set pattern.rows=2 --output small
+    knitstudy run pair-slid-90 --set name=pair-smooth --set contact.friction=0.1
+
+    Times and forces are printed in SI units; `knitstudy show` tells more about a file.
+    """
+    _log_to_console(verbose)
+    if threads is not None:
+        os.environ["OMP_NUM_THREADS"] = str(threads)
+    # Imported here: it takes seconds, which the other commands and --help need not wait for.
+    from knitstudy.simulation import simulate
+    from knitstudy.summary import summarise
+
+    try:
+        results = simulate(
+            changed_scene(scene, changes, config), output, config=config, progress=Progress, anew=anew
+        )
+    except KeyboardInterrupt:
+        click.echo("ended; the same command goes on from the last increment", err=True)
+        raise
+    click.echo(f"{results.path}:", err=True)
+    print_table(("quantity", "value", "unit"), summarise(results.history))
+
+
+def _log_to_console(verbose: bool) -> None:
+    """Print what the stages say on standard error, beside their progress."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    logger = logging.getLogger("knitstudy")
+    logger.handlers = [handler]
+    logger.setLevel(logging.INFO if verbose else logging.WARNING)
+    for name in STAGES:
+        logging.getLogger(name).setLevel(logging.INFO)

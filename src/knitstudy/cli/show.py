@@ -1,0 +1,53 @@
+"""``knitstudy show``: what a result file holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from knitstudy.cli.output import print_table
+from knitstudy.errors import DataFileError
+from knitstudy.io import read_dataset, read_table
+
+
+@click.command(short_help="What a result file holds.")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Draw it too, as .png or .pdf: force over strain, forces at the crossings, or centrelines.",
+)
+def show(file: Path, plot: Path | None) -> None:
+    """Show a result: what it is, which scene and which code it comes from, and its main quantities with units.
+
+    FILE is a netCDF file of any stage (geometry, mesh, history, contacts), or a table (.csv).
+
+    \b
+    knitstudy show results/dns/dns-tie-course.nc
+    knitstudy show results/dns/dns-tie-course.nc --plot force.png
+    knitstudy show results/tables/simulation_tie.csv
+    """
+    if file.suffix == ".csv":
+        if plot is not None:
+            raise click.UsageError("--plot draws netCDF files")
+        table = read_table(file)
+        print_table([str(column) for column in table.columns], table.astype(object).values.tolist())
+        return
+    if file.suffix != ".nc":
+        raise DataFileError(f"{file}: results are .nc and .csv files")
+    # Imported here: --help need not wait for it.
+    from knitstudy.cli.plot import draw
+    from knitstudy.figures.saving import save
+    from knitstudy.summary import kind_of, summarise
+
+    dataset = read_dataset(file)
+    try:
+        quantities = summarise(dataset)
+    except DataFileError as error:
+        raise DataFileError(f"{file}: {error}") from error
+    print_table(("quantity", "value", "unit"), quantities)
+    if plot is not None:
+        kind = kind_of(dataset)
+        save(draw(dataset), [plot], {kind: dataset}, f"{kind} of {dataset.attrs.get('scene', file.stem)}")
+        click.echo(f"drawn: {plot}", err=True)

@@ -1,0 +1,250 @@
+"""The command parses and prints, and ends with one message where something is wrong."""
+
+import re
+
+import pytest
+from click.testing import CliRunner
+from synthetic import geometry
+
+from knitstudy.cli.export import export
+from knitstudy.cli.main import main
+from knitstudy.cli.output import plain, shortened
+from knitstudy.errors import ConvergenceError
+from knitstudy.io import write_dataset
+from knitstudy.mesh.deck import CONSTRAINTS
+from knitstudy.mesh.inp import DIALECTS
+from knitstudy.simulation import Results
+
+COMMANDS = ("check", "export", "list", "run", "show")
+
+
+@pytest.fixture
+def knitstudy(monkeypatch, tmp_path):
+    """Run the command in this process, in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return lambda *arguments: CliRunner().invoke(main, [str(each) for each in arguments])
+
+
+def table(result):
+    assert result.exit_code == 0, result.stderr
+    return [line.split("\t") for line in result.stdout.splitlines()]
+
+
+def message(result):
+    """Return the only line of a command that failed."""
+    assert result.exit_code == 1
+    assert result.stdout == ""
+    (line,) = result.stderr.splitlines()
+    return line
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_has_examples(knitstudy, command):
+    result = knitstudy(command, "--help")
+    assert result.exit_code == 0
+    assert len(re.findall(rf"^  knitstudy {command}", result.stdout, flags=re.MULTILINE)) >= 2
+
+
+def test_help_lists_the_commands(knitstudy):
+    listed = knitstudy("--help").stdout.split("Commands:")[1]
+    assert tuple(line.split()[0] for line in listed.strip().splitlines()) == COMMANDS
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("frobnicate",), "No such command 'frobnicate'"),
+        (("run",), "Missing argument 'SCENE'"),
+        (("run", "dns-a", "--set", "load.strain"), "'load.strain' is not key=value"),
+        (("run", "dns-a", "--set", "load.strain=[0.1"), "load.strain: '[0.1' is not a YAML value"),
+        (("run", "dns-a", "--threads", "0"), "0 is not in the range"),
+        (("list", "--study", "tiny"), "'tiny' is not one of 'ci', 'reduced', 'full'"),
+        (("list", "--fidelity", "rom"), "'rom' is not one of 'dns',"),
+        (("export", "dns-a", "--dialect", "nastran"), "'nastran' is not one of 'abaqus', 'calculix'"),
+        (("check", "--set", "load.strain=1"), "--set and --sources are about a scene: name one"),
+        (("show", "table.csv", "--plot", "a.png"), "--plot draws netCDF files"),
+    ],
+)
+def test_wrong_usage_has_status_2(knitstudy, arguments, said):
+    result = knitstudy(*arguments)
+    assert result.exit_code == 2
+    assert said in result.stderr
+
+
+def test_dialects_are_those_of_decks():
+    choices = {
+        option.name: option.type.choices for option in export.params if hasattr(option.type, "choices")
+    }
+    assert choices == {"dialect": tuple(DIALECTS), "constraints": CONSTRAINTS}
+
+
+def test_list(knitstudy, config):
+    columns, *rows = table(knitstudy("list", "--config", config))
+    assert columns == ["scene", "studies", "differs from defaults"]
+    assert rows == [
+        ["dns-a", "ci,reduced", ""],
+        ["rom3d-a", "reduced", "fidelity=rom3d, load.strain=0.02, rom.contacts_from=dns-a"],
+    ]
+    assert [row[0] for row in table(knitstudy("list", "--config", config, "--study", "ci"))[1:]] == ["dns-a"]
+    assert [row[0] for row in table(knitstudy("list", "--config", config, "--fidelity", "rom3d"))[1:]] == [
+        "rom3d-a"
+    ]
+
+
+def test_check_folder(knitstudy, config):
+    for arguments in (("check", config), ("check", "--config", config)):
+        result = knitstudy(*arguments)
+        assert result.exit_code == 0
+        assert (
+            "valid; 2 scenes (1 of study ci, 2 of study reduced, 0 of study full), 1 geometries"
+            in result.stdout
+        )
+    path = config / "scenes.tsv"
+    path.write_text(path.read_text().replace("2e-2", "-1"))
+    assert "scenes.tsv, scene 'rom3d-a': load.strain is -1 but must be a number > 0" in message(
+        knitstudy("check", config)
+    )
+
+
+def test_check_scene(knitstudy, config):
+    (config / "inputs.tsv").write_text("key\tunit\tstanding\tsource\nmesh.size\tm\tstated\tTable 5\n")
+    change = ("--config", config, "--set", "mesh.size=4e-4", "--set", "load.stops=[0.01, 2e-2]")
+    rows = table(knitstudy("check", "dns-a", *change))
+    assert rows[0] == ["key", "value", "unit", "standing"]
+    assert ["mesh.size", "0.0004", "m", "stated"] in rows
+    assert ["load.stops", "[0.01, 0.02]", "", ""] in rows
+    assert ["mesh.size", "0.0004", "m", "stated", "Table 5"] in table(
+        knitstudy("check", "dns-a", *change, "--sources")
+    )
+
+
+def test_check_without_the_standing_of_inputs(knitstudy, config):
+    assert "inputs.tsv: cannot be read" in message(knitstudy("check", "dns-a", "--config", config))
+
+
+@pytest.mark.parametrize("command", ["run", "check", ("export", "--dialect", "abaqus")])
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("dns-b",), "unknown scene 'dns-b' (did you mean 'dns-a'?)"),
+        (("dns-a", "--set", "mesh.sice=1"), "unknown key 'mesh.sice' (did you mean 'size'?)"),
+        (("dns-a", "--set", "load.strain=.nan"), "load.strain is nan but must be a finite number"),
+        (("dns-a", "--set", "mesh.size=fine"), "mesh.size is 'fine' but must be a number > 0, in m"),
+        (("dns-a", "--config", "nowhere"), "nowhere/defaults.yaml: is missing"),
+    ],
+)
+def test_wrong_scene_ends_with_one_message(knitstudy, config, command, arguments, said):
+    name, *options = [command] if isinstance(command, str) else command
+    line = message(knitstudy(name, *options, "--config", config, *arguments))
+    assert line.startswith("error: ")
+    assert said in line
+
+
+def test_traceback_is_shown_on_demand(knitstudy, config):
+    result = knitstudy("--traceback", "run", "dns-b", "--config", config)
+    assert type(result.exception).__name__ == "ConfigurationError"
+
+
+def test_deck_is_of_solid_yarns(knitstudy, config):
+    line = message(knitstudy("export", "rom3d-a", "--dialect", "abaqus", "--config", config))
+    assert "fidelity is 'rom3d' but must be dns" in line
+
+
+def test_deck(knitstudy, tmp_path):
+    coarse = ("--set", "mesh.size=0.6e-3", "--dialect", "calculix")
+    result = knitstudy("export", "pair-slid-90", *coarse, "--set", "name=coarse")
+    nodes, hexahedra = map(int, re.findall(r"(\d+) (?:nodes|hexahedra)", result.stdout))
+    text = (tmp_path / "coarse.calculix.inp").read_text()
+    assert "*CONTACT PAIR" in text
+    assert re.search(rf"^{nodes}, ", text, flags=re.MULTILINE)
+    assert re.search(rf"^{hexahedra}, ", text, flags=re.MULTILINE)
+
+
+@pytest.fixture
+def simulated(monkeypatch, knit):
+    """Take the place of the simulation, and return what it was asked for."""
+    asked = {}
+
+    def simulate(scene, folder, **options):
+        asked.update(scene=scene, folder=folder, **options)
+        return Results(scene, None, geometry(knit), path=folder / "dns" / "a.nc")
+
+    monkeypatch.setattr("knitstudy.simulation.simulate", simulate)
+    return asked
+
+
+def test_run(knitstudy, config, simulated, monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    result = knitstudy(
+        "run", "dns-a", "--config", config, "--set", "load.strain=1e-2", "-o", "mine", "--threads", "2"
+    )
+    assert ["loops", "3", "1"] in table(result)
+    assert "mine/dns/a.nc:" in result.stderr
+    assert simulated["scene"].load.strain == 0.01
+    assert (str(simulated["folder"]), simulated["config"], simulated["anew"]) == ("mine", config, False)
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (ConvergenceError("increment 3: no equilibrium"), "error: increment 3: no equilibrium"),
+        (
+            PermissionError(13, "Permission denied", "mine/dns"),
+            "error: [Errno 13] Permission denied: 'mine/dns'",
+        ),
+    ],
+)
+def test_failed_run(knitstudy, config, monkeypatch, error, said):
+    def fail(*arguments, **options):
+        raise error
+
+    monkeypatch.setattr("knitstudy.simulation.simulate", fail)
+    assert message(knitstudy("run", "dns-a", "--config", config)) == said
+
+
+def test_ended_run_says_how_to_go_on(knitstudy, config, monkeypatch):
+    def end(*arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("knitstudy.simulation.simulate", end)
+    result = knitstudy("run", "dns-a", "--config", config)
+    assert result.exit_code == 1
+    assert "ended; the same command goes on" in result.stderr
+
+
+def test_show(knitstudy, knit, tmp_path):
+    write_dataset(geometry(knit), "knit.nc")
+    result = knitstudy("show", "knit.nc", "--plot", "knit.png")
+    assert ["kind", "geometry", ""] in table(result)
+    assert (tmp_path / "knit.png").stat().st_size > 10_000
+    (tmp_path / "table.csv").write_text("model,force [N]\ndns,1.25\n")
+    assert table(knitstudy("show", "table.csv")) == [["model", "force [N]"], ["dns", "1.25"]]
+
+
+def test_show_what_is_not_there_or_damaged(knitstudy, tmp_path):
+    assert "nix.nc: there is no such file" in message(knitstudy("show", "nix.nc"))
+    assert "nix.csv: there is no such file" in message(knitstudy("show", "nix.csv"))
+    (tmp_path / "a.nc").write_bytes(b"CDF\x01")
+    assert "a.nc: is truncated or is not netCDF" in message(knitstudy("show", "a.nc"))
+    (tmp_path / "a.txt").touch()
+    assert "a.txt: results are .nc and .csv files" in message(knitstudy("show", "a.txt"))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        ("[a", "[a"),
+        (0.1 + 0.2, "0.3"),
+        (None, "null"),
+        (3, "3"),
+        (["fields", "vtu"], "[fields, vtu]"),
+        ([], "[]"),
+    ],
+)
+def test_values_are_printed_as_in_the_configuration(value, text):
+    assert plain(value) == text
+
+
+def test_long_values_are_shortened():
+    assert shortened("x" * 1000).endswith("x ...")
+    assert len(shortened("x" * 1000)) == 120
