@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knitstudy.fem.increment import between_corners
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.scene import Scene
@@ -40,9 +41,7 @@ class Motion:
 
     def at(self, load: float) -> np.ndarray:
         """Return the displacement (3,) at a load factor [m]."""
-        loads = np.concatenate([[0.0], self.corners])
-        places = np.vstack([np.zeros(3), self.displacement])
-        return np.array([np.interp(load, loads, places[:, i]) for i in range(3)])
+        return between_corners(self.displacement, self.corners, load)
 
 
 def load_path(scene: Scene, specimen: Knit | Pair) -> Motion:

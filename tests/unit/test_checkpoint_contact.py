@@ -3,7 +3,8 @@ from tubes import crossing
 
 from knitstudy.checkpoint import Checkpoint
 from knitstudy.contact.friction import Coulomb
-from knitstudy.contact.interaction import Contact, ContactHistory
+from knitstudy.contact.history import ContactHistory
+from knitstudy.contact.interaction import Contact
 from knitstudy.fem.increment import Increment
 from knitstudy.fem.model import Response
 from knitstudy.fem.solid import Memory, SolidState

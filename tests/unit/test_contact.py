@@ -6,7 +6,8 @@ from scipy.spatial import cKDTree
 from tubes import crossing, hairpin
 
 from knitstudy.contact.friction import OPEN, SLIP, STICK, Coulomb
-from knitstudy.contact.interaction import Contact, ContactHistory
+from knitstudy.contact.history import ContactHistory
+from knitstudy.contact.interaction import Contact
 from knitstudy.errors import ConvergenceError, MeshError
 
 APART = ~np.eye(2, dtype=bool)

@@ -5,7 +5,8 @@ import pytest
 
 from knitstudy.contact.crossing import REACH, CrossingFacets
 from knitstudy.contact.friction import Coulomb
-from knitstudy.contact.interaction import Contact, ContactHistory
+from knitstudy.contact.history import ContactHistory
+from knitstudy.contact.interaction import Contact
 from knitstudy.contact.record import COLUMNS, crossing_forces, touching_points
 from knitstudy.contact.yarns import yarn_surfaces
 from knitstudy.geometry.pair import Pair

@@ -4,7 +4,8 @@ import numpy as np
 from contact_bodies import back, crossed_yarns, drive, joined, law, reaction, together
 
 from knitstudy.contact.friction import SLIP, STICK
-from knitstudy.contact.interaction import PASS_SHARE, Contact, ContactHistory
+from knitstudy.contact.history import ContactHistory
+from knitstudy.contact.interaction import PASS_SHARE, Contact
 from knitstudy.fem.increment import Settings
 from knitstudy.fem.linear.lu import LU
 from knitstudy.fem.newton import trace

@@ -7,7 +7,8 @@ import scipy.sparse as sp
 from contact_bodies import MODULUS, POISSON, back, crossed_yarns, joined, law
 from hexahedral_block import unknowns
 
-from knitstudy.contact.interaction import Contact, ContactHistory
+from knitstudy.contact.history import ContactHistory
+from knitstudy.contact.interaction import Contact
 from knitstudy.fem.hexahedron import OnePointHexahedron
 from knitstudy.fem.increment import Drive, Settings
 from knitstudy.fem.linear.lu import LU, factorise

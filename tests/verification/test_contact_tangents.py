@@ -8,7 +8,8 @@ from contact_bodies import back, crossed_yarns, drive, joined, law, together
 from scipy.sparse.linalg import spsolve
 
 from knitstudy.contact.friction import OPEN, SLIP, STICK
-from knitstudy.contact.interaction import Contact, ContactHistory
+from knitstudy.contact.history import ContactHistory
+from knitstudy.contact.interaction import Contact
 from knitstudy.fem.increment import Settings
 from knitstudy.fem.linear.lu import LU
 from knitstudy.fem.newton import trace

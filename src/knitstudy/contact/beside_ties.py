@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.contact.interaction import Contact, ContactHistory
+from knitstudy.contact.history import ContactHistory
+from knitstudy.contact.interaction import Contact
 from knitstudy.contact.tie import Tie, facet_size
 from knitstudy.contact.yarns import MARGIN, contact_law, yarn_surfaces
 from knitstudy.mesh.sweep import SweptMesh

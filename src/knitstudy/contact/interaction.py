@@ -12,128 +12,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
 from knitstudy.contact.friction import OPEN, SLIP, Coulomb
-from knitstudy.contact.kinematics import Kinematics
+from knitstudy.contact.history import ContactHistory, joined, same_pair, taken
+from knitstudy.contact.points import ContactPoints
 from knitstudy.contact.projection import Projection, project
 from knitstudy.contact.quadrature import Quadrature
 from knitstudy.contact.search import Candidates, Search
 from knitstudy.contact.surface import Grid, Stencil, Surfaces, interpolate
+from knitstudy.contact.tangent import stiffness as tangent
 from knitstudy.errors import ConvergenceError, MeshError
 
 PASS_SHARE = 0.5
 """Each of the two surfaces' points carries half of the contact stiffness."""
-
-CHUNK = 256
-"""Points whose stiffness is formed at once: 32 x 32 blocks each."""
-
-SAME_PIECE = 4.0
-"""Slices that the closest point of one pair may lie apart in two searches; another piece of a yarn is farther."""
-
-
-@dataclass(frozen=True, eq=False)
-class ContactHistory:
-    """What contact points remember of the last converged increment; all arrays run over the candidate pairs.
-
-    Attributes
-    ----------
-    point, surface : ndarray of int, shape (c,)
-        Gauss point and the surface that it faces.
-    xi : ndarray, shape (c, 2)
-        Its closest point.
-    gap : ndarray, shape (c,)
-        Its gap [m]; inf where the closest point was not within the surface's edges.
-    pressure : ndarray, shape (c,)
-        Its pressure [Pa], what multipliers carried included; where it is positive, the anchor counts.
-    traction : ndarray, shape (c, 3)
-        Its tangential traction [Pa].
-    multiplier : ndarray, shape (c,)
-        Pressure (negative) that augmentation has added within the increment [Pa].
-    anchor : ndarray, shape (c, 2)
-        Convected coordinates at which the point would carry no tangential traction.
-    slip : ndarray, shape (c,)
-        Length slipped since it first touched [m].
-    status : ndarray of int, shape (c,)
-        OPEN, STICK or SLIP.
-    dissipated : ndarray, shape ()
-        Work of friction so far [J].
-    """
-
-    point: np.ndarray
-    surface: np.ndarray
-    xi: np.ndarray
-    gap: np.ndarray
-    pressure: np.ndarray
-    traction: np.ndarray
-    multiplier: np.ndarray
-    anchor: np.ndarray
-    slip: np.ndarray
-    status: np.ndarray
-    dissipated: np.ndarray
-
-    @classmethod
-    def empty(cls) -> ContactHistory:
-        """Return the history of a model in which nothing has touched yet."""
-        number, value = np.empty(0, dtype=np.int64), np.empty(0)
-        places = np.empty((0, 2))
-        vectors = np.empty((0, 3))
-        return cls(number, number, places, value, value, vectors, value, places, value, number, np.zeros(()))
-
-
-@dataclass(frozen=True, eq=False)
-class ContactPoints:
-    """All candidate pairs in one configuration.
-
-    Attributes
-    ----------
-    history : ContactHistory
-        What they remember, in the same order.
-    position : ndarray, shape (c, 3)
-        Points [m].
-    projection : Projection
-        Against the surfaces that they face.
-    gap : ndarray, shape (c,)
-        Gaps [m]; inf where there is no closest point.
-    slip : ndarray, shape (c, 2)
-        Convected coordinates since the anchor, s.
-    slip_rate : ndarray, shape (c, 2)
-        ds/dg of points that have touched within this increment, else 0.
-    slip_share : ndarray, shape (c,)
-        ds/dxi: 1, or the share of the increment in contact.
-    trial : ndarray, shape (c, 3)
-        Trial traction epsT s [Pa].
-    pressure : ndarray, shape (c,)
-    traction : ndarray, shape (c, 3)
-        Tangential part [Pa].
-    status : ndarray of int, shape (c,)
-        OPEN, STICK or SLIP.
-    """
-
-    history: ContactHistory
-    position: np.ndarray
-    projection: Projection
-    gap: np.ndarray
-    slip: np.ndarray
-    slip_rate: np.ndarray
-    slip_share: np.ndarray
-    trial: np.ndarray
-    pressure: np.ndarray
-    traction: np.ndarray
-    status: np.ndarray
-
-    @property
-    def active(self) -> np.ndarray:
-        """Pairs (a,) that touch."""
-        return np.flatnonzero(self.status != OPEN)
-
-    def signature(self) -> np.ndarray:
-        """Return points, surfaces and status (a, 3) of the pairs that touch: what must not change any more."""
-        active = self.active
-        table = np.stack(
-            [self.history.point[active], self.history.surface[active], self.status[active]], axis=1
-        )
-        return table[np.lexsort(table.T)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,7 +181,7 @@ class Contact:
         answer = ContactResponse(points, node_force, self._energy(points, active, weight))
         if not stiffness:
             return answer
-        full, symmetric = self._stiffness(points, active, weight, own, other)
+        full, symmetric = tangent(self.law, points, weight, own, other, len(self.nodes))
         return replace(answer, stiffness=full, symmetric=symmetric)
 
     def commit(self, points: ContactPoints) -> ContactHistory:
@@ -401,12 +292,12 @@ class Contact:
             status=np.full(keep.sum(), OPEN),
             dissipated=history.dissipated,
         )
-        known = _same_pair(new, history)
+        known = same_pair(new, history)
         unknown = np.flatnonzero(known < 0)
         stays = np.zeros(len(history.point), dtype=bool)
         stays[known[known >= 0]] = True
         stays |= history.pressure > 0
-        return _joined(_taken(history, np.flatnonzero(stays)), _taken(new, unknown))
+        return joined(taken(history, np.flatnonzero(stays)), taken(new, unknown))
 
     def _project(
         self, history: ContactHistory, position: np.ndarray, nodes: np.ndarray
@@ -436,139 +327,9 @@ class Contact:
         weight = PASS_SHARE * self.quadrature.area[points.history.point]
         return float(np.sum(weight * self.law.friction * mean * length))
 
-    # ---- stiffness ------------------------------------------------------------------------------------------
-
     def _stencils(self, points: ContactPoints, active: np.ndarray) -> tuple[Stencil, Stencil]:
         own = self._search.stencil(points.history.point[active])
         other = points.projection.stencil
         return own, Stencil(
             other.nodes[active], other.value[active], other.first[active], other.second[active]
         )
-
-    def _stiffness(
-        self, points: ContactPoints, active: np.ndarray, weight: np.ndarray, own: Stencil, other: Stencil
-    ) -> tuple[sp.bsr_matrix, sp.bsr_matrix]:
-        """Return the tangent and its symmetric positive part as sparse matrices over all nodes."""
-        inner, positive = self._point_tangents(points, active)
-        inner *= weight[:, None, None]
-        positive *= weight[:, None, None]
-        nodes = np.concatenate([own.nodes, other.nodes], axis=1)  # (a, 32)
-        rows = np.zeros((len(active), 3, 32))  # V
-        rows[:, 0, :16], rows[:, 0, 16:] = own.value, -other.value
-        rows[:, 1:, 16:] = other.first
-        # Points of one cell that face one cell share their 32 nodes: summed before they are scattered.
-        _, order, start = _groups(nodes[:, [5, 10, 21, 26]])
-        shared = nodes[order[start]]
-        full, symmetric = (np.zeros((len(start), 32 * 32, 9)) for _ in range(2))
-        bounds = np.append(start, len(order))
-        first = 0
-        while first < len(start):
-            last = max(first + 1, int(np.searchsorted(bounds, bounds[first] + CHUNK, side="right")) - 1)
-            here = order[bounds[first] : bounds[last]]
-            begin = bounds[first:last] - bounds[first]
-            v = rows[here]
-            left = np.swapaxes(v, 1, 2) @ inner[here].reshape(-1, 3, 27)  # (k, 32, (i, m, j))
-            left = left.reshape(-1, 32, 3, 3, 3).transpose(0, 1, 2, 4, 3).reshape(-1, 32 * 9, 3)
-            blocks = (left @ v).reshape(-1, 32, 9, 32).transpose(0, 1, 3, 2).reshape(-1, 1024, 9)
-            full[first:last] = np.add.reduceat(blocks, begin, axis=0)
-            pair = (v[:, 0, :, None] * v[:, 0, None, :]).reshape(-1, 1024, 1)
-            symmetric[first:last] = np.add.reduceat(pair * positive[here].reshape(-1, 1, 9), begin, axis=0)
-            first = last
-        return _scatter(shared, full, symmetric, len(self.nodes))
-
-    def _point_tangents(self, points: ContactPoints, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return B (a, 9, 9) of R's derivative V^T B V, and the symmetric stiffness (a, 3, 3), without weights."""
-        law, projection = self.law, _active(points.projection, active)
-        kinematics = Kinematics.of(projection)
-        pressure, status = points.pressure[active], points.status[active]
-        normal = projection.normal
-        change = law.normal * normal[:, :, None] * kinematics.gap[:, None, :]
-        change -= pressure[:, None, None] * kinematics.normal
-        if law.friction > 0:
-            slip = points.slip_share[active, None, None] * kinematics.xi
-            slip += points.slip_rate[active][:, :, None] * kinematics.gap[:, None, :]
-            trial = np.einsum("kai,kaz->kiz", projection.tangent, slip)
-            trial += np.einsum("ka,kaiz->kiz", points.slip[active], kinematics.tangent)
-            change += law.tangent(
-                points.trial[active], law.tangential * trial, kinematics.gap, pressure, status
-            )
-        traction = points.traction[active] - pressure[:, None] * normal
-        inner = np.empty((len(active), 9, 9))
-        inner[:, :3] = change
-        for a in range(2):
-            inner[:, 3 + 3 * a : 6 + 3 * a] = -traction[:, :, None] * kinematics.xi[:, a, None, :]
-        return inner, law.symmetric_stiffness(points.trial[active], normal, pressure, status)
-
-
-def _active(projection: Projection, active: np.ndarray) -> Projection:
-    return Projection(
-        xi=projection.xi[active],
-        found=projection.found[active],
-        stencil=projection.stencil,
-        tangent=projection.tangent[active],
-        curvature=projection.curvature[active],
-        normal=projection.normal[active],
-        distance=projection.distance[active],
-    )
-
-
-def _taken(history: ContactHistory, chosen: np.ndarray) -> ContactHistory:
-    """Return the history of some pairs."""
-    arrays = {name: value[chosen] for name, value in vars(history).items() if name != "dissipated"}
-    return ContactHistory(**arrays, dissipated=history.dissipated)
-
-
-def _joined(one: ContactHistory, other: ContactHistory) -> ContactHistory:
-    """Return the history of the pairs of both."""
-    arrays = {
-        name: np.concatenate([value, getattr(other, name)])
-        for name, value in vars(one).items()
-        if name != "dissipated"
-    }
-    return ContactHistory(**arrays, dissipated=one.dissipated)
-
-
-def _same_pair(new: ContactHistory, old: ContactHistory) -> np.ndarray:
-    """Return for every new pair the same pair of an older history, or -1: the same point on the same piece."""
-    if not len(old.point) or not len(new.point):
-        return np.full(len(new.point), -1)
-    count = 1 + max(new.surface.max(), old.surface.max())
-    # Pairs of different points or surfaces lie farther apart in this plane than any two places of one surface.
-    keys = [
-        np.stack([1e6 * (history.point * count + history.surface), history.xi[:, 0]], axis=1)
-        for history in (new, old)
-    ]
-    distance, index = cKDTree(keys[1]).query(keys[0], distance_upper_bound=SAME_PIECE)
-    return np.where(np.isfinite(distance), index, -1)
-
-
-def _groups(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the group (k,) of equal rows, an order (k,) by group, and where each group starts in it."""
-    _, group = np.unique(keys, axis=0, return_inverse=True)
-    group = group.ravel()
-    order = np.argsort(group, kind="stable")
-    start = np.flatnonzero(np.diff(group[order], prepend=-1))
-    return group, order, start
-
-
-def _scatter(
-    nodes: np.ndarray, full: np.ndarray, symmetric: np.ndarray, count: int
-) -> tuple[sp.bsr_matrix, sp.bsr_matrix]:
-    """Sum blocks (e, 1024, 9) of elements with nodes (e, 32) into two matrices over `count` nodes, of one pattern."""
-    shape = (3 * count, 3 * count)
-    row = np.repeat(nodes, 32, axis=1).ravel().astype(np.int64)
-    column = np.tile(nodes, (1, 32)).ravel()
-    key = row * count + column
-    order = np.argsort(key, kind="stable")
-    start = np.flatnonzero(np.diff(key[order], prepend=-1))
-    unique = key[order[start]]
-    indptr = np.searchsorted(unique, count * np.arange(count + 1, dtype=np.int64)).astype(np.int32)
-    indices = (unique % count).astype(np.int32)
-    matrices = []
-    for blocks in (full, symmetric):
-        if len(start):
-            data = np.add.reduceat(blocks.reshape(-1, 9)[order], start, axis=0).reshape(-1, 3, 3)
-        else:
-            data = np.zeros((0, 3, 3))
-        matrices.append(sp.bsr_matrix((data, indices, indptr), shape=shape))
-    return matrices[0], matrices[1]

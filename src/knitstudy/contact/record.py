@@ -6,7 +6,8 @@ import numpy as np
 
 from knitstudy.contact.crossing import CrossingFacets
 from knitstudy.contact.friction import OPEN, STICK
-from knitstudy.contact.interaction import PASS_SHARE, Contact, ContactPoints
+from knitstudy.contact.interaction import PASS_SHARE, Contact
+from knitstudy.contact.points import ContactPoints
 
 COLUMNS = {
     "crossing": ((), "1", "nearest crossing of the two yarns, -1 away from all"),

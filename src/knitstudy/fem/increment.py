@@ -36,11 +36,7 @@ class Drive:
 
     def at(self, load: float) -> np.ndarray:
         """Return the prescribed changes (k,) at a load factor."""
-        values = np.atleast_2d(self.value)
-        loads = np.concatenate([[0.0], self.corners])
-        leg = min(int(np.searchsorted(self.corners, load)), len(values) - 1)
-        start = values[leg - 1] if leg else 0.0
-        return start + (load - loads[leg]) / (loads[leg + 1] - loads[leg]) * (values[leg] - start)
+        return between_corners(np.atleast_2d(self.value), self.corners, load)
 
     def next_stop(self, load: float) -> float:
         """Return the next load factor at which an increment has to end."""
@@ -49,6 +45,23 @@ class Drive:
     def turns(self, load: float) -> bool:
         """Return whether the path has a corner at a load factor, where earlier rates are of no use."""
         return any(abs(load - corner) < 1e-12 for corner in self.corners)
+
+
+def between_corners(values: np.ndarray, corners: tuple[float, ...], load: float) -> np.ndarray:
+    """Return what goes straight from zero to the first of values (m, k), and on to the others, at a load factor: (k,).
+
+    Parameters
+    ----------
+    values : ndarray, shape (m, k)
+        At the corners.
+    corners : tuple of m floats
+        Their load factors, rising.
+    load : float
+    """
+    loads = (0.0, *corners)
+    leg = min(int(np.searchsorted(corners, load)), len(values) - 1)
+    start = values[leg - 1] if leg else np.zeros_like(values[0])
+    return start + (load - loads[leg]) / (loads[leg + 1] - loads[leg]) * (values[leg] - start)
 
 
 @dataclass(frozen=True)

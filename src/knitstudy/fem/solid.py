@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.contact.interaction import Contact, ContactHistory, ContactPoints
+from knitstudy.contact.history import ContactHistory
+from knitstudy.contact.interaction import Contact
+from knitstudy.contact.points import ContactPoints
 from knitstudy.errors import ConvergenceError
 from knitstudy.fem.assembly import Assembly
 from knitstudy.fem.hexahedron import Hexahedron
