@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -94,10 +95,9 @@ class Neighbours:
         distance = np.linalg.norm(position[near[:, A]] - position[near[:, B]], axis=1)
         nearest = np.ones(len(near), dtype=bool)
         low, high = self.curves.first[self.yarn[near]], self.curves.first[self.yarn[near] + 1] - 1
-        for i in (-1, 0, 1):
-            for j in (-1, 0, 1):
-                beside = np.clip(near + [i, j], low, high)
-                nearest &= distance <= np.linalg.norm(position[beside[:, A]] - position[beside[:, B]], axis=1)
+        for step in product((-1, 0, 1), repeat=2):
+            beside = np.clip(near + np.array(step), low, high)
+            nearest &= distance <= np.linalg.norm(position[beside[:, A]] - position[beside[:, B]], axis=1)
         return nearest
 
     def _may_meet(self, yarn: np.ndarray, s: np.ndarray) -> np.ndarray:

@@ -1,0 +1,72 @@
+"""The 3 x 3 knit of beams in contact: comes to 5%, its work is stored or lost, its yarns are in balance."""
+
+import numpy as np
+import pytest
+
+from knitstudy.beams.build import build
+from knitstudy.beams.crossings import CrossingRecord
+from knitstudy.beams.run import run
+from knitstudy.configuration import load_scene
+from knitstudy.fem.increment import Settings
+from knitstudy.fem.linear.lu import LU
+from knitstudy.fem.newton import trace
+from knitstudy.geometry.build import build as build_geometry
+from knitstudy.geometry.pattern import Knit
+from knitstudy.rom.grips import grips, tension
+
+
+@pytest.fixture(scope="module")
+def scenes(full):
+    """Scenes of the study, with beams of the study only at full resolution."""
+    loaded = {name: load_scene(f"beam-isotropic-{name}") for name in ("course", "wale")}
+    return loaded if full else {name: scene.replace("mesh.beam_size", 1e-3) for name, scene in loaded.items()}
+
+
+@pytest.fixture(scope="module")
+def loop_knit(scenes):
+    return Knit.from_dataset(build_geometry(scenes["course"]))
+
+
+def test_knit_of_beams_in_contact_comes_to_five_per_cent(scenes, loop_knit, verify):
+    scene = scenes["course"]
+    history = run(scene, loop_knit)
+    assert float(history["strain"][-1]) == pytest.approx(0.05)
+    verify.at_most(
+        "knit of beams in contact, course: largest residual", float(history["residual"].max()), 1e-6
+    )
+    energy = history["energy"]
+    work = energy.sel(form="external")
+    error = np.abs(energy.sum("form") - 2 * work).max() / work.max()
+    verify.at_most("knit of beams in contact, course: ledger of energies", float(error), 0.01)
+    # All free crossings touch in the end, and no yarn is anywhere deeper in another than contact presses it.
+    gap = history["crossing_gap"][-1].to_numpy()
+    free = history["crossing_tied"].to_numpy() == 0
+    assert np.all(gap[free] < 0)
+    assert np.all(np.isnan(gap[~free]))
+    assert float(history["smallest_gap"][-1]) == pytest.approx(gap[free].min(), rel=1e-3)
+
+
+@pytest.mark.parametrize("direction", ["course", "wale"])
+def test_every_yarn_is_in_balance(scenes, loop_knit, direction, verify):
+    """What ties and contact exert on a yarn is what its grips hold against."""
+    scene = scenes[direction]
+    beams = build(scene, loop_knit)
+    network, model = beams.network, beams.model
+    ends = grips(network, loop_knit, direction)
+    drive = tension(ends, direction, 0.01 * loop_knit.width, "fixed")
+    *_, last = trace(model, drive, Settings(increments=4, residual_tolerance=1e-9, predictor=1), LU())
+    crossings = loop_knit.crossings
+    exerted = CrossingRecord(beams, crossings, scene).add(last.state)["crossing_force"]
+    assert np.all(np.linalg.norm(exerted[beams.tied], axis=1) > 0)
+    node_force = last.response.force.reshape(-1, 6)[:, :3]
+    gripped = np.union1d(ends.held, ends.driven)
+    yarn_of_node = np.zeros(len(node_force), dtype=int)
+    yarn_of_node[network.station_node] = network.stations.yarn
+    rest = np.zeros((loop_knit.rows + 1, 3))
+    np.add.at(rest, crossings.yarn[:, 0], exerted)
+    np.add.at(rest, crossings.yarn[:, 1], -exerted)
+    np.add.at(rest, yarn_of_node[gripped], node_force[gripped])
+    level = np.abs(exerted).max()
+    verify.at_most(
+        f"knit of beams in contact, {direction}: balance of yarns", np.abs(rest).max() / level, 1e-6
+    )
