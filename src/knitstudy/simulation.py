@@ -1,7 +1,7 @@
 """From a scene to its results in one call: what a notebook and the `knitstudy` command use.
 
-The stages are those of the workflow, in the same order and with the same files:
-geometry -> mesh -> dns -> contacts, and of a reduced model also contacts -> rom.
+The stages are those of the workflow, in the same order and with the same files: geometry -> mesh -> dns -> contacts of
+solid yarns, from whose contacts -> rom reduced models, and geometry -> beams of yarns that are beams in contact.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import xarray as xr
 
 from knitstudy import contacts, dns
 from knitstudy.archive import Archive
+from knitstudy.beams import run as beams
 from knitstudy.configuration import CONFIG, check_scenes_together
 from knitstudy.errors import ConfigurationError
 from knitstudy.fem.increment import Increment
@@ -95,7 +96,7 @@ def simulate(
         What the stages raise; results that were there before stay.
     """
     archive = Archive.of(folder, config)
-    run = _direct if scene.fidelity == "dns" else _reduced
+    run = {"dns": _direct, "beam": _beams}.get(scene.fidelity, _reduced)
     return run(archive.labelled(scene), archive, progress or _silence, anew)
 
 
@@ -153,6 +154,16 @@ def _direct(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool)
     return Results(scene, geometry, history, mesh, found, archive.path("dns", scene))
 
 
+def _beams(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool) -> Results:
+    """Load a knit of beams in contact."""
+    geometry = _geometry(scene, archive)
+    watch = _watcher(scene, progress(f"beams {scene.name}"))
+    history = archive.keep(
+        "beams", scene, lambda: beams.run(scene, read_specimen(geometry), watch), anew=anew
+    )
+    return Results(scene, geometry, history, path=archive.path("beams", scene))
+
+
 def _reduced(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool) -> Results:
     """Load a network of beams whose joints, and perhaps springs, come from direct simulations."""
     sources = _sources(scene, archive)
@@ -198,7 +209,7 @@ def _checkpoint(scene: Scene, archive: Archive) -> Path | None:
     return checkpoint
 
 
-def _watcher(scene: Scene, report: ReportProgress) -> dns.Watcher:
+def _watcher(scene: Scene, report: ReportProgress) -> Callable[[Increment], None]:
     """Return what reports the share and the place of every increment."""
     legs = len(scene.load.path)
 
