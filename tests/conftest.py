@@ -79,6 +79,8 @@ def plain_scene():
                 "joint": "rigid",
                 "springs_from": None,
                 "springs": "averaged",
+                "stiffness": [],
+                "axes": "contact",
                 "displacement": "interface",
                 "section": "single",
             },

@@ -174,16 +174,22 @@ class Rom:
     """Reduced order model: the DNS scene that its joints come from (None in other scenes) and their kind.
 
     ``springs_from`` is another DNS scene whose springs are used; ``springs`` are averaged or of each crossing's own
-    "zones", secants of the relative ``displacement`` of interfaces or centrelines; ``section`` is that of a segment of
-    the planar model which two yarns share.
+    "zones", secants of the relative ``displacement`` of interfaces or centrelines along the ``axes`` of the contact
+    or the global ones, or have the given ``stiffness`` along x, y and z; ``section`` is that of a segment of the planar
+    model which two yarns share.
     """
 
     contacts_from: str | None
     joint: str
     springs_from: str | None
     springs: str
+    stiffness: Annotated[tuple[float, ...], "N/m"]
+    axes: str
     displacement: str
     section: str
+
+    def __post_init__(self):
+        object.__setattr__(self, "stiffness", tuple(map(float, self.stiffness)))
 
 
 @dataclass(frozen=True)
@@ -253,7 +259,7 @@ class Scene:
 
         The density is left alone: no result of a quasi-static scene depends on it.
         """
-        return _scaled(self, {"m": length, "Pa": stiffness})
+        return _scaled(self, {"m": length, "Pa": stiffness, "N/m": stiffness * length})
 
     @property
     def geometry_inputs(self) -> dict[str, Any]:
@@ -316,21 +322,30 @@ def check_keys_together(scene: Scene, where: str) -> None:
             f"{where}: interaction is 'tie' but must be rough or isotropic where fidelity is beam: tied beams are the"
             " model of fidelity rom3d"
         )
-    if scene.rom.springs_from is not None:
-        _check_springs(scene, where)
+    _check_springs(scene, where)
 
 
 def _check_springs(scene: Scene, where: str) -> None:
-    """Check that springs of another scene are asked for where there are springs, and averaged."""
-    asked = f"{where}: rom.springs_from is {scene.rom.springs_from!r} but must be empty where"
-    if scene.fidelity != "rom3d" or scene.interaction == "tie":
+    """Check that springs of another scene, or given ones, are asked for where there are springs, and fit."""
+    rom = scene.rom
+    for key, value, empty in (
+        ("springs_from", rom.springs_from, "empty"),
+        ("stiffness", list(rom.stiffness) or None, "[]"),
+    ):
+        asked = f"{where}: rom.{key} is {value!r} but must be {empty} where"
+        if value is not None and (scene.fidelity != "rom3d" or scene.interaction == "tie"):
+            raise ConfigurationError(
+                f"{asked} fidelity is {scene.fidelity} and interaction is {scene.interaction}: only a rom3d without"
+                " ties has springs"
+            )
+        if value is not None and rom.springs != "averaged":
+            raise ConfigurationError(
+                f"{asked} rom.springs is {rom.springs}: every crossing's own springs are measured at that crossing"
+            )
+    if rom.stiffness and (len(rom.stiffness) != 3 or rom.axes != "global" or rom.springs_from):
         raise ConfigurationError(
-            f"{asked} fidelity is {scene.fidelity} and interaction is {scene.interaction}: only a rom3d without ties"
-            " has springs"
-        )
-    if scene.rom.springs != "averaged":
-        raise ConfigurationError(
-            f"{asked} rom.springs is {scene.rom.springs}: zones of another scene are other crossings"
+            f"{where}: rom.stiffness is {list(rom.stiffness)} but must be [] or three values, along x, y and z, which"
+            " takes rom.axes global and an empty rom.springs_from"
         )
 
 

@@ -42,6 +42,8 @@ DEFAULTS = {
         "joint": "rigid",
         "springs_from": None,
         "springs": "averaged",
+        "stiffness": [],
+        "axes": "contact",
         "displacement": "interface",
         "section": "single",
     },

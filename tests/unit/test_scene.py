@@ -245,3 +245,47 @@ def test_geometry_key_of_a_pair(pair, scene):
         assert pair.replace(key, value).geometry_key != pair.geometry_key
     for key, value in [("pattern.rows", 2), ("pair.support", "ends"), ("load.path", [[0, 0, -1e-6]])]:
         assert pair.replace(key, value).geometry_key == pair.geometry_key
+
+
+@pytest.fixture
+def sprung(scene):
+    document = scene.to_dict() | {"fidelity": "rom3d", "interaction": "isotropic"}
+    document["rom"]["contacts_from"] = "dns-a"
+    return type(scene).from_dict(document)
+
+
+def test_given_springs_need_three_values_along_the_global_axes(sprung):
+    given = sprung.replace("rom.axes", "global").replace("rom.stiffness", [1e3, 2e3, 3e3])
+    assert given.rom.stiffness == (1e3, 2e3, 3e3)
+    assert given.scaled(length=1e3, stiffness=1e-6).rom.stiffness == pytest.approx((1.0, 2.0, 3.0))
+    for key, value in (("rom.stiffness", [1e3]), ("rom.axes", "contact"), ("rom.springs_from", "dns-b")):
+        with pytest.raises(ConfigurationError, match=r"rom\.(stiffness|springs_from) is"):
+            given.replace(key, value)
+
+
+@pytest.mark.parametrize("value", ["dns-b"])
+def test_springs_of_another_scene_are_averaged_and_need_springs(sprung, value):
+    assert sprung.replace("rom.springs_from", value).rom.springs_from == value
+    with pytest.raises(
+        ConfigurationError, match=r"rom\.springs_from is 'dns-b' but must be empty where rom\.springs"
+    ):
+        sprung.replace("rom.springs", "zones").replace("rom.springs_from", value)
+    with pytest.raises(
+        ConfigurationError, match=r"but must be empty where fidelity is rom3d and interaction is tie"
+    ):
+        sprung.replace("interaction", "tie").replace("rom.springs_from", value)
+
+
+def test_beams_in_contact_are_not_tied(scene):
+    with pytest.raises(ConfigurationError, match="must be rough or isotropic where fidelity is beam"):
+        scene.replace("fidelity", "beam")
+    document = scene.to_dict() | {"fidelity": "beam", "interaction": "isotropic"}
+    assert type(scene).from_dict(document).fidelity == "beam"
+
+
+def test_columns_are_tied_in_wale_tension(scene):
+    document = scene.to_dict() | {"interaction": "isotropic"}
+    document["load"]["direction"] = "wale"
+    document["pattern"]["loops"] = 2
+    with pytest.raises(ConfigurationError, match=r"must be none where pattern\.loops is 2"):
+        type(scene).from_dict(document)

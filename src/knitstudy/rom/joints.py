@@ -48,6 +48,7 @@ def spring_joints(
     axes: str = "global",
     each: bool = False,
     springs_from: xr.Dataset | None = None,
+    given: tuple[float, ...] = (),
 ) -> Joints:
     """Return the joints of a knit in contact: ties where it is tied, springs where yarns touch at full load.
 
@@ -63,6 +64,8 @@ def spring_joints(
         Whether every crossing has its own springs, or all have the average.
     springs_from : Dataset, optional
         Contacts of another simulation whose averaged springs are taken.
+    given : tuple of float
+        Stiffness along every axis [N/m] that all springs have; empty where they are measured.
 
     Raises
     ------
@@ -72,7 +75,9 @@ def spring_joints(
         If the contacts are not of a simulation with contact.
     """
     own = springs(contacts, measure, axes)
-    if each:
+    if given:
+        stiffness = np.array(given)
+    elif each:
         stiffness = _of_each(own, contacts)
     elif springs_from is None:
         stiffness = _averaged(own, contacts)

@@ -120,8 +120,8 @@ def build(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Datas
         joints = Joints.all_tied(len(points.yarn))
     else:
         _require_springs(scene, springs_from)
-        each = scene.rom.springs == "zones"
-        joints = spring_joints(contacts, scene.rom.displacement, each=each, springs_from=springs_from)
+        rom, each = scene.rom, scene.rom.springs == "zones"
+        joints = spring_joints(contacts, rom.displacement, rom.axes, each, springs_from, rom.stiffness)
     stops = gripped_arcs(knit, scene.load.direction)
     return rom3d.build(knit, points, scene.mesh.beam_size, scene.rom.joint, joints, stops)
 
