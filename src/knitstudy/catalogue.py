@@ -37,6 +37,8 @@ MAIN_MODEL = {
     "rom.joint": "rigid",
     "rom.springs_from": None,
     "rom.springs": "averaged",
+    "rom.stiffness": (),
+    "rom.axes": "contact",
     "rom.displacement": "interface",
     "rom.section": "single",
 }
