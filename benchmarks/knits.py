@@ -1,8 +1,10 @@
-"""The inputs of benchmarks: knit and mesh of a scene, made once and kept in a scratch folder."""
+"""The inputs of benchmarks: knit and mesh of a scene, made once and kept in a scratch folder; and runs on them."""
 
 from __future__ import annotations
 
 from pathlib import Path
+
+from measure import ready
 
 from knitstudy import contacts, dns
 from knitstudy.configuration import load_scene
@@ -11,6 +13,7 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.io import read_dataset, write_dataset
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.rom.crossing_contacts import contacts_of_crossings
 from knitstudy.rom.run import run as run_rom
 from knitstudy.scene import Scene
 
@@ -49,12 +52,24 @@ def run_reduced(scene: str, folder: str) -> dict:
     return cost(run_rom(load_scene(scene), knit, read_dataset(Path(folder) / "contacts.nc")))
 
 
+def run_tiled(scene: str, folder: str, loops: int, increments: int) -> dict:
+    """Run a tied reduced model of `loops` x `loops` cells of the knit in the folder, joined where it crosses itself."""
+    loop = Knit.from_dataset(read_dataset(Path(folder) / "knit.nc")).loop
+    wanted = load_scene(scene).replace("solver.increments", increments)
+    for side in ("loops", "rows"):
+        wanted = wanted.replace(f"pattern.{side}", loops)
+    ready()
+    knit = Knit(loop, loops, loops)
+    return cost(run_rom(wanted, knit, contacts_of_crossings(knit)))
+
+
 def cost(history) -> dict:
-    """Return the columns of a history that tell what it cost."""
+    """Return the columns of a history that tell what it cost; `path_s` leaves out reading and writing."""
     newton = int(history["newton_iterations"].sum())
     phases = history["seconds"].sum("increment") / max(newton, 1)
     return {
         "dof": int(history.attrs["dof"]),
+        "path_s": float(history.attrs["wall_seconds"]),
         "increments": history.sizes["increment"] - 1,
         "newton_iterations": newton,
         "krylov_iterations": int(history["krylov_iterations"].sum()),

@@ -26,6 +26,10 @@ from knitstudy.mesh.inp import write_inp
 
 TABLE = Path("results/tables/bench.csv")
 SOLVERS = ("three_scale", "amg", "lu")
+SIZES = (3, 6, 10, 20, 30)
+"""Loops and rows of the reduced models that show how their cost grows."""
+INCREMENTS = (3, 6)
+"""Numbers of increments of the smallest of them, beside the scene's own: its force should not depend on them."""
 
 
 def main() -> None:
@@ -35,9 +39,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         knits.prepare(load_scene(options.scene), folder)
-        for measured in (*_scenes(options, folder), *_solvers(options, folder), *_peer(options, folder)):
-            rows.append(measured)
-            print({name: _short(value) for name, value in measured.items()}, file=sys.stderr, flush=True)
+        for part in (_scenes, _tiled, _solvers, _peer):
+            for measured in part(options, folder):
+                rows.append(measured)
+                print({name: _short(value) for name, value in measured.items()}, file=sys.stderr, flush=True)
     table = pd.DataFrame(rows)
     write_table(table, TABLE)
     print(table.to_string(index=False, float_format="{:.4g}".format, na_rep=""))
@@ -58,20 +63,36 @@ def _short(value):
 
 
 def _scenes(options: argparse.Namespace, folder: Path):
-    """The DNS and the reduced models that take their joints from it."""
+    """The DNS, the reduced models that take their joints from it, and how many times as fast these are."""
     where = {"folder": str(folder)}
-    yield {
-        "benchmark": "scene",
-        "case": options.scene,
-        **measure.run("knits:run_dns", options.threads, scene=options.scene, **where),
-    }
+    direct = measure.run("knits:run_dns", options.threads, scene=options.scene, **where)
+    yield {"benchmark": "scene", "case": options.scene, **direct}
     for name, scene in load_scenes().items():
         if scene.rom.contacts_from == options.scene:
-            yield {
-                "benchmark": "scene",
-                "case": name,
-                **measure.run("knits:run_reduced", options.threads, scene=name, **where),
-            }
+            reduced = measure.run("knits:run_reduced", options.threads, scene=name, **where)
+            faster = direct["path_s"] / reduced["path_s"]
+            yield {"benchmark": "scene", "case": name, "times_as_fast": faster, **reduced}
+
+
+def _tiled(options: argparse.Namespace, folder: Path):
+    """Reduced models of larger knits of the same loop, and the smallest in fewer increments."""
+    name, scene = next(
+        (name, scene)
+        for name, scene in load_scenes().items()
+        if (scene.fidelity, scene.interaction, scene.rom.joint) == ("rom3d", "tie", "rigid")
+        and scene.rom.contacts_from == options.scene
+    )
+    usual = scene.solver.increments
+    for loops, increments in [(SIZES[0], few) for few in INCREMENTS] + [(size, usual) for size in SIZES]:
+        measured = measure.run(
+            "knits:run_tiled",
+            options.threads,
+            scene=name,
+            folder=str(folder),
+            loops=loops,
+            increments=increments,
+        )
+        yield {"benchmark": "3D reduced model", "case": f"{loops} x {loops}", **measured}
 
 
 def _solvers(options: argparse.Namespace, folder: Path):
