@@ -23,7 +23,8 @@ def touching(contacts):
 
 @pytest.fixture(scope="session")
 def scene(plain_scene):
-    return plain_scene.replace("interaction", "isotropic").replace("mesh.beam_size", 3e-3)
+    scene = plain_scene.replace("interaction", "isotropic").replace("mesh.beam_size", 3e-3)
+    return scene.replace("rom.axes", "global")
 
 
 def with_values(contacts, name, values):
@@ -111,6 +112,14 @@ def test_springs_of_another_simulation_are_its_average(touching):
     np.testing.assert_allclose(joints.stiffness[joints.sprung], np.tile(3 * np.diag(STIFFNESS), (12, 1, 1)))
 
 
+def test_given_springs_stand_where_yarns_touch(scene, knit, touching):
+    """Whatever the contacts say of stiffness, and where no average is defined."""
+    printed = [84.5e3, 67.6e3, 952.1e3]
+    backwards = with_values(touching, "force", -touching["force"].to_numpy())
+    springs = build(scene.replace("rom.stiffness", printed), knit, backwards).springs
+    np.testing.assert_allclose(springs.stiffness, np.tile(np.diag(printed), (12, 1, 1)))
+
+
 def test_contacts_without_forces_are_refused(contacts, touching):
     with pytest.raises(DataFileError, match="hold no tied"):
         springs(contacts, "interface")
@@ -185,3 +194,12 @@ def test_planar_model_needs_no_springs(scene, knit):
     assert len(build(planar, knit, plain).springs.ends) == 0
     doubled = build(planar.replace("rom.section", "doubled"), knit, plain)
     assert (doubled.yarns_side_by_side == 2).sum() == 18
+
+
+def test_axes_of_the_springs_are_those_of_the_scene(scene, knit, touching):
+    stiffness = build(scene.replace("rom.axes", "contact"), knit, touching).springs.stiffness
+    normal = touching["normal"].to_numpy()[12:24]
+    along = np.einsum("kij,kj->ki", stiffness, normal)
+    level = np.abs(stiffness).max()
+    np.testing.assert_allclose(np.cross(along, normal), 0, atol=1e-12 * level)
+    assert np.abs(stiffness[:, 0, 2]).min() > 1e-3 * level  # no axis of the contact is a global one
