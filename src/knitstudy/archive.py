@@ -73,8 +73,8 @@ class Archive:
         compute: Callable[[], xr.Dataset],
         *,
         needs: Iterable[str] = (),
+        after: Iterable[Path | None] = (),
         anew: bool = False,
-        **origin: str,
     ) -> xr.Dataset:
         """Return the result of a stage: from its file if that belongs to the same inputs, else computed and written.
 
@@ -88,10 +88,10 @@ class Archive:
             Returns the dataset.
         needs : iterable of str
             Variables without which a file is not used.
+        after : iterable of Path or None
+            Files of other scenes or stages that it is made from, and must not be older than.
         anew : bool
             Compute whatever is there.
-        **origin : str
-            Attributes that name inputs beside the scene; they are written, and a file with others is not used.
 
         Raises
         ------
@@ -101,18 +101,21 @@ class Archive:
         path = self.path(stage, scene)
         if path is not None and path.is_file() and not anew:
             dataset = read_dataset(path)
-            wanted = origin | {"scene_hash": scene.hash}
-            if all(dataset.attrs.get(name) == value for name, value in wanted.items()) and all(
-                name in dataset for name in needs
-            ):
+            whole = dataset.attrs.get("scene_hash") == scene.hash and all(name in dataset for name in needs)
+            if whole and not any(source and _time(source) > _time(path) for source in after):
                 log.info("%s %s: taken from %s%s", stage, scene.name, path, _other_code(dataset))
                 return dataset
             log.info("%s %s: %s was made from other inputs and will be replaced", stage, scene.name, path)
-        dataset = compute().assign_attrs(origin)
+        dataset = compute()
         if path is not None:
             write_dataset(dataset, path, scene)
             log.info("%s %s: written to %s", stage, scene.name, path)
         return dataset
+
+
+def _time(path: Path) -> int:
+    """Return when a file was written [ns]."""
+    return path.stat().st_mtime_ns
 
 
 def _other_code(dataset: xr.Dataset) -> str:

@@ -150,8 +150,9 @@ def _direct(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool)
 
     needs = ["node_displacement"] if "fields" in scene.outputs else []
     history = archive.keep("dns", scene, load, needs=needs, anew=anew)
-    found = archive.keep("contacts", scene, partial(contacts.extract, specimen, history), anew=anew)
-    return Results(scene, geometry, history, mesh, found, archive.path("dns", scene))
+    path = archive.path("dns", scene)
+    found = archive.keep("contacts", scene, partial(contacts.extract, specimen, history), after=[path])
+    return Results(scene, geometry, history, mesh, found, path)
 
 
 def _beams(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool) -> Results:
@@ -175,8 +176,8 @@ def _reduced(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool
         lambda: rom.run(
             scene, read_specimen(joints.geometry), joints.contacts, springs.contacts if springs else None
         ),
+        after=[archive.path("contacts", source) for source in sources.values()],
         anew=anew,
-        **{f"{key}_hash": source.hash for key, source in sources.items()},
     )
     return Results(scene, joints.geometry, history, contacts=joints.contacts, path=archive.path("rom", scene))
 

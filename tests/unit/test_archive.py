@@ -1,5 +1,7 @@
 """Results are used again where they belong to the same inputs, and only there."""
 
+import os
+
 import pytest
 import xarray as xr
 
@@ -66,18 +68,36 @@ def test_file_of_the_same_inputs_is_used_again(archive):
     [
         {"scene": {"load.strain": 0.01, "name": "dns-a"}},
         {"needs": ["number", "other"]},
-        {"contacts_from_hash": "another"},
+        {"after": "newer"},
         {"anew": True},
     ],
 )
-def test_file_of_other_inputs_is_replaced(archive, asked):
+def test_file_of_other_inputs_is_replaced(archive, tmp_path, asked):
     scene, stage = archive.scenes["dns-a"], Stage()
-    archive.keep("dns", scene, stage, contacts_from_hash="one")
-    other = vary(scene, asked.pop("scene", {}))
-    arguments = {"contacts_from_hash": "one"} | asked
-    assert int(archive.keep("dns", other, stage, **arguments)["number"]) == 2
+    archive.keep("dns", scene, stage)
+    other = vary(scene, asked.get("scene", {}))
+    options = {key: value for key, value in asked.items() if key != "scene"}
+    if "after" in asked:
+        options["after"] = [None, touched(tmp_path / "newer.nc", archive.path("dns", scene), 1)]
+    assert int(archive.keep("dns", other, stage, **options)["number"]) == 2
     kept = xr.load_dataset(archive.path("dns", scene))
     assert (kept["number"], kept.attrs["scene_hash"]) == (2, other.hash)
+
+
+def touched(path, other, seconds):
+    """Make a file so many seconds younger than another one."""
+    path.touch()
+    time = other.stat().st_mtime + seconds
+    os.utime(path, (time, time))
+    return path
+
+
+def test_file_that_is_younger_than_its_inputs_is_used_again(archive, tmp_path):
+    scene, stage = archive.scenes["dns-a"], Stage()
+    archive.keep("dns", scene, stage)
+    older = touched(tmp_path / "older.nc", archive.path("dns", scene), -1)
+    archive.keep("dns", scene, stage, after=[older, None])
+    assert stage.calls == 1
 
 
 def test_failure_leaves_what_was_there(archive):

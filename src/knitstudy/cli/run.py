@@ -5,6 +5,8 @@ from __future__ import annotations
 import logging
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import click
@@ -51,17 +53,16 @@ def run(
 
     Times and forces are printed in SI units; `knitstudy show` tells more about a file.
     """
-    _log_to_console(verbose)
     if threads is not None:
         os.environ["OMP_NUM_THREADS"] = str(threads)
     # Imported here: it takes seconds, which the other commands and --help need not wait for.
     from knitstudy.simulation import simulate
     from knitstudy.summary import summarise
 
+    chosen = changed_scene(scene, changes, config)
     try:
-        results = simulate(
-            changed_scene(scene, changes, config), output, config=config, progress=Progress, anew=anew
-        )
+        with _log_on_console(verbose):
+            results = simulate(chosen, output, config=config, progress=Progress, anew=anew)
     except KeyboardInterrupt:
         click.echo("ended; the same command goes on from the last increment", err=True)
         raise
@@ -69,12 +70,17 @@ def run(
     print_table(("quantity", "value", "unit"), summarise(results.history))
 
 
-def _log_to_console(verbose: bool) -> None:
+@contextmanager
+def _log_on_console(verbose: bool) -> Iterator[None]:
     """Print what the stages say on standard error, beside their progress."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("%(message)s"))
     logger = logging.getLogger("knitstudy")
-    logger.handlers = [handler]
     logger.setLevel(logging.INFO if verbose else logging.WARNING)
     for name in STAGES:
         logging.getLogger(name).setLevel(logging.INFO)
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
