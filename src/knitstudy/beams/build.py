@@ -1,12 +1,17 @@
-"""Yarns as chains of beams, tied where the scene ties them and in contact at all other crossings."""
+"""Yarns as chains of beams, tied where the scene ties them and in contact at all other crossings.
+
+Ties are rigid: two sections that are joined by arms move and turn as one, as in the tied reduced model. Pinned ones
+hold the same two points together and leave the turning free, as a tie of a small patch of two solid yarns nearly does.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from knitstudy.contact.tied_crossings import tied_crossings
+from knitstudy.errors import ConfigurationError
 from knitstudy.fem.beam_contact.contact import BeamContact
 from knitstudy.fem.beam_contact.curves import Curves
 from knitstudy.fem.beam_contact.law import Power, hertz
@@ -16,9 +21,12 @@ from knitstudy.fem.beam_contact.pairs import line_pairs, point_pairs
 from knitstudy.geometry.pattern import Knit
 from knitstudy.rom import rom3d
 from knitstudy.rom.grips import gripped_arcs
+from knitstudy.rom.joints import Joints
 from knitstudy.rom.network import Network
 from knitstudy.rom.points import ContactPoints
 from knitstudy.scene import Scene
+
+TIES = ("rigid", "pinned")
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +38,7 @@ class BeamKnit:
     network : Network
     model : TouchingBeams
     tied : ndarray of bool, shape (K,)
-        Crossings that rigid arms join at their closest points.
+        Crossings that are joined at their closest points.
     neighbours : Neighbours
     """
 
@@ -40,25 +48,33 @@ class BeamKnit:
     neighbours: Neighbours
 
 
-def build(scene: Scene, knit: Knit) -> BeamKnit:
-    """Return the beams of a scene.
+def build(scene: Scene, knit: Knit, ties: str = "rigid") -> BeamKnit:
+    """Return the beams of a scene, with ties that are "rigid" or "pinned".
 
     Raises
     ------
     ConfigurationError
-        If ``mesh.beam_size`` is not positive.
+        If ``mesh.beam_size`` is not positive or ties are of neither kind.
     GeometryError
         If two ties of a yarn coincide, or a yarn has too few nodes for a smooth centreline.
     """
+    if ties not in TIES:
+        raise ConfigurationError(f"ties of beams are {ties!r}: allowed are {' and '.join(TIES)}")
     crossings = knit.crossings
     tied = tied_crossings(scene, crossings)
-    joints = ContactPoints(
+    points = ContactPoints(
         crossings.yarn[tied],
         crossings.arc_length[tied],
         crossings.point[tied],
         crossings.point[tied].mean(axis=1),
     )
-    network = rom3d.build(knit, joints, scene.mesh.beam_size, stops=gripped_arcs(knit, scene.load.direction))
+    joints = Joints.all_tied(len(points.yarn))
+    if ties == "pinned":
+        # As stiff as contact that sticks, and never open.
+        spring = _penalty(scene, "point") * np.eye(3)
+        joints = replace(joints, stiffness=np.tile(spring, (len(points.yarn), 1, 1)))
+    stops = gripped_arcs(knit, scene.load.direction)
+    network = rom3d.build(knit, points, scene.mesh.beam_size, joints=joints, stops=stops)
     yarn = scene.yarn
     beams = network.model(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio)
     stations = network.stations
@@ -74,15 +90,21 @@ def beam_contact(scene: Scene, knit: Knit, curves: Curves, touching: np.ndarray)
 
     The stiffness against elastic slip is ``beam.stiffness`` whatever the sections do: Hertz's approach is normal.
     """
-    yarn, point = scene.yarn, scene.beam.contact == "point"
+    yarn, mode = scene.yarn, scene.beam.contact
     chosen = np.flatnonzero(touching)
-    if point:
+    if mode == "point":
         pairs = point_pairs(knit.crossings, chosen, curves.length)
     else:
         pairs = line_pairs(knit.crossings, chosen, curves.length, yarn.radius)
-    penalty = scene.beam.stiffness * yarn.youngs_modulus * (yarn.radius if point else 1.0)
+    penalty = _penalty(scene, mode)
     law = Power(penalty)
     if scene.beam.section == "hertz":
-        law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius, scene.beam.contact)
+        law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius, mode)
     friction = np.inf if scene.interaction == "rough" else scene.contact.friction
     return BeamContact(curves, pairs, yarn.radius, law, penalty, friction)
+
+
+def _penalty(scene: Scene, mode: str) -> float:
+    """Return ``beam.stiffness`` in N/m at a point, in N/m2 along a line."""
+    stiffness = scene.beam.stiffness * scene.yarn.youngs_modulus
+    return stiffness * scene.yarn.radius if mode == "point" else stiffness

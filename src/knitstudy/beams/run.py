@@ -29,7 +29,9 @@ UNSEEN = 0.01
 """Penetration that no contact has seen, over the radius, beyond which a state is refused."""
 
 
-def run(scene: Scene, knit: Knit, progress: Callable[[Increment], None] | None = None) -> xr.Dataset:
+def run(
+    scene: Scene, knit: Knit, progress: Callable[[Increment], None] | None = None, ties: str = "rigid"
+) -> xr.Dataset:
     """Return the history of a scene of fidelity "beam".
 
     Beside the format of docs/architecture.md it holds, by increment and crossing, `crossing_gap` and `crossing_slip`.
@@ -42,6 +44,8 @@ def run(scene: Scene, knit: Knit, progress: Callable[[Increment], None] | None =
         The knit of the scene.
     progress : callable, optional
         Called with every converged increment.
+    ties : {"rigid", "pinned"}
+        How tied crossings are joined; see `build`.
 
     Raises
     ------
@@ -54,7 +58,7 @@ def run(scene: Scene, knit: Knit, progress: Callable[[Increment], None] | None =
     """
     _require_beams(scene)
     meter = Meter()
-    beams = build(scene, knit)
+    beams = build(scene, knit, ties)
     network, model = beams.network, beams.model
     motion = load_path(scene, knit)
     ends = grips(network, knit, scene.load.direction)
@@ -93,6 +97,7 @@ def run(scene: Scene, knit: Knit, progress: Callable[[Increment], None] | None =
         elements=len(network.ends),
         beam_contact=scene.beam.contact,
         beam_section=scene.beam.section,
+        beam_ties=ties,
         contact_coefficient=law.law.coefficient,
         contact_exponent=law.law.exponent,
         stick_stiffness=law.friction.tangential,
