@@ -12,7 +12,7 @@ Densities are per contact point [N] or per length of a line of contact [N/m].
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -213,7 +213,7 @@ class BeamContact:
         if not stiffness:
             return answer
         stations, blocks = self._stiffness(places, points, active, weight)
-        return BeamContactResponse(points, station_force, answer.energy, stations, blocks)
+        return replace(answer, stations=stations, stiffness=blocks)
 
     def commit(self, places: Places, history: BeamContactHistory) -> BeamContactHistory:
         """Return the history that a converged increment leaves.
