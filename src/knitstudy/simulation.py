@@ -71,14 +71,15 @@ def simulate(
     progress: BeginProgress | None = None,
     anew: bool = False,
 ) -> Results:
-    """Simulate a scene, and before it whatever it takes its joints from.
+    """Simulate a scene, and before it whatever it takes joints or springs from.
 
     Parameters
     ----------
     scene : Scene
         Of the table (`knitstudy.configuration.load_scene`), or a changed one (`Scene.replace`,
         `knitstudy.variation.vary`). Other keys under a name of the table get a name of their own. If the geometry of
-        a reduced model has changed, so has that of the simulation that its joints come from.
+        a reduced model has changed, so has that of the simulations that its joints and springs come from; their other
+        keys are those of the table.
     folder : Path or str, optional
         Where results are kept, and taken from if they belong to the same inputs, for example ``results`` of the
         checkout; restart files of runs that were ended lie in its folder ``restart``. Without it, all stays in memory.

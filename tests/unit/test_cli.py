@@ -50,6 +50,10 @@ def test_help_lists_the_commands(knitstudy):
     assert tuple(line.split()[0] for line in listed.strip().splitlines()) == COMMANDS
 
 
+def test_version(knitstudy):
+    assert re.fullmatch(r"knitstudy \d+\.\d+\.\d+\S*\n", knitstudy("--version").stdout)
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

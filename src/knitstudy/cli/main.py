@@ -37,9 +37,23 @@ class Commands(click.Group):
             raise OneMessage(str(error)) from error
 
 
+def print_version(context: click.Context, option: click.Parameter, wanted: bool) -> None:
+    """Print the version and end; asked for only then, since it takes a call of git."""
+    if wanted and not context.resilient_parsing:
+        click.echo(f"knitstudy {code_version()}")
+        context.exit()
+
+
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
 @click.option("--traceback", is_flag=True, help="Show where in the code an error comes from.")
-@click.version_option(code_version(), prog_name="knitstudy")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=print_version,
+    help="Show the version of the code and end.",
+)
 def main(traceback: bool) -> None:
     """How do knitted textiles carry load? One scene at a time.
 

@@ -38,12 +38,13 @@ def run(
     verbose: bool,
     config: Path,
 ) -> None:
-    """Simulate a scene of the table: geometry, mesh, dns and contacts, or a reduced model after the simulation that
-    its joints come from.
+    """Simulate a scene of the table: solid yarns (geometry, mesh, dns, contacts), beams in contact, or a reduced model
+    after the direct simulations that its joints and springs come from.
 
     Each stage is written to a file below the output folder as soon as it is done, and used again when its inputs are
     the same. A run that was ended goes on from its last increment: type the same command again. A scene with changed
-    keys gets a name of its own, so that it never takes the place of the one that it was made from.
+    keys gets a name of its own, so that it never takes the place of the one that it was made from. Changed keys of the
+    geometry reach the simulations that a reduced model needs, others do not.
 
     \b
     knitstudy run dns-tie-course-coarse
