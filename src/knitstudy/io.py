@@ -123,7 +123,7 @@ def read_dataset(path: Path | str, needs: Iterable[str] = ()) -> xr.Dataset:
         When the file is missing, truncated, no netCDF, or lacks a variable.
     """
     path = Path(path)
-    remedy = "delete it and make it again with `make study`"
+    remedy = "delete it and make it again, with `make study` or `knitstudy run`"
     if not path.is_file():
         raise DataFileError(f"{path}: there is no such file; make it with `make study`")
     try:

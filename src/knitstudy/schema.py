@@ -22,6 +22,10 @@ def scene_schema() -> dict:
     return yaml.safe_load(files("knitstudy").joinpath("scene.schema.yaml").read_text(encoding="utf-8"))
 
 
+MANY = 20
+"""Names beyond which a message that has a nearest one does not list all."""
+
+
 def validate(document: Any, schema: dict, where: str) -> None:
     """Check a document against a JSON schema whose descriptions say what is allowed.
 
@@ -66,9 +70,11 @@ def _message(error: ValidationError) -> str:
 
 
 def unknown_choice(what: str, full_name: str, name: str, allowed: list[str]) -> str:
-    """Return a message for a name that does not exist: the nearest one that does, and all that do."""
+    """Return a message for a name that does not exist: the nearest one that does, and all unless they are many."""
     near = difflib.get_close_matches(name, allowed, n=1)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
+    if near and len(allowed) > MANY:
+        return f"{what} {full_name!r}{hint}; {len(allowed)} names are allowed"
     return f"{what} {full_name!r}{hint}; allowed are {', '.join(allowed) if allowed else 'none'}"
 
 
