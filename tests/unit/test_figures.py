@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+import study
 import synthetic
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.image import imread
 from PIL import Image
 
+from knitstudy.catalogue import CASES
 from knitstudy.contacts import extract
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures import catalogue, fig05_contact_points, style, surface
@@ -23,15 +25,20 @@ from knitstudy.rom.crossing_contacts import contacts_of_crossings
 SOLID = (
     "fig01_unit_cell",
     "fig03a_interactions",
+    "fig03b_interactions",
     "fig04_honeycomb",
     "fig05_contact_points",
     "fig06_joints",
     "fig07c_contact_area",
     "fig08_out_of_plane",
+    "fig16_out_of_plane",
+    "fig16_wale",
 )
 
 IN_CONTACT = (
     "fig03a_interactions",
+    "fig03b_interactions",
+    "fig10_kinematics",
     "fig07a_zones",
     "fig07b_force",
     "fig07c_contact_area",
@@ -49,7 +56,11 @@ def knit(plain_scene):
 @pytest.fixture(scope="module")
 def results(knit):
     """Results by what figures call them; those of models are replaced where a figure needs stations."""
-    return {
+    lifts = {"dns": 2e-4, "rom3d": 1e-4}
+    cases = {
+        f"{case}_{model}": synthetic.history(lift=lift) for case in CASES for model, lift in lifts.items()
+    }
+    return cases | {
         "geometry": synthetic.geometry(knit),
         "mesh": mesh_knit(knit, 1.2e-3).to_dataset(),
         "contacts": contacts_of_crossings(knit),
@@ -59,6 +70,14 @@ def results(knit):
         "tie": synthetic.history(force=(0, 9, 18), lift=1e-4),
         "rough": synthetic.history(force=(0, 8, 16), lift=3e-4),
         "isotropic": synthetic.history(force=(0, 6, 12), lift=2e-4),
+        "medium": synthetic.history(force=(0, 5.5, 11)),
+        "reduced": {
+            name: synthetic.history(force=(0, 7, 14))
+            for name in ("rom3d-tie-course", "rom3d-printed-tie-course")
+        },
+        "beams": {
+            f"beam-{kind}isotropic-course": synthetic.history(force=(0, 4, 8)) for kind in ("", "hertz-")
+        },
     }
 
 
@@ -66,7 +85,8 @@ def results(knit):
 def touching(knit):
     """Results of a knit with friction."""
     history = synthetic.contact_history(knit)
-    return {"geometry": synthetic.geometry(knit), "dns": history, "contacts": extract(knit, history)}
+    contacts = synthetic.with_kinematics(extract(knit, history))
+    return {"geometry": synthetic.geometry(knit), "dns": history, "contacts": contacts}
 
 
 @pytest.fixture(scope="module")
@@ -85,8 +105,16 @@ def pairs(plain_scene):
     }
 
 
+@pytest.fixture(scope="module")
+def scenes(plain_scene):
+    """Scenes of a whole study by name, and those of ties in course tension by what figures call them."""
+    found = study.scenes(plain_scene)
+    roles = {model: f"{model}-tie-course" for model in ("dns", "rom3d", "rom2d")}
+    return found | {role: found[name] for role, name in (roles | {"medium": "dns-tie-course-medium"}).items()}
+
+
 @pytest.fixture
-def drawn(results, knit, touching, pairs, monkeypatch):
+def drawn(results, knit, touching, pairs, scenes, monkeypatch):
     """Function that draws a figure, coarsely and without VTK."""
     monkeypatch.setenv(CHOICE, "matplotlib")
     monkeypatch.setattr(surface, "AROUND", 12)
@@ -95,7 +123,10 @@ def drawn(results, knit, touching, pairs, monkeypatch):
     def draw(name):
         stations = {"rom3d": synthetic.history_of(knit)} if name == "fig06_joints" else {}
         contact = touching if name in IN_CONTACT else {}
-        return catalogue.draw(name, **results | pairs | stations | contact)
+        of = {"scenes": scenes | pairs["scenes"]}
+        if name == "fig03b_interactions":
+            of["scenes"]["dns"] = scenes["dns-isotropic-wale"]
+        return catalogue.draw(name, **results | pairs | stations | contact | of)
 
     return draw
 
@@ -131,18 +162,62 @@ def test_missing_result_is_named(results):
 
 
 def test_force_curves_and_stiffness_ratios(drawn):
-    (axes,) = drawn("fig15a_force_strain").axes
+    figure = drawn("fig15a_force_strain")
+    (axes,) = figure.axes
     curves = [line.get_xydata() for line in axes.get_lines()]
     np.testing.assert_allclose(curves[0], [[0, 0], [2.5, 5], [5, 10]])
     np.testing.assert_allclose(curves[2], [[0, 0], [2.5, 10], [5, 20]])
-    legend = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert legend == ["DNS", "3D ROM, 1.20 times as stiff", "2D ROM, 2.00 times as stiff"]
-    assert "(%)" in axes.get_xlabel()
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert sorted(legend) == [
+        "2D ROM (2.00)",
+        "3D ROM (1.20)",
+        "3D ROM, printed joints (1.40)",
+        "DNS",
+        "DNS, elements of 0.30 to 0.45 mm",
+    ]
+    assert axes.get_xlabel() == "strain in course direction (%)"
     assert "(N)" in axes.get_ylabel()
 
 
-def test_names_of_near_curves_stand_apart(results, monkeypatch):
-    near = results | {"rom3d": synthetic.history(force=(0, 5, 10.01))}
+def test_error_of_discretisation_is_what_lies_between_the_meshes(drawn):
+    (band,) = [
+        each for each in drawn("fig15a_force_strain").axes[0].collections if isinstance(each, PolyCollection)
+    ]
+    x, y = band.get_paths()[0].vertices.T
+    assert sorted(set(np.round(y[np.isclose(x, 5)], 9))) == [10, 11]
+
+
+def test_models_alone_are_drawn_without_band_and_variants(results, scenes):
+    alone = {name: results[name] for name in ("dns", "rom3d", "rom2d")}
+    (axes,) = catalogue.draw("fig15a_force_strain", **alone, scenes=scenes).axes
+    assert len(axes.get_lines()) == 3
+    assert not axes.collections
+
+
+def test_beams_are_compared_with_solids_and_reduced_models(drawn):
+    figure = drawn("fig12b_beam_contact")
+    legend = {text.get_text() for text in figure.legends[0].get_texts()}
+    assert legend == {
+        "DNS, isotropic friction",
+        "3D ROM, isotropic friction (1.20)",
+        "3D ROM, ties (1.00)",
+        "beams, point contact, rigid sections (0.80)",
+        "beams, point contact, Hertzian sections (0.80)",
+    }
+    colours = [line.get_color() for line in figure.axes[0].get_lines()]
+    assert len(set(colours)) == len(colours)
+
+
+@pytest.mark.parametrize("name", ["fig16_out_of_plane", "fig16_wale"])
+def test_out_of_plane_motion_of_both_models_side_by_side(drawn, name):
+    titles = [axes.get_title(loc="left") for axes in drawn(name).axes]
+    assert titles[0].startswith("(a)  DNS, tie constraint: largest $|u_z|$ 0.4 mm")
+    assert titles[3].startswith("(d)  3D ROM, isotropic friction: largest $|u_z|$ 0.2 mm")
+    assert titles[3].endswith("correlation with DNS 1.00, amplitude ratio 0.50")
+
+
+def test_names_of_near_curves_stand_apart(results, scenes):
+    near = results | {"rom3d": synthetic.history(force=(0, 5, 10.01)), "scenes": scenes}
     (axes,) = catalogue.draw("fig15a_force_strain", **near).axes
     heights = sorted(text.xy[1] for text in axes.texts)
     assert np.diff(heights).min() > 0.05 * axes.get_ylim()[1]
@@ -256,6 +331,23 @@ def test_interactions_mark_every_crossing(drawn, knit):
         if each.get_label() in ("tied", "contact with friction")
     ]
     assert sorted(marks) == [0, len(knit.crossings.row)], "a knit of two rows has no row between tied ones"
+
+
+def test_grips_are_ends_in_course_and_arcs_in_wale_tension(drawn, knit):
+    lines = {}
+    for name in ("fig03a_interactions", "fig03b_interactions"):
+        drawing = [line for line in drawn(name).axes[0].get_lines() if len(line.get_xdata()) == 40]
+        lines[name] = np.array([line.get_xydata() for line in drawing])
+    course, wale = 1e-3 * lines["fig03a_interactions"], 1e-3 * lines["fig03b_interactions"]
+    yarns = knit.rows + 1
+    assert (course[:yarns, :, 0] < knit.loop.wale_spacing / 2).all()
+    assert (course[yarns:, :, 0] > knit.width - knit.loop.wale_spacing / 2).all()
+    held, driven = wale[: knit.loops + 1], wale[knit.loops + 1 :]
+    assert len(driven) == knit.loops
+    assert held[..., 1].max() < driven[..., 1].min()
+    assert driven[..., 1].max() == pytest.approx(
+        knit.centrelines[-1].position(np.linspace(0, knit.centrelines[-1].length, 2000))[:, 1].max(), rel=1e-3
+    )
 
 
 def test_zones_and_area_of_the_centre_cell(drawn):

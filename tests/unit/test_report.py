@@ -5,24 +5,26 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+import study
 import synthetic
 import yaml
 from matplotlib.figure import Figure
 
-from knitstudy.catalogue import ISOTROPIC_COURSE, TIED_COURSE
+from knitstudy.catalogue import CASES, ISOTROPIC_COURSE, TIED_COURSE, TIED_WALE
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import FALLBACK
 from knitstudy.figures.saving import save
-from knitstudy.io import write_dataset
+from knitstudy.io import read_table, write_dataset
 from knitstudy.report.origin import origins
-from knitstudy.report.page import render
+from knitstudy.report.page import BY_MODEL, LONG, render
 from knitstudy.report.selection import friction_sweep, models_of, roles_of, variants_of
 from knitstudy.report.sources import read_sources
 from knitstudy.report.wording import cells, value
-from knitstudy.tables.catalogue import TABLES
+from knitstudy.tables.catalogue import TABLES, build
 
-REPORT = Path(__file__).resolve().parents[2] / "workflow" / "report"
+ROOT = Path(__file__).resolve().parents[2]
+REPORT, RESOURCES = ROOT / "workflow" / "report", ROOT / "resources" / "reference"
 
 CAPTIONS = {
     "figures": {
@@ -65,10 +67,10 @@ def results():
 
 @pytest.fixture
 def page(pictures, results, monkeypatch):
-    monkeypatch.setitem(TABLES, "t", TABLES["stiffness"])
+    monkeypatch.setitem(TABLES, "t", TABLES["geometry"])
     captions = CAPTIONS | {"tables": CAPTIONS["tables"] | {"t": {"caption": "of t"}}}
     provenance = pd.DataFrame({"file": ["dns/a.nc"], "scene": ["dns-a"]})
-    results = results | {"t": results["stiffness"]}
+    results = results | {"t": results["geometry"]}
     return render(REPORT / "template.html", captions, pictures, results, provenance, "reduced")
 
 
@@ -123,6 +125,52 @@ def test_table_that_the_study_lacks_leaves_a_dash(pictures):
     honeycomb = [path for path in pictures if path.stem == "fig04_honeycomb"]
     page = render(REPORT / "template.html", captions, honeycomb, {}, pd.DataFrame({"file": ["a.nc"]}), "ci")
     assert "– degrees of freedom, with one element a segment" in page
+
+
+def test_model_that_the_study_lacks_leaves_a_dash(pictures):
+    captions = yaml.safe_load((REPORT / "captions.yaml").read_text())
+    honeycomb = [path for path in pictures if path.stem == "fig04_honeycomb"]
+    table = pd.DataFrame({"model": ["DNS; tie constraint, course"], "degrees of freedom [1]": [9.0]})
+    tables = {"table5_cost": table}
+    provenance = pd.DataFrame({"file": ["a.nc"]})
+    page = render(REPORT / "template.html", captions, honeycomb, tables, provenance, "ci")
+    assert "– degrees of freedom, with one element a segment" in page
+
+
+def test_captions_speak_of_models_that_there_are(plain_scene):
+    """Rows of models that a study lacks are not missed: names must be those of a whole study."""
+    scenes = study.scenes(plain_scene)
+    line = {key: scenes[f"beam-{key}"].replace("beam.contact", "line") for key in ("isotropic-course",)}
+    scenes |= {f"line-{key}": scene.replace("name", f"line-{key}") for key, scene in line.items()}
+    every = study.histories(scenes) | {name: study.history() for name in scenes if name.startswith("line")}
+    sources = {"every": every, "scenes": scenes, "paper": read_table(RESOURCES / "paper_tables.csv")}
+    built = {name: build(name, **sources) for name in BY_MODEL}
+    texts = (REPORT / "captions.yaml").read_text()
+    named = re.findall(r'value\("(\w+)",\s+"([^"]+)",\s+"([^"]+)"', texts)
+    asked = [(table, row, column) for table, row, column in named if table in BY_MODEL]
+    assert len(asked) > 20
+    for table, row, column in asked:
+        assert row in set(built[table]["model"]), (table, row)
+        assert column in built[table], (table, column)
+
+
+def test_page_opens_on_the_comparison_of_models(page):
+    assert (
+        page.index('id="comparison"')
+        < page.index('id="fig15a_force_strain"')
+        < page.index('id="rom_distance"')
+    )
+    assert page.index('id="rom_distance"') < page.index('id="fig01_unit_cell"')
+
+
+def test_long_tables_are_folded_and_empty_ones_left_out(pictures, results):
+    tables = {
+        "responses": pd.DataFrame({"scene": [f"s{k}" for k in range(LONG)]}),
+        "beams": pd.DataFrame({"a": []}),
+    }
+    page = render(REPORT / "template.html", CAPTIONS, [], tables, pd.DataFrame({"file": ["a.nc"]}), "ci")
+    assert f"<details><summary>All {LONG} rows</summary>" in page
+    assert 'id="beams"' not in page
 
 
 def test_missing_caption_is_named(pictures, results):
@@ -269,6 +317,50 @@ def test_pairs_are_no_knits_and_slide(direct, plain_scene):
     assert [scene.name for scene in roles["pairs"]] == ["tied", "slid"]
     assert "frictions" not in roles
     assert "pairs" not in roles_of([pressed], {})
+
+
+def test_roles_of_a_whole_study(plain_scene):
+    scenes = list(study.scenes(plain_scene).values())
+    for of, case in ((TIED_WALE, "tie-wale"), (ISOTROPIC_COURSE, "isotropic-course")):
+        roles = roles_of(scenes, of)
+        assert roles["dns"].name == f"dns-{case}"
+        assert roles["rom3d"].name == f"rom3d-{case}"
+        assert roles["medium"].name == f"dns-{case}-medium"
+        assert [scene.name for scene in roles["reduced"]] == [
+            f"{kind}-{case}" for kind in ("rom3d", "rom2d", "rom3d-printed", "rom2d-doubled")
+        ]
+        beams = [scene.name for scene in roles.get("beams", [])]
+        assert beams == ([f"beam-{case}", f"beam-hertz-{case}"] if "isotropic" in case else [])
+        assert [scene.name for scene in roles["every"]] == [scene.name for scene in scenes]
+        assert {f"{each}_{model}" for each in CASES for model in ("dns", "rom3d", "rom2d")} <= set(roles)
+        assert roles["isotropic_wale_rom2d"].name == "rom2d-isotropic-wale"
+        assert [scene.name for scene in roles["sprung"]] == [
+            f"dns-isotropic-{way}{mesh}" for way in ("course", "wale") for mesh in ("", "-medium")
+        ]
+
+
+@pytest.mark.parametrize("first", ["main", "variant"])
+def test_variants_are_not_the_main_model(plain_scene, first):
+    scenes = study.scenes(plain_scene)
+    pair = [scenes["rom3d-tie-course"], scenes["rom3d-printed-tie-course"]]
+    found = models_of([scenes["dns-tie-course"], *(pair if first == "main" else pair[::-1])], TIED_COURSE)
+    assert found["rom3d"].name == "rom3d-tie-course"
+
+
+def test_penalties_are_neither_main_nor_medium(direct):
+    main = direct("main", "isotropic", mesh__size=0.3e-3)
+    penalties = [
+        direct(f"penalty{ratio}", "isotropic", contact__augmentations=0, contact__normal_stiffness=ratio)
+        for ratio in (3, 10)
+    ]
+    slippery = direct("slippery", "isotropic", contact__friction=0.1)
+    wale = direct("wale", "isotropic", load__direction="wale", contact__augmentations=0)
+    roles = roles_of([main, *penalties, slippery, wale], ISOTROPIC_COURSE)
+    assert roles["dns"].name == roles["isotropic"].name == "main"
+    assert [scene.name for scene in roles["penalties"]] == ["penalty3", "penalty10"]
+    assert "medium" not in roles
+    medium = direct("medium", "isotropic", load__stops=[0.01])
+    assert roles_of([main, *penalties, medium], ISOTROPIC_COURSE)["medium"].name == "medium"
 
 
 def test_sources_of_one_name_are_read_by_scene(tmp_path, direct):

@@ -44,7 +44,7 @@ def needs_of_figure(wildcards):
     """Return the files that a figure is drawn from by what they are; stop where it cannot be drawn."""
     name = wildcards.figure
     try:
-        needs = figure_entry(name).needs
+        needs = [need for need in figure_entry(name).needs if need != "scenes"]
         if name not in DRAWN:
             raise ConfigurationError(
                 f"figure {name!r} needs {', '.join(needs)}: study {config['study']!r} lacks a scene for one of them"

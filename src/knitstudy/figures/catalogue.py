@@ -9,24 +9,50 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from knitstudy.catalogue import ISOTROPIC_COURSE, TIED_COURSE, Entry, find, module_of, select
+from knitstudy.catalogue import (
+    ISOTROPIC_COURSE,
+    ISOTROPIC_WALE,
+    TIED_COURSE,
+    TIED_WALE,
+    Entry,
+    find,
+    module_of,
+    select,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
 FIGURES = {
-    "fig15a_force_strain": Entry(
-        "Fig. 15a: force against strain in course direction, ties",
-        ("dns", "rom3d", "rom2d"),
-        TIED_COURSE,
-    ),
+    **{
+        f"fig15{letter}_force_strain": Entry(
+            f"Fig. 15{letter}: force against strain in {direction} direction, {interaction}",
+            ("dns", "rom3d", "rom2d", "scenes"),
+            of,
+            ("medium", "reduced"),
+            module="fig15_force_strain",
+        )
+        for letter, direction, interaction, of in (
+            ("a", "course", "ties", TIED_COURSE),
+            ("b", "course", "isotropic friction", ISOTROPIC_COURSE),
+            ("c", "wale", "ties", TIED_WALE),
+            ("d", "wale", "isotropic friction", ISOTROPIC_WALE),
+        )
+    },
     "fig01_unit_cell": Entry("Fig. 1: unit cell before and after optimisation", ("geometry",), TIED_COURSE),
     "fig02_interfaces": Entry("Fig. 2: tie constraint and contact with friction", (), {}),
     "fig03a_interactions": Entry(
-        "Fig. 3a: crossings that are tied and that touch with friction",
-        ("geometry", "contacts"),
+        "Fig. 3a: crossings that are tied and that touch with friction, course tension",
+        ("geometry", "contacts", "scenes"),
         ISOTROPIC_COURSE,
+        module="fig03_interactions",
+    ),
+    "fig03b_interactions": Entry(
+        "Fig. 3b: crossings that are tied and that touch with friction, wale tension",
+        ("geometry", "contacts", "scenes"),
+        ISOTROPIC_WALE,
+        module="fig03_interactions",
     ),
     "fig04_honeycomb": Entry(
         "Fig. 4: 2D reduced model on the solid knit", ("geometry", "mesh", "contacts"), TIED_COURSE
@@ -60,6 +86,34 @@ FIGURES = {
         "Fig. 9b: out-of-plane motion with ties, rough contact and isotropic friction",
         ("tie", "rough", "isotropic"),
         ISOTROPIC_COURSE,
+    ),
+    "fig10_kinematics": Entry(
+        "Fig. 10: rotation, contraction, sliding and spin at the crossings of the centre cell",
+        ("contacts",),
+        ISOTROPIC_COURSE,
+    ),
+    "fig12b_beam_contact": Entry(
+        "Fig. 12b: force against strain of beams in contact and of solid yarns",
+        ("dns", "beams", "scenes"),
+        ISOTROPIC_COURSE,
+        ("rom3d", "tie_course_rom3d"),
+    ),
+    "fig16_out_of_plane": Entry(
+        "Fig. 16: out-of-plane displacement along the yarns, course tension",
+        (
+            "geometry",
+            "tie_course_dns",
+            "tie_course_rom3d",
+            "isotropic_course_dns",
+            "isotropic_course_rom3d",
+        ),
+        TIED_COURSE,
+    ),
+    "fig16_wale": Entry(
+        "Fig. 16, wale tension: out-of-plane displacement along the yarns",
+        ("geometry", "tie_wale_dns", "tie_wale_rom3d", "isotropic_wale_dns", "isotropic_wale_rom3d"),
+        TIED_WALE,
+        module="fig16_out_of_plane",
     ),
     "fig_pair_slip": Entry(
         "Two crossing yarns: forces against sliding", ("pairs_contacts", "scenes"), {"specimen": "pair"}

@@ -20,7 +20,10 @@ LINE_OF_TEXT = 0.055
 WIDTH, HEIGHT = 1.35 * SINGLE, 82.0
 """Of a figure of curves [mm]."""
 
-STRAIN = "strain in course direction (%)"
+
+def strain_label(direction: str) -> str:
+    """Return the label of an axis of strain in a direction, "course" or "wale"."""
+    return f"strain in {direction} direction (%)"
 
 
 @dataclass(frozen=True)
@@ -38,15 +41,15 @@ class Curve:
     value: np.ndarray
 
 
-def draw_curves(curves: Sequence[Curve], quantity: str, unit: str) -> Figure:
-    """Return a figure of curves over strain that begin at zero, with a legend."""
+def draw_curves(curves: Sequence[Curve], quantity: str, unit: str, direction: str = "course") -> Figure:
+    """Return a figure of curves over strain in a direction that begin at zero, with a legend."""
     drawing = figure(WIDTH, HEIGHT)
     axes = drawing.add_axes((0.13, 0.14, 0.70, 0.83))
     for curve in curves:
         axes.plot(
             PERCENT * curve.strain, curve.value, label=curve.look.label, clip_on=False, **curve.look.line
         )
-    axes.set(xlabel=STRAIN, ylabel=f"{quantity} ({unit})")
+    axes.set(xlabel=strain_label(direction), ylabel=f"{quantity} ({unit})")
     axes.set_xlim(0, PERCENT * max(float(curve.strain[-1]) for curve in curves))
     axes.set_ylim(0, None)
     axes.legend(loc="upper left", handlelength=3.2)

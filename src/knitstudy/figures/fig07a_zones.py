@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from knitstudy.figures.curves import PERCENT, STRAIN, WIDTH, explain_snapshots, mark_snapshots
+from knitstudy.figures.curves import PERCENT, WIDTH, explain_snapshots, mark_snapshots, strain_label
 from knitstudy.figures.style import FAINT, INTERACTIONS, figure, styled
 from knitstudy.tables.centre_cell import area_of_cell, snapshots, zones_of_cell
 
@@ -34,7 +34,7 @@ def draw(contacts: xr.Dataset) -> Figure:
     above.set(ylabel="contact zones (1)", xticklabels=[])
     above.yaxis.set_major_locator(MaxNLocator(integer=True))
     below.plot(strain, SQUARE_MILLIMETRES * area_of_cell(contacts), clip_on=False, **look)
-    below.set(xlabel=STRAIN, ylabel="contact area (mm²)")
+    below.set(xlabel=strain_label("course"), ylabel="contact area (mm²)")
     for axes in (above, below):
         axes.set_xlim(0, strain[-1])
         axes.set_ylim(0, None)

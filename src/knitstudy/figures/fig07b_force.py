@@ -5,7 +5,7 @@ from __future__ import annotations
 import xarray as xr
 from matplotlib.figure import Figure
 
-from knitstudy.figures.curves import HEIGHT, PERCENT, STRAIN, WIDTH, explain_snapshots, mark_snapshots
+from knitstudy.figures.curves import HEIGHT, PERCENT, WIDTH, explain_snapshots, mark_snapshots, strain_label
 from knitstudy.figures.style import INTERACTIONS, figure, styled
 from knitstudy.tables.centre_cell import snapshots
 
@@ -23,7 +23,7 @@ def draw(dns: xr.Dataset) -> Figure:
     axes = drawing.add_axes((0.13, 0.17, 0.83, 0.73))
     look = INTERACTIONS["isotropic"].line | {"linestyle": "-"}
     axes.plot(PERCENT * dns["strain"], dns["force"], clip_on=False, **look)
-    axes.set(xlabel=STRAIN, ylabel="reaction force (N)")
+    axes.set(xlabel=strain_label("course"), ylabel="reaction force (N)")
     axes.set_xlim(0, PERCENT * float(dns["strain"][-1]))
     axes.set_ylim(0, None)
     mark_snapshots(axes, points)

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm, to_hex
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar, triad
+from knitstudy.figures.elevation import colour_bar, colours, levels
 from knitstudy.figures.picture import bounds, show
 from knitstudy.figures.style import ACCENT, DOUBLE, FAINT, INK, figure, panel_letter, styled, tint
 from knitstudy.figures.surface import graded_tube, tube
@@ -19,11 +16,6 @@ from knitstudy.figures.view import FRONT, View
 from knitstudy.tables.response import Z, transverse_contraction
 
 OBLIQUE = View.orbit(turn=-28, tilt=24)
-
-COLOURS = "cividis"
-
-LEVELS = 12
-"""Most steps of colour."""
 
 LONGEST = 4.0
 """Length at which the largest force is drawn [mm of the knit]."""
@@ -44,13 +36,13 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     radius = float(geometry["radius"])
     place = dns["centreline"].to_numpy()
     motion = dns["centreline_displacement"].to_numpy()[-1]
-    norm = _levels(MILLIMETRE * motion[:, Z])
+    norm = levels(motion[:, Z])
     yarns = [np.flatnonzero(dns["yarn"].to_numpy() == i) for i in np.unique(dns["yarn"])]
     before = [tube(place[yarn], radius, tint(FAINT, 0.5), 0.35) for yarn in yarns]
     after = [
         part
         for yarn in yarns
-        for part in graded_tube((place + motion)[yarn], radius, _colours(MILLIMETRE * motion[yarn, Z], norm))
+        for part in graded_tube((place + motion)[yarn], radius, colours(motion[yarn, Z], norm))
     ]
     pale = [tube((place + motion)[yarn], radius, tint(FAINT, 0.35)) for yarn in yarns]
     views = ((before + after, FRONT), (pale, OBLIQUE))
@@ -68,28 +60,9 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     panel_letter(panels[0], "a", f"{strain:.2%} strain, {contraction:.2%} transverse contraction")
     panel_letter(panels[1], "b", "interfacial forces on the lower rows' yarns")
     scale_bar(panels[0], 5, (0.02, 0.0))
-    _colour_bar(drawing, norm, FOOT / (height + FOOT + HEAD))
+    colour_bar(drawing, norm, (0.08, 0.36), FOOT / (height + FOOT + HEAD))
     _draw_forces(panels[1], contacts)
     return drawing
-
-
-def _levels(u_z: np.ndarray) -> BoundaryNorm:
-    """Return steps of colour over all values of u_z, at round numbers [mm]."""
-    low, high = float(u_z.min()), float(u_z.max())
-    if not high > low:
-        low, high = low - 1e-3, high + 1e-3
-    return BoundaryNorm(MaxNLocator(LEVELS).tick_values(low, high), matplotlib.colormaps[COLOURS].N)
-
-
-def _colours(u_z: np.ndarray, norm: BoundaryNorm) -> list[str]:
-    return [to_hex(colour) for colour in matplotlib.colormaps[COLOURS](norm(u_z))]
-
-
-def _colour_bar(drawing: Figure, norm: BoundaryNorm, foot: float) -> None:
-    axes = drawing.add_axes((0.08, 0.58 * foot, 0.36, 0.14 * foot))
-    bar = drawing.colorbar(ScalarMappable(norm, COLOURS), cax=axes, orientation="horizontal", format="%.3g")
-    bar.set_ticks(norm.boundaries[::2])
-    bar.set_label("out-of-plane displacement $u_z$ (mm)", labelpad=1)
 
 
 def _draw_forces(axes: Axes, contacts: xr.Dataset) -> None:

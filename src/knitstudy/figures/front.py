@@ -21,10 +21,10 @@ FOOT = 9.0
 """Height of the legend [mm]."""
 
 
-def front_view(surfaces: Sequence[Surface]) -> tuple[Figure, Axes]:
-    """Return a figure of surfaces, and its axes in mm of the knit."""
+def front_view(surfaces: Sequence[Surface], room: float = 0.0) -> tuple[Figure, Axes]:
+    """Return a figure of surfaces, and its axes in mm of the knit; `room` is left free on the right and above [mm]."""
     left, right, bottom, top = bounds(surfaces, FRONT, margin=0.03)
-    window = (left, right, bottom - SILL, top)
+    window = (left, right + room, bottom - SILL, top + room)
     height = WIDTH * (window[3] - window[2]) / (window[1] - window[0])
     drawing = figure(WIDTH, height + FOOT)
     axes = drawing.add_axes((0, FOOT / (height + FOOT), 1, height / (height + FOOT)))

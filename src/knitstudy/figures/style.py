@@ -86,6 +86,16 @@ INTERACTIONS = {
 }
 
 
+BEAMS = {
+    "tied": Look("", "#B79BC9", ":", "s"),
+    "point rigid": Look("", "#0072B2", "-", "v"),
+    "point hertz": Look("", "#56B4E9", "--", "^"),
+    "line rigid": Look("", "#00704F", "-", "D"),
+    "line hertz": Look("", "#4CB592", "--", "P"),
+}
+"""Beams in contact by their contact and section, and beams that are tied."""
+
+
 def figure(width: float, height: float) -> Figure:
     """Return an empty figure of a size in mm; no global state of pyplot is involved."""
     return Figure(figsize=(width / INCH, height / INCH))

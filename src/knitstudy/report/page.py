@@ -22,6 +22,15 @@ from knitstudy.tables import catalogue as tables
 TEXTS = ("alt", "caption", "paper", "ours")
 """What is said of a figure: in place of it, below it, and about the paper's and this study's finding."""
 
+BY_MODEL = ("rom_distance", "table5_cost", "beams")
+"""Tables with a row for each model that a study has."""
+
+COMPARISON, DISTANCES = "fig15", "rom_distance"
+"""What the page opens on: the figures whose names begin so, and the table that belongs to them."""
+
+LONG = 30
+"""Rows from which on a table is folded."""
+
 
 @dataclass(frozen=True)
 class FigureItem:
@@ -90,6 +99,9 @@ def render(
         study=study,
         figures=_in_order(items, figures.FIGURES),
         tables=_in_order(built, tables.TABLES),
+        comparison=COMPARISON,
+        distances=DISTANCES,
+        long=LONG,
         claims=results.get("claims", pd.DataFrame()).fillna("").to_dict("records"),
         provenance=_item("provenance", "Data files", "", cells(provenance)),
         fallback=any(item.fallback for item in items.values()),
@@ -97,8 +109,10 @@ def render(
 
 
 def _value(results: Mapping[str, pd.DataFrame], table: str, row: str, column: str, form: str = ".3g") -> str:
-    """Return a number for a caption, or a dash for one of a table that the study has no scenes for."""
+    """Return a number for a caption, or a dash where the study has no scenes for its table or for its row."""
     if table in tables.TABLES and table not in results:
+        return NOTHING
+    if table in BY_MODEL and row not in set(results[table].iloc[:, 0]):
         return NOTHING
     return value(results, table, row, column, form)
 

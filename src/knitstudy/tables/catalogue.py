@@ -8,35 +8,66 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from knitstudy.catalogue import ISOTROPIC_COURSE, TIED_COURSE, Entry, find, module_of, select
+from knitstudy.catalogue import (
+    COURSE,
+    ISOTROPIC_COURSE,
+    ISOTROPIC_WALE,
+    TIED_COURSE,
+    TIED_WALE,
+    Entry,
+    find,
+    module_of,
+    select,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
 
 TABLES = {
-    "stiffness": Entry(
-        "Stiffness and out-of-plane motion", ("dns", "rom3d", "rom2d", "geometry"), TIED_COURSE
-    ),
+    "rom_distance": Entry("Reduced models and their direct simulations", ("every", "scenes"), {}),
     "interactions": Entry(
         "Ties, rough contact and isotropic friction",
         ("tie", "rough", "isotropic", "geometry"),
         ISOTROPIC_COURSE,
     ),
     "table1_contact": Entry("Table 1: contact and friction", ("dns", "paper", "scenes"), ISOTROPIC_COURSE),
-    "table4_angles": Entry("Table 4: angles of the honeycomb's segments", ("contacts", "paper"), TIED_COURSE),
-    "table5_cost": Entry(
-        "Table 5: cost of the models", ("dns", "rom3d", "rom2d", "paper", "scenes"), TIED_COURSE
+    "table2_springs": Entry(
+        "Table 2: springs that stand for contact", ("sprung_contacts", "paper", "scenes"), {}
     ),
-    "simulation": Entry("What the direct simulation stands on", ("dns", "scenes"), TIED_COURSE),
+    "table4_angles": Entry("Table 4: angles of the honeycomb's segments", ("contacts", "paper"), TIED_COURSE),
+    "table5_cost": Entry("Table 5: cost of the models", ("every", "paper", "scenes"), {}),
+    "beams": Entry("Beams in contact and solid yarns", ("every", "scenes"), {}),
+    "responses": Entry("Every simulation of a knit", ("every", "scenes"), {}),
+    "simulation": Entry(
+        "What the direct simulations stand on: ties, course tension", ("dns", "scenes"), TIED_COURSE
+    ),
     "simulation_contact": Entry(
-        "What the direct simulation with friction stands on", ("dns", "scenes"), ISOTROPIC_COURSE
+        "What they stand on: friction, course tension",
+        ("dns", "scenes"),
+        ISOTROPIC_COURSE,
+        module="simulation",
+    ),
+    "simulation_wale": Entry(
+        "What they stand on: ties, wale tension", ("dns", "scenes"), TIED_WALE, module="simulation"
+    ),
+    "simulation_contact_wale": Entry(
+        "What they stand on: friction, wale tension", ("dns", "scenes"), ISOTROPIC_WALE, module="simulation"
     ),
     "geometry": Entry("Unit cell before and after optimisation", ("geometry", "targets"), TIED_COURSE),
     "claims": Entry(
         "Claims of the paper and verdicts",
-        ("geometry", "dns", "rom3d", "rom2d", "paper", "claims", "scenes"),
-        TIED_COURSE,
-        ("tie", "rough", "isotropic", "untied", "isotropic_contacts", "untied_contacts", "frictions"),
+        ("geometry", "paper", "claims", "scenes", "every"),
+        COURSE,
+        (
+            "tie",
+            "rough",
+            "isotropic",
+            "untied",
+            "isotropic_contacts",
+            "untied_contacts",
+            "frictions",
+            "sprung_contacts",
+        ),
     ),
 }
 """In the order of the report. "paper", "claims" and "targets" are files of reference, "scenes" the scenes."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import pandas as pd
 import xarray as xr
 
 from knitstudy.scene import Scene
+from knitstudy.tables.cases import Case, cases_of
 from knitstudy.tables.reference import number
 
 REPRODUCED, NOT_REPRODUCED = "reproduced", "not reproduced"
@@ -23,12 +25,12 @@ class Evidence:
     ----------
     geometry : Dataset
         Result of the geometry stage.
-    histories : mapping of str to Dataset
-        By fidelity, "dns", "rom3d" and "rom2d": ties, course tension.
     scenes : mapping of str to Scene
-        Of the histories: by fidelity, interaction, or name in a sweep.
+        Of all histories: by interaction for `direct`, else by name.
     paper : DataFrame
         The paper's numbers.
+    every : mapping of str to Dataset
+        Histories of all simulations of knits, by scene.
     direct : mapping of str to Dataset
         Histories of direct simulations by interaction, "tie", "rough", "isotropic", and "untied" for isotropic
         friction in all rows, as far as there are any.
@@ -36,15 +38,23 @@ class Evidence:
         What happens at their crossings, likewise.
     frictions : mapping of str to Dataset
         Histories of a sweep of the coefficient of friction, ties and rough contact among them, by scene.
+    sprung : mapping of str to Dataset
+        Contacts of all direct simulations that give springs, by scene.
     """
 
     geometry: xr.Dataset
-    histories: Mapping[str, xr.Dataset]
     scenes: Mapping[str, Scene]
     paper: pd.DataFrame
+    every: Mapping[str, xr.Dataset] = field(default_factory=dict)
     direct: Mapping[str, xr.Dataset] = field(default_factory=dict)
     contacts: Mapping[str, xr.Dataset] = field(default_factory=dict)
     frictions: Mapping[str, xr.Dataset] = field(default_factory=dict)
+    sprung: Mapping[str, xr.Dataset] = field(default_factory=dict)
+
+    @cached_property
+    def cases(self) -> tuple[Case, ...]:
+        """Direct simulations with the models that are compared with them, in course and wale tension."""
+        return tuple(cases_of(self.every, self.scenes))
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 
-Y, Z = 1, 2
+X, Y, Z = 0, 1, 2
 
-NAMES = {"dns": "DNS", "rom3d": "3D ROM", "rom2d": "2D ROM"}
+NAMES = {"dns": "DNS", "rom3d": "3D ROM", "rom2d": "2D ROM", "beam": "beams"}
 """What models are called in figures and tables, by fidelity."""
 
 INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
@@ -37,6 +37,14 @@ class Agreement:
 def secant_stiffness(history: xr.Dataset) -> float:
     """Return force over displacement of the driven side at full load [N/m]."""
     return float(history["force"][-1] / history["displacement"][-1])
+
+
+def tangent_stiffness(history: xr.Dataset) -> float:
+    """Return the slope of force over displacement at full load, of a parabola through the last three states [N/m]."""
+    displacement, force = (history[name].to_numpy()[-3:] for name in ("displacement", "force"))
+    if len(displacement) < 3:
+        return secant_stiffness(history)
+    return float(np.polyder(np.poly1d(np.polyfit(displacement, force, 2)))(displacement[-1]))
 
 
 def force_distance(history: xr.Dataset, reference: xr.Dataset) -> float:
@@ -87,6 +95,49 @@ def transverse_contraction(history: xr.Dataset) -> float:
     middle = np.abs(x - 0.5 * (x.min() + x.max())) <= np.ptp(x) / 6
     now = place + history["centreline_displacement"].to_numpy()[-1]
     return float(1 - np.ptp(now[middle, Y]) / np.ptp(place[middle, Y]))
+
+
+def poisson_ratio(history: xr.Dataset, direction: str, loops: int) -> float:
+    """Return the contraction across a load at full load, over the strain along it [1].
+
+    In course tension the loops of the middle column count: the mean of u_y over such a loop of the bottom yarn less
+    that of the top yarn, over the distance of the two loops. In wale tension the yarns between the gripped ones count:
+    the mean of u_x over their first loop less that over their last, over the distance of these, averaged over the
+    yarns. Means are over the arc length of the centreline.
+
+    Parameters
+    ----------
+    history : Dataset
+        See docs/architecture.md.
+    direction : {"course", "wale"}
+        Of the load.
+    loops : int
+        Of a yarn.
+    """
+    start, motion = history["centreline"].to_numpy(), history["centreline_displacement"].to_numpy()[-1]
+    start, motion = (_means_of_loops(history, values, loops) for values in (start, motion))
+    if direction == "course":
+        middle = slice((loops - 1) // 2, loops // 2 + 1)
+        place, moved = ((each[0, middle, Y], each[-1, middle, Y]) for each in (start, motion))
+    else:
+        place, moved = ((each[1:-1, 0, X], each[1:-1, -1, X]) for each in (start, motion))
+    contraction = (moved[0] - moved[1]) / (place[1] - place[0])
+    return float(contraction.mean() / history["strain"][-1]) if contraction.size else np.nan
+
+
+SAMPLES = 100
+"""Points of a loop that a mean is taken over."""
+
+
+def _means_of_loops(history: xr.Dataset, values: np.ndarray, loops: int) -> np.ndarray:
+    """Return means (Y, n, 3) over the loops of every yarn of values (S, 3) of the stations."""
+    yarn, share = history["yarn"].to_numpy(), _shares(history)
+    wanted = (np.arange(loops * SAMPLES) + 0.5) / (loops * SAMPLES)
+    found = [
+        np.column_stack([np.interp(wanted, share[yarn == i], values[yarn == i, k]) for k in range(3)])
+        for i in np.unique(yarn)
+    ]
+    return np.array(found).reshape(len(found), loops, SAMPLES, 3).mean(axis=2)
 
 
 def at_strain(history: xr.Dataset, strain: float, values: np.ndarray) -> float:

@@ -1,20 +1,21 @@
-"""Table 5: what the three models cost, beside the paper's numbers."""
+"""Table 5: what the three models cost with ties and with isotropic friction, beside the paper's numbers for ties."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from knitstudy.scene import Scene
+from knitstudy.tables.cases import Case, Model, cases_of
 from knitstudy.tables.reference import number, printed
 from knitstudy.tables.response import NAMES
 
 MEGABYTE = 1e6
 
-CASES = {"dns": "dns-tie 3x3", "rom2d": "rom2d 3x3", "rom3d": "rom3d 3x3"}
+PRINTED = {"dns": "dns-tie 3x3", "rom2d": "rom2d 3x3", "rom3d": "rom3d 3x3"}
 """Cases of the paper's table by fidelity, in its order."""
 
 SOLIDS = {
@@ -24,49 +25,80 @@ SOLIDS = {
 BEAM = "beam, 2 nodes, 1 point"
 
 
-def build(
-    dns: xr.Dataset, rom3d: xr.Dataset, rom2d: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]
-) -> pd.DataFrame:
-    """Return size, memory and time of each model.
+def build(every: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]) -> pd.DataFrame:
+    """Return size, memory and time of the main models of each case.
 
     Memory growth is the largest resident memory above that of the process just before the simulation. The
     degrees of freedom are counted as the paper does, before ties and joints are eliminated.
 
     Parameters
     ----------
-    dns, rom3d, rom2d : Dataset
-        Histories (see docs/architecture.md).
+    every : mapping of str to Dataset
+        Histories of knits by scene (see docs/architecture.md).
     paper : DataFrame
         ``resources/reference/paper_tables.csv``.
     scenes : mapping of str to Scene
-        The scenes of the histories by fidelity.
+        Their scenes by the same names.
     """
-    histories = {"dns": dns, "rom2d": rom2d, "rom3d": rom3d}
-    return pd.DataFrame([_row(f, histories[f], paper, scenes[f]) for f in CASES])
+    return pd.DataFrame(
+        [row for case in cases_of(every, scenes) for row in _rows(case, paper)], columns=COLUMNS
+    )
 
 
-def _row(fidelity: str, history: xr.Dataset, paper: pd.DataFrame, scene: Scene) -> dict:
-    case, cost = CASES[fidelity], history.attrs
-    growth = cost["memory_growth"] / MEGABYTE
-    memory = number(paper, "5", case, "memory")
-    dof = number(paper, "5", case, "degrees of freedom")
-    return {
-        "model": NAMES[fidelity],
-        "scene": scene.name,
-        "element": SOLIDS[scene.mesh.element] if fidelity == "dns" else BEAM,
-        "element, paper": printed(paper, "5", case, "mesh size")["note"],
-        "mesh size [m]": scene.mesh.size if fidelity == "dns" else element_length(history),
-        "mesh size, paper [m]": number(paper, "5", case, "mesh size"),
+COLUMNS = [
+    "model",
+    "scene",
+    "element",
+    "element, paper",
+    "mesh size [m]",
+    "mesh size, paper [m]",
+    "degrees of freedom [1]",
+    "degrees of freedom, paper [1]",
+    "DNS's degrees of freedom over these [1]",
+    "memory growth [MB]",
+    "memory peak [MB]",
+    "memory, paper [MB]",
+    "increments [1]",
+    "Newton iterations [1]",
+    "time [s]",
+    "DNS's time over this [1]",
+]
+
+
+def _rows(case: Case, paper: pd.DataFrame) -> Iterator[dict]:
+    models = {"dns": case.dns, **case.main}
+    for fidelity in PRINTED:
+        if fidelity in models:
+            yield _row(fidelity, models[fidelity], case, paper)
+
+
+def _row(fidelity: str, model: Model, case: Case, paper: pd.DataFrame) -> dict:
+    history, cost, reference = model.history, model.history.attrs, case.dns.history.attrs
+    theirs = _printed(paper, fidelity) if case.interaction == "tie" and case.direction == "course" else {}
+    values = {
+        "model": f"{NAMES[fidelity]}; {case.label}",
+        "scene": model.scene.name,
+        "element": SOLIDS[model.scene.mesh.element] if fidelity == "dns" else BEAM,
+        "mesh size [m]": model.scene.mesh.size if fidelity == "dns" else element_length(history),
         "degrees of freedom [1]": int(cost["dof"]),
-        "degrees of freedom, paper [1]": int(dof),
-        "degrees of freedom over paper's [1]": cost["dof"] / dof,
-        "memory growth [MB]": growth,
+        "DNS's degrees of freedom over these [1]": reference["dof"] / cost["dof"],
+        "memory growth [MB]": cost["memory_growth"] / MEGABYTE,
         "memory peak [MB]": cost["memory_peak"] / MEGABYTE,
-        "memory, paper [MB]": memory,
-        "memory growth over paper's [1]": growth / memory,
         "increments [1]": history.sizes["increment"] - 1,
         "Newton iterations [1]": int(history["newton_iterations"].sum()),
         "time [s]": cost["wall_seconds"],
+        "DNS's time over this [1]": reference["wall_seconds"] / cost["wall_seconds"],
+    }
+    return values | theirs
+
+
+def _printed(paper: pd.DataFrame, fidelity: str) -> dict:
+    case = PRINTED[fidelity]
+    return {
+        "element, paper": printed(paper, "5", case, "mesh size")["note"],
+        "mesh size, paper [m]": number(paper, "5", case, "mesh size"),
+        "degrees of freedom, paper [1]": int(number(paper, "5", case, "degrees of freedom")),
+        "memory, paper [MB]": number(paper, "5", case, "memory"),
     }
 
 

@@ -1,0 +1,90 @@
+"""Fig. 16: out-of-plane displacement along the yarns, of the DNS and of the 3D reduced model."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from knitstudy.figures.annotation import MILLIMETRE, scale_bar, triad
+from knitstudy.figures.elevation import colour_bar, colours, levels
+from knitstudy.figures.picture import bounds, show
+from knitstudy.figures.style import DOUBLE, figure, panel_letter, styled
+from knitstudy.figures.surface import Surface, graded_tube
+from knitstudy.figures.view import FRONT
+from knitstudy.tables.response import INTERACTIONS, NAMES, Z, out_of_plane_agreement
+
+FOOT, HEAD = 15.0, 11.0
+"""Room for the colour bar below and for two lines of title above each panel [mm]."""
+
+SILL = 3.0
+"""Room below the knit for the scale bar [mm of the knit]."""
+
+FIDELITIES = ("dns", "rom3d")
+
+THICKNESS = 0.62
+"""Drawn over true diameter of the yarns, so that those behind are seen."""
+
+
+@styled
+def draw(geometry: xr.Dataset, **models: xr.Dataset) -> Figure:
+    """Draw the deformed yarns of both models, coloured on one scale, a row for each interaction.
+
+    Parameters
+    ----------
+    geometry : Dataset
+        Result of the geometry stage, for the yarn's radius.
+    **models : Dataset
+        Histories by interaction, direction and fidelity, for example ``tie_course_dns`` (see docs/architecture.md).
+    """
+    radius = THICKNESS * float(geometry["radius"])
+    cases = list(dict.fromkeys(name.rpartition("_")[0] for name in models))
+    histories = [[models[f"{case}_{fidelity}"] for fidelity in FIDELITIES] for case in cases]
+    norm = levels(np.concatenate([_u_z(history) for row in histories for history in row]))
+    surfaces = [[_yarns(history, radius, norm) for history in row] for row in histories]
+    windows = [bounds(found, FRONT) for row in surfaces for found in row]
+    low, high = np.min(windows, axis=0), np.max(windows, axis=0)
+    window = (low[0], high[1], low[2] - SILL, high[3])
+    panel = 0.485 * DOUBLE * (window[3] - window[2]) / (window[1] - window[0])
+    height = len(cases) * (panel + HEAD) + FOOT
+    drawing = figure(DOUBLE, height)
+    letters = iter("abcdefgh")
+    for row, (case, found) in enumerate(zip(cases, surfaces, strict=True)):
+        bottom = (height - (row + 1) * (panel + HEAD)) / height
+        for column, fidelity in enumerate(FIDELITIES):
+            axes = drawing.add_axes((0.01 + 0.5 * column, bottom, 0.485, panel / height))
+            show(axes, found[column], FRONT, window)
+            panel_letter(axes, next(letters), _title(case, fidelity, *histories[row]))
+            if row == len(cases) - 1:
+                scale_bar(axes, 5, (0.02, 0.0))
+                triad(axes, FRONT, 2.5, (0.93, 0.0))
+    colour_bar(drawing, norm, (0.25, 0.5), FOOT / height)
+    return drawing
+
+
+def _u_z(history: xr.Dataset) -> np.ndarray:
+    return history["centreline_displacement"].to_numpy()[-1, :, Z]
+
+
+def _yarns(history: xr.Dataset, radius: float, norm) -> list[Surface]:
+    """Return the yarns at full load, displacements true to scale."""
+    place = history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()[-1]
+    u_z, yarn = _u_z(history), history["yarn"].to_numpy()
+    return [
+        part
+        for number in np.unique(yarn)
+        for part in graded_tube(place[yarn == number], radius, colours(u_z[yarn == number], norm))
+    ]
+
+
+def _title(case: str, fidelity: str, dns: xr.Dataset, rom3d: xr.Dataset) -> str:
+    """Return the model, its interaction and largest motion, and how it agrees with the DNS."""
+    history = dns if fidelity == "dns" else rom3d
+    largest = MILLIMETRE * float(np.abs(_u_z(history)).max())
+    said = f"{NAMES[fidelity]}, {INTERACTIONS[case.split('_')[0]]}: largest $|u_z|$ {largest:.3g} mm"
+    if fidelity == "dns":
+        return f"{said}\n"
+    agreement = out_of_plane_agreement(rom3d, dns)
+    return (
+        f"{said}\ncorrelation with DNS {agreement.correlation:.2f}, amplitude ratio {agreement.amplitude:.2f}"
+    )

@@ -1,0 +1,126 @@
+"""One row for every simulation of a knit: what it is, how it responds, and what it cost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from knitstudy.scene import Scene
+from knitstudy.tables.response import (
+    at_strain,
+    largest_out_of_plane,
+    poisson_ratio,
+    secant_stiffness,
+    tangent_stiffness,
+)
+from knitstudy.tables.table5_cost import MEGABYTE, element_length
+
+STRAINS = (0.01, 0.03, 0.05)
+"""Strains at which forces are listed."""
+
+DISSIPATED = ("friction", "stabilisation")
+
+
+def build(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+    """Return one row a simulation; what a model has no key or no result for is empty.
+
+    Stiffnesses are those of a cloth: force per width over strain at the largest strain, secant and tangent. The width
+    is that across the load, the height of the knit (rows times course spacing) in course tension and its width (loops
+    times wale spacing) in wale tension; energies are over the product of the two. `poisson_ratio` says what contracts.
+
+    Parameters
+    ----------
+    every : mapping of str to Dataset
+        Histories of knits by scene (see docs/architecture.md).
+    scenes : mapping of str to Scene
+        Their scenes by the same names.
+    """
+    return pd.DataFrame([_row(scenes[name], history) for name, history in every.items()])
+
+
+def _row(scene: Scene, history: xr.Dataset) -> dict:
+    return {"scene": scene.name} | _keys(scene, history) | _response(scene, history) | _cost(history)
+
+
+def _keys(scene: Scene, history: xr.Dataset) -> dict:
+    """Return what the simulation is: only keys that its fidelity and interaction read."""
+    meets = scene.interaction != "tie" and scene.fidelity in ("dns", "beam")
+    solid = meets and scene.fidelity == "dns"
+    slides = meets and scene.interaction == "isotropic"
+    sprung = scene.interaction != "tie" and scene.fidelity == "rom3d"
+    size = {
+        "dns": scene.mesh.size,
+        "rom3d": scene.mesh.beam_size,
+        "rom2d": element_length(history),
+        "beam": scene.mesh.beam_size,
+    }
+    return {
+        "specimen": f"{scene.pattern.loops} x {scene.pattern.rows} knit",
+        "fidelity": scene.fidelity,
+        "interaction": scene.interaction,
+        "direction": scene.load.direction,
+        "tied edges": scene.contact.tied_edges if meets else None,
+        "friction coefficient [1]": scene.contact.friction if slides else np.nan,
+        "contact stiffness over E / h [1]": scene.contact.normal_stiffness if solid else np.nan,
+        "augmentations allowed [1]": scene.contact.augmentations if solid else np.nan,
+        "contacts from": scene.rom.contacts_from,
+        "joint": scene.rom.joint if scene.fidelity == "rom3d" else None,
+        "springs": _springs(scene) if sprung else None,
+        "springs from": scene.rom.springs_from or scene.rom.contacts_from
+        if sprung and not scene.rom.stiffness
+        else None,
+        "axes of springs": scene.rom.axes if sprung else None,
+        "displacement of springs": scene.rom.displacement if sprung else None,
+        "segment of two yarns": scene.rom.section if scene.fidelity == "rom2d" else None,
+        "beam contact": scene.beam.contact if scene.fidelity == "beam" else None,
+        "beam section": scene.beam.section if scene.fidelity == "beam" else None,
+        "mesh size [m]": size[scene.fidelity],
+    }
+
+
+def _springs(scene: Scene) -> str:
+    """Return whether springs are averaged or of each crossing's own, or their given stiffnesses."""
+    given = " ".join(f"{each:g}" for each in scene.rom.stiffness)
+    return f"{given} N/m" if given else scene.rom.springs
+
+
+def _response(scene: Scene, history: xr.Dataset) -> dict:
+    reached, force = float(history["strain"][-1]), history["force"].to_numpy()
+    pattern, direction = scene.pattern, scene.load.direction
+    height, width = pattern.rows * pattern.course_spacing, pattern.loops * pattern.wale_spacing
+    along, across = (width, height) if direction == "course" else (height, width)
+    energy = history["energy"].isel(increment=-1)
+    forces = {
+        f"force at {strain:.0%} strain [N]": at_strain(history, strain, force)
+        if strain <= 1.001 * reached
+        else np.nan
+        for strain in STRAINS
+    }
+    return {
+        "strain reached [1]": reached,
+        **forces,
+        "width across the load [m]": across,
+        "force per width [N/m]": force[-1] / across,
+        "secant stiffness, force per width [N/m]": secant_stiffness(history) * along / across,
+        "tangent stiffness, force per width [N/m]": tangent_stiffness(history) * along / across,
+        "Poisson's ratio [1]": poisson_ratio(history, direction, pattern.loops),
+        "largest |u_z| [m]": largest_out_of_plane(history),
+        "internal energy per area [J/m2]": float(energy.sel(form="internal")) / (width * height),
+        "dissipated energy per area [J/m2]": float(energy.sel(form=list(DISSIPATED)).sum())
+        / (width * height),
+    }
+
+
+def _cost(history: xr.Dataset) -> dict:
+    cost = history.attrs
+    return {
+        "degrees of freedom [1]": int(cost["dof"]),
+        "unknowns [1]": int(cost["unknowns"]),
+        "time [s]": cost["wall_seconds"],
+        "memory growth [MB]": cost["memory_growth"] / MEGABYTE,
+        "increments [1]": history.sizes["increment"] - 1,
+        "Newton iterations [1]": int(history["newton_iterations"].sum()),
+    }

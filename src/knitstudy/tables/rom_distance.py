@@ -1,0 +1,74 @@
+"""How far reduced models are from their direct simulations, and these from themselves on another mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from knitstudy.scene import Scene
+from knitstudy.tables.cases import Case, Model, cases_of
+from knitstudy.tables.response import (
+    force_distance,
+    largest_out_of_plane,
+    out_of_plane_agreement,
+    secant_stiffness,
+)
+
+
+def build(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+    """Return one row a model of each of the four cases, the direct simulation on another mesh among them.
+
+    Parameters
+    ----------
+    every : mapping of str to Dataset
+        Histories of knits by scene (see docs/architecture.md).
+    scenes : mapping of str to Scene
+        Their scenes by the same names.
+    """
+    return pd.DataFrame([row for case in cases_of(every, scenes) for row in _rows(case)], columns=COLUMNS)
+
+
+COLUMNS = [
+    "model",
+    "scene",
+    "strain [1]",
+    "force [N]",
+    "secant stiffness [N/m]",
+    "stiffness over DNS's [1]",
+    "L2 distance of force to DNS [1]",
+    "distance over that of DNS's meshes [1]",
+    "largest |u_z| [m]",
+    "correlation of u_z with DNS [1]",
+    "amplitude of u_z over DNS's [1]",
+]
+
+
+def _rows(case: Case) -> Iterator[dict]:
+    dns = case.dns.history
+    medium = [case.medium] if case.medium else []
+    between_meshes = force_distance(case.medium.history, dns) if case.medium else np.nan
+    for model in (case.dns, *medium, *case.reduced):
+        history, agreement = model.history, out_of_plane_agreement(model.history, dns)
+        distance = force_distance(history, dns)
+        values = (
+            _label(model, case),
+            model.scene.name,
+            float(history["strain"][-1]),
+            float(history["force"][-1]),
+            secant_stiffness(history),
+            secant_stiffness(history) / secant_stiffness(dns),
+            distance,
+            distance / between_meshes,
+            largest_out_of_plane(history),
+            agreement.correlation,
+            agreement.amplitude,
+        )
+        yield dict(zip(COLUMNS, values, strict=True))
+
+
+def _label(model: Model, case: Case) -> str:
+    name = "DNS" if model is case.dns else model.label
+    return f"{name}; {case.label}"

@@ -1,0 +1,84 @@
+"""A whole study, made up: four cases of tension with all models, and what each of them would have found."""
+
+import numpy as np
+import synthetic
+
+CASES = [(kind, way) for kind in ("tie", "isotropic") for way in ("course", "wale")]
+
+FORCE = {"tie": 12.0, "isotropic": 10.0}
+LIFT = {"tie": 2e-4, "isotropic": 4e-4}
+"""Force [N] and out-of-plane displacement [m] of direct simulations at full load."""
+
+MODELS = {
+    "dns-{}": ({"fidelity": "dns", "mesh.size": 0.3e-3}, 1.0, 1.0),
+    "dns-{}-medium": ({"fidelity": "dns", "mesh.size": 0.45e-3}, 1.02, 1.0),
+    "rom3d-{}": ({"fidelity": "rom3d"}, 1.2, 0.75),
+    "rom2d-{}": ({"fidelity": "rom2d"}, 2.0, 0.0),
+    "rom3d-printed-{}": ({"fidelity": "rom3d", "rom.joint": "printed"}, 1.5, 0.5),
+    "rom2d-doubled-{}": ({"fidelity": "rom2d", "rom.section": "doubled"}, 2.5, 0.0),
+    "beam-{}": ({"fidelity": "beam"}, 0.9, 1.0),
+    "beam-hertz-{}": ({"fidelity": "beam", "beam.section": "hertz"}, 0.8, 1.0),
+}
+"""Keys by name, and force and lift over those of the direct simulation."""
+
+COST = {
+    "dns": {"dof": 189_513, "memory_growth": 300e6, "wall_seconds": 100.0},
+    "rom3d": {"dof": 5_994, "memory_growth": 4e6, "wall_seconds": 0.5},
+    "rom2d": {"dof": 432, "memory_growth": 2e6, "wall_seconds": 0.1},
+    "beam": {"dof": 5_994, "memory_growth": 9e6, "wall_seconds": 4.0},
+}
+
+ENERGY = {"external": 5e-3, "internal": 4e-3, "friction": 1e-3, "stabilisation": 0.0}
+"""At full load [J]."""
+
+SPRINGS = {"course": (84.5e3, 67.6e3, 952.1e3), "wale": (73.4e3, 233.2e3, 600e3)}
+"""The paper's [N/m]."""
+
+
+def scenes(plain):
+    """Return all scenes by name, the main simulation of each case before its variants."""
+    found = {}
+    for kind, way in CASES:
+        for form, (keys, _, _) in MODELS.items():
+            if keys["fidelity"] == "beam" and kind == "tie":
+                continue
+            name = form.format(f"{kind}-{way}")
+            document = plain.to_dict() | {"name": name, "interaction": kind, "fidelity": keys["fidelity"]}
+            reduced = keys["fidelity"] in ("rom3d", "rom2d")
+            document["rom"]["contacts_from"] = f"dns-{kind}-{way}" if reduced else None
+            document["load"]["direction"] = way
+            for key, value in keys.items():
+                group, _, last = key.rpartition(".")
+                (document[group] if group else document)[last] = value
+            found[name] = type(plain).from_dict(document)
+    return found
+
+
+def histories(scenes, **changes):
+    """Return what all scenes would have found, by name; changes replace arguments of `synthetic.history`."""
+    found = {}
+    for kind, way in CASES:
+        for form, (_, force, lift) in MODELS.items():
+            name = form.format(f"{kind}-{way}")
+            if name not in scenes:
+                continue
+            last = force * FORCE[kind]
+            arguments = {"force": (0, last / 2, last), "lift": lift * LIFT[kind], "scene": name}
+            found[name] = history(**arguments | COST[scenes[name].fidelity] | changes.get(name, {}))
+    return found
+
+
+def history(**arguments):
+    """Return a history with its ledger of energies."""
+    made = synthetic.history(**arguments)
+    share = np.linspace(0, 1, made.sizes["increment"])
+    energy = share[:, None] * np.array(list(ENERGY.values()))
+    return made.assign(energy=(("increment", "form"), energy), form=list(ENERGY))
+
+
+def sprung(contacts):
+    """Return the contacts of the direct simulations with friction, with the paper's springs."""
+    return {
+        f"dns-isotropic-{way}": synthetic.contacts_with_springs(contacts, np.array(stiffness))
+        for way, stiffness in SPRINGS.items()
+    }

@@ -1,0 +1,206 @@
+"""Tables of whole studies: responses, distances of models, beams and cost, by hand."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import study
+
+from knitstudy.io import read_table
+from knitstudy.tables import catalogue
+from knitstudy.tables.cases import cases_of, label_of
+from knitstudy.tables.response import poisson_ratio, tangent_stiffness
+
+RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
+
+
+@pytest.fixture(scope="module")
+def scenes(plain_scene):
+    return study.scenes(plain_scene)
+
+
+@pytest.fixture(scope="module")
+def every(scenes):
+    return study.histories(scenes)
+
+
+def test_cases_hold_what_is_compared(every, scenes):
+    cases = {(case.interaction, case.direction): case for case in cases_of(every, scenes)}
+    assert list(cases) == [("tie", "course"), ("isotropic", "course"), ("tie", "wale"), ("isotropic", "wale")]
+    case = cases["isotropic", "wale"]
+    assert case.dns.scene.name == "dns-isotropic-wale"
+    assert case.medium.scene.name == "dns-isotropic-wale-medium"
+    assert [model.scene.name for model in case.main.values()] == [
+        "rom3d-isotropic-wale",
+        "rom2d-isotropic-wale",
+    ]
+    assert len(case.reduced) == 4
+    assert [model.scene.name for model in case.beams] == ["beam-isotropic-wale", "beam-hertz-isotropic-wale"]
+    assert cases["tie", "wale"].beams == ()
+
+
+def test_labels_name_what_makes_a_variant(scenes):
+    base = scenes["rom3d-isotropic-course"]
+    variants = {
+        "3D ROM": base,
+        "3D ROM, printed joints": base.replace("rom.joint", "printed"),
+        "3D ROM, springs by crossing": base.replace("rom.springs", "zones"),
+        "3D ROM, springs along x, y, z": base.replace("rom.axes", "global"),
+        "3D ROM, springs of centrelines": base.replace("rom.displacement", "centreline"),
+        "3D ROM, springs of other tension": base.replace("rom.springs_from", "dns-isotropic-wale"),
+        "2D ROM, doubled segments": scenes["rom2d-doubled-tie-wale"],
+        "beams, point contact, Hertzian sections": scenes["beam-hertz-isotropic-course"],
+        "DNS, elements of 0.45 mm": scenes["dns-tie-course-medium"],
+    }
+    assert {label_of(scene): scene.name for scene in variants.values()} == {
+        label: scene.name for label, scene in variants.items()
+    }
+
+
+def test_distances_of_all_models_and_of_the_meshes(every, scenes):
+    table = catalogue.build("rom_distance", every=every, scenes=scenes).set_index("model")
+    assert table.index.is_unique
+    assert len(table) == 4 * 6
+    of = table.loc["3D ROM, printed joints; tie constraint, wale"]
+    assert of["scene"] == "rom3d-printed-tie-wale"
+    assert of["L2 distance of force to DNS [1]"] == pytest.approx(0.5)
+    assert of["distance over that of DNS's meshes [1]"] == pytest.approx(25)
+    assert of["stiffness over DNS's [1]"] == pytest.approx(1.5)
+    assert of["correlation of u_z with DNS [1]"] == pytest.approx(1)
+    assert of["amplitude of u_z over DNS's [1]"] == pytest.approx(0.5)
+    medium = table.loc["DNS, elements of 0.45 mm; isotropic friction, course"]
+    assert medium["L2 distance of force to DNS [1]"] == pytest.approx(0.02)
+
+
+def test_distance_without_a_second_mesh_is_not_compared(every, scenes):
+    single = {name: each for name, each in every.items() if "medium" not in name}
+    table = catalogue.build("rom_distance", every=single, scenes=scenes)
+    assert table["distance over that of DNS's meshes [1]"].isna().all()
+    assert table["L2 distance of force to DNS [1]"].max() == pytest.approx(1.5)
+
+
+def test_beams_say_what_each_ingredient_changes(every, scenes):
+    table = catalogue.build("beams", every=every, scenes=scenes).set_index("model")
+    assert len(table) == 2 * 4
+    hertz = table.loc["beams, point contact, Hertzian sections; course"]
+    assert hertz["stiffness over DNS's [1]"] == pytest.approx(0.8)
+    assert hertz["stiffness over that of points and rigid sections [1]"] == pytest.approx(0.8 / 0.9)
+    assert table.loc["3D ROM; wale", "stiffness over DNS's [1]"] == pytest.approx(1.2)
+    assert np.isnan(table.loc["DNS; wale", "stiffness over that of points and rigid sections [1]"])
+
+
+def test_tables_of_a_study_without_their_models_are_empty(scenes, every):
+    for name in ("beams", "rom_distance"):
+        assert catalogue.build(name, every={}, scenes=scenes).empty
+
+
+def test_responses_by_hand(every, scenes):
+    """10 N at 5 % on 3 loops and rows: widths are 3 w and 3 c."""
+    table = catalogue.build("responses", every=every, scenes=scenes).set_index("scene")
+    assert list(table.index) == list(every)
+    pattern = scenes["dns-isotropic-course"].pattern
+    height, width = 3 * pattern.course_spacing, 3 * pattern.wale_spacing
+    for way, along, across in (("course", width, height), ("wale", height, width)):
+        of = table.loc[f"dns-isotropic-{way}"]
+        assert of["width across the load [m]"] == pytest.approx(across)
+        assert of["force at 1% strain [N]"] == pytest.approx(2)
+        assert of["force per width [N/m]"] == pytest.approx(10 / across)
+        # The synthetic specimen is 10 mm long: its displacement is 0.5 mm.
+        assert of["secant stiffness, force per width [N/m]"] == pytest.approx(10 / 0.5e-3 * along / across)
+        assert of["tangent stiffness, force per width [N/m]"] == pytest.approx(10 / 0.5e-3 * along / across)
+        assert of["internal energy per area [J/m2]"] == pytest.approx(4e-3 / (width * height))
+        assert of["dissipated energy per area [J/m2]"] == pytest.approx(1e-3 / (width * height))
+
+
+def test_responses_name_only_keys_that_a_model_reads(every, scenes):
+    table = catalogue.build("responses", every=every, scenes=scenes).set_index("scene").astype(object)
+    keys_of_models = table.loc[:, "tied edges":"beam section"]
+    for name, keys in {
+        "dns-tie-course": set(),
+        "dns-isotropic-course": {
+            "tied edges",
+            "friction coefficient [1]",
+            "contact stiffness over E / h [1]",
+        },
+        "rom3d-isotropic-wale": {"contacts from", "joint", "springs", "springs from", "axes of springs"},
+        "rom2d-tie-wale": {"contacts from", "segment of two yarns"},
+        "beam-isotropic-course": {"tied edges", "friction coefficient [1]", "beam contact", "beam section"},
+    }.items():
+        given = set(keys_of_models.loc[name].dropna().index)
+        assert given - {"augmentations allowed [1]", "displacement of springs"} == keys, name
+
+
+def test_strain_that_was_not_reached_has_no_force(scenes):
+    every = study.histories(scenes, **{"dns-tie-course": {"strain": (0, 0.01, 0.02)}})
+    row = catalogue.build("responses", every=every, scenes=scenes).iloc[0]
+    assert row["force at 1% strain [N]"] == 6
+    assert np.isnan(row["force at 3% strain [N]"])
+
+
+def test_cost_beside_the_papers_for_ties_only(every, scenes):
+    paper = read_table(RESOURCES / "paper_tables.csv")
+    table = catalogue.build("table5_cost", every=every, paper=paper, scenes=scenes).set_index("model")
+    assert len(table) == 4 * 3
+    tie, slides = (table.loc[f"3D ROM; {kind}, course"] for kind in ("tie constraint", "isotropic friction"))
+    assert tie["DNS's degrees of freedom over these [1]"] == pytest.approx(189_513 / 5_994)
+    assert tie["degrees of freedom, paper [1]"] == 5_994
+    assert tie["DNS's time over this [1]"] == pytest.approx(200)
+    assert tie["element, paper"] == "B31"
+    assert np.isnan(slides["degrees of freedom, paper [1]"])
+    assert table.loc["DNS; tie constraint, course", "mesh size [m]"] == 0.3e-3
+    assert table.loc["2D ROM; tie constraint, wale", "mesh size [m]"] == pytest.approx(2.5e-3)
+
+
+@pytest.mark.parametrize("power", [1, 2])
+def test_tangent_of_a_power(power):
+    """F = (strain / 1 %)^p at 5 % of 10 mm: p 5^(p-1) N a percent, that is a tenth of a millimetre."""
+    strain = np.linspace(0, 0.05, 6)
+    history = study.history(strain=strain, force=(100 * strain) ** power)
+    assert tangent_stiffness(history) == pytest.approx(power * 5 ** (power - 1) / 1e-4)
+
+
+def test_tangent_of_one_increment_is_the_secant():
+    assert tangent_stiffness(study.history(strain=(0, 0.05), force=(0, 10))) == pytest.approx(10 / 0.5e-3)
+
+
+def moved(history, field):
+    """Return a history whose centreline moves at full load by a field of place (S, 3) and yarn (S,)."""
+    motion = history["centreline_displacement"].copy(deep=True)
+    motion[-1] = field(history["centreline"].to_numpy(), history["yarn"].to_numpy())
+    return history.assign(centreline_displacement=motion)
+
+
+def test_poisson_ratio_of_a_homogeneous_contraction():
+    """Everything shrinks by 1 % in x and y at 5 % strain, and shifts as a whole."""
+    history = study.history(yarns=4, stations=61)
+    shrunk = moved(history, lambda place, yarn: -0.01 * place + [2e-3, -1e-3, 0.5])
+    assert poisson_ratio(shrunk, "course", 3) == pytest.approx(0.2)
+    assert poisson_ratio(shrunk, "wale", 3) == pytest.approx(0.2)
+
+
+def test_poisson_ratio_in_course_tension_is_that_of_the_middle_column():
+    """Outside the middle third of every yarn nothing counts, and no yarn between the outer two."""
+    history = study.history(yarns=4, stations=601)
+
+    def field(place, yarn):
+        middle = np.abs(place[:, 0] - 5e-3) < 10e-3 / 6
+        u_y = np.where(middle, np.array([0, 7e-3, 7e-3, -3e-4])[yarn], 1e-3 * yarn)
+        return np.column_stack([0 * u_y, u_y, 0 * u_y])
+
+    # Yarns 0 and 3 are 15 mm apart and approach by 0.3 mm.
+    assert poisson_ratio(moved(history, field), "course", 3) == pytest.approx(0.02 / 0.05, rel=0.02)
+
+
+def test_poisson_ratio_in_wale_tension_is_that_of_yarns_between_the_grips():
+    history = study.history(yarns=4, stations=601)
+
+    def field(place, yarn):
+        inner = (yarn == 1) | (yarn == 2)
+        u_x = np.where(inner, -0.02 * place[:, 0], 0.5 * place[:, 0])
+        return np.column_stack([u_x, 0 * u_x, 0 * u_x])
+
+    assert poisson_ratio(moved(history, field), "wale", 3) == pytest.approx(0.4)
+
+
+def test_poisson_ratio_without_yarns_between_the_grips_is_unknown():
+    assert np.isnan(poisson_ratio(study.history(yarns=2), "wale", 3))
