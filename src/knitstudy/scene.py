@@ -194,13 +194,14 @@ class Rom:
 
 @dataclass(frozen=True)
 class Beam:
-    """Beams in contact: at a "point" of every crossing or along a "line", of "rigid" or "hertz" sections.
+    """Beams in contact: at a "point" of every crossing or along a "line", of "rigid" or "hertz" sections; kind of ties.
 
     ``stiffness`` is the penalty of rigid sections, over E R of a point and over E of a line.
     """
 
     contact: str
     section: str
+    tie: str
     stiffness: float
 
 

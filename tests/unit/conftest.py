@@ -47,7 +47,7 @@ DEFAULTS = {
         "displacement": "interface",
         "section": "single",
     },
-    "beam": {"contact": "point", "section": "rigid", "stiffness": 10.0},
+    "beam": {"contact": "point", "section": "rigid", "tie": "rigid", "stiffness": 10.0},
     "outputs": [],
 }
 

@@ -94,18 +94,13 @@ def test_pinned_ties_join_points_and_not_sections(plain_scene, beam_scene, knit)
     document["pattern"] |= {"loops": 3, "rows": 3}
     document["contact"]["tied_edges"] = "outer"
     scene = type(plain_scene).from_dict(document)
-    beams = build(scene, knit, "pinned")
+    beams = build(scene.replace("beam.tie", "pinned"), knit)
     assert np.bincount(beams.network.station_node).max() == 1
     penalty = scene.beam.stiffness * scene.yarn.youngs_modulus * scene.yarn.radius
     springs = beams.network.springs
     np.testing.assert_allclose(springs.stiffness, np.tile(penalty * np.eye(3), (beams.tied.sum(), 1, 1)))
     points = beams.network.nodes[springs.ends] + springs.offsets
     np.testing.assert_allclose(points[:, 0], points[:, 1], atol=1e-12)
-
-
-def test_unknown_ties_are_refused(beam_scene, cell):
-    with pytest.raises(ConfigurationError, match="ties of beams are 'glued': allowed are rigid and pinned"):
-        build(beam_scene, cell, "glued")
 
 
 @pytest.mark.parametrize(

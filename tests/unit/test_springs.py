@@ -6,7 +6,7 @@ import synthetic
 
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.rom.joints import spring_joints
+from knitstudy.rom.joints import Joints, spring_joints
 from knitstudy.rom.points import contact_points
 from knitstudy.rom.run import build, run
 from knitstudy.rom.springs import springs
@@ -203,3 +203,14 @@ def test_axes_of_the_springs_are_those_of_the_scene(scene, knit, touching):
     level = np.abs(stiffness).max()
     np.testing.assert_allclose(np.cross(along, normal), 0, atol=1e-12 * level)
     assert np.abs(stiffness[:, 0, 2]).min() > 1e-3 * level  # no axis of the contact is a global one
+
+
+def test_pins_take_the_place_of_ties_alone():
+    stiffness = np.full((3, 3, 3), np.nan)
+    stiffness[1] = 2.0 * np.eye(3)
+    joints = Joints(np.array([False, False, True]), stiffness)
+    pinned = joints.pinned(5.0)
+    assert not pinned.tied.any()
+    np.testing.assert_array_equal(pinned.open, joints.open)
+    np.testing.assert_array_equal(pinned.stiffness[0], 5.0 * np.eye(3))
+    np.testing.assert_array_equal(pinned.stiffness[1:], stiffness[1:])

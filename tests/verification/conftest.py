@@ -18,6 +18,7 @@ PHYSICS = (
     "knitstudy.mesh.knit",
     "knitstudy.dns",
     "knitstudy.rom.run",
+    "knitstudy.beams.run",
     "knitstudy.contacts",
 )
 """Stages whose code the table speaks of."""

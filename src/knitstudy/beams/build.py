@@ -6,12 +6,11 @@ hold the same two points together and leave the turning free, as a tie of a smal
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from knitstudy.contact.tied_crossings import tied_crossings
-from knitstudy.errors import ConfigurationError
 from knitstudy.fem.beam_contact.contact import BeamContact
 from knitstudy.fem.beam_contact.curves import Curves
 from knitstudy.fem.beam_contact.law import Power, hertz
@@ -25,8 +24,6 @@ from knitstudy.rom.joints import Joints
 from knitstudy.rom.network import Network
 from knitstudy.rom.points import ContactPoints
 from knitstudy.scene import Scene
-
-TIES = ("rigid", "pinned")
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,18 +45,16 @@ class BeamKnit:
     neighbours: Neighbours
 
 
-def build(scene: Scene, knit: Knit, ties: str = "rigid") -> BeamKnit:
-    """Return the beams of a scene, with ties that are "rigid" or "pinned".
+def build(scene: Scene, knit: Knit) -> BeamKnit:
+    """Return the beams of a scene.
 
     Raises
     ------
     ConfigurationError
-        If ``mesh.beam_size`` is not positive or ties are of neither kind.
+        If ``mesh.beam_size`` is not positive.
     GeometryError
         If two ties of a yarn coincide, or a yarn has too few nodes for a smooth centreline.
     """
-    if ties not in TIES:
-        raise ConfigurationError(f"ties of beams are {ties!r}: allowed are {' and '.join(TIES)}")
     crossings = knit.crossings
     tied = tied_crossings(scene, crossings)
     points = ContactPoints(
@@ -69,10 +64,9 @@ def build(scene: Scene, knit: Knit, ties: str = "rigid") -> BeamKnit:
         crossings.point[tied].mean(axis=1),
     )
     joints = Joints.all_tied(len(points.yarn))
-    if ties == "pinned":
+    if scene.beam.tie == "pinned":
         # As stiff as contact that sticks, and never open.
-        spring = _penalty(scene, "point") * np.eye(3)
-        joints = replace(joints, stiffness=np.tile(spring, (len(points.yarn), 1, 1)))
+        joints = joints.pinned(_penalty(scene, "point"))
     stops = gripped_arcs(knit, scene.load.direction)
     network = rom3d.build(knit, points, scene.mesh.beam_size, joints=joints, stops=stops)
     yarn = scene.yarn

@@ -29,9 +29,7 @@ UNSEEN = 0.01
 """Penetration that no contact has seen, over the radius, beyond which a state is refused."""
 
 
-def run(
-    scene: Scene, knit: Knit, progress: Callable[[Increment], None] | None = None, ties: str = "rigid"
-) -> xr.Dataset:
+def run(scene: Scene, knit: Knit, progress: Callable[[Increment], None] | None = None) -> xr.Dataset:
     """Return the history of a scene of fidelity "beam".
 
     Beside the format of docs/architecture.md it holds, by increment and crossing, `crossing_gap` and `crossing_slip`.
@@ -44,8 +42,6 @@ def run(
         The knit of the scene.
     progress : callable, optional
         Called with every converged increment.
-    ties : {"rigid", "pinned"}
-        How tied crossings are joined; see `build`.
 
     Raises
     ------
@@ -58,7 +54,7 @@ def run(
     """
     _require_beams(scene)
     meter = Meter()
-    beams = build(scene, knit, ties)
+    beams = build(scene, knit)
     network, model = beams.network, beams.model
     motion = load_path(scene, knit)
     ends = grips(network, knit, scene.load.direction)
@@ -97,7 +93,7 @@ def run(
         elements=len(network.ends),
         beam_contact=scene.beam.contact,
         beam_section=scene.beam.section,
-        beam_ties=ties,
+        beam_ties=scene.beam.tie,
         contact_coefficient=law.law.coefficient,
         contact_exponent=law.law.exponent,
         stick_stiffness=law.friction.tangential,

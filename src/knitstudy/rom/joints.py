@@ -36,6 +36,17 @@ class Joints:
         """Crossings that are tied (K,)."""
         return ~self.sprung & ~self.open
 
+    def pinned(self, stiffness: float) -> Joints:
+        """Return these joints with pins for ties: they hold the two points together and leave sections free to turn.
+
+        Parameters
+        ----------
+        stiffness : float
+            Of the pins, in all directions [N/m].
+        """
+        pins = np.where(self.tied[:, None, None], stiffness * np.eye(3), self.stiffness)
+        return Joints(self.open, pins)
+
     @classmethod
     def all_tied(cls, count: int) -> Joints:
         """Return the joints of a knit whose crossings are all tied."""

@@ -7,7 +7,7 @@ forces that they exchange across their distance then leave a couple that no part
 
 Where yarns touch without a tie they are two nodes with a spring between, and may turn against each other. With joint
 "rigid" it acts at P, at the ends of arms from both points C; with "printed" between the points C, and leaves a couple
-as well.
+as well. Pinned joints are the same with stiff springs for ties (`Joints.pinned`).
 """
 
 from __future__ import annotations

@@ -19,6 +19,9 @@ from knitstudy.rom.network import Network
 from knitstudy.rom.points import contact_points
 from knitstudy.scene import Scene
 
+PIN = 10.0
+"""Stiffness of pins over E R: a newton moves the pinned points by a tenth of a micrometre."""
+
 
 def run(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset | None = None) -> xr.Dataset:
     """Return the history of a scene of fidelity "rom2d" or "rom3d".
@@ -122,8 +125,11 @@ def build(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Datas
         _require_springs(scene, springs_from)
         rom, each = scene.rom, scene.rom.springs == "zones"
         joints = spring_joints(contacts, rom.displacement, rom.axes, each, springs_from, rom.stiffness)
+    if scene.rom.joint == "pinned":
+        joints = joints.pinned(PIN * scene.yarn.youngs_modulus * scene.yarn.radius)
     stops = gripped_arcs(knit, scene.load.direction)
-    return rom3d.build(knit, points, scene.mesh.beam_size, scene.rom.joint, joints, stops)
+    arms = "printed" if scene.rom.joint == "printed" else "rigid"
+    return rom3d.build(knit, points, scene.mesh.beam_size, arms, joints, stops)
 
 
 def _require_beams(scene: Scene) -> None:
