@@ -1,5 +1,6 @@
 """Verdicts turn with the numbers, and are withheld where the study is not the paper's."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -148,8 +149,6 @@ def test_fewer_cases_than_four_do_not_reproduce(evidence, claim):
 @pytest.mark.parametrize("claim", ["R1", "R2", "R3", "R4", "R6", "B1"])
 def test_smaller_strain_decides_nothing(evidence, claim):
     judged = JUDGES[claim](with_history(evidence, "dns-isotropic-course", strain=(0, 0.01, 0.02)))
-    if claim == "R3":  # judged by the reduced models
-        judged = JUDGES[claim](with_history(evidence, "rom3d-isotropic-course", strain=(0, 0.01, 0.02)))
     assert judged.verdict == "not yet run"
     assert "pulled to 2.00%, the paper to 5%" in judged.note
 
@@ -167,6 +166,9 @@ def test_model_that_moves_less_with_friction_is_not_reproduced(evidence):
     judged = JUDGES["R3"](with_history(evidence, "rom3d-isotropic-wale", lift=1e-4))
     assert judged.verdict == "not reproduced"
     assert "course 2.00 in the 3D ROM, 2.00 in the DNS; wale 0.67" in judged.measured
+    assert judged.note.startswith("holds in both models in 1 of 2 directions")
+    direct = JUDGES["R3"](with_history(evidence, "dns-isotropic-wale", lift=1e-4))
+    assert direct.verdict == "not reproduced"
 
 
 @pytest.mark.parametrize(
@@ -192,7 +194,8 @@ def test_springs_are_named_by_the_penalty(evidence, contacts):
         )
     judged = JUDGES["R4"](replace(evidence, scenes=scenes, sprung=sprung))
     assert judged.verdict == "reproduced"
-    assert "kz 952 kN/m (penalties alone: kz 3 with 3 E / h, 30 with 30 E / h); wale" in judged.measured
+    listed = r"kz and normal: 3 and [\d.]+ with 3 E / h, 30 and [\d.]+ with 30 E / h\); wale"
+    assert re.search(rf"kz 952 kN/m, .* \(penalties alone, {listed}", judged.measured)
 
 
 def test_springs_of_one_direction_do_not_reproduce(evidence):

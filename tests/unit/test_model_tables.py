@@ -151,6 +151,18 @@ def test_cost_beside_the_papers_for_ties_only(every, scenes):
     assert table.loc["2D ROM; tie constraint, wale", "mesh size [m]"] == pytest.approx(2.5e-3)
 
 
+def test_springs_at_a_glance(contacts, scenes):
+    paper = read_table(RESOURCES / "paper_tables.csv")
+    sprung = study.sprung(contacts)
+    table = catalogue.build("springs", sprung_contacts=sprung, paper=paper, scenes=scenes).set_index("load")
+    for way, stiffness in study.SPRINGS.items():
+        for axis, value in zip("xyz", stiffness, strict=True):
+            assert table.loc[way, f"k{axis} [N/m]"] == pytest.approx(value)
+            assert table.loc[way, f"k{axis}, paper [N/m]"] == value
+            assert table.loc[way, f"k{axis} negative at crossings [1]"] == 0
+    assert not table["penalty alone"].any()
+
+
 @pytest.mark.parametrize("power", [1, 2])
 def test_tangent_of_a_power(power):
     """F = (strain / 1 %)^p at 5 % of 10 mm: p 5^(p-1) N a percent, that is a tenth of a millimetre."""
