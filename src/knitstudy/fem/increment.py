@@ -78,6 +78,8 @@ class Settings:
         Largest last correction over the element size h.
     iterations : int
         Newton iterations after which an increment counts as failed.
+    patience : int
+        Iterations without a smaller residual than before after which it does.
     cutbacks : int
         Halvings in a row after which the path counts as unreachable.
     growth : float
@@ -93,7 +95,8 @@ class Settings:
     increments: int = 12
     residual_tolerance: float = 1e-6
     correction_tolerance: float = 1e-6
-    iterations: int = 25
+    iterations: int = 60
+    patience: int = 15
     cutbacks: int = 8
     growth: float = 1.5
     quick: int = 6

@@ -138,9 +138,11 @@ class _Path:
                 residuals.append(self._residual(response))
                 correction, tangent_is_stale = np.inf, True
                 continue
-            if self.newton_iterations - settled == settings.iterations:
+            done = self.newton_iterations - settled
+            idle = done - int(np.argmin(residuals[len(residuals) - 1 - done :]))
+            if done == settings.iterations or idle >= settings.patience:
                 raise _Failed(
-                    f"after {settings.iterations} iterations the residual is {residuals[-1]:.2e} "
+                    f"after {done} iterations the residual is {residuals[-1]:.2e} "
                     f"(allowed {settings.residual_tolerance:.1e}) and the correction {correction:.2e} h "
                     f"(allowed {settings.correction_tolerance:.1e})"
                 )
