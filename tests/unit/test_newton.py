@@ -113,3 +113,24 @@ def test_a_free_mechanism_is_an_error():
     loose = Drive(np.array([], dtype=int), np.array([]))
     with pytest.raises(ConvergenceError):
         list(trace(chain, loose, Settings(increments=1, cutbacks=1), LU()))
+
+
+UNLIKE = np.array([1.0, 2.0, 4.0])
+
+
+def with_tangent(factor):
+    """Three unlike springs that stiffen, and a tangent that is wrong by a factor."""
+    return Chain(4, lambda e: UNLIKE * (e + e**3), lambda e: factor * UNLIKE * (1 + 3 * e**2))
+
+
+def test_iterations_go_on_while_the_residual_falls():
+    """A tangent that is three times too stiff leaves two thirds of the residual at every iteration."""
+    settings = Settings(increments=1)
+    *_, end = trace(with_tangent(3.0), PULL, settings, LU())
+    assert settings.patience < end.newton_iterations < settings.iterations
+    assert end.residual <= settings.residual_tolerance
+
+
+def test_an_increment_fails_where_the_residual_does_not_fall():
+    with pytest.raises(ConvergenceError, match="after 15 iterations the residual is"):
+        list(trace(with_tangent(1e30), PULL, Settings(increments=1, cutbacks=1), LU()))
