@@ -201,8 +201,8 @@ def test_beams_are_compared_with_solids_and_reduced_models(drawn):
         "DNS, isotropic friction",
         "3D ROM, isotropic friction (1.20)",
         "3D ROM, ties (1.00)",
-        "beams, point contact, rigid sections (0.80)",
-        "beams, point contact, Hertzian sections (0.80)",
+        "beams, point contact, rigid (0.80)",
+        "beams, point contact, Hertzian (0.80)",
     }
     colours = [line.get_color() for line in figure.axes[0].get_lines()]
     assert len(set(colours)) == len(colours)

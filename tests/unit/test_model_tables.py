@@ -49,7 +49,7 @@ def test_labels_name_what_makes_a_variant(scenes):
         "3D ROM, springs of centrelines": base.replace("rom.displacement", "centreline"),
         "3D ROM, springs of other tension": base.replace("rom.springs_from", "dns-isotropic-wale"),
         "2D ROM, doubled segments": scenes["rom2d-doubled-tie-wale"],
-        "beams, point contact, Hertzian sections": scenes["beam-hertz-isotropic-course"],
+        "beams, point contact, Hertzian": scenes["beam-hertz-isotropic-course"],
         "DNS, elements of 0.45 mm": scenes["dns-tie-course-medium"],
     }
     assert {label_of(scene): scene.name for scene in variants.values()} == {
@@ -82,7 +82,7 @@ def test_distance_without_a_second_mesh_is_not_compared(every, scenes):
 def test_beams_say_what_each_ingredient_changes(every, scenes):
     table = catalogue.build("beams", every=every, scenes=scenes).set_index("model")
     assert len(table) == 2 * 4
-    hertz = table.loc["beams, point contact, Hertzian sections; course"]
+    hertz = table.loc["beams, point contact, Hertzian; course"]
     assert hertz["stiffness over DNS's [1]"] == pytest.approx(0.8)
     assert hertz["stiffness over that of points and rigid sections [1]"] == pytest.approx(0.8 / 0.9)
     assert table.loc["3D ROM; wale", "stiffness over DNS's [1]"] == pytest.approx(1.2)

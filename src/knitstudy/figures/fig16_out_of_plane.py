@@ -57,7 +57,7 @@ def draw(geometry: xr.Dataset, **models: xr.Dataset) -> Figure:
             panel_letter(axes, next(letters), _title(case, fidelity, *histories[row]))
             if row == len(cases) - 1:
                 scale_bar(axes, 5, (0.02, 0.0))
-                triad(axes, FRONT, 2.5, (0.93, 0.0))
+                triad(axes, FRONT, 2.5, (0.9, 0.0))
     colour_bar(drawing, norm, (0.25, 0.5), FOOT / height)
     return drawing
 
@@ -83,7 +83,7 @@ def _title(case: str, fidelity: str, dns: xr.Dataset, rom3d: xr.Dataset) -> str:
     largest = MILLIMETRE * float(np.abs(_u_z(history)).max())
     said = f"{NAMES[fidelity]}, {INTERACTIONS[case.split('_')[0]]}: largest $|u_z|$ {largest:.3g} mm"
     if fidelity == "dns":
-        return f"{said}\n"
+        return f"{said}\nat {float(dns['strain'][-1]):.2%} strain"
     agreement = out_of_plane_agreement(rom3d, dns)
     return (
         f"{said}\ncorrelation with DNS {agreement.correlation:.2f}, amplitude ratio {agreement.amplitude:.2f}"

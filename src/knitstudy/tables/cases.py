@@ -22,7 +22,7 @@ VARIANTS = {
 
 CARRIED, GIVEN, ALONG_AXES = "springs of other tension", "springs of Table 2", "springs along x, y, z"
 
-SECTIONS = {"rigid": "rigid sections", "hertz": "Hertzian sections"}
+SECTIONS = {"rigid": "rigid", "hertz": "Hertzian"}
 """What beams in contact are made of, by ``beam.section``."""
 
 
