@@ -17,6 +17,7 @@ from knitstudy.fem.beam_contact.neighbours import Gaps
 from knitstudy.fem.increment import Increment, Settings
 from knitstudy.fem.linear.lu import LU
 from knitstudy.fem.newton import trace
+from knitstudy.fem.parallel import serial_blas
 from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder
 from knitstudy.load_path import load_path
@@ -65,23 +66,24 @@ def run(scene: Scene, knit: Knit, progress: Callable[[Increment], None] | None =
     record = CrossingRecord(beams, knit.crossings, scene)
     # Where contact begins, a parabola through what came before overshoots far into the other yarn.
     settings = replace(Settings.of(scene.solver), predictor=1)
-    for increment in trace(model, drive, settings, LU()):
-        columns = record.add(increment.state)
-        gaps = beams.neighbours.gaps(model.places(increment.state.beams).position)
-        displacement = network.station_displacement(model.beams, increment.state.beams)
-        smallest = gaps.smallest if np.isfinite(gaps.smallest) else np.nan
-        recorder.add(increment, displacement, smallest_gap=smallest, **columns)
-        log.info(
-            "increment %d: strain %.4f, force %.6g N, %d Newton iterations, smallest gap %.3g R",
-            increment.index,
-            recorder.columns["strain"][-1],
-            recorder.columns["force"][-1],
-            increment.newton_iterations,
-            smallest / scene.yarn.radius,
-        )
-        require_seen(beams, gaps, record.gap[-1], increment, scene.yarn.radius)
-        if progress:
-            progress(increment)
+    with serial_blas():
+        for increment in trace(model, drive, settings, LU()):
+            columns = record.add(increment.state)
+            gaps = beams.neighbours.gaps(model.places(increment.state.beams).position)
+            displacement = network.station_displacement(model.beams, increment.state.beams)
+            smallest = gaps.smallest if np.isfinite(gaps.smallest) else np.nan
+            recorder.add(increment, displacement, smallest_gap=smallest, **columns)
+            log.info(
+                "increment %d: strain %.4f, force %.6g N, %d Newton iterations, smallest gap %.3g R",
+                increment.index,
+                recorder.columns["strain"][-1],
+                recorder.columns["force"][-1],
+                increment.newton_iterations,
+                smallest / scene.yarn.radius,
+            )
+            require_seen(beams, gaps, record.gap[-1], increment, scene.yarn.radius)
+            if progress:
+                progress(increment)
     law = model.contact
     history = recorder.to_dataset(
         scene=scene.name,

@@ -71,6 +71,7 @@ class BeamModel(Memoryless):
         beam_offsets = np.zeros((self.beams, 2, 3)) if offsets is None else offsets
         self.offsets = np.concatenate([beam_offsets, self.springs.offsets])
         self.arms_turn = arms_turn
+        self._armed = np.flatnonzero(self.offsets.any(axis=(1, 2)))
         points = self.nodes[self.ends] + self.offsets
         self.apart = points[:, 1] - points[:, 0]
         self.elements = beam.Elements.straight(self.apart[: self.beams], section)
@@ -151,7 +152,8 @@ class BeamModel(Memoryless):
     def _tangent(self, now: beam.Deformation, at_ends: np.ndarray, arm: np.ndarray):
         matrices = np.concatenate([beam.stiffness(self.elements, now), self.springs.stiffness_at_points()])
         if self.arms_turn:
-            matrices = rigid_arm.stiffness_at_nodes(matrices, at_ends, arm)
+            armed = self._armed
+            matrices[armed] = rigid_arm.stiffness_at_nodes(matrices[armed], at_ends[armed], arm[armed])
         blocks = matrices.reshape(-1, 2, 6, 2, 6).swapaxes(2, 3).reshape(-1, 4, 36)
         data = self._assembly.empty_stiffness()
         self._assembly.add_stiffness(data, 0, blocks)

@@ -39,12 +39,13 @@ def stiffness_at_nodes(stiffness: np.ndarray, force: np.ndarray, arm: np.ndarray
         Current arms [m].
     """
     lever = hat(arm)  # (E, 2, 3, 3)
-    motion = np.broadcast_to(np.eye(12), stiffness.shape).copy()  # of the ends, from that of the nodes
-    motion[:, 0:3, 3:6] = -lever[:, 0]
-    motion[:, 6:9, 9:12] = -lever[:, 1]
-    at_nodes = np.swapaxes(motion, 1, 2) @ stiffness @ motion
+    at_nodes = stiffness.copy()
+    ends = ((0, slice(0, 3), slice(3, 6)), (1, slice(6, 9), slice(9, 12)))
+    for end, shift, spin in ends:  # a spin w of the node moves the end by w x r = -r^ w
+        at_nodes[:, :, spin] -= at_nodes[:, :, shift] @ lever[:, end]
     # The arm turns under the force: d(r x F) = (w x r) x F = F^ r^ w.
     turning = hat(force[:, 0::2]) @ lever
-    at_nodes[:, 3:6, 3:6] += turning[:, 0]
-    at_nodes[:, 9:12, 9:12] += turning[:, 1]
+    for end, shift, spin in ends:
+        at_nodes[:, spin] += lever[:, end] @ at_nodes[:, shift]
+        at_nodes[:, spin, spin] += turning[:, end]
     return at_nodes

@@ -14,6 +14,7 @@ here), and misses it for centroids a little off.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,7 +81,7 @@ def contact_points(knit: Knit, contacts: xr.Dataset) -> ContactPoints:
             plane[crossing],
             centroid[crossing],
             2 * knit.loop.radius,
-            [_name(contacts, k, number) for k in crossing],
+            lambda k, crossing=crossing, number=number: _name(contacts, crossing[k], number),
         )
         point[on_yarn] = centreline.position(arc_length[on_yarn])
     return ContactPoints(yarn, arc_length, point, centroid)
@@ -126,32 +127,33 @@ def _cut(
     plane: np.ndarray,
     centroid: np.ndarray,
     reach: float,
-    names: list[str],
+    name: Callable[[int], str],
 ) -> np.ndarray:
     """Arc lengths (k,) nearest to `start` where a centreline cuts planes (k, 3) through centroids (k, 3)."""
+    curve = centreline.curve
 
-    def height(s, *plane_and_level):
+    def height(u, *plane_and_level):
         *across, level = plane_and_level
-        return np.einsum("ki,ki->k", centreline.position(s), np.column_stack(across)) - level
+        return np.einsum("ki,ki->k", curve.value(u), np.column_stack(across)) - level
 
     level = np.einsum("ki,ki->k", plane, centroid)
-    s = np.clip(start[:, None] + np.linspace(-reach, reach, SAMPLES + 1), 0.0, centreline.length)
-    position = centreline.position(s.ravel()).reshape(*s.shape, 3)
-    above = np.einsum("kqi,ki->kq", position, plane) > level[:, None]
+    # In the curve's own parameter u, whose unit is a segment: arc lengths would be inverted at every point.
+    limits = np.clip(start + np.array([[-reach], [reach]]), 0.0, centreline.length)
+    u = np.linspace(*centreline.parameter(limits), SAMPLES + 1, axis=1)
+    above = np.einsum("kqi,ki->kq", curve.value(u), plane) > level[:, None]
     changes = above[:, 1:] != above[:, :-1]
     if not changes.any(axis=1).all():
         k = int(np.argmin(changes.any(axis=1)))
         raise GeometryError(
-            f"{names[k]}: the centreline does not cut the contact normal plane within a yarn diameter "
+            f"{name(k)}: the centreline does not cut the contact normal plane within a yarn diameter "
             f"({reach:.3g} m) of the crossing; contact and centreline do not belong together"
         )
-    middle = 0.5 * (s[:, 1:] + s[:, :-1])
+    middle = centreline.arc_length(0.5 * (u[:, 1:] + u[:, :-1]))
     nearest = np.argmin(np.where(changes, np.abs(middle - start[:, None]), np.inf), axis=1)
-    each = np.arange(len(s))
-    bracket = (s[each, nearest], s[each, nearest + 1])
-    return elementwise.find_root(
-        height, bracket, args=(*plane.T, level), tolerances={"xatol": 1e-12 * reach}
-    ).x
+    each = np.arange(len(u))
+    bracket = (u[each, nearest], u[each, nearest + 1])
+    cut = elementwise.find_root(height, bracket, args=(*plane.T, level), tolerances={"xatol": 1e-12})
+    return centreline.arc_length(cut.x)
 
 
 def _name(contacts: xr.Dataset, k: int, yarn: int) -> str:

@@ -10,6 +10,7 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.fem.increment import Settings
 from knitstudy.fem.linear.lu import LU
 from knitstudy.fem.newton import trace
+from knitstudy.fem.parallel import serial_blas
 from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder
 from knitstudy.rom import honeycomb, rom3d
@@ -84,11 +85,12 @@ def pull(network: Network, scene: Scene, knit: Knit, meter: Meter | None = None)
     recorder = Recorder(network.stations, driven, axis, lambda load: load * way, gauge, meter=meter)
     settings = Settings.of(scene.solver)
     couples, magnitudes = [], []
-    for increment in trace(model, drive, settings, LU()):
-        recorder.add(increment, network.station_displacement(model, increment.state))
-        left = model.couples(increment.state)
-        couples.append(left.sum(axis=0))
-        magnitudes.append(np.linalg.norm(left, axis=1).sum())
+    with serial_blas():
+        for increment in trace(model, drive, settings, LU()):
+            recorder.add(increment, network.station_displacement(model, increment.state))
+            left = model.couples(increment.state)
+            couples.append(left.sum(axis=0))
+            magnitudes.append(np.linalg.norm(left, axis=1).sum())
     history = recorder.to_dataset(
         scene=scene.name,
         scene_hash=scene.hash,
