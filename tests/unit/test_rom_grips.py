@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.geometry.arcs import head_arcs, inside, sinker_arcs
+from knitstudy.load_path import Motion
 from knitstudy.rom.grips import grips, tension
 from knitstudy.rom.run import build, run
 
@@ -46,9 +47,9 @@ def test_corners_of_missing_rows_are_gripped_in_the_plane(scene, knit, contacts)
 def test_driven_arcs_move_along_y(scene, knit, contacts, lateral, given):
     network = build(scene, knit, contacts)
     ends = grips(network, knit, "wale")
-    drive = tension(ends, "wale", 2e-3, lateral)
+    drive = tension(ends, Motion(np.array([[0, 2e-3, 0]]), (1.0,), (), axis=1, length=1.0), lateral)
     value = np.full(6 * len(network.nodes), np.nan)
-    value[drive.fixed] = drive.value
+    value[drive.fixed] = drive.at(1.0)
     value = value.reshape(-1, 6)
     np.testing.assert_array_equal(value[ends.held], 0)
     np.testing.assert_array_equal(value[ends.driven][:, 1], 2e-3)

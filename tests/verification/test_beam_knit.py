@@ -12,6 +12,7 @@ from knitstudy.fem.linear.lu import LU
 from knitstudy.fem.newton import trace
 from knitstudy.geometry.build import build as build_geometry
 from knitstudy.geometry.pattern import Knit
+from knitstudy.load_path import load_path
 from knitstudy.rom.grips import grips, tension
 
 
@@ -53,7 +54,7 @@ def test_every_yarn_is_in_balance(scenes, loop_knit, direction, verify):
     beams = build(scene, loop_knit)
     network, model = beams.network, beams.model
     ends = grips(network, loop_knit, direction)
-    drive = tension(ends, direction, 0.01 * loop_knit.width, "fixed")
+    drive = tension(ends, load_path(scene.replace("load.strain", 0.01), loop_knit), "fixed")
     *_, last = trace(model, drive, Settings(increments=4, residual_tolerance=1e-9, predictor=1), LU())
     crossings = loop_knit.crossings
     exerted = CrossingRecord(beams, crossings, scene).add(last.state)["crossing_force"]

@@ -9,6 +9,7 @@ from knitstudy.fem.beam_model import BeamModel
 from knitstudy.fem.increment import Settings
 from knitstudy.fem.linear.lu import LU
 from knitstudy.fem.newton import trace
+from knitstudy.load_path import load_path
 from knitstudy.rom import honeycomb, rom3d
 from knitstudy.rom.crossing_contacts import contacts_of_crossings
 from knitstudy.rom.grips import grips, tension
@@ -34,7 +35,7 @@ def pulled(scene, knit, contacts, joint):
     """Return network, model and final state of the three-dimensional model at 5% strain."""
     network = rom3d.build(knit, contact_points(knit, contacts), 2e-3, joint)
     model = network.model(scene.yarn.diameter, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
-    drive = tension(grips(network, knit, "course"), "course", 0.05 * knit.width, "fixed")
+    drive = tension(grips(network, knit, "course"), load_path(scene, knit), "fixed")
     *_, last = trace(model, drive, Settings(increments=4, residual_tolerance=1e-10), LU())
     return network, model, last.state
 
@@ -80,10 +81,9 @@ def test_spring_joints_leave_just_the_couples_that_are_accounted_for(
     network = build(scene, knit, sprung_contacts)
     model = network.model(scene.yarn.diameter, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
     ends = grips(network, knit, direction)
-    gauge = {"course": knit.width, "wale": knit.height}[direction]
     *_, last = trace(
         model,
-        tension(ends, direction, 0.05 * gauge, "fixed"),
+        tension(ends, load_path(scene, knit), "fixed"),
         Settings(increments=4, residual_tolerance=1e-10),
         LU(),
     )

@@ -59,8 +59,7 @@ def run(scene: Scene, knit: Knit, progress: Callable[[Increment], None] | None =
     network, model = beams.network, beams.model
     motion = load_path(scene, knit)
     ends = grips(network, knit, scene.load.direction)
-    travel = scene.load.strain * motion.length
-    drive = replace(tension(ends, scene.load.direction, travel, scene.load.lateral), stops=motion.stops)
+    drive = tension(ends, motion, scene.load.lateral)
     driven = 6 * ends.driven[:, None] + np.arange(3)
     recorder = Recorder(network.stations, driven, motion.axis, motion.at, motion.length, meter=meter)
     record = CrossingRecord(beams, knit.crossings, scene)

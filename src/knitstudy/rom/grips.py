@@ -2,27 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from knitstudy.fem.increment import Drive
 from knitstudy.geometry.arcs import head_arcs, inside, sinker_arcs
 from knitstudy.geometry.pattern import Knit
+from knitstudy.load_path import Motion
+from knitstudy.mesh.grips import Grips
 from knitstudy.rom.network import Network
 
 SPINS = range(3, 6)
-
-AXES = {"course": 0, "wale": 1}
-"""Axis along which a knit is pulled, by the direction of the load."""
-
-
-@dataclass(frozen=True)
-class Grips:
-    """Nodes of the held and of the driven side."""
-
-    held: np.ndarray
-    driven: np.ndarray
 
 
 def grips(network: Network, knit: Knit, direction: str) -> Grips:
@@ -49,22 +38,20 @@ def gripped_arcs(knit: Knit, direction: str) -> dict[int, np.ndarray]:
     return {yarn: each[(each > 0) & (each < length)] for yarn, each in arcs.items()}
 
 
-def tension(grips: Grips, direction: str, travel: float, lateral: str) -> Drive:
+def tension(grips: Grips, motion: Motion, lateral: str) -> Drive:
     """Return the boundary conditions of a pull.
 
-    The held side has no motion. The driven side moves along the load by `travel` [m] and, with `lateral` "fixed",
+    The held side stays where it is. The driven side moves along the load as `motion` says and, with `lateral` "fixed",
     in no other way. Where all points of a side move along the load alike it cannot tilt either: with `lateral`
     "free" it may move across the load and spin about its direction, and no more.
     """
-    axis = AXES[direction]
+    axis = motion.axis
     given = [axis, *(i for i in range(3) if i != axis), *SPINS]
     if lateral == "free":
         given = [axis, *(spin for spin in SPINS if spin != 3 + axis)]
     driven = 6 * grips.driven[:, None] + given
-    value = np.zeros(driven.shape)
-    value[:, 0] = travel
     clamped = (6 * grips.held[:, None] + np.arange(6)).ravel()
-    return Drive(
-        fixed=np.concatenate([clamped, driven.ravel()]),
-        value=np.concatenate([np.zeros(len(clamped)), value.ravel()]),
-    )
+    value = np.zeros((len(motion.displacement), len(clamped) + driven.size))
+    value[:, len(clamped) :: len(given)] = motion.displacement[:, [axis]]
+    fixed = np.concatenate([clamped, driven.ravel()])
+    return Drive(fixed, value, motion.corners, motion.stops)

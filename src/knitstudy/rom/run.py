@@ -13,8 +13,9 @@ from knitstudy.fem.newton import trace
 from knitstudy.fem.parallel import serial_blas
 from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder
+from knitstudy.load_path import DIRECTIONS, load_path
 from knitstudy.rom import honeycomb, rom3d
-from knitstudy.rom.grips import AXES, gripped_arcs, grips, tension
+from knitstudy.rom.grips import gripped_arcs, grips, tension
 from knitstudy.rom.joints import Joints, spring_joints
 from knitstudy.rom.network import Network
 from knitstudy.rom.points import contact_points
@@ -75,14 +76,11 @@ def pull(network: Network, scene: Scene, knit: Knit, meter: Meter | None = None)
     """
     meter = meter or Meter()
     model = network.model(scene.yarn.diameter, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
-    direction, axis = scene.load.direction, AXES[scene.load.direction]
-    gauge = knit.width if direction == "course" else knit.height
-    travel = scene.load.strain * gauge
-    ends = grips(network, knit, direction)
-    drive = tension(ends, direction, travel, scene.load.lateral)
+    motion = load_path(scene, knit)
+    ends = grips(network, knit, scene.load.direction)
+    drive = tension(ends, motion, scene.load.lateral)
     driven = 6 * ends.driven[:, None] + np.arange(3)
-    way = travel * np.eye(3)[axis]
-    recorder = Recorder(network.stations, driven, axis, lambda load: load * way, gauge, meter=meter)
+    recorder = Recorder(network.stations, driven, motion.axis, motion.at, motion.length, meter=meter)
     settings = Settings.of(scene.solver)
     couples, magnitudes = [], []
     with serial_blas():
@@ -138,7 +136,7 @@ def _require_beams(scene: Scene) -> None:
     """Refuse what would otherwise be left out in silence."""
     allowed = {
         "fidelity": (scene.fidelity, ("rom2d", "rom3d")),
-        "load.direction": (scene.load.direction, tuple(AXES)),
+        "load.direction": (scene.load.direction, DIRECTIONS),
         "solver.linear": (scene.solver.linear, ("auto", "lu")),
     }
     for key, (value, values) in allowed.items():
