@@ -25,10 +25,10 @@ TEXTS = ("alt", "caption", "paper", "ours")
 BY_MODEL = ("rom_distance", "table5_cost", "beams")
 """Tables with a row for each model that a study has."""
 
-COMPARISON, DISTANCES = "fig15", "rom_distance"
-"""What the page opens on: the figures whose names begin so, and the table that belongs to them."""
+COMPARISON, OPENING = "fig15", ("rom_distance", "table5_cost")
+"""What the page opens on: the figures whose names begin so, and the tables that belong to them."""
 
-LONG = 30
+LONG = 40
 """Rows from which on a table is folded."""
 
 
@@ -100,7 +100,7 @@ def render(
         figures=_in_order(items, figures.FIGURES),
         tables=_in_order(built, tables.TABLES),
         comparison=COMPARISON,
-        distances=DISTANCES,
+        opening=OPENING,
         long=LONG,
         claims=results.get("claims", pd.DataFrame()).fillna("").to_dict("records"),
         provenance=_item("provenance", "Data files", "", cells(provenance)),
