@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.style import FAINT, INK, SINGLE, Look, figure
 from knitstudy.tables.centre_cell import Snapshot
+from knitstudy.tables.response import secant_stiffness
 
 PERCENT = 100.0
 
@@ -55,6 +57,31 @@ def draw_curves(curves: Sequence[Curve], quantity: str, unit: str, direction: st
     axes.legend(loc="upper left", handlelength=3.2)
     name_ends(axes, curves, unit)
     return drawing
+
+
+ROOM, LINE = (3.0, 66.0, 12.0), 3.6
+"""Above the axes, their height, and below them for their labels; and a line of the legend [mm]."""
+
+
+def figure_over_legend(lines: int) -> tuple[Figure, Axes]:
+    """Return a figure and its axes, with room below for a legend of so many lines in two columns."""
+    head, height, foot = ROOM
+    below = LINE * (1 + (lines + 1) // 2) + foot
+    whole = head + height + below
+    drawing = figure(WIDTH, whole)
+    return drawing, drawing.add_axes((0.12, below / whole, 0.75, height / whole))
+
+
+def draw_legend_below(drawing: Figure) -> None:
+    """Draw the legend of a figure where `figure_over_legend` has left room for it."""
+    drawing.legend(
+        loc="lower left", ncols=2, fontsize=6.0, handlelength=3.2, columnspacing=1.2, borderaxespad=0.4
+    )
+
+
+def stiffness_ratio(history: xr.Dataset, reference: xr.Dataset) -> str:
+    """Return the secant stiffness over that of a reference, in brackets, for a legend."""
+    return f"({secant_stiffness(history) / secant_stiffness(reference):.2f})"
 
 
 def name_ends(axes: Axes, curves: Sequence[Curve], unit: str) -> None:

@@ -8,17 +8,18 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from knitstudy.figures.curves import PERCENT, WIDTH, Curve, name_ends, strain_label
-from knitstudy.figures.style import BEAMS, MODELS, Look, figure, styled
+from knitstudy.figures.curves import (
+    PERCENT,
+    Curve,
+    draw_legend_below,
+    figure_over_legend,
+    name_ends,
+    stiffness_ratio,
+    strain_label,
+)
+from knitstudy.figures.style import BEAMS, MODELS, Look, styled
 from knitstudy.scene import Scene
 from knitstudy.tables.cases import label_of
-from knitstudy.tables.response import secant_stiffness
-
-AXES, LINE = 68.0, 3.6
-"""Heights of the axes and of a line of the legend [mm]."""
-
-HEAD, FOOT = 3.0, 12.0
-"""Room above the axes, and below them for their labels [mm]."""
 
 
 @styled
@@ -46,15 +47,12 @@ def draw(
     curves = [_curve(dns, MODELS["dns"], "DNS, isotropic friction")]
     for look, (text, history) in zip((MODELS["rom3d"], BEAMS["tied"]), reduced.items(), strict=True):
         if history is not None:
-            curves.append(_curve(history, look, f"3D ROM, {text} {_ratio(history, dns)}"))
+            curves.append(_curve(history, look, f"3D ROM, {text} {stiffness_ratio(history, dns)}"))
     for name, history in beams.items():
         beam = scenes[name].beam
-        text = f"{label_of(scenes[name])} {_ratio(history, dns)}"
+        text = f"{label_of(scenes[name])} {stiffness_ratio(history, dns)}"
         curves.append(_curve(history, BEAMS[f"{beam.contact} {beam.section}"], text))
-    below = LINE * (1 + (len(curves) + 1) // 2) + FOOT
-    height = HEAD + AXES + below
-    drawing = figure(WIDTH, height)
-    axes = drawing.add_axes((0.12, below / height, 0.75, AXES / height))
+    drawing, axes = figure_over_legend(len(curves))
     for curve in curves:
         axes.plot(
             PERCENT * curve.strain, curve.value, label=curve.look.label, clip_on=False, **curve.look.line
@@ -62,9 +60,7 @@ def draw(
     axes.set(xlabel=strain_label(scenes["dns"].load.direction), ylabel="reaction force (N)")
     axes.set_xlim(0, PERCENT * max(float(curve.strain[-1]) for curve in curves))
     axes.set_ylim(0, None)
-    drawing.legend(
-        loc="lower left", ncols=2, fontsize=6.0, handlelength=3.2, columnspacing=1.2, borderaxespad=0.4
-    )
+    draw_legend_below(drawing)
     name_ends(axes, curves, "N")
     return drawing
 
@@ -72,7 +68,3 @@ def draw(
 def _curve(history: xr.Dataset, look: Look, label: str) -> Curve:
     look = Look(label, look.colour, look.dash, look.marker)
     return Curve(look, np.asarray(history["strain"]), np.asarray(history["force"]))
-
-
-def _ratio(history: xr.Dataset, dns: xr.Dataset) -> str:
-    return f"({secant_stiffness(history) / secant_stiffness(dns):.2f})"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
@@ -9,17 +10,18 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.curves import PERCENT, WIDTH, Curve, name_ends, strain_label
-from knitstudy.figures.style import FAINT, MODELS, figure, styled
+from knitstudy.figures.curves import (
+    PERCENT,
+    Curve,
+    draw_legend_below,
+    figure_over_legend,
+    name_ends,
+    stiffness_ratio,
+    strain_label,
+)
+from knitstudy.figures.style import FAINT, MODELS, styled
 from knitstudy.scene import Scene
 from knitstudy.tables.cases import label_of
-from knitstudy.tables.response import secant_stiffness
-
-AXES, LINE = 64.0, 3.6
-"""Heights of the axes and of a line of the legend [mm]."""
-
-HEAD, FOOT = 3.0, 12.0
-"""Room above the axes, and below them for their labels [mm]."""
 
 DASHES = ((0, (1, 1.2)), (0, (4, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (2, 2.5)))
 """Of the variants of one model, in their order."""
@@ -50,47 +52,25 @@ def draw(
     models = {"dns": dns, "rom3d": rom3d, "rom2d": rom2d}
     main = {scenes[fidelity].name for fidelity in models}
     variants = {name: each for name, each in (reduced or {}).items() if name not in main}
-    lines = 3 + (medium is not None) + len(variants)
-    below = LINE * (1 + (lines + 1) // 2) + FOOT
-    height = HEAD + AXES + below
-    drawing = figure(WIDTH, height)
-    axes = drawing.add_axes((0.12, below / height, 0.75, AXES / height))
+    drawing, axes = figure_over_legend(len(models) + (medium is not None) + len(variants))
     if medium is not None:
         _draw_band(axes, dns, medium, [scenes[role].mesh.size for role in ("dns", "medium")])
     for fidelity, history in models.items():
         look = MODELS[fidelity]
-        text = look.label if fidelity == "dns" else f"{look.label} {_ratio(history, dns)}"
+        text = look.label if fidelity == "dns" else f"{look.label} {stiffness_ratio(history, dns)}"
         axes.plot(PERCENT * history["strain"], history["force"], label=text, clip_on=False, **look.line)
-    drawn: dict[str, int] = {}
-    for name, history in variants.items():
-        fidelity = scenes[name].fidelity
-        number = drawn[fidelity] = drawn.get(fidelity, -1) + 1
-        axes.plot(
-            PERCENT * history["strain"],
-            history["force"],
-            color=MODELS[fidelity].colour,
-            linestyle=DASHES[number % len(DASHES)],
-            linewidth=0.9,
-            label=f"{label_of(scenes[name])} {_ratio(history, dns)}",
-            zorder=1.5,
-        )
+    _draw_variants(axes, variants, dns, scenes)
     everything = [*models.values(), *variants.values()]
     axes.set(xlabel=strain_label(scenes["dns"].load.direction), ylabel="reaction force (N)")
     axes.set_xlim(0, PERCENT * max(float(history["strain"].max()) for history in everything))
     axes.set_ylim(0, None)
-    drawing.legend(
-        loc="lower left", ncols=2, fontsize=6.0, handlelength=3.2, columnspacing=1.2, borderaxespad=0.4
-    )
+    draw_legend_below(drawing)
     name_ends(
         axes,
         [Curve(MODELS[fidelity], each["strain"], each["force"]) for fidelity, each in models.items()],
         "N",
     )
     return drawing
-
-
-def _ratio(history: xr.Dataset, dns: xr.Dataset) -> str:
-    return f"({secant_stiffness(history) / secant_stiffness(dns):.2f})"
 
 
 def _draw_band(axes: Axes, dns: xr.Dataset, medium: xr.Dataset, sizes: list[float]) -> None:
@@ -102,3 +82,22 @@ def _draw_band(axes: Axes, dns: xr.Dataset, medium: xr.Dataset, sizes: list[floa
     fine, coarse = sorted(1e3 * size for size in sizes)
     text = f"DNS, elements of {fine:.2f} to {coarse:.2f} mm"
     axes.fill_between(PERCENT * strain, *forces, color=FAINT, alpha=0.6, linewidth=0, label=text)
+
+
+def _draw_variants(
+    axes: Axes, variants: Mapping[str, xr.Dataset], dns: xr.Dataset, scenes: Mapping[str, Scene]
+) -> None:
+    """Draw thin lines in the colours of the models that they are variants of."""
+    drawn: Counter[str] = Counter()
+    for name, history in variants.items():
+        fidelity = scenes[name].fidelity
+        axes.plot(
+            PERCENT * history["strain"],
+            history["force"],
+            color=MODELS[fidelity].colour,
+            linestyle=DASHES[drawn[fidelity] % len(DASHES)],
+            linewidth=0.9,
+            label=f"{label_of(scenes[name])} {stiffness_ratio(history, dns)}",
+            zorder=1.5,
+        )
+        drawn[fidelity] += 1
