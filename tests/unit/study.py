@@ -17,6 +17,7 @@ MODELS = {
     "rom3d-printed-{}": ({"fidelity": "rom3d", "rom.joint": "printed"}, 1.5, 0.5),
     "rom2d-doubled-{}": ({"fidelity": "rom2d", "rom.section": "doubled"}, 2.5, 0.0),
     "beam-{}": ({"fidelity": "beam"}, 0.9, 1.0),
+    "beam-pinned-{}": ({"fidelity": "beam", "beam.tie": "pinned"}, 0.7, 1.0),
     "beam-hertz-{}": ({"fidelity": "beam", "beam.section": "hertz"}, 0.8, 1.0),
 }
 """Keys by name, and force and lift over those of the direct simulation."""

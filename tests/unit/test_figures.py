@@ -76,7 +76,8 @@ def results(knit):
             for name in ("rom3d-tie-course", "rom3d-printed-tie-course")
         },
         "beams": {
-            f"beam-{kind}isotropic-course": synthetic.history(force=(0, 4, 8)) for kind in ("", "hertz-")
+            f"beam-{kind}isotropic-course": synthetic.history(force=(0, 4, 8))
+            for kind in ("", "pinned-", "hertz-")
         },
     }
 
@@ -202,10 +203,11 @@ def test_beams_are_compared_with_solids_and_reduced_models(drawn):
         "3D ROM, isotropic friction (1.20)",
         "3D ROM, ties (1.00)",
         "beams, point contact, rigid (0.80)",
+        "beams, point contact, rigid, pinned ties (0.80)",
         "beams, point contact, Hertzian (0.80)",
     }
-    colours = [line.get_color() for line in figure.axes[0].get_lines()]
-    assert len(set(colours)) == len(colours)
+    looks = [(line.get_color(), line.get_linestyle()) for line in figure.axes[0].get_lines()]
+    assert len(set(looks)) == len(looks)
 
 
 @pytest.mark.parametrize("name", ["fig16_out_of_plane", "fig16_wale"])

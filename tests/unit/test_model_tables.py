@@ -35,7 +35,9 @@ def test_cases_hold_what_is_compared(every, scenes):
         "rom2d-isotropic-wale",
     ]
     assert len(case.reduced) == 4
-    assert [model.scene.name for model in case.beams] == ["beam-isotropic-wale", "beam-hertz-isotropic-wale"]
+    assert [model.scene.name for model in case.beams] == [
+        f"beam-{kind}isotropic-wale" for kind in ("", "pinned-", "hertz-")
+    ]
     assert cases["tie", "wale"].beams == ()
 
 
@@ -49,6 +51,7 @@ def test_labels_name_what_makes_a_variant(scenes):
         "3D ROM, springs of centrelines": base.replace("rom.displacement", "centreline"),
         "3D ROM, springs of other tension": base.replace("rom.springs_from", "dns-isotropic-wale"),
         "2D ROM, doubled segments": scenes["rom2d-doubled-tie-wale"],
+        "beams, point contact, rigid, pinned ties": scenes["beam-pinned-isotropic-course"],
         "beams, point contact, Hertzian": scenes["beam-hertz-isotropic-course"],
         "DNS, elements of 0.45 mm": scenes["dns-tie-course-medium"],
     }
@@ -81,12 +84,12 @@ def test_distance_without_a_second_mesh_is_not_compared(every, scenes):
 
 def test_beams_say_what_each_ingredient_changes(every, scenes):
     table = catalogue.build("beams", every=every, scenes=scenes).set_index("model")
-    assert len(table) == 2 * 4
+    assert len(table) == 2 * 5
     hertz = table.loc["beams, point contact, Hertzian; course"]
     assert hertz["stiffness over DNS's [1]"] == pytest.approx(0.8)
-    assert hertz["stiffness over that of points and rigid sections [1]"] == pytest.approx(0.8 / 0.9)
+    assert hertz["stiffness over that of the first beams [1]"] == pytest.approx(0.8 / 0.9)
     assert table.loc["3D ROM; wale", "stiffness over DNS's [1]"] == pytest.approx(1.2)
-    assert np.isnan(table.loc["DNS; wale", "stiffness over that of points and rigid sections [1]"])
+    assert np.isnan(table.loc["DNS; wale", "stiffness over that of the first beams [1]"])
 
 
 def test_tables_of_a_study_without_their_models_are_empty(scenes, every):
@@ -114,7 +117,7 @@ def test_responses_by_hand(every, scenes):
 
 def test_responses_name_only_keys_that_a_model_reads(every, scenes):
     table = catalogue.build("responses", every=every, scenes=scenes).set_index("scene").astype(object)
-    keys_of_models = table.loc[:, "tied edges":"beam section"]
+    keys_of_models = table.loc[:, "tied edges":"beam ties"]
     for name, keys in {
         "dns-tie-course": set(),
         "dns-isotropic-course": {
@@ -124,7 +127,13 @@ def test_responses_name_only_keys_that_a_model_reads(every, scenes):
         },
         "rom3d-isotropic-wale": {"contacts from", "joint", "springs", "springs from", "axes of springs"},
         "rom2d-tie-wale": {"contacts from", "segment of two yarns"},
-        "beam-isotropic-course": {"tied edges", "friction coefficient [1]", "beam contact", "beam section"},
+        "beam-isotropic-course": {
+            "tied edges",
+            "friction coefficient [1]",
+            "beam contact",
+            "beam section",
+            "beam ties",
+        },
     }.items():
         given = set(keys_of_models.loc[name].dropna().index)
         assert given - {"augmentations allowed [1]", "displacement of springs"} == keys, name

@@ -330,7 +330,8 @@ def test_roles_of_a_whole_study(plain_scene):
             f"{kind}-{case}" for kind in ("rom3d", "rom2d", "rom3d-printed", "rom2d-doubled")
         ]
         beams = [scene.name for scene in roles.get("beams", [])]
-        assert beams == ([f"beam-{case}", f"beam-hertz-{case}"] if "isotropic" in case else [])
+        kinds = ("", "pinned-", "hertz-") if "isotropic" in case else ()
+        assert beams == [f"beam-{kind}{case}" for kind in kinds]
         assert [scene.name for scene in roles["every"]] == [scene.name for scene in scenes]
         assert {f"{each}_{model}" for each in CASES for model in ("dns", "rom3d", "rom2d")} <= set(roles)
         assert roles["isotropic_wale_rom2d"].name == "rom2d-isotropic-wale"

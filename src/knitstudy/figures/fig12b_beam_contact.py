@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -49,9 +50,8 @@ def draw(
         if history is not None:
             curves.append(_curve(history, look, f"3D ROM, {text} {stiffness_ratio(history, dns)}"))
     for name, history in beams.items():
-        beam = scenes[name].beam
         text = f"{label_of(scenes[name])} {stiffness_ratio(history, dns)}"
-        curves.append(_curve(history, BEAMS[f"{beam.contact} {beam.section}"], text))
+        curves.append(_curve(history, _look(scenes[name]), text))
     drawing, axes = figure_over_legend(len(curves))
     for curve in curves:
         axes.plot(
@@ -66,5 +66,10 @@ def draw(
 
 
 def _curve(history: xr.Dataset, look: Look, label: str) -> Curve:
-    look = Look(label, look.colour, look.dash, look.marker)
-    return Curve(look, np.asarray(history["strain"]), np.asarray(history["force"]))
+    return Curve(replace(look, label=label), np.asarray(history["strain"]), np.asarray(history["force"]))
+
+
+def _look(scene: Scene) -> Look:
+    """Return colour and marker of a contact and a section; dotted where ties are pinned."""
+    look = BEAMS[f"{scene.beam.contact} {scene.beam.section}"]
+    return replace(look, dash=":") if scene.beam.tie == "pinned" else look

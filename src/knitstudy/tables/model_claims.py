@@ -9,7 +9,7 @@ import numpy as np
 
 from knitstudy.catalogue import CASES
 from knitstudy.rom.springs import springs
-from knitstudy.tables.beams import PLAIN
+from knitstudy.tables.beams import is_plain
 from knitstudy.tables.cases import Case
 from knitstudy.tables.evidence import NOT_RUN, REPRODUCED, Evidence, Judgement, at_full_strain, verdict
 from knitstudy.tables.reference import number
@@ -199,7 +199,7 @@ def judge_cost_with_friction(evidence: Evidence) -> Judgement:
 def judge_beams(evidence: Evidence) -> Judgement:
     """B1: beams in contact at one point of a crossing, with rigid sections, are softer than solids."""
     case = _case(evidence, "isotropic", "course", ())
-    plain = [m for m in case.beams if (m.scene.beam.contact, m.scene.beam.section) == PLAIN] if case else []
+    plain = [model for model in case.beams if is_plain(model.scene)] if case else []
     if not plain:
         return Judgement("", NOT_RUN, "the study has no beams in contact beside solids in course tension")
     reference = secant_stiffness(case.dns.history)

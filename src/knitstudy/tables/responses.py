@@ -77,6 +77,7 @@ def _keys(scene: Scene, history: xr.Dataset) -> dict:
         "segment of two yarns": scene.rom.section if scene.fidelity == "rom2d" else None,
         "beam contact": scene.beam.contact if scene.fidelity == "beam" else None,
         "beam section": scene.beam.section if scene.fidelity == "beam" else None,
+        "beam ties": scene.beam.tie if scene.fidelity == "beam" else None,
         "mesh size [m]": size[scene.fidelity],
     }
 
