@@ -203,7 +203,7 @@ def test_beams_are_compared_with_solids_and_reduced_models(drawn):
         "3D ROM, isotropic friction (1.20)",
         "3D ROM, ties (1.00)",
         "beams, point contact, rigid (0.80)",
-        "beams, point contact, rigid, pinned ties (0.80)",
+        "beams, point contact, rigid, pinned (0.80)",
         "beams, point contact, Hertzian (0.80)",
     }
     looks = [(line.get_color(), line.get_linestyle()) for line in figure.axes[0].get_lines()]

@@ -51,7 +51,7 @@ def test_labels_name_what_makes_a_variant(scenes):
         "3D ROM, springs of centrelines": base.replace("rom.displacement", "centreline"),
         "3D ROM, springs of other tension": base.replace("rom.springs_from", "dns-isotropic-wale"),
         "2D ROM, doubled segments": scenes["rom2d-doubled-tie-wale"],
-        "beams, point contact, rigid, pinned ties": scenes["beam-pinned-isotropic-course"],
+        "beams, point contact, rigid, pinned": scenes["beam-pinned-isotropic-course"],
         "beams, point contact, Hertzian": scenes["beam-hertz-isotropic-course"],
         "DNS, elements of 0.45 mm": scenes["dns-tie-course-medium"],
     }

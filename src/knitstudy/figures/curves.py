@@ -75,7 +75,7 @@ def figure_over_legend(lines: int) -> tuple[Figure, Axes]:
 def draw_legend_below(drawing: Figure) -> None:
     """Draw the legend of a figure where `figure_over_legend` has left room for it."""
     drawing.legend(
-        loc="lower left", ncols=2, fontsize=6.0, handlelength=3.2, columnspacing=1.2, borderaxespad=0.4
+        loc="lower left", ncols=2, fontsize=6.0, handlelength=3.0, columnspacing=1.0, borderaxespad=0.4
     )
 
 

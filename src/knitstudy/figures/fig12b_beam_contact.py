@@ -49,6 +49,7 @@ def draw(
     for look, (text, history) in zip((MODELS["rom3d"], BEAMS["tied"]), reduced.items(), strict=True):
         if history is not None:
             curves.append(_curve(history, look, f"3D ROM, {text} {stiffness_ratio(history, dns)}"))
+    named = list(curves)
     for name, history in beams.items():
         text = f"{label_of(scenes[name])} {stiffness_ratio(history, dns)}"
         curves.append(_curve(history, _look(scenes[name]), text))
@@ -61,7 +62,7 @@ def draw(
     axes.set_xlim(0, PERCENT * max(float(curve.strain[-1]) for curve in curves))
     axes.set_ylim(0, None)
     draw_legend_below(drawing)
-    name_ends(axes, curves, "N")
+    name_ends(axes, named, "N")
     return drawing
 
 

@@ -110,7 +110,7 @@ def label_of(scene: Scene) -> str:
     if scene.fidelity == "dns":
         return f"{name}, elements of {1e3 * scene.mesh.size:.2f} mm"
     if scene.fidelity == "beam":
-        ties = ", pinned ties" if scene.beam.tie == "pinned" else ""
+        ties = ", pinned" if scene.beam.tie == "pinned" else ""
         return f"{name}, {scene.beam.contact} contact, {SECTIONS[scene.beam.section]}{ties}"
     rom = scene.rom
     words = [
