@@ -15,6 +15,7 @@ MODELS = {
     "rom3d-{}": ({"fidelity": "rom3d"}, 1.2, 0.75),
     "rom2d-{}": ({"fidelity": "rom2d"}, 2.0, 0.0),
     "rom3d-printed-{}": ({"fidelity": "rom3d", "rom.joint": "printed"}, 1.5, 0.5),
+    "rom3d-pinned-{}": ({"fidelity": "rom3d", "rom.joint": "pinned"}, 1.1, 0.9),
     "rom2d-doubled-{}": ({"fidelity": "rom2d", "rom.section": "doubled"}, 2.5, 0.0),
     "beam-{}": ({"fidelity": "beam"}, 0.9, 1.0),
     "beam-pinned-{}": ({"fidelity": "beam", "beam.tie": "pinned"}, 0.7, 1.0),

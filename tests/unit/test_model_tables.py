@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import study
 
+from knitstudy.configuration import load_scenes
 from knitstudy.io import read_table
 from knitstudy.tables import catalogue
 from knitstudy.tables.cases import cases_of, label_of
@@ -34,7 +35,7 @@ def test_cases_hold_what_is_compared(every, scenes):
         "rom3d-isotropic-wale",
         "rom2d-isotropic-wale",
     ]
-    assert len(case.reduced) == 4
+    assert len(case.reduced) == 5
     assert [model.scene.name for model in case.beams] == [
         f"beam-{kind}isotropic-wale" for kind in ("", "pinned-", "hertz-")
     ]
@@ -46,6 +47,7 @@ def test_labels_name_what_makes_a_variant(scenes):
     variants = {
         "3D ROM": base,
         "3D ROM, printed joints": base.replace("rom.joint", "printed"),
+        "3D ROM, pinned joints": base.replace("rom.joint", "pinned"),
         "3D ROM, springs by crossing": base.replace("rom.springs", "zones"),
         "3D ROM, springs along x, y, z": base.replace("rom.axes", "global"),
         "3D ROM, springs of centrelines": base.replace("rom.displacement", "centreline"),
@@ -60,10 +62,25 @@ def test_labels_name_what_makes_a_variant(scenes):
     }
 
 
+def test_models_of_the_study_can_be_told_apart():
+    made = load_scenes().values()
+    named = [
+        (
+            scene.rom.contacts_from or scene.interaction,
+            scene.load.direction,
+            scene.load.strain,
+            label_of(scene),
+        )
+        for scene in made
+        if scene.fidelity != "dns"
+    ]
+    assert len(set(named)) == len(named)
+
+
 def test_distances_of_all_models_and_of_the_meshes(every, scenes):
     table = catalogue.build("rom_distance", every=every, scenes=scenes).set_index("model")
     assert table.index.is_unique
-    assert len(table) == 4 * 6
+    assert len(table) == 4 * 7
     of = table.loc["3D ROM, printed joints; tie constraint, wale"]
     assert of["scene"] == "rom3d-printed-tie-wale"
     assert of["L2 distance of force to DNS [1]"] == pytest.approx(0.5)

@@ -327,7 +327,7 @@ def test_roles_of_a_whole_study(plain_scene):
         assert roles["rom3d"].name == f"rom3d-{case}"
         assert roles["medium"].name == f"dns-{case}-medium"
         assert [scene.name for scene in roles["reduced"]] == [
-            f"{kind}-{case}" for kind in ("rom3d", "rom2d", "rom3d-printed", "rom2d-doubled")
+            f"{kind}-{case}" for kind in ("rom3d", "rom2d", "rom3d-printed", "rom3d-pinned", "rom2d-doubled")
         ]
         beams = [scene.name for scene in roles.get("beams", [])]
         kinds = ("", "pinned-", "hertz-") if "isotropic" in case else ()

@@ -14,6 +14,7 @@ from knitstudy.tables.response import INTERACTIONS, NAMES
 
 VARIANTS = {
     "printed": "printed joints",
+    "pinned": "pinned joints",
     "zones": "springs by crossing",
     "centreline": "springs of centrelines",
     "doubled": "doubled segments",

@@ -235,7 +235,9 @@ def _in_cases(evidence: Evidence, judge: Callable[[Case], tuple[str, bool]], beg
         f"{case.label}: {said}" for case, (said, _) in zip(cases, judged, strict=True)
     )
     holding = sum(holds for _, holds in judged)
-    result = Judgement(measured, verdict(holding == len(cases)), f"holds in {holding} of {len(cases)} cases")
+    result = Judgement(
+        measured, verdict(holding == len(cases)), f"the main models hold in {holding} of {len(cases)} cases"
+    )
     if result.verdict == REPRODUCED and len(cases) < len(CASES):
         result = replace(result, verdict=NOT_RUN)
     histories = [model.history for case in cases for model in (case.dns, *case.main.values())]
