@@ -214,7 +214,7 @@ def test_model_with_friction_that_takes_longer_saves_less(evidence):
     slow = with_history(evidence, "rom3d-isotropic-course", wall_seconds=0.6)
     judged = JUDGES["R6"](slow)
     assert judged.verdict == "not reproduced"
-    assert "time 167 (ties 200)" in judged.measured
+    assert "time 166.7 (ties 200)" in judged.measured
 
 
 def test_savings_at_another_mesh_size_decide_nothing(evidence):

@@ -187,7 +187,7 @@ def judge_cost_with_friction(evidence: Evidence) -> Judgement:
     saved, with_ties = _savings(slides), _savings(tie)
     names = ("DOF", "memory growth", "time")
     measured = "DNS over 3D ROM: " + ", ".join(
-        f"{name} {mine:.3g} (ties {theirs:.3g})"
+        f"{name} {mine:,.4g} (ties {theirs:,.4g})"
         for name, mine, theirs in zip(names, saved, with_ties, strict=True)
     )
     holds = all(mine >= AS_MUCH * theirs for mine, theirs in zip(saved, with_ties, strict=True))
