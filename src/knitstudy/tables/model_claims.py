@@ -71,14 +71,17 @@ def judge_out_of_plane(evidence: Evidence) -> Judgement:
 
 
 def judge_motion_order(evidence: Evidence) -> Judgement:
-    """R3: the 3D model moves further out of its plane with isotropic friction than with ties, and so does the DNS."""
+    """R3: the 3D model moves further out of its plane with isotropic friction than with ties, and so does the DNS.
+
+    Fig. 16 shows course tension, which decides; wale tension is reported beside it.
+    """
     cases = {(case.interaction, case.direction): case for case in _with_models(evidence, ("rom3d",))}
     directions = [way for way in ("course", "wale") if ("tie", way) in cases and ("isotropic", way) in cases]
-    if not directions:
+    if "course" not in directions:
         return Judgement(
-            "", NOT_RUN, "the study has no 3D ROM with ties and with isotropic friction of one direction"
+            "", NOT_RUN, "the study has no 3D ROM with ties and with isotropic friction in course tension"
         )
-    said, more = [], []
+    said, more = [], {}
     for way in directions:
         tie, slides = cases["tie", way], cases["isotropic", way]
         of_rom, of_dns = (
@@ -86,11 +89,12 @@ def judge_motion_order(evidence: Evidence) -> Judgement:
             for one, other in ((slides.main["rom3d"], tie.main["rom3d"]), (slides.dns, tie.dns))
         )
         said.append(f"{way} {of_rom:.2f} in the 3D ROM, {of_dns:.2f} in the DNS")
-        more.append(of_rom > 1 and of_dns > 1)
+        more[way] = of_rom > 1 and of_dns > 1
     judged = Judgement(
         f"largest |u_z| with isotropic friction over that with ties: {'; '.join(said)}",
-        verdict(all(more)),
-        f"holds in both models in {sum(more)} of {len(more)} directions",
+        verdict(more["course"]),
+        "Fig. 16 is of course tension, which decides"
+        + (f"; in wale tension it {'holds' if more['wale'] else 'does not hold'}" if "wale" in more else ""),
     )
     compared = [cases[kind, way] for way in directions for kind in ("tie", "isotropic")]
     histories = [model.history for case in compared for model in (case.dns, case.main["rom3d"])]
