@@ -27,6 +27,7 @@ from knitstudy.contact.tie import tie_crossings
 from knitstudy.contact.tied_crossings import tied_crossings
 from knitstudy.contact.yarns import contact_law
 from knitstudy.errors import ConvergenceError, KnitstudyError
+from knitstudy.load_path import DIRECTIONS
 from knitstudy.mesh.deck import specimen_deck
 from knitstudy.mesh.inp import write_inp
 from knitstudy.scene import Scene
@@ -124,7 +125,7 @@ def _there(scene: Scene, folder: Path, threads: int, rests: bool = True) -> dict
         "dof": mesh.nodes.size,
         "increments": len(run.time) - int(rests),
         "newton_iterations": int(run.iterations.sum()),
-        **_forces(scene.load.strain * share, run.force[:, 0]),
+        **_forces(scene.load.strain * share, run.force[:, DIRECTIONS.index(scene.load.direction)]),
         "wall_s": run.seconds,
         "memory_growth_MB": run.memory_growth / 1e6,
         "memory_peak_MB": run.memory_peak / 1e6,

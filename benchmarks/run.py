@@ -21,6 +21,7 @@ from knitstudy import calculix, dns
 from knitstudy.configuration import load_scene, load_scenes
 from knitstudy.errors import KnitstudyError
 from knitstudy.io import write_table
+from knitstudy.load_path import DIRECTIONS
 from knitstudy.mesh.deck import specimen_deck
 from knitstudy.mesh.inp import write_inp
 
@@ -125,7 +126,7 @@ def _peer(options: argparse.Namespace, folder: Path):
         "dof": mesh.nodes.size,
         "increments": len(run.time),
         "newton_iterations": int(run.iterations.sum()),
-        "force_N": float(run.force[-1, 0]),
+        "force_N": float(run.force[-1, DIRECTIONS.index(scene.load.direction)]),
         "wall_s": run.seconds,
         "memory_growth_MB": run.memory_growth / 1e6,
         "memory_peak_MB": run.memory_peak / 1e6,
