@@ -27,8 +27,8 @@ ISOTROPIC_COURSE, ISOTROPIC_WALE = COURSE | ISOTROPIC | OUTER_TIED, WALE | ISOTR
 
 CASES = {
     "tie_course": TIED_COURSE,
-    "isotropic_course": ISOTROPIC_COURSE,
     "tie_wale": TIED_WALE,
+    "isotropic_course": ISOTROPIC_COURSE,
     "isotropic_wale": ISOTROPIC_WALE,
 }
 """The four cases that reduced models are compared in (Fig. 15)."""

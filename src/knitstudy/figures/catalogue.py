@@ -35,8 +35,8 @@ FIGURES = {
         )
         for letter, direction, interaction, of in (
             ("a", "course", "ties", TIED_COURSE),
-            ("b", "course", "isotropic friction", ISOTROPIC_COURSE),
-            ("c", "wale", "ties", TIED_WALE),
+            ("b", "wale", "ties", TIED_WALE),
+            ("c", "course", "isotropic friction", ISOTROPIC_COURSE),
             ("d", "wale", "isotropic friction", ISOTROPIC_WALE),
         )
     },
