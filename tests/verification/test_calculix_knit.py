@@ -32,7 +32,7 @@ SCENE = SimpleNamespace(
     specimen="knit",
     interaction="tie",
     yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42),
-    load=SimpleNamespace(strain=STRAIN, lateral="fixed", path=(), stops=()),
+    load=SimpleNamespace(direction="course", strain=STRAIN, lateral="fixed", path=(), stops=()),
     solver=SimpleNamespace(increments=INCREMENTS),
 )
 

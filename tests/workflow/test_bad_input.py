@@ -78,8 +78,12 @@ def test_truncated_mesh_keeps_the_results(finished_copy):
     history = finished_copy.folder / "results" / "dns" / "dns-tie-course-coarse.nc"
     earlier = history.read_bytes()
     os.truncate(mesh, mesh.stat().st_size // 2)
-    message = one_message(finished_copy.study("ci"))
-    assert "results/mesh/dns-tie-course-coarse.nc: is truncated or is not netCDF" in message
+    ended = finished_copy.study("ci")
+    assert ended.returncode == 1
+    errors = [line for line in (ended.stdout + ended.stderr).splitlines() if line.startswith("error")]
+    assert errors, "every rule that reads the mesh says so; two may at once"
+    wrong = "results/mesh/dns-tie-course-coarse.nc: is truncated or is not netCDF"
+    assert all(wrong in line for line in errors), errors
     assert history.read_bytes() == earlier
 
 
