@@ -9,13 +9,8 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.scene import Scene
-from knitstudy.tables.cases import Case, Model, cases_of
-from knitstudy.tables.response import (
-    force_distance,
-    largest_out_of_plane,
-    out_of_plane_agreement,
-    secant_stiffness,
-)
+from knitstudy.tables.cases import Case, cases_of
+from knitstudy.tables.response import comparison, secant_stiffness
 
 PLAIN = ("point", "rigid", "rigid")
 """Contact, section and ties of the model that ingredients are added to."""
@@ -64,25 +59,14 @@ def _rows(case: Case) -> Iterator[dict]:
     beside = [case.main["rom3d"]] if "rom3d" in case.main else []
     for model in (case.dns, *beside, *case.beams):
         history = model.history
-        stiffness = secant_stiffness(history)
-        values = (
-            _label(model, case),
-            model.scene.name,
-            float(history["strain"][-1]),
-            float(history["force"][-1]),
-            stiffness,
-            stiffness / secant_stiffness(dns),
-            stiffness / base if model in case.beams else np.nan,
-            force_distance(history, dns),
-            largest_out_of_plane(history),
-            out_of_plane_agreement(history, dns).correlation,
-            history.sizes["increment"] - 1,
-            int(history["newton_iterations"].sum()),
-            history.attrs["wall_seconds"],
-        )
-        yield dict(zip(COLUMNS, values, strict=True))
-
-
-def _label(model: Model, case: Case) -> str:
-    name = "DNS" if model is case.dns else model.label
-    return f"{name}; {case.direction}"
+        yield {
+            "model": f"{case.name_of(model)}; {case.direction}",
+            "scene": model.scene.name,
+            **comparison(history, dns),
+            "stiffness over that of the first beams [1]": (
+                secant_stiffness(history) / base if model in case.beams else np.nan
+            ),
+            "increments [1]": history.sizes["increment"] - 1,
+            "Newton iterations [1]": int(history["newton_iterations"].sum()),
+            "time [s]": history.attrs["wall_seconds"],
+        }

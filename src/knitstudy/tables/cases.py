@@ -71,6 +71,10 @@ class Case:
         """Interaction and direction in words."""
         return f"{INTERACTIONS[self.interaction]}, {self.direction}"
 
+    def name_of(self, model: Model) -> str:
+        """Return what one of the models is called: "DNS" the one that others are compared with."""
+        return "DNS" if model is self.dns else model.label
+
 
 def cases_of(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> Iterator[Case]:
     """Yield the cases of which there is a direct simulation.

@@ -174,3 +174,17 @@ def _shares(history: xr.Dataset) -> np.ndarray:
     longest = np.zeros(yarn.max() + 1)
     np.maximum.at(longest, yarn, s)
     return s / longest[yarn]
+
+
+def comparison(history: xr.Dataset, dns: xr.Dataset) -> dict[str, float]:
+    """Return what a model does at its largest strain, and how far that is from its direct simulation, by column."""
+    stiffness = secant_stiffness(history)
+    return {
+        "strain [1]": float(history["strain"][-1]),
+        "force [N]": float(history["force"][-1]),
+        "secant stiffness [N/m]": stiffness,
+        "stiffness over DNS's [1]": stiffness / secant_stiffness(dns),
+        "L2 distance of force to DNS [1]": force_distance(history, dns),
+        "largest |u_z| [m]": largest_out_of_plane(history),
+        "correlation of u_z with DNS [1]": out_of_plane_agreement(history, dns).correlation,
+    }

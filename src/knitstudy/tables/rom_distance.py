@@ -9,13 +9,8 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.scene import Scene
-from knitstudy.tables.cases import Case, Model, cases_of
-from knitstudy.tables.response import (
-    force_distance,
-    largest_out_of_plane,
-    out_of_plane_agreement,
-    secant_stiffness,
-)
+from knitstudy.tables.cases import Case, cases_of
+from knitstudy.tables.response import comparison, force_distance, out_of_plane_agreement
 
 
 def build(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
@@ -51,24 +46,11 @@ def _rows(case: Case) -> Iterator[dict]:
     medium = [case.medium] if case.medium else []
     between_meshes = force_distance(case.medium.history, dns) if case.medium else np.nan
     for model in (case.dns, *medium, *case.reduced):
-        history, agreement = model.history, out_of_plane_agreement(model.history, dns)
-        distance = force_distance(history, dns)
-        values = (
-            _label(model, case),
-            model.scene.name,
-            float(history["strain"][-1]),
-            float(history["force"][-1]),
-            secant_stiffness(history),
-            secant_stiffness(history) / secant_stiffness(dns),
-            distance,
-            distance / between_meshes,
-            largest_out_of_plane(history),
-            agreement.correlation,
-            agreement.amplitude,
-        )
-        yield dict(zip(COLUMNS, values, strict=True))
-
-
-def _label(model: Model, case: Case) -> str:
-    name = "DNS" if model is case.dns else model.label
-    return f"{name}; {case.label}"
+        history = model.history
+        yield {
+            "model": f"{case.name_of(model)}; {case.label}",
+            "scene": model.scene.name,
+            **comparison(history, dns),
+            "distance over that of DNS's meshes [1]": force_distance(history, dns) / between_meshes,
+            "amplitude of u_z over DNS's [1]": out_of_plane_agreement(history, dns).amplitude,
+        }
