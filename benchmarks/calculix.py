@@ -19,17 +19,18 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from knitstudy import calculix, dns
-from knitstudy.configuration import load_scene
 from knitstudy.errors import KnitstudyError
-from knitstudy.fem.calculix_hexahedron import CalculixHexahedron
-from knitstudy.fem.newton import trace
-from knitstudy.fem.solid import SolidModel
+from knitstudy.exchange import calculix
+from knitstudy.exchange.deck import CONSTRAINTS, specimen_deck
+from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.build import build
 from knitstudy.geometry.pattern import Knit
-from knitstudy.mesh.deck import CONSTRAINTS, specimen_deck
-from knitstudy.mesh.inp import write_inp
+from knitstudy.mechanics.calculix_hexahedron import CalculixHexahedron
+from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.knit import mesh_knit
+from knitstudy.solids import dns
+from knitstudy.study.configuration import load_scene
 
 
 @dataclasses.dataclass(frozen=True)

@@ -21,16 +21,17 @@ import measure
 import numpy as np
 import pandas as pd
 
-from knitstudy import calculix, dns
-from knitstudy.configuration import load_scene
-from knitstudy.contact.tie import tie_crossings
-from knitstudy.contact.tied_crossings import tied_crossings
-from knitstudy.contact.yarns import contact_law
+from knitstudy.crossings.tied_crossings import tied_crossings
 from knitstudy.errors import ConvergenceError, KnitstudyError
+from knitstudy.exchange import calculix
+from knitstudy.exchange.deck import specimen_deck
+from knitstudy.exchange.inp import write_inp
 from knitstudy.load_path import DIRECTIONS
-from knitstudy.mesh.deck import specimen_deck
-from knitstudy.mesh.inp import write_inp
-from knitstudy.scene import Scene
+from knitstudy.solids import dns
+from knitstudy.solids.tie import tie_crossings
+from knitstudy.solids.yarn_contact import contact_law
+from knitstudy.study.configuration import load_scene
+from knitstudy.study.scene import Scene
 
 STRAINS = (0.01, 0.03, 0.05)
 

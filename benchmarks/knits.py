@@ -6,16 +6,17 @@ from pathlib import Path
 
 from measure import ready
 
-from knitstudy import contacts, dns
-from knitstudy.configuration import load_scene
+from knitstudy.crossings import contacts
+from knitstudy.files.netcdf import read_dataset, write_dataset
 from knitstudy.geometry.build import build
 from knitstudy.geometry.pattern import Knit
-from knitstudy.io import read_dataset, write_dataset
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.rom.run import run as run_rom
-from knitstudy.scene import Scene
+from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.networks.rom.run import run as run_rom
+from knitstudy.solids import dns
+from knitstudy.study.configuration import load_scene
+from knitstudy.study.scene import Scene
 
 
 def prepare(scene: Scene, folder: Path) -> None:

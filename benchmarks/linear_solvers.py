@@ -9,11 +9,11 @@ import scipy.sparse as sp
 from knits import load
 from measure import ready
 
-from knitstudy import dns
-from knitstudy.configuration import load_scene
-from knitstudy.fem.constraints import Pinning
-from knitstudy.fem.newton import trace
-from knitstudy.fem.parallel import serial_blas
+from knitstudy.mechanics.constraints import Pinning
+from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.parallel import serial_blas
+from knitstudy.solids import dns
+from knitstudy.study.configuration import load_scene
 
 TOLERANCE = 1e-8
 

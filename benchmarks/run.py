@@ -17,13 +17,14 @@ import knits
 import measure
 import pandas as pd
 
-from knitstudy import calculix, dns
-from knitstudy.configuration import load_scene, load_scenes
 from knitstudy.errors import KnitstudyError
-from knitstudy.io import write_table
+from knitstudy.exchange import calculix
+from knitstudy.exchange.deck import specimen_deck
+from knitstudy.exchange.inp import write_inp
+from knitstudy.files.csv_table import write_table
 from knitstudy.load_path import DIRECTIONS
-from knitstudy.mesh.deck import specimen_deck
-from knitstudy.mesh.inp import write_inp
+from knitstudy.solids import dns
+from knitstudy.study.configuration import load_scene, load_scenes
 
 TABLE = Path("results/tables/bench.csv")
 SOLVERS = ("three_scale", "amg", "lu")

@@ -21,14 +21,14 @@ import pandas as pd
 import yaml
 from scipy.optimize import minimize_scalar
 
-from knitstudy import dns
-from knitstudy.configuration import load_scene
 from knitstudy.errors import KnitstudyError
+from knitstudy.files.csv_table import write_table
 from knitstudy.geometry.build import build
 from knitstudy.geometry.specimen import read_specimen
-from knitstudy.io import write_table
 from knitstudy.mesh.specimen import mesh_specimen
-from knitstudy.scene import Scene
+from knitstudy.solids import dns
+from knitstudy.study.configuration import load_scene
+from knitstudy.study.scene import Scene
 
 TABLES = Path("results/tables")
 

@@ -5,8 +5,8 @@ import pytest
 
 from knitstudy.geometry.build import initial_loop
 from knitstudy.geometry.pattern import Knit
-from knitstudy.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.scene import Scene
+from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.study.scene import Scene
 
 
 def pytest_addoption(parser):

@@ -10,10 +10,10 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 
 from knitstudy.errors import DataFileError
-from knitstudy.fem.increment import Increment, Rate
-from knitstudy.fem.model import Response
+from knitstudy.files.replacing import replacing
 from knitstudy.history import Recorder
-from knitstudy.io import replacing
+from knitstudy.mechanics.increment import Increment, Rate
+from knitstudy.mechanics.model import Response
 
 
 class Checkpoint:

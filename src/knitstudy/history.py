@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import xarray as xr
 
-from knitstudy.contact.record import COLUMNS as CONTACT_COLUMNS
 from knitstudy.cost import Meter
-from knitstudy.fem.increment import PHASES, Increment
+from knitstudy.crossings.record import COLUMNS as CONTACT_COLUMNS
+from knitstudy.mechanics.increment import PHASES, Increment
 
 FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisation")
 """Forms of energy in the ledger: external work = the sum of all others."""
@@ -83,7 +83,7 @@ class Recorder:
         station_displacement : ndarray, shape (S, 3)
             Displacement of the stations [m].
         points : dict of str to ndarray, optional
-            Columns of the points in contact; see `knitstudy.contact.record`.
+            Columns of the points in contact; see `knitstudy.crossings.record`.
         **columns : ndarray
             What else the model has, by the names of the format.
         """

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knitstudy.fem.increment import between_corners
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
-from knitstudy.scene import Scene
+from knitstudy.mechanics.increment import between_corners
+from knitstudy.study.scene import Scene
 
 DIRECTIONS = ("course", "wale")
 """Of a knit's load, along x and y."""

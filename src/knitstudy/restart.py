@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Iterable
 from pathlib import Path
 
-from knitstudy.scene import Scene
+from knitstudy.study.scene import Scene
 
 DIGITS = 16
 """Length of the digest in a restart file's name."""

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import yaml
 
-from knitstudy.configuration import CONFIG, load_knits
 from knitstudy.geometry.build import build
 from knitstudy.geometry.calibrate import read_problem
 from knitstudy.geometry.calibration import Candidate, residuals, solve
 from knitstudy.geometry.sensitivity import sensitivity
+from knitstudy.study.configuration import CONFIG, load_knits
 
 
 @pytest.fixture(scope="module")

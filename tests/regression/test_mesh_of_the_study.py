@@ -2,11 +2,11 @@
 
 import pytest
 
-from knitstudy.configuration import load_scene
 from knitstudy.geometry.build import build
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh import quality
 from knitstudy.mesh.knit import mesh_knit
+from knitstudy.study.configuration import load_scene
 
 
 @pytest.fixture(scope="module")

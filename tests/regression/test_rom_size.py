@@ -2,11 +2,11 @@
 
 import pytest
 
-from knitstudy.configuration import load_scene
 from knitstudy.geometry.build import build as build_geometry
 from knitstudy.geometry.pattern import Knit
-from knitstudy.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.rom.run import build
+from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.networks.rom.run import build
+from knitstudy.study.configuration import load_scene
 
 
 @pytest.fixture(scope="module")

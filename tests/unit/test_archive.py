@@ -5,10 +5,10 @@ import os
 import pytest
 import xarray as xr
 
-from knitstudy.archive import Archive
-from knitstudy.configuration import load_knits, load_scenes
 from knitstudy.errors import DataFileError
-from knitstudy.variation import vary
+from knitstudy.stages.archive import Archive
+from knitstudy.study.configuration import load_knits, load_scenes
+from knitstudy.study.variation import vary
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.fem.assembly import Assembly
+from knitstudy.mechanics.assembly import Assembly
 
 # Two quadrilaterals side by side: 0 1 2 over 3 4 5.
 QUADS = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError, GeometryError
-from knitstudy.fem import beam
-from knitstudy.fem.beam import Elements, Section
+from knitstudy.mechanics import beam
+from knitstudy.mechanics.beam import Elements, Section
 
 
 def test_circular_section():

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from knitstudy.beams.build import build
-from knitstudy.beams.run import UNSEEN, require_seen, run
 from knitstudy.errors import ConfigurationError, ConvergenceError
-from knitstudy.fem.beam_contact.neighbours import Gaps
-from knitstudy.fem.increment import Increment
+from knitstudy.mechanics.increment import Increment
+from knitstudy.networks.beams.build import build
+from knitstudy.networks.beams.neighbours import Gaps
+from knitstudy.networks.beams.run import UNSEEN, require_seen, run
 
 
 @pytest.fixture(scope="module")

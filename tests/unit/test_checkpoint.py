@@ -5,9 +5,9 @@ import pytest
 
 from knitstudy.checkpoint import Checkpoint
 from knitstudy.errors import DataFileError
-from knitstudy.fem.increment import Increment, Rate
-from knitstudy.fem.model import Response
 from knitstudy.history import Recorder, Stations
+from knitstudy.mechanics.increment import Increment, Rate
+from knitstudy.mechanics.model import Response
 
 
 @dataclass(frozen=True)

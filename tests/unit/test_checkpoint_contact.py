@@ -2,13 +2,13 @@ import numpy as np
 from tubes import crossing
 
 from knitstudy.checkpoint import Checkpoint
-from knitstudy.contact.friction import Coulomb
-from knitstudy.contact.history import ContactHistory
-from knitstudy.contact.interaction import Contact
-from knitstudy.fem.increment import Increment
-from knitstudy.fem.model import Response
-from knitstudy.fem.solid import Memory, SolidState
 from knitstudy.history import Recorder, Stations
+from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.contact.history import ContactHistory
+from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.increment import Increment
+from knitstudy.mechanics.model import Response
+from knitstudy.mechanics.solid import Memory, SolidState
 
 
 def test_a_restart_gives_back_what_contact_points_remember(tmp_path):

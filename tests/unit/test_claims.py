@@ -9,10 +9,10 @@ import pytest
 import study
 import synthetic
 
-from knitstudy.contacts import extract
+from knitstudy.crossings.contacts import extract
+from knitstudy.files.csv_table import read_table
 from knitstudy.geometry.build import initial_loop
 from knitstudy.geometry.pattern import Knit
-from knitstudy.io import read_table
 from knitstudy.tables.centre_cell import centre_cell
 from knitstudy.tables.claims import JUDGES
 from knitstudy.tables.contact_claims import asymmetry, largest_bend

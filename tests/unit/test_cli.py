@@ -10,10 +10,10 @@ from knitstudy.cli.export import export
 from knitstudy.cli.main import main
 from knitstudy.cli.output import plain, shortened
 from knitstudy.errors import ConvergenceError
-from knitstudy.io import write_dataset
-from knitstudy.mesh.deck import CONSTRAINTS
-from knitstudy.mesh.inp import DIALECTS
-from knitstudy.simulation import Results
+from knitstudy.exchange.deck import CONSTRAINTS
+from knitstudy.exchange.inp import DIALECTS
+from knitstudy.files.netcdf import write_dataset
+from knitstudy.stages.simulation import Results
 
 COMMANDS = ("check", "export", "list", "run", "show")
 
@@ -173,7 +173,7 @@ def simulated(monkeypatch, knit):
         asked.update(scene=scene, folder=folder, **options)
         return Results(scene, None, geometry(knit), path=folder / "dns" / "a.nc")
 
-    monkeypatch.setattr("knitstudy.simulation.simulate", simulate)
+    monkeypatch.setattr("knitstudy.stages.simulation.simulate", simulate)
     return asked
 
 
@@ -202,7 +202,7 @@ def test_failed_run(knitstudy, config, monkeypatch, error, said):
     def fail(*arguments, **options):
         raise error
 
-    monkeypatch.setattr("knitstudy.simulation.simulate", fail)
+    monkeypatch.setattr("knitstudy.stages.simulation.simulate", fail)
     assert message(knitstudy("run", "dns-a", "--config", config)) == said
 
 
@@ -210,7 +210,7 @@ def test_ended_run_says_how_to_go_on(knitstudy, config, monkeypatch):
     def end(*arguments, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("knitstudy.simulation.simulate", end)
+    monkeypatch.setattr("knitstudy.stages.simulation.simulate", end)
     result = knitstudy("run", "dns-a", "--config", config)
     assert result.exit_code == 1
     assert "ended; the same command goes on" in result.stderr

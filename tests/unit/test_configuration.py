@@ -5,8 +5,8 @@ import csv
 import pytest
 import yaml
 
-from knitstudy.configuration import CONFIG, load_knits, load_scene, load_scenes, load_study, read_yaml
 from knitstudy.errors import ConfigurationError
+from knitstudy.study.configuration import CONFIG, load_knits, load_scene, load_scenes, load_study, read_yaml
 
 LOOP = {f"pattern.{key}" for key in ("control_points", "course_spacing", "wale_spacing")} | {
     "yarn.diameter",

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.fem.constraints import Pinning, without
+from knitstudy.mechanics.constraints import Pinning, without
 
 
 def stiffness(kind, seed=0):

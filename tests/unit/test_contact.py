@@ -5,10 +5,10 @@ import pytest
 from scipy.spatial import cKDTree
 from tubes import crossing, hairpin
 
-from knitstudy.contact.friction import OPEN, SLIP, STICK, Coulomb
-from knitstudy.contact.history import ContactHistory
-from knitstudy.contact.interaction import Contact
 from knitstudy.errors import ConvergenceError, MeshError
+from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, Coulomb
+from knitstudy.mechanics.contact.history import ContactHistory
+from knitstudy.mechanics.contact.interaction import Contact
 
 APART = ~np.eye(2, dtype=bool)
 
@@ -143,7 +143,8 @@ def test_multipliers_carry_the_pressure_without_penetration(pressed):
     np.testing.assert_allclose(
         again.pressure[again.active], points.pressure[points.active] - 10 * points.gap[points.active]
     )
-    np.testing.assert_allclose(again.slip[again.active], points.slip[points.active])
+    # Anchors are kept as differences of places of order one.
+    np.testing.assert_allclose(again.slip[again.active], points.slip[points.active], atol=1e-14)
 
 
 def test_surfaces_that_overlap_from_the_start_are_refused():

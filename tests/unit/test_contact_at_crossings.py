@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from knitstudy.contact.crossing import REACH, CrossingFacets
-from knitstudy.contact.friction import Coulomb
-from knitstudy.contact.history import ContactHistory
-from knitstudy.contact.interaction import Contact
-from knitstudy.contact.record import COLUMNS, crossing_forces, touching_points
-from knitstudy.contact.yarns import yarn_surfaces
+from knitstudy.crossings.facets import REACH, CrossingFacets
+from knitstudy.crossings.record import COLUMNS, crossing_forces, touching_points
 from knitstudy.geometry.pair import Pair
+from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.contact.history import ContactHistory
+from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.mesh.specimen import mesh_specimen
+from knitstudy.solids.yarn_contact import yarn_surfaces
 
 RADIUS, SIZE = 0.9e-3, 0.45e-3
 

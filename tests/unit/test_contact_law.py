@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.contact.friction import OPEN, SLIP, STICK, Coulomb
+from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, Coulomb
 
 LAW = Coulomb(normal=100.0, tangential=50.0, friction=0.5)
 

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from tubes import tube
 
-from knitstudy.contact.projection import project
-from knitstudy.contact.quadrature import Quadrature
-from knitstudy.contact.surface import Grid, Surfaces, circular_stretch, interpolate
+from knitstudy.mechanics.contact.projection import project
+from knitstudy.mechanics.contact.quadrature import Quadrature
+from knitstudy.mechanics.contact.surface import Grid, Surfaces, circular_stretch, interpolate
 
 RNG = np.random.default_rng(0)
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import synthetic
 
-from knitstudy.contacts import extract
-from knitstudy.crossing_kinematics import (
+from knitstudy.crossings.contacts import extract
+from knitstudy.crossings.kinematics import (
     VARIABLES,
     Axes,
     foot,
@@ -16,8 +16,8 @@ from knitstudy.crossing_kinematics import (
     since_first,
     twist,
 )
-from knitstudy.fem.rotation import exp
 from knitstudy.geometry.pair import Pair
+from knitstudy.mechanics.rotation import exp
 
 RADIUS = 0.9e-3
 X, Y, Z = np.eye(3)

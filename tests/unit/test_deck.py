@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.exchange.deck import facet_faces, specimen_deck
+from knitstudy.exchange.inp import write_inp
 from knitstudy.mesh import Section, Spacing, sweep
-from knitstudy.mesh.deck import facet_faces, specimen_deck
-from knitstudy.mesh.inp import write_inp
 
 # Corners of the faces S1 to S6 of C3D8, from its definition.
 FACES = np.array([[1, 2, 3, 4], [5, 8, 7, 6], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 8, 4], [4, 8, 5, 1]]) - 1

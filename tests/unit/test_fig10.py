@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import synthetic
 
-from knitstudy.contacts import extract
+from knitstudy.crossings.contacts import extract
 from knitstudy.errors import DataFileError
 from knitstudy.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES, draw
 from knitstudy.tables.kinematics import closest_neighbour, rotation_angle

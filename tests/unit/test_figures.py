@@ -9,7 +9,7 @@ from matplotlib.image import imread
 from PIL import Image
 
 from knitstudy.catalogue import CASES
-from knitstudy.contacts import extract
+from knitstudy.crossings.contacts import extract
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures import catalogue, fig05_contact_points, style, surface
 from knitstudy.figures.fig_pair_slip import Slide
@@ -19,8 +19,8 @@ from knitstudy.figures.saving import FALLBACK_RENDERER, describe, save
 from knitstudy.geometry.build import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.knit import mesh_knit
-from knitstudy.rom import honeycomb
-from knitstudy.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.networks.rom import honeycomb
+from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
 
 SOLID = (
     "fig01_unit_cell",

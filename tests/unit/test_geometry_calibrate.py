@@ -5,12 +5,12 @@ import shutil
 import numpy as np
 import pytest
 
-from knitstudy.configuration import CONFIG
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry import CatmullRom
 from knitstudy.geometry.calibrate import main, read_problem
 from knitstudy.geometry.calibration import UNUSABLE, Candidate, first_guess, residuals, whole_loop
 from knitstudy.geometry.symmetry import symmetries
+from knitstudy.study.configuration import CONFIG
 
 
 @pytest.fixture

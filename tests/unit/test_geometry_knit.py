@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError, GeometryError
+from knitstudy.files.netcdf import read_dataset, write_dataset
 from knitstudy.geometry import Knit
 from knitstudy.geometry.build import initial_loop
-from knitstudy.io import read_dataset, write_dataset
 
 
 @pytest.fixture(scope="module")

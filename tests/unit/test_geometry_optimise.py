@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from knitstudy.configuration import load_knits
 from knitstudy.errors import GeometryError
 from knitstudy.geometry.build import build, initial_loop
 from knitstudy.geometry.energy import squared_join_curvature
 from knitstudy.geometry.optimise import free_components, optimise
 from knitstudy.geometry.survey import check_yarns, survey
+from knitstudy.study.configuration import load_knits
 
 
 @pytest.fixture(scope="module")

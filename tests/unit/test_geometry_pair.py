@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError, GeometryError
+from knitstudy.files.netcdf import read_dataset, write_dataset
 from knitstudy.geometry.build import build
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.specimen import read_specimen
-from knitstudy.io import read_dataset, write_dataset
 
 RADIUS, LENGTH, CLEARANCE = 0.9e-3, 10e-3, 0.02
 

@@ -3,7 +3,7 @@
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.imports import PACKAGE, modules_behind
+from knitstudy.stages.imports import PACKAGE, modules_behind
 
 
 def names(*modules):
@@ -11,13 +11,19 @@ def names(*modules):
 
 
 def test_modules_behind_the_simulation():
-    found = names("knitstudy.dns")
-    assert {"dns.py", "fem/newton.py", "fem/hexahedron.py", "fem/__init__.py", "contact/tie.py"} <= found
+    found = names("knitstudy.solids.dns")
+    assert {
+        "solids/dns.py",
+        "mechanics/newton.py",
+        "mechanics/hexahedron.py",
+        "mechanics/__init__.py",
+        "solids/tie.py",
+    } <= found
     assert not {name for name in found if name.startswith(("figures/", "tables/", "rom/"))}
 
 
 def test_carriers_of_data_are_no_code_behind_a_result():
-    assert not {"scene.py", "io.py", "errors.py", "__init__.py"} & names("knitstudy.dns")
+    assert not {"scene.py", "io.py", "errors.py", "__init__.py"} & names("knitstudy.solids.dns")
 
 
 def test_unknown_module():

@@ -7,9 +7,11 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from knitstudy.configuration import load_scene
 from knitstudy.errors import DataFileError
-from knitstudy.io import read_dataset, read_table, replacing, write_dataset, write_table
+from knitstudy.files.csv_table import read_table, write_table
+from knitstudy.files.netcdf import read_dataset, write_dataset
+from knitstudy.files.replacing import replacing
+from knitstudy.study.configuration import load_scene
 
 
 @pytest.fixture

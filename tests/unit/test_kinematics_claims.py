@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import synthetic
 
-from knitstudy.contacts import extract
-from knitstudy.io import read_table
+from knitstudy.crossings.contacts import extract
+from knitstudy.files.csv_table import read_table
 from knitstudy.tables.centre_cell import centre_cell
 from knitstudy.tables.evidence import Evidence
 from knitstudy.tables.kinematics_claims import judge_kinematics

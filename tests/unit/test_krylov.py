@@ -5,8 +5,8 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.fem.linear.krylov import Krylov
-from knitstudy.fem.linear.lu import LU
+from knitstudy.mechanics.linear.krylov import Krylov
+from knitstudy.mechanics.linear.lu import LU
 
 COUNT = 60
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from knitstudy.fem.increment import Drive
 from knitstudy.geometry.pair import Pair
 from knitstudy.load_path import Motion, load_path
-from knitstudy.scene import Scene
+from knitstudy.mechanics.increment import Drive
+from knitstudy.study.scene import Scene
 
 CORNERS = np.array([[0, 0, -1e-5], [3e-5, 0, -1e-5], [3e-5, 6e-5, -1e-5], [0, 0, 0]])
 QUARTERS = (0.25, 0.5, 0.75, 1.0)

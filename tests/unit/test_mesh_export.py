@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError, MeshError
+from knitstudy.exchange.vtu import write_vtu
 from knitstudy.mesh import Section, Spacing, sweep
-from knitstudy.mesh.export import write_vtu
 
 
 class Straight:

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from knitstudy.contact.tie import tie_crossings
 from knitstudy.errors import MeshError
 from knitstudy.geometry.pair import Pair
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.specimen import mesh_specimen
-from knitstudy.scene import Scene
+from knitstudy.solids.tie import tie_crossings
+from knitstudy.study.scene import Scene
 
 RADIUS, LENGTH, CLEARANCE, SIZE = 0.9e-3, 8e-3, 0.02, 0.45e-3
 

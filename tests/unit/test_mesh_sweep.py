@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError, MeshError
-from knitstudy.io import read_dataset, write_dataset
+from knitstudy.files.netcdf import read_dataset, write_dataset
 from knitstudy.mesh import Section, Spacing, SweptMesh, sweep
 from knitstudy.mesh.frames import rotation_minimising
 from knitstudy.mesh.spacing import place_slices

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import study
 
-from knitstudy.configuration import load_scenes
-from knitstudy.io import read_table
+from knitstudy.files.csv_table import read_table
+from knitstudy.study.configuration import load_scenes
 from knitstudy.tables import catalogue
 from knitstudy.tables.cases import cases_of, label_of
 from knitstudy.tables.response import poisson_ratio, tangent_stiffness

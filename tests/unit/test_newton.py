@@ -7,10 +7,10 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.fem.increment import Drive, Settings
-from knitstudy.fem.linear.lu import LU
-from knitstudy.fem.model import Memoryless, Response
-from knitstudy.fem.newton import trace
+from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.model import Memoryless, Response
+from knitstudy.mechanics.newton import trace
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import FALLBACK
 from knitstudy.figures.saving import save
-from knitstudy.io import read_table, write_dataset
+from knitstudy.files.csv_table import read_table
+from knitstudy.files.netcdf import write_dataset
 from knitstudy.report.origin import origins
 from knitstudy.report.page import BY_MODEL, LONG, render
 from knitstudy.report.selection import friction_sweep, models_of, roles_of, variants_of

@@ -1,7 +1,7 @@
 """A run goes on only from its own restart file."""
 
-from knitstudy.configuration import load_scene
 from knitstudy.restart import forget_others, restart_path
+from knitstudy.study.configuration import load_scene
 
 
 def test_name_follows_scene_and_inputs(tmp_path, config):

@@ -5,8 +5,8 @@ import pytest
 
 from knitstudy.geometry.arcs import head_arcs, inside, sinker_arcs
 from knitstudy.load_path import Motion
-from knitstudy.rom.grips import grips, tension
-from knitstudy.rom.run import build, run
+from knitstudy.networks.rom.grips import grips, tension
+from knitstudy.networks.rom.run import build, run
 
 
 @pytest.fixture(scope="session")

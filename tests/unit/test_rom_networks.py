@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError, GeometryError
-from knitstudy.rom import honeycomb, rom3d
-from knitstudy.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.rom.points import contact_points
+from knitstudy.networks.rom import honeycomb, rom3d
+from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.networks.rom.points import contact_points
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
-from knitstudy.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.rom.points import contact_normal_planes, contact_points
+from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.networks.rom.points import contact_normal_planes, contact_points
 
 
 @pytest.fixture(scope="module")

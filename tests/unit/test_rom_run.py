@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.rom.run import run
+from knitstudy.networks.rom.run import run
 
 
 @pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.fem.rotation import Halfway, exp, hat, log
+from knitstudy.mechanics.rotation import Halfway, exp, hat, log
 
 ANGLES = [0.0, 1e-9, 1e-4, 0.3, 1.0, 2.5, 3.1]
 

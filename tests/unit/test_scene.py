@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from knitstudy.configuration import load_scenes
 from knitstudy.errors import ConfigurationError
-from knitstudy.scene import Scene
+from knitstudy.study.configuration import load_scenes
+from knitstudy.study.scene import Scene
 
 
 @pytest.fixture

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import synthetic
 
-from knitstudy import dns
-from knitstudy.contacts import extract
-from knitstudy.fem.rotation import exp
+from knitstudy.crossings.contacts import extract
+from knitstudy.crossings.section_motion import LAYERS, nodes_around, section_motion
 from knitstudy.geometry.pair import Pair
+from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.mesh.specimen import mesh_specimen
-from knitstudy.section_motion import LAYERS, nodes_around, section_motion
+from knitstudy.solids import dns
 
 SIZE = 0.45e-3
 

@@ -5,11 +5,11 @@ import os
 import pytest
 import xarray as xr
 
-from knitstudy import simulation
-from knitstudy.configuration import load_scene
 from knitstudy.errors import ConfigurationError
-from knitstudy.simulation import Results, lay_out, simulate
-from knitstudy.variation import vary
+from knitstudy.stages import simulation
+from knitstudy.stages.simulation import Results, lay_out, simulate
+from knitstudy.study.configuration import load_scene
+from knitstudy.study.variation import vary
 
 NOTHING = xr.Dataset()
 

@@ -5,11 +5,11 @@ import pytest
 import synthetic
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.rom.joints import Joints, spring_joints
-from knitstudy.rom.points import contact_points
-from knitstudy.rom.run import build, run
-from knitstudy.rom.springs import springs
+from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.networks.rom.joints import Joints, spring_joints
+from knitstudy.networks.rom.points import contact_points
+from knitstudy.networks.rom.run import build, run
+from knitstudy.networks.rom.springs import springs
 
 STIFFNESS = np.array([80e3, 60e3, 900e3])
 """Of the contacts below along x, y and z [N/m]."""

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from synthetic import contact_history, geometry, history
 
-from knitstudy import contacts
+from knitstudy.crossings import contacts
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.pair import Pair
 from knitstudy.history import FORMS

@@ -9,9 +9,9 @@ import synthetic
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.files.csv_table import read_table
 from knitstudy.geometry.build import initial_loop
 from knitstudy.geometry.pattern import Knit
-from knitstudy.io import read_table
 from knitstudy.tables import catalogue
 from knitstudy.tables.centre_cell import centre_cell, first_symmetric_contact, snapshots
 from knitstudy.tables.reference import number, numbers

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from knitstudy.contact.tie import facet_size, tie_crossings
-from knitstudy.contact.tube import distance, project
 from knitstudy.mesh.knit import mesh_knit
+from knitstudy.solids.tie import facet_size, tie_crossings
+from knitstudy.solids.tube import distance, project
 
 
 @pytest.fixture(scope="module")

@@ -2,9 +2,9 @@
 
 import pytest
 
-from knitstudy.configuration import default_scene, load_scene
 from knitstudy.errors import ConfigurationError
-from knitstudy.variation import differences, flattened, vary
+from knitstudy.study.configuration import default_scene, load_scene
+from knitstudy.study.variation import differences, flattened, vary
 
 
 def test_keys_that_depend_on_each_other_change_together(config):

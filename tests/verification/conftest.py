@@ -10,16 +10,16 @@ import hashlib
 
 import pytest
 
-from knitstudy.imports import modules_behind
-from knitstudy.io import replacing
+from knitstudy.files.replacing import replacing
+from knitstudy.stages.imports import modules_behind
 
 PHYSICS = (
     "knitstudy.geometry.build",
     "knitstudy.mesh.knit",
-    "knitstudy.dns",
-    "knitstudy.rom.run",
-    "knitstudy.beams.run",
-    "knitstudy.contacts",
+    "knitstudy.solids.dns",
+    "knitstudy.networks.rom.run",
+    "knitstudy.networks.beams.run",
+    "knitstudy.crossings.contacts",
 )
 """Stages whose code the table speaks of."""
 

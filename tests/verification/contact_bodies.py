@@ -5,17 +5,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from hexahedral_block import connect, unknowns
 
-from knitstudy.contact.friction import Coulomb
-from knitstudy.contact.interaction import Contact
-from knitstudy.contact.surface import Grid
-from knitstudy.contact.yarns import yarn_surfaces
-from knitstudy.fem.hexahedron import OnePointHexahedron
-from knitstudy.fem.increment import Drive
-from knitstudy.fem.material import Material
-from knitstudy.fem.solid import Penetration, SolidModel
+from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.contact.surface import Grid
+from knitstudy.mechanics.hexahedron import OnePointHexahedron
+from knitstudy.mechanics.increment import Drive
+from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.solid import Penetration, SolidModel
 from knitstudy.mesh.roll import Targets
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.sweep import sweep
+from knitstudy.solids.yarn_contact import yarn_surfaces
 
 MODULUS = 1300.0
 POISSON = 0.4

@@ -4,18 +4,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knitstudy.fem.beam import Section
-from knitstudy.fem.beam_contact.contact import BeamContact
-from knitstudy.fem.beam_contact.curves import Curves
-from knitstudy.fem.beam_contact.law import Power, hertz
-from knitstudy.fem.beam_contact.model import TouchingBeams
-from knitstudy.fem.beam_contact.pairs import line_pairs, point_pairs
-from knitstudy.fem.beam_model import BeamModel
-from knitstudy.fem.increment import Drive, Settings
-from knitstudy.fem.linear.lu import LU
-from knitstudy.fem.newton import trace
-from knitstudy.fem.rotation import exp
 from knitstudy.geometry.pattern import Crossings
+from knitstudy.mechanics.beam import Section
+from knitstudy.mechanics.beam_contact.contact import BeamContact
+from knitstudy.mechanics.beam_contact.curves import Curves
+from knitstudy.mechanics.beam_contact.law import Power, hertz
+from knitstudy.mechanics.beam_contact.model import TouchingBeams
+from knitstudy.mechanics.beam_model import BeamModel
+from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.rotation import exp
+from knitstudy.networks.beams.pairs import line_pairs, point_pairs
 
 RADIUS, MODULUS, POISSON = 0.9e-3, 1.3e9, 0.42
 SECTION = Section.circular(2 * RADIUS, MODULUS, POISSON)

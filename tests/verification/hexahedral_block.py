@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from knitstudy.fem.hexahedron import OnePointHexahedron
-from knitstudy.fem.material import Material
-from knitstudy.fem.solid import SolidModel
+from knitstudy.mechanics.hexahedron import OnePointHexahedron
+from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.solid import SolidModel
 
 
 def block(n, distortion=0.0, seed=0):

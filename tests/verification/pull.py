@@ -10,12 +10,12 @@ import signal
 import subprocess
 import sys
 
-from knitstudy import dns
-from knitstudy.configuration import load_scene
+from knitstudy.files.netcdf import write_dataset
 from knitstudy.geometry.build import build
 from knitstudy.geometry.pattern import Knit
-from knitstudy.io import write_dataset
 from knitstudy.mesh.knit import mesh_knit
+from knitstudy.solids import dns
+from knitstudy.study.configuration import load_scene
 
 
 def knit_and_mesh(scene):

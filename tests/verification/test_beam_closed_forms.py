@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from dead_loads import balance
 
-from knitstudy.fem.beam import Section
-from knitstudy.fem.beam_model import BeamModel, BeamState
-from knitstudy.fem.rotation import exp
+from knitstudy.mechanics.beam import Section
+from knitstudy.mechanics.beam_model import BeamModel, BeamState
+from knitstudy.mechanics.rotation import exp
 
 CLAMPED = np.arange(6)
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from crossing_beams import Beams, curved_yarns
 
-from knitstudy.contact.friction import OPEN, SLIP, STICK
-from knitstudy.fem.beam_contact.model import TouchingState
-from knitstudy.fem.beam_model import BeamState
-from knitstudy.fem.rotation import exp
+from knitstudy.mechanics.beam_contact.model import TouchingState
+from knitstudy.mechanics.beam_model import BeamState
+from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK
+from knitstudy.mechanics.rotation import exp
 
 LAWS = ("rigid point", "rigid line", "hertz point", "hertz line")
 FRICTION = {"stick": 1e4, "slip": 0.05, "rough": np.inf, "frictionless": 0.0}

@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from knitstudy.beams.build import build
-from knitstudy.beams.crossings import CrossingRecord
-from knitstudy.beams.run import run
-from knitstudy.configuration import load_scene
-from knitstudy.fem.increment import Settings
-from knitstudy.fem.linear.lu import LU
-from knitstudy.fem.newton import trace
 from knitstudy.geometry.build import build as build_geometry
 from knitstudy.geometry.pattern import Knit
 from knitstudy.load_path import load_path
-from knitstudy.rom.grips import grips, tension
+from knitstudy.mechanics.increment import Settings
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.newton import trace
+from knitstudy.networks.beams.build import build
+from knitstudy.networks.beams.crossings import CrossingRecord
+from knitstudy.networks.beams.run import run
+from knitstudy.networks.rom.grips import grips, tension
+from knitstudy.study.configuration import load_scene
 
 
 @pytest.fixture(scope="module")

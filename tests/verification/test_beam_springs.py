@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from knitstudy.fem.beam import Section
-from knitstudy.fem.beam_model import BeamModel
-from knitstudy.fem.increment import Drive, Settings
-from knitstudy.fem.linear.lu import LU
-from knitstudy.fem.newton import trace
-from knitstudy.fem.spring import LinearSprings
+from knitstudy.mechanics.beam import Section
+from knitstudy.mechanics.beam_model import BeamModel
+from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.spring import LinearSprings
 
 SECTION = Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
 LENGTH, ELEMENTS = 2.0, 20

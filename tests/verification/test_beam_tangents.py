@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from dead_loads import balance
 
-from knitstudy.fem.beam import Section
-from knitstudy.fem.beam_model import BeamModel
-from knitstudy.fem.spring import LinearSprings
+from knitstudy.mechanics.beam import Section
+from knitstudy.mechanics.beam_model import BeamModel
+from knitstudy.mechanics.spring import LinearSprings
 
 SECTION = Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
 

@@ -6,14 +6,14 @@ from functools import partial
 import numpy as np
 import pytest
 
-from knitstudy import calculix
-from knitstudy.configuration import load_scene
-from knitstudy.contact.tie import tie_crossings
 from knitstudy.errors import ConvergenceError
+from knitstudy.exchange import calculix
+from knitstudy.exchange.deck import specimen_deck
+from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.pair import Pair
-from knitstudy.mesh.deck import specimen_deck
-from knitstudy.mesh.inp import write_inp
 from knitstudy.mesh.pair import mesh_pair
+from knitstudy.solids.tie import tie_crossings
+from knitstudy.study.configuration import load_scene
 
 pytestmark = [
     pytest.mark.ccx,

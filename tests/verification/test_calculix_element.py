@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from knitstudy import calculix
-from knitstudy.mesh.deck import Deck, Prescribed, Step
-from knitstudy.mesh.inp import write_inp
+from knitstudy.exchange import calculix
+from knitstudy.exchange.deck import Deck, Prescribed, Step
+from knitstudy.exchange.inp import write_inp
 
 pytestmark = [
     pytest.mark.ccx,

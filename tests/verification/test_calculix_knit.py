@@ -6,20 +6,20 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from knitstudy import calculix
-from knitstudy.contact.tie import tie_crossings
-from knitstudy.fem.calculix_hexahedron import CalculixHexahedron
-from knitstudy.fem.hexahedron import OnePointHexahedron
-from knitstudy.fem.increment import Drive, Settings
-from knitstudy.fem.linear.lu import LU
-from knitstudy.fem.material import Material
-from knitstudy.fem.newton import trace
-from knitstudy.fem.solid import SolidModel
+from knitstudy.exchange import calculix
+from knitstudy.exchange.deck import specimen_deck
+from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.pattern import Knit
-from knitstudy.mesh.deck import specimen_deck
-from knitstudy.mesh.inp import write_inp
+from knitstudy.mechanics.calculix_hexahedron import CalculixHexahedron
+from knitstudy.mechanics.hexahedron import OnePointHexahedron
+from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.knit import mesh_knit
+from knitstudy.solids.tie import tie_crossings
 
 pytestmark = [
     pytest.mark.ccx,

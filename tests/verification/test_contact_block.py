@@ -8,12 +8,12 @@ import scipy.sparse as sp
 from contact_bodies import MODULUS, drive, law, plate, reaction, together
 from hexahedral_block import unknowns
 
-from knitstudy.contact.friction import STICK
 from knitstudy.errors import ConvergenceError
-from knitstudy.fem.increment import Settings
-from knitstudy.fem.linear.lu import LU
-from knitstudy.fem.newton import trace
-from knitstudy.fem.solid import Penetration
+from knitstudy.mechanics.contact.friction import STICK
+from knitstudy.mechanics.increment import Settings
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.solid import Penetration
 
 SIZE = 0.25
 """Element size that stiffnesses refer to."""

@@ -8,10 +8,10 @@ from contact_bodies import MODULUS, law, plate, together
 from hexahedral_block import unknowns
 from scipy.optimize import brentq
 
-from knitstudy.contact.friction import SLIP
-from knitstudy.fem.increment import Drive, Settings
-from knitstudy.fem.linear.lu import LU
-from knitstudy.fem.newton import trace
+from knitstudy.mechanics.contact.friction import SLIP
+from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.newton import trace
 
 THICKNESS, WIDTH = 0.01, 0.1
 """Of the belt, over the radius of the drum."""

@@ -3,13 +3,13 @@
 import numpy as np
 from contact_bodies import back, crossed_yarns, drive, joined, law, reaction, together
 
-from knitstudy.contact.friction import SLIP, STICK
-from knitstudy.contact.history import ContactHistory
-from knitstudy.contact.interaction import PASS_SHARE, Contact
-from knitstudy.fem.increment import Settings
-from knitstudy.fem.linear.lu import LU
-from knitstudy.fem.newton import trace
-from knitstudy.fem.rotation import exp
+from knitstudy.mechanics.contact.friction import SLIP, STICK
+from knitstudy.mechanics.contact.history import ContactHistory
+from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
+from knitstudy.mechanics.increment import Settings
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.rotation import exp
 
 SIZE = 0.4
 """Element size of the yarns, whose radius is 1."""

@@ -7,15 +7,15 @@ import scipy.sparse as sp
 from contact_bodies import MODULUS, POISSON, back, crossed_yarns, joined, law
 from hexahedral_block import unknowns
 
-from knitstudy.contact.history import ContactHistory
-from knitstudy.contact.interaction import Contact
-from knitstudy.fem.hexahedron import OnePointHexahedron
-from knitstudy.fem.increment import Drive, Settings
-from knitstudy.fem.linear.lu import LU, factorise
-from knitstudy.fem.material import Material
-from knitstudy.fem.model import Response
-from knitstudy.fem.newton import trace
-from knitstudy.fem.solid import Penetration, SolidModel
+from knitstudy.mechanics.contact.history import ContactHistory
+from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.hexahedron import OnePointHexahedron
+from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.linear.lu import LU, factorise
+from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.model import Response
+from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.solid import Penetration, SolidModel
 
 DIAMETER, LENGTH, PRESS = 1.0, 2.0, 0.05
 

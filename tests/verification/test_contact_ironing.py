@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from contact_bodies import back, crossed_yarns, drive, law, reaction, together
 
-from knitstudy.fem.increment import Settings
-from knitstudy.fem.linear.lu import LU
-from knitstudy.fem.newton import trace
+from knitstudy.mechanics.increment import Settings
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.newton import trace
 
 
 @pytest.mark.parametrize(

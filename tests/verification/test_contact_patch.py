@@ -4,10 +4,10 @@ import numpy as np
 from contact_bodies import Body, law, together
 from hexahedral_block import unknowns
 
-from knitstudy.contact.surface import Grid
-from knitstudy.fem.increment import Drive, Settings
-from knitstudy.fem.linear.lu import LU
-from knitstudy.fem.newton import trace
+from knitstudy.mechanics.contact.surface import Grid
+from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.newton import trace
 
 EXACT = Settings(increments=1, residual_tolerance=1e-11, correction_tolerance=1e-9)
 INNER, OUTER, SHRINK = 0.7, 1.4, 0.01

@@ -7,12 +7,12 @@ import pytest
 from contact_bodies import back, crossed_yarns, drive, joined, law, together
 from scipy.sparse.linalg import spsolve
 
-from knitstudy.contact.friction import OPEN, SLIP, STICK
-from knitstudy.contact.history import ContactHistory
-from knitstudy.contact.interaction import Contact
-from knitstudy.fem.increment import Settings
-from knitstudy.fem.linear.lu import LU
-from knitstudy.fem.newton import trace
+from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK
+from knitstudy.mechanics.contact.history import ContactHistory
+from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.increment import Settings
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.newton import trace
 
 SIZE = 0.4
 """Element size of the yarns, whose radius is 1."""

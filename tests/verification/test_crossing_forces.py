@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from knitstudy import dns
-from knitstudy.configuration import load_scene
 from knitstudy.geometry.build import build
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.mesh.specimen import mesh_specimen
+from knitstudy.solids import dns
+from knitstudy.study.configuration import load_scene
 
 
 @pytest.fixture(scope="module")

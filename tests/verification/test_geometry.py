@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from knitstudy.configuration import load_knits
 from knitstudy.geometry.build import build, initial_loop
 from knitstudy.geometry.crossing import refine
 from knitstudy.geometry.optimise import cost_function
 from knitstudy.geometry.spline import CatmullRom
+from knitstudy.study.configuration import load_knits
 
 
 @pytest.fixture(scope="module")

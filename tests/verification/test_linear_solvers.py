@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from knitstudy import dns
 from knitstudy.errors import ConvergenceError
-from knitstudy.fem.constraints import Pinning
-from knitstudy.fem.linear.krylov import Krylov
-from knitstudy.fem.linear.lu import LU
+from knitstudy.mechanics.constraints import Pinning
+from knitstudy.mechanics.linear.krylov import Krylov
+from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mesh.knit import mesh_knit
+from knitstudy.solids import dns
 
 
 @pytest.fixture(scope="module")

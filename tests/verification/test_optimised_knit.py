@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from knitstudy.configuration import load_scene
 from knitstudy.geometry.build import build
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.knit import mesh_knit
-from knitstudy.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.rom.run import build as build_beams
+from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.networks.rom.run import build as build_beams
+from knitstudy.study.configuration import load_scene
 
 
 @pytest.fixture(scope="module")

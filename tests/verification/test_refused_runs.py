@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from knitstudy import dns
-from knitstudy.configuration import load_scene
 from knitstudy.errors import ConvergenceError, MeshError
+from knitstudy.files.netcdf import read_dataset
 from knitstudy.geometry.build import build
 from knitstudy.geometry.specimen import read_specimen
-from knitstudy.io import read_dataset
 from knitstudy.mesh.specimen import mesh_specimen
+from knitstudy.solids import dns
+from knitstudy.study.configuration import load_scene
 
 
 def pair(changes):

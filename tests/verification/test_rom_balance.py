@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 from dead_loads import balance
 
-from knitstudy.fem.beam import Section
-from knitstudy.fem.beam_model import BeamModel
-from knitstudy.fem.increment import Settings
-from knitstudy.fem.linear.lu import LU
-from knitstudy.fem.newton import trace
 from knitstudy.load_path import load_path
-from knitstudy.rom import honeycomb, rom3d
-from knitstudy.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.rom.grips import grips, tension
-from knitstudy.rom.points import contact_points
-from knitstudy.rom.run import build, pull, run
+from knitstudy.mechanics.beam import Section
+from knitstudy.mechanics.beam_model import BeamModel
+from knitstudy.mechanics.increment import Settings
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.newton import trace
+from knitstudy.networks.rom import honeycomb, rom3d
+from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.networks.rom.grips import grips, tension
+from knitstudy.networks.rom.points import contact_points
+from knitstudy.networks.rom.run import build, pull, run
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from pull import pull, pull_apart
 
-from knitstudy.configuration import load_scene
-from knitstudy.io import read_dataset
+from knitstudy.files.netcdf import read_dataset
+from knitstudy.study.configuration import load_scene
 from knitstudy.tables.simulation import ledger_gap
 
 NAME = "dns-isotropic-course-coarse"

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from hexahedral_block import block, connect, solid, unknowns
 
-from knitstudy.fem.hexahedron import CORNERS, GRADIENTS, OnePointHexahedron, jacobians
-from knitstudy.fem.incompatible import IncompatibleHexahedron
-from knitstudy.fem.increment import Drive, Settings
-from knitstudy.fem.linear.lu import LU
-from knitstudy.fem.material import LAWS, VOIGT, Material
-from knitstudy.fem.model import Memoryless
-from knitstudy.fem.newton import trace
-from knitstudy.fem.rotation import exp
-from knitstudy.fem.solid import SolidModel, SolidState
+from knitstudy.mechanics.hexahedron import CORNERS, GRADIENTS, OnePointHexahedron, jacobians
+from knitstudy.mechanics.incompatible import IncompatibleHexahedron
+from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.material import LAWS, VOIGT, Material
+from knitstudy.mechanics.model import Memoryless
+from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.rotation import exp
+from knitstudy.mechanics.solid import SolidModel, SolidState
 
 ELEMENTS = {"one-point": OnePointHexahedron, "incompatible modes": IncompatibleHexahedron}
 elements = pytest.mark.parametrize("name", ELEMENTS)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from pull import knit_and_mesh, pull, pull_apart
 
-from knitstudy import dns
-from knitstudy.configuration import load_scene
 from knitstudy.errors import ConvergenceError
-from knitstudy.fem.increment import Settings
-from knitstudy.fem.newton import trace
-from knitstudy.io import read_dataset
+from knitstudy.files.netcdf import read_dataset
+from knitstudy.mechanics.increment import Settings
+from knitstudy.mechanics.newton import trace
+from knitstudy.solids import dns
+from knitstudy.study.configuration import load_scene
 from knitstudy.tables.simulation import hourglass_share, ledger_gap
 
 ELEMENTS = ("one_point", "incompatible_modes")
@@ -93,8 +93,8 @@ def test_newton_converges_quadratically(cell, verify):
 
 def test_tie_follows_rigid_rotations(cell, verify):
     """Rotating a tied knit as a whole gives no force: slaves lie where their masters put them."""
-    from knitstudy.fem.rotation import exp
-    from knitstudy.fem.solid import SolidState
+    from knitstudy.mechanics.rotation import exp
+    from knitstudy.mechanics.solid import SolidState
 
     knit, mesh = knit_and_mesh(cell)
     simulation = dns.assemble(cell, mesh, knit)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pull import pull
 
-from knitstudy.configuration import load_scene
+from knitstudy.study.configuration import load_scene
 from knitstudy.tables.simulation import hourglass_share, ledger_gap
 
 CELL = {"contact.tied_edges": "none", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}

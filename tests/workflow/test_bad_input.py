@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from knitstudy.io import read_dataset
+from knitstudy.files.netcdf import read_dataset
 
 
 def rewrite(path, old, new):

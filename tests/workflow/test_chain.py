@@ -4,9 +4,9 @@ import meshio
 import numpy as np
 import pytest
 
-from knitstudy.configuration import load_scenes, load_study
-from knitstudy.io import read_dataset
+from knitstudy.files.netcdf import read_dataset
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.study.configuration import load_scenes, load_study
 
 SIMULATION = {"geometry", "mesh", "dns", "contacts", "rom"}
 
@@ -101,14 +101,14 @@ def test_edited_figures_run_no_simulation(checkout, edited):
 
 
 def test_edited_solver_runs_simulations_and_no_mesh(checkout, edited):
-    edited("src/knitstudy/fem/newton.py")
+    edited("src/knitstudy/mechanics/newton.py")
     planned = checkout.planned()
     assert {"dns", "contacts", "rom"} <= planned
     assert not {"geometry", "mesh"} & planned
 
 
 def test_edited_documentation_of_the_scene_runs_nothing(checkout, edited):
-    edited("src/knitstudy/scene.py")
+    edited("src/knitstudy/study/scene.py")
     assert checkout.planned() == set()
 
 

@@ -11,7 +11,7 @@ import logging, os, sys, warnings
 from pathlib import Path
 from types import SimpleNamespace
 from knitstudy.errors import MeshError
-from knitstudy.stage import stage
+from knitstudy.stages.script import stage
 job = SimpleNamespace(rule="mesh", wildcards=["dns-a"], threads=2, log=[sys.argv[1]])
 with stage(job, *map(Path, sys.argv[2:])) as progress:
 """

@@ -1,7 +1,7 @@
 rule beams:
     input:
         knit=knit_of,
-        code=code("knitstudy.beams.run"),
+        code=code("knitstudy.networks.beams.run"),
     output:
         update("results/beams/{scene}.nc"),
     log:

@@ -12,10 +12,10 @@ import yaml
 sys.executable = shlex.quote(sys.executable)
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
-from knitstudy.configuration import load_knits, load_scenes, load_study
+from knitstudy.study.configuration import load_knits, load_scenes, load_study
 from knitstudy.errors import ConfigurationError, KnitstudyError
-from knitstudy.imports import modules_behind
-from knitstudy.schema import validate
+from knitstudy.stages.imports import modules_behind
+from knitstudy.study.schema import validate
 
 
 def stop(error):

@@ -2,7 +2,7 @@ rule contacts:
     input:
         knit=knit_of,
         history="results/dns/{scene}.nc",
-        code=code("knitstudy.contacts", "knitstudy.geometry.specimen"),
+        code=code("knitstudy.crossings.contacts", "knitstudy.geometry.specimen"),
     output:
         update("results/contacts/{scene}.nc"),
     log:

@@ -2,7 +2,7 @@ rule dns:
     input:
         knit=knit_of,
         mesh="results/mesh/{scene}.nc",
-        code=code("knitstudy.dns", "knitstudy.geometry.specimen"),
+        code=code("knitstudy.solids.dns", "knitstudy.geometry.specimen"),
     output:
         update("results/dns/{scene}.nc"),
     log:
@@ -32,10 +32,10 @@ rule dns_vtu:
         mesh="results/mesh/{scene}.nc",
         history=history_with_fields,
         code=code(
-            "knitstudy.contact.tie",
-            "knitstudy.contact.tied_crossings",
+            "knitstudy.solids.tie",
+            "knitstudy.crossings.tied_crossings",
             "knitstudy.geometry.specimen",
-            "knitstudy.mesh.export",
+            "knitstudy.exchange.vtu",
         ),
     output:
         update("results/dns/{scene}.vtu"),

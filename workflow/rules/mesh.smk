@@ -27,7 +27,7 @@ rule mesh:
 rule mesh_vtu:
     input:
         mesh="results/mesh/{scene}.nc",
-        code=code("knitstudy.mesh.export"),
+        code=code("knitstudy.exchange.vtu"),
     output:
         update("results/mesh/{scene}.vtu"),
     log:
@@ -46,10 +46,10 @@ rule deck:
         knit=knit_of,
         mesh="results/mesh/{scene}.nc",
         code=code(
-            "knitstudy.contact.tie",
+            "knitstudy.solids.tie",
             "knitstudy.geometry.specimen",
-            "knitstudy.mesh.deck",
-            "knitstudy.mesh.inp",
+            "knitstudy.exchange.deck",
+            "knitstudy.exchange.inp",
         ),
     output:
         update("results/mesh/{scene}.{dialect}.inp"),

@@ -2,7 +2,7 @@ rule rom:
     input:
         unpack(contacts_of),
         knit=knit_of,
-        code=code("knitstudy.rom.run"),
+        code=code("knitstudy.networks.rom.run"),
     output:
         update("results/rom/{scene}.nc"),
     log:

@@ -1,10 +1,10 @@
 """Pull a knit of beams in contact with friction."""
 
-from knitstudy.beams.run import run
+from knitstudy.files.netcdf import read_dataset, write_dataset
 from knitstudy.geometry.pattern import Knit
-from knitstudy.io import read_dataset, write_dataset
-from knitstudy.scene import Scene
-from knitstudy.stage import stage
+from knitstudy.networks.beams.run import run
+from knitstudy.stages.script import stage
+from knitstudy.study.scene import Scene
 
 with stage(snakemake) as progress:
     scene = Scene.from_dict(snakemake.params.scene)

@@ -1,10 +1,10 @@
 """Find what acts at every crossing of solid yarns."""
 
-from knitstudy import contacts
+from knitstudy.crossings import contacts
+from knitstudy.files.netcdf import read_dataset, write_dataset
 from knitstudy.geometry.specimen import read_specimen
-from knitstudy.io import read_dataset, write_dataset
-from knitstudy.scene import Scene
-from knitstudy.stage import stage
+from knitstudy.stages.script import stage
+from knitstudy.study.scene import Scene
 
 with stage(snakemake):
     scene = Scene.from_dict(snakemake.params.scene)

@@ -2,13 +2,13 @@
 
 from math import ceil
 
-from knitstudy import dns
+from knitstudy.files.netcdf import read_dataset, write_dataset
 from knitstudy.geometry.specimen import read_specimen
-from knitstudy.io import read_dataset, write_dataset
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.restart import forget_others, restart_path
-from knitstudy.scene import Scene
-from knitstudy.stage import stage
+from knitstudy.solids import dns
+from knitstudy.stages.script import stage
+from knitstudy.study.scene import Scene
 
 scene = Scene.from_dict(snakemake.params.scene)
 checkpoint = restart_path(snakemake.params.restart, scene, snakemake.input)

@@ -2,14 +2,14 @@
 
 from dataclasses import replace
 
-from knitstudy.contact.tie import tie_crossings
-from knitstudy.contact.tied_crossings import tied_crossings
+from knitstudy.crossings.tied_crossings import tied_crossings
+from knitstudy.exchange.vtu import write_vtu
+from knitstudy.files.netcdf import read_dataset
 from knitstudy.geometry.specimen import read_specimen
-from knitstudy.io import read_dataset
-from knitstudy.mesh.export import write_vtu
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.scene import Scene
-from knitstudy.stage import stage
+from knitstudy.solids.tie import tie_crossings
+from knitstudy.stages.script import stage
+from knitstudy.study.scene import Scene
 
 with stage(snakemake):
     scene = Scene.from_dict(snakemake.params.scene)

@@ -3,8 +3,8 @@
 from knitstudy.figures.catalogue import draw
 from knitstudy.figures.saving import save
 from knitstudy.report.sources import read_sources
-from knitstudy.scene import Scene
-from knitstudy.stage import stage
+from knitstudy.stages.script import stage
+from knitstudy.study.scene import Scene
 
 with stage(snakemake):
     sources = read_sources(snakemake.input.items())

@@ -1,9 +1,9 @@
 """From the keys of a scene to the optimised knit, or to a pair of crossing yarns."""
 
+from knitstudy.files.netcdf import write_dataset
 from knitstudy.geometry.build import build
-from knitstudy.io import write_dataset
-from knitstudy.scene import Scene
-from knitstudy.stage import stage
+from knitstudy.stages.script import stage
+from knitstudy.study.scene import Scene
 
 with stage(snakemake):
     scene = Scene.from_dict(snakemake.params.scene)

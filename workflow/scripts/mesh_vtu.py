@@ -1,9 +1,9 @@
 """Write a mesh for ParaView."""
 
-from knitstudy.io import read_dataset
-from knitstudy.mesh.export import write_vtu
+from knitstudy.exchange.vtu import write_vtu
+from knitstudy.files.netcdf import read_dataset
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.stage import stage
+from knitstudy.stages.script import stage
 
 with stage(snakemake):
     write_vtu(SweptMesh.from_dataset(read_dataset(snakemake.input.mesh)), snakemake.output[0])

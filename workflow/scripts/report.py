@@ -2,11 +2,12 @@
 
 from pathlib import Path
 
-from knitstudy.configuration import read_yaml
-from knitstudy.io import read_table, replacing
+from knitstudy.files.csv_table import read_table
+from knitstudy.files.replacing import replacing
 from knitstudy.report.origin import origins
 from knitstudy.report.page import render
-from knitstudy.stage import stage
+from knitstudy.stages.script import stage
+from knitstudy.study.configuration import read_yaml
 
 with stage(snakemake):
     page = render(

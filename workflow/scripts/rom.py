@@ -1,10 +1,10 @@
 """Pull a reduced order model whose joints come from the contacts of a knit of solid yarns."""
 
+from knitstudy.files.netcdf import read_dataset, write_dataset
 from knitstudy.geometry.pattern import Knit
-from knitstudy.io import read_dataset, write_dataset
-from knitstudy.rom.run import run
-from knitstudy.scene import Scene
-from knitstudy.stage import stage
+from knitstudy.networks.rom.run import run
+from knitstudy.stages.script import stage
+from knitstudy.study.scene import Scene
 
 with stage(snakemake):
     scene = Scene.from_dict(snakemake.params.scene)

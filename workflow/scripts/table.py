@@ -1,9 +1,9 @@
 """Build a table from results and from what the paper prints."""
 
-from knitstudy.io import write_table
+from knitstudy.files.csv_table import write_table
 from knitstudy.report.sources import read_sources
-from knitstudy.scene import Scene
-from knitstudy.stage import stage
+from knitstudy.stages.script import stage
+from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import build
 
 with stage(snakemake):

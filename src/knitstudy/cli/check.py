@@ -9,10 +9,10 @@ import click
 
 from knitstudy.cli.options import changed_scene, config_option, set_option
 from knitstudy.cli.output import print_table
-from knitstudy.configuration import STUDIES, load_knits, load_scenes, load_study
 from knitstudy.errors import ConfigurationError
-from knitstudy.scene import Scene
-from knitstudy.variation import flattened
+from knitstudy.study.configuration import STUDIES, load_knits, load_scenes, load_study
+from knitstudy.study.scene import Scene
+from knitstudy.study.variation import flattened
 
 
 @click.command(short_help="Is a configuration valid; all keys of a scene.")

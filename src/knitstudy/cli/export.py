@@ -39,11 +39,11 @@ def export(
     knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3e-3 -o pair.inp
     """
     # Imported here: --help need not wait for it.
-    from knitstudy.contact.tie import tie_crossings
-    from knitstudy.contact.tied_crossings import tied_crossings
-    from knitstudy.mesh.deck import specimen_deck
-    from knitstudy.mesh.inp import write_inp
-    from knitstudy.simulation import lay_out
+    from knitstudy.crossings.tied_crossings import tied_crossings
+    from knitstudy.exchange.deck import specimen_deck
+    from knitstudy.exchange.inp import write_inp
+    from knitstudy.solids.tie import tie_crossings
+    from knitstudy.stages.simulation import lay_out
 
     chosen, specimen, mesh = lay_out(changed_scene(scene, changes, config), config=config)
     tie = tie_crossings(mesh, specimen, chosen.tie.tolerance, tied_crossings(chosen, specimen.crossings))

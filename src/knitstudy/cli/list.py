@@ -8,9 +8,9 @@ import click
 
 from knitstudy.cli.options import config_option
 from knitstudy.cli.output import plain, print_table
-from knitstudy.configuration import STUDIES, default_scene, load_scenes, load_study
-from knitstudy.schema import scene_schema
-from knitstudy.variation import differences
+from knitstudy.study.configuration import STUDIES, default_scene, load_scenes, load_study
+from knitstudy.study.schema import scene_schema
+from knitstudy.study.variation import differences
 
 FIDELITIES = scene_schema()["properties"]["fidelity"]["enum"]
 

@@ -13,7 +13,7 @@ from knitstudy.cli.list import list_scenes
 from knitstudy.cli.run import run
 from knitstudy.cli.show import show
 from knitstudy.errors import KnitstudyError
-from knitstudy.io import code_version
+from knitstudy.files.provenance import code_version
 
 
 class OneMessage(click.ClickException):

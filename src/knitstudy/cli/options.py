@@ -9,9 +9,9 @@ from typing import Any
 import click
 import yaml
 
-from knitstudy.configuration import CONFIG, load_scene
-from knitstudy.scene import Scene
-from knitstudy.variation import vary
+from knitstudy.study.configuration import CONFIG, load_scene
+from knitstudy.study.scene import Scene
+from knitstudy.study.variation import vary
 
 
 class Change(click.ParamType):

@@ -15,7 +15,7 @@ from knitstudy.cli.options import changed_scene, config_option, output_option, s
 from knitstudy.cli.output import print_table
 from knitstudy.progress import Progress
 
-STAGES = ("knitstudy.archive", "knitstudy.dns")
+STAGES = ("knitstudy.stages.archive", "knitstudy.solids.dns")
 """Loggers that say which stages ran, and whether a run goes on where another one ended."""
 
 
@@ -57,7 +57,7 @@ def run(
     if threads is not None:
         os.environ["OMP_NUM_THREADS"] = str(threads)
     # Imported here: it takes seconds, which the other commands and --help need not wait for.
-    from knitstudy.simulation import simulate
+    from knitstudy.stages.simulation import simulate
     from knitstudy.summary import summarise
 
     chosen = changed_scene(scene, changes, config)

@@ -8,7 +8,8 @@ import click
 
 from knitstudy.cli.output import print_table
 from knitstudy.errors import DataFileError
-from knitstudy.io import read_dataset, read_table
+from knitstudy.files.csv_table import read_table
+from knitstudy.files.netcdf import read_dataset
 
 
 @click.command(short_help="What a result file holds.")

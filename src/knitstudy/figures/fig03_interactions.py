@@ -16,7 +16,7 @@ from knitstudy.figures.surface import tube
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.arcs import head_arcs, sinker_arcs
 from knitstudy.geometry.pattern import Knit
-from knitstudy.scene import Scene
+from knitstudy.study.scene import Scene
 
 STEP = 0.15
 """Distance of the points that yarns are drawn through, in radii."""

@@ -15,8 +15,8 @@ from knitstudy.figures.surface import yarn_of_mesh
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.rom import honeycomb
-from knitstudy.rom.network import Network
+from knitstudy.networks.rom import honeycomb
+from knitstudy.networks.rom.network import Network
 
 
 @styled

@@ -14,7 +14,7 @@ from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, p
 from knitstudy.figures.surface import Surface, arrow, rod, sphere, tube
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
-from knitstudy.rom.points import contact_points
+from knitstudy.networks.rom.points import contact_points
 
 WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=34, tilt=-37)
 

@@ -19,7 +19,7 @@ from knitstudy.figures.curves import (
     strain_label,
 )
 from knitstudy.figures.style import BEAMS, MODELS, Look, styled
-from knitstudy.scene import Scene
+from knitstudy.study.scene import Scene
 from knitstudy.tables.cases import label_of
 
 

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.style import DOUBLE, FAINT, INK, SINGLE, figure, panel_letter, styled
-from knitstudy.scene import Scene
+from knitstudy.study.scene import Scene
 
 MICROMETRE = 1e6
 

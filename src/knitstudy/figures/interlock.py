@@ -11,7 +11,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.figures.style import YARNS
 from knitstudy.figures.surface import Surface, tube
 from knitstudy.geometry.pattern import Knit
-from knitstudy.rom.points import contact_normal_planes, contact_points
+from knitstudy.networks.rom.points import contact_normal_planes, contact_points
 
 LEFT_ZONES = (0, 2)
 """Lower and upper contact on the left of an interlock, where P1 and P2 of Fig. 5 lie."""

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.picture import is_fallback
 from knitstudy.figures.style import RC
-from knitstudy.io import code_version, replacing
+from knitstudy.files.provenance import code_version
+from knitstudy.files.replacing import replacing
 
 # It tells at length how it cuts fonts for PDF.
 logging.getLogger("fontTools").setLevel(logging.WARNING)

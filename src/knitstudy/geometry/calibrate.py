@@ -13,11 +13,11 @@ import numpy as np
 import yaml
 
 from knitstudy.errors import ConfigurationError, KnitstudyError
+from knitstudy.files.replacing import replacing
 from knitstudy.geometry.calibration import Problem, calibrate, whole_loop
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, optimise
 from knitstudy.geometry.survey import check_yarns, survey
-from knitstudy.io import replacing
 
 DECIMALS = 9
 """Decimals of metres in the file: a nanometre, a millionth of the radius."""

@@ -10,7 +10,7 @@ from knitstudy.geometry.arcs import head_arcs, inside, sinker_arcs
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.scene import Scene
+from knitstudy.study.scene import Scene
 
 LOWER, UPPER = 0, 1
 """Yarns of a pair."""

@@ -23,7 +23,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from knitstudy.catalogue import CASES, COURSE, MAIN_MODEL, OUTER_TIED, VARIANTS
-from knitstudy.scene import Scene
+from knitstudy.study.scene import Scene
 
 REDUCED = ("rom3d", "rom2d")
 

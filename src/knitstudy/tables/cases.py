@@ -9,7 +9,7 @@ import xarray as xr
 
 from knitstudy.catalogue import CASES
 from knitstudy.report.selection import beams_of, medium_of, models_of, reduced_of
-from knitstudy.scene import Scene
+from knitstudy.study.scene import Scene
 from knitstudy.tables.response import INTERACTIONS, NAMES
 
 VARIANTS = {

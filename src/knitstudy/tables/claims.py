@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.catalogue import VARIANTS
-from knitstudy.scene import Scene
+from knitstudy.study.scene import Scene
 from knitstudy.tables import contact_claims, kinematics_claims, model_claims
 from knitstudy.tables.evidence import NOT_RUN, Evidence, Judgement, verdict
 from knitstudy.tables.geometry import crossing_error, loop_of

@@ -7,12 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import xarray as xr
 
-from knitstudy.tables.centre_cell import (
-    Snapshot,
-    first_symmetric_contact,
-    snapshots,
-    zones_of_cell,
-)
+from knitstudy.tables.centre_cell import Snapshot, first_symmetric_contact, snapshots, zones_of_cell
 from knitstudy.tables.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, lacking, verdict
 from knitstudy.tables.interactions import common_strain, stiffness_at
 from knitstudy.tables.reference import number

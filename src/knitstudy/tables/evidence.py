@@ -9,7 +9,7 @@ from functools import cached_property
 import pandas as pd
 import xarray as xr
 
-from knitstudy.scene import Scene
+from knitstudy.study.scene import Scene
 from knitstudy.tables.cases import Case, cases_of
 from knitstudy.tables.reference import number
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from knitstudy.catalogue import CASES
-from knitstudy.rom.springs import springs
+from knitstudy.networks.rom.springs import springs
 from knitstudy.tables.beams import is_plain
 from knitstudy.tables.cases import Case
 from knitstudy.tables.evidence import NOT_RUN, REPRODUCED, Evidence, Judgement, at_full_strain, verdict

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.scene import Scene
+from knitstudy.study.scene import Scene
 from knitstudy.tables.cases import Case, cases_of
 from knitstudy.tables.response import comparison, force_distance, out_of_plane_agreement
 

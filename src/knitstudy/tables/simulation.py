@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.dns import HOURGLASS_SHARE
-from knitstudy.scene import Scene
+from knitstudy.solids.dns import HOURGLASS_SHARE
+from knitstudy.study.scene import Scene
 
 Row = tuple[str, str, float, float]
 """Quantity, unit, value and bar."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import pandas as pd
 import xarray as xr
 
-from knitstudy.scene import Scene
+from knitstudy.study.scene import Scene
 from knitstudy.tables.reference import number
 from knitstudy.tables.simulation import penetration
 

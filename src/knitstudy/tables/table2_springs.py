@@ -10,8 +10,8 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.rom.springs import AXES, MEASURES, Springs, springs
-from knitstudy.scene import Scene
+from knitstudy.networks.rom.springs import AXES, MEASURES, Springs, springs
+from knitstudy.study.scene import Scene
 from knitstudy.tables.reference import number
 
 STATISTICS = {

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.scene import Scene
+from knitstudy.study.scene import Scene
 from knitstudy.tables.cases import Case, Model, cases_of
 from knitstudy.tables.reference import number, printed
 from knitstudy.tables.response import NAMES

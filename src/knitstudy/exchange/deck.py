@@ -1,0 +1,300 @@
+"""Input decks of other finite-element programs: what they hold, whatever the dialect.
+
+The same ties can be handed over in two ways. As *surfaces*, the other program finds the ties itself; as
+*equations* it gets exactly the linear constraints that are eliminated here, on the adjusted mesh. Contact is
+always handed over as surfaces, one pair for every row of crossings that are not tied.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from knitstudy.crossings.tied_crossings import tied_pieces
+from knitstudy.errors import ConfigurationError
+from knitstudy.load_path import load_path
+from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mesh.grips import grips
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.yarn_contact import contact_law
+
+if TYPE_CHECKING:
+    from knitstudy.geometry.pair import Pair
+    from knitstudy.geometry.pattern import Knit
+    from knitstudy.solids.tie import Tie
+    from knitstudy.study.scene import Scene
+
+CONSTRAINTS = ("surfaces", "equations")
+
+POSITION_MARGIN = 1.05
+"""Position tolerance over the gap of the farthest slave node: rounding must not lose it."""
+
+CONTACT_REACH = 1.0
+"""Distance of facets that may come to touch, over the yarn's radius, besides what the load moves them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Faces of hexahedra: elements (f,) from 0 and their faces (f,) from 1, as C3D8 counts them."""
+
+    elements: np.ndarray
+    faces: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class TiedPair:
+    """Two surfaces, of which the nodes of ``slave`` within ``tolerance`` (m) follow ``master``."""
+
+    name: str
+    slave: Surface
+    master: Surface
+    tolerance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """Constraints x_slave = sum of weights times x_master: slave (K,), master (K, 4), weight (K, 4)."""
+
+    slave: np.ndarray
+    master: np.ndarray
+    weight: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPair:
+    """Two surfaces that may touch: the points of ``slave`` meet the faces of ``master``."""
+
+    name: str
+    slave: Surface
+    master: Surface
+
+
+@dataclass(frozen=True)
+class Interaction:
+    """What happens where surfaces touch: a law, and the ``penetration`` (m) that it may lead to."""
+
+    law: Coulomb
+    penetration: float
+
+    @property
+    def elastic_slip(self) -> float:
+        """Slip (m) at which the largest penetration's pressure makes a sticking point slide.
+
+        For a program whose stick stiffness is mu p over this length: it is then that of the law at this pressure.
+        """
+        return self.law.friction * self.law.normal / self.law.tangential * self.penetration
+
+
+@dataclass(frozen=True)
+class Prescribed:
+    """Displacement ``value`` (m) of the components ``first`` to ``last`` (1 to 3) of all nodes of a set."""
+
+    node_set: str
+    first: int
+    last: int
+    value: float
+
+
+@dataclass(frozen=True)
+class Step:
+    """One leg of the load: displacements at its end, reached in so many equal increments."""
+
+    prescribed: tuple[Prescribed, ...]
+    increments: int
+
+
+@dataclass(frozen=True, eq=False)
+class Deck:
+    """Nonlinear static steps on a mesh of C3D8R, numbered from 0.
+
+    Attributes
+    ----------
+    title : str
+    nodes : ndarray (N, 3)
+        Coordinates, m.
+    elements : dict of str to ndarray (e, 8)
+        Corner nodes of the elements of every set; the sets follow each other in the numbering of elements.
+    node_sets : dict of str to ndarray
+    youngs_modulus, poisson_ratio : float
+        Pa, 1.
+    steps : tuple of Step
+    driven : str
+        Node set whose total reaction is written.
+    ties : tuple of TiedPair
+    equations : Equations or None
+    contacts : tuple of ContactPair
+    interaction : Interaction or None
+        Of all pairs in contact.
+    rests : bool
+        Whether a step in which nothing is driven comes first where a program needs one before contact.
+    automatic : bool
+        Whether the program may choose other increments.
+    tolerance : float or None
+        Largest residual force over the mean one, and largest last correction over the increment, at which an
+        increment has converged; None leaves it to the program (0.005 and 0.01 in both).
+    fields : bool
+        Whether displacements are written; the total reaction always is.
+    """
+
+    title: str
+    nodes: np.ndarray
+    elements: dict[str, np.ndarray]
+    node_sets: dict[str, np.ndarray]
+    youngs_modulus: float
+    poisson_ratio: float
+    steps: tuple[Step, ...]
+    driven: str
+    ties: tuple[TiedPair, ...] = ()
+    equations: Equations | None = None
+    contacts: tuple[ContactPair, ...] = ()
+    interaction: Interaction | None = None
+    rests: bool = True
+    automatic: bool = False
+    tolerance: float | None = None
+    fields: bool = True
+
+
+def specimen_deck(
+    scene: Scene,
+    specimen: Knit | Pair,
+    mesh: SweptMesh,
+    tie: Tie,
+    constraints: str = "surfaces",
+    automatic: bool = False,
+) -> Deck:
+    """Deck of a knit in tension, or of a pair of yarns on its path: ties, contact, grips and load.
+
+    Parameters
+    ----------
+    scene : Scene
+    specimen : Knit or Pair
+    mesh : SweptMesh
+    tie : Tie
+        Constraints of the tied crossings; elsewhere yarns touch by the scene's interaction.
+    constraints : {"surfaces", "equations"}
+        Whether the other program ties the surfaces itself, or gets the constraints as equations.
+    automatic : bool
+        Whether the program may choose other increments than the scene's.
+
+    Raises
+    ------
+    ConfigurationError
+        If ``constraints`` is unknown.
+    """
+    if constraints not in CONSTRAINTS:
+        raise ConfigurationError(
+            f"deck constraints: {constraints!r} is not allowed; one of {', '.join(CONSTRAINTS)}"
+        )
+    as_equations = constraints == "equations"
+    tied = np.isfinite(tie.area)
+    free = tied_pieces(mesh, specimen.crossings, tied) < 0
+    touching = np.unique(specimen.crossings.row[~tied])
+    reach = CONTACT_REACH * mesh.radius + _travel(scene)
+    gripped = grips(mesh, scene, specimen)
+    return Deck(
+        title=_title(scene, specimen),
+        nodes=tie.nodes if as_equations else mesh.nodes,
+        elements={f"YARN{yarn}": mesh.hexahedra[_yarn_elements(mesh, yarn)] for yarn in range(mesh.yarns)},
+        node_sets={"HELD": np.sort(gripped.held), "DRIVEN": np.sort(gripped.driven)},
+        youngs_modulus=scene.yarn.youngs_modulus,
+        poisson_ratio=scene.yarn.poisson_ratio,
+        steps=_steps(scene, specimen),
+        driven="DRIVEN",
+        ties=() if as_equations else tied_pairs(mesh, tie),
+        equations=Equations(tie.slave, tie.master, tie.weight) if as_equations and tied.any() else None,
+        contacts=tuple(touching_row(mesh, row, reach, free) for row in touching),
+        interaction=interaction(scene) if touching.size else None,
+        automatic=automatic,
+    )
+
+
+def interaction(scene: Scene) -> Interaction:
+    """Law of contact of a scene, and the penetration that it allows."""
+    return Interaction(contact_law(scene), scene.contact.penetration * scene.mesh.size)
+
+
+def touching_row(mesh: SweptMesh, row: int, reach: float, free: np.ndarray) -> ContactPair:
+    """Pair of surfaces of an interlock row: the facets of both yarns within a distance (m) of the other one.
+
+    Only facets between slices that are ``free`` (S,) of ties count. The upper yarn is the slave.
+    """
+    quads = [mesh.surface_quads(yarn) for yarn in (row + 1, row)]
+    upper, lower = (mesh.nodes[facets].mean(axis=1) for facets in quads)
+    may_touch = [free[facets // mesh.section.size].all(axis=1) for facets in quads]
+    slave = (cKDTree(lower).query(upper)[0] < reach) & may_touch[0]
+    master = (cKDTree(upper).query(lower)[0] < reach) & may_touch[1]
+    return ContactPair(f"ROW{row}", facet_faces(mesh, row + 1, slave), facet_faces(mesh, row, master))
+
+
+def tied_pairs(mesh: SweptMesh, tie: Tie) -> tuple[TiedPair, ...]:
+    """One pair of surfaces for every interlock row.
+
+    The slave surface holds exactly the tied facets of the upper yarn; the master surface the facets of the
+    lower yarn that lie within a radius of them.
+    """
+    yarn_of_slave = mesh.yarn_of_slice[tie.slave // mesh.section.size]
+    pairs = []
+    for yarn in np.unique(yarn_of_slave):
+        slaves = tie.slave[yarn_of_slave == yarn]
+        tied = np.isin(mesh.surface_quads(yarn), slaves).all(axis=1)
+        centroids = mesh.nodes[mesh.surface_quads(yarn - 1)].mean(axis=1)
+        near = cKDTree(mesh.nodes[slaves]).query(centroids)[0] < mesh.radius
+        tolerance = POSITION_MARGIN * tie.adjustment[yarn_of_slave == yarn].max()
+        slave, master = facet_faces(mesh, yarn, tied), facet_faces(mesh, yarn - 1, near)
+        pairs.append(TiedPair(f"ROW{yarn - 1}", slave, master, tolerance))
+    return tuple(pairs)
+
+
+def facet_faces(mesh: SweptMesh, yarn: int, chosen: np.ndarray) -> Surface:
+    """Faces of hexahedra that chosen facets of a yarn's lateral surface are.
+
+    Parameters
+    ----------
+    mesh : SweptMesh
+    yarn : int
+    chosen : ndarray of bool, as many as ``mesh.surface_quads(yarn)`` has rows
+    """
+    ring, quads = mesh.section.ring, mesh.section.quads
+    # Both run counter-clockwise: a surface edge is one of a quad's edges, in the same direction.
+    edges = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1)  # (e, 4, 2)
+    wanted = np.stack([ring, np.roll(ring, -1)], axis=-1)
+    quad, edge = np.nonzero((edges[None] == wanted[:, None, None]).all(axis=-1).any(axis=0))
+    owner = np.argmax((edges[quad, edge][None] == wanted[:, None]).all(axis=-1), axis=1)
+    layer, j = np.divmod(np.flatnonzero(chosen), ring.size)
+    elements = _yarn_elements(mesh, yarn).start + layer * quads.shape[0] + quad[owner][j]
+    return Surface(
+        elements=elements, faces=3 + edge[owner][j]
+    )  # S3 to S6 stand on the bottom quad's four edges
+
+
+def _yarn_elements(mesh: SweptMesh, yarn: int) -> slice:
+    """Range of the elements of one yarn."""
+    first, last = mesh.first_slice[yarn : yarn + 2] - np.arange(yarn, yarn + 2)
+    return slice(int(first) * mesh.section.quads.shape[0], int(last) * mesh.section.quads.shape[0])
+
+
+def _title(scene: Scene, specimen: Knit | Pair) -> str:
+    if scene.specimen == "pair":
+        return f"{scene.name}: two yarns at {scene.pair.angle:g} degrees, {scene.interaction}"
+    return f"{scene.name}: {specimen.loops} x {specimen.rows} knit, {scene.interaction}, {scene.load.direction} tension"
+
+
+def _steps(scene: Scene, specimen: Knit | Pair) -> tuple[Step, ...]:
+    """Grips held, and driven to one corner of the load path after another with equal shares of the increments."""
+    motion = load_path(scene, specimen)
+    components = (motion.axis,) if scene.load.lateral == "free" else range(3)
+    increments = math.ceil(scene.solver.increments / len(motion.displacement))
+    held = Prescribed("HELD", 1, 3, 0.0)
+    return tuple(
+        Step((held, *(Prescribed("DRIVEN", i + 1, i + 1, float(corner[i])) for i in components)), increments)
+        for corner in motion.displacement
+    )
+
+
+def _travel(scene: Scene) -> float:
+    """Largest distance (m) that the load moves one yarn of a pair over the other; those of a knit move together."""
+    return max((float(np.linalg.norm(leg)) for leg in scene.load.path), default=0.0)

@@ -1,1 +1,0 @@
-"""Finite-element core: elements, materials, beams, constraints, Newton and linear solvers."""

@@ -1,0 +1,1 @@
+"""Continuum and structural mechanics: elements, materials, contact laws, beams, Newton, linear solvers. No knits."""

@@ -1,0 +1,196 @@
+"""Closest approach of two centrelines, and how it changes with the motion of their beams.
+
+Side A and side B of a pair are points X_A(s_A), X_B(s_B); r = X_B - X_A. Where both are free, r is normal to both
+tangents (one point of contact at a crossing); where only B is, X_A is a fixed point of its yarn that is projected on
+the other (points along a line of contact).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knitstudy.mechanics.beam_contact.curves import Curves, Stencil
+
+STEPS = 40
+HALVINGS = 12
+A, B = 0, 1
+
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """Pieces of yarn that may touch.
+
+    Attributes
+    ----------
+    yarn : ndarray of int, shape (k, 2)
+        Of sides A and B.
+    bounds : ndarray, shape (k, 2, 2)
+        First and last arc length of the piece on either side [m].
+    free : ndarray of bool, shape (2,)
+        Which sides' points move to the closest approach.
+    """
+
+    yarn: np.ndarray
+    bounds: np.ndarray
+    free: np.ndarray
+
+    def __getitem__(self, chosen: np.ndarray) -> Pairs:
+        return Pairs(self.yarn[chosen], self.bounds[chosen], self.free)
+
+
+@dataclass(frozen=True, eq=False)
+class Approach:
+    """Closest points of k pairs.
+
+    Attributes
+    ----------
+    s : ndarray, shape (k, 2)
+        Their arc lengths [m].
+    found : ndarray of bool, shape (k,)
+        False where a free point stands at the bound of its piece.
+    stencil : tuple of Stencil
+        Of side A and side B.
+    point, tangent, bend : ndarray, shape (k, 2, 3)
+        Position [m] and its derivatives with respect to arc length.
+    distance : ndarray, shape (k,)
+        |r| [m].
+    normal : ndarray, shape (k, 3)
+        r / |r|, from A to B.
+    """
+
+    s: np.ndarray
+    found: np.ndarray
+    stencil: tuple[Stencil, Stencil]
+    point: np.ndarray
+    tangent: np.ndarray
+    bend: np.ndarray
+    distance: np.ndarray
+    normal: np.ndarray
+
+    def __getitem__(self, chosen: np.ndarray) -> Approach:
+        names = ("s", "found", "point", "tangent", "bend", "distance", "normal")
+        return Approach(
+            stencil=(self.stencil[A][chosen], self.stencil[B][chosen]),
+            **{name: getattr(self, name)[chosen] for name in names},
+        )
+
+
+def approach(curves: Curves, position: np.ndarray, pairs: Pairs, start: np.ndarray) -> Approach:
+    """Return the closest points of pairs by Newton's method from arc lengths (k, 2) [m].
+
+    Parameters
+    ----------
+    curves : Curves
+    position : ndarray, shape (S, 3)
+        Current positions of the stations [m].
+    pairs : Pairs
+    start : ndarray, shape (k, 2)
+    """
+    low, high = pairs.bounds[..., 0], pairs.bounds[..., 1]
+    s = np.where(pairs.free, np.clip(start, low, high), start)
+    moves = np.ones(len(s), dtype=bool)
+    for _ in range(STEPS):
+        if not moves.any():
+            break
+        some = np.flatnonzero(moves)
+        here = _evaluate(curves, position, pairs[some], s[some])
+        step = _newton_step(here, pairs.free, low[some], high[some])
+        step = np.where(pairs.free, np.clip(s[some] + step, low[some], high[some]) - s[some], 0.0)
+        level = 0.5 * here.distance**2 * (1 + 1e-14)  # beyond rounding
+        for _ in range(HALVINGS):
+            trial = _evaluate(curves, position, pairs[some], s[some] + step)
+            worse = 0.5 * trial.distance**2 > level
+            if not worse.any():
+                break
+            step[worse] *= 0.5
+        s[some] += step
+        moves[some] = np.abs(step).max(axis=1) > 1e-13 * curves.length.max()
+    done = _evaluate(curves, position, pairs, s)
+    inside = ((s > low) & (s < high)) | ~pairs.free
+    return Approach(**{**vars(done), "found": inside.all(axis=1)})
+
+
+def _evaluate(curves: Curves, position: np.ndarray, pairs: Pairs, s: np.ndarray) -> Approach:
+    stencil = tuple(curves.stencil(pairs.yarn[:, side], s[:, side]) for side in (A, B))
+    point, tangent, bend = (
+        np.stack([each.of(getattr(each, name), position) for each in stencil], axis=1)
+        for name in ("value", "first", "second")
+    )
+    apart = point[:, B] - point[:, A]
+    distance = np.linalg.norm(apart, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        normal = apart / distance[:, None]
+    return Approach(s, np.ones(len(s), dtype=bool), stencil, point, tangent, bend, distance, normal)
+
+
+def _hessian(here: Approach, bends: bool = True) -> np.ndarray:
+    """Second derivative (k, 2, 2) of |r|^2 / 2; without the curves' bends it is never indefinite."""
+    r = here.distance[:, None] * here.normal
+    hessian = np.einsum("kai,kbi->kab", here.tangent, here.tangent)
+    hessian[:, A, B] *= -1
+    hessian[:, B, A] *= -1
+    if bends:
+        hessian[:, A, A] -= np.einsum("ki,ki->k", r, here.bend[:, A])
+        hessian[:, B, B] += np.einsum("ki,ki->k", r, here.bend[:, B])
+    return hessian
+
+
+def _solve(hessian: np.ndarray, rhs: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Solve for the free sides (k, 2) of pairs: hessian (k, 2, 2), rhs (k, 2, m); the other sides stay."""
+    coupled = free[:, :, None] & free[:, None, :]
+    reduced = np.where(coupled, hessian, np.eye(2))
+    return np.linalg.solve(reduced, np.where(free[..., None], rhs, 0.0))
+
+
+def _newton_step(here: Approach, free: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Step (k, 2) towards the closest points within bounds (k, 2); sides that push against a bound stay there."""
+    r = here.distance[:, None] * here.normal
+    slope = np.einsum("ki,kai->ka", r, here.tangent) * [-1.0, 1.0]
+    free = free & ~((here.s <= low) & (slope > 0)) & ~((here.s >= high) & (slope < 0))
+    hessian = _hessian(here)
+    convex = np.all((hessian[:, [A, B], [A, B]] > 0) | ~free, axis=1)
+    convex &= (np.linalg.det(hessian) > 1e-6) | ~free.all(axis=1)
+    safe = _hessian(here, bends=False) + 1e-3 * np.eye(2)
+    hessian = np.where(convex[:, None, None], hessian, safe)
+    return -_solve(hessian, slope[..., None], free)[..., 0]
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """Derivatives of an approach with respect to z = (e_A, a_A, e_B, a_B, d), 15 columns.
+
+    e = DX and a = DX,_s are the motion of a curve at fixed arc length; d is left to the friction.
+
+    Attributes
+    ----------
+    s : ndarray, shape (k, 2, 15)
+    apart : ndarray, shape (k, 3, 15)
+        Of r.
+    gap : ndarray, shape (k, 15)
+    normal : ndarray, shape (k, 3, 15)
+    """
+
+    s: np.ndarray
+    apart: np.ndarray
+    gap: np.ndarray
+    normal: np.ndarray
+
+    @classmethod
+    def of(cls, here: Approach, free: np.ndarray) -> Change:
+        """Return the derivatives at closest points whose sides are `free` (2,)."""
+        k = len(here.s)
+        r = here.distance[:, None] * here.normal
+        slope = np.zeros((k, 2, 15))  # of -r . X_A,s and r . X_B,s at fixed arc lengths
+        for side, sign in ((A, -1.0), (B, 1.0)):
+            slope[:, side, 0:3] = -sign * here.tangent[:, side]
+            slope[:, side, 6:9] = sign * here.tangent[:, side]
+            slope[:, side, 3 + 6 * side : 6 + 6 * side] += sign * r
+        s = -_solve(_hessian(here), slope, np.tile(free, (k, 1)))
+        apart = here.tangent[:, B, :, None] * s[:, B, None] - here.tangent[:, A, :, None] * s[:, A, None]
+        apart[:, :, 0:3] -= np.eye(3)
+        apart[:, :, 6:9] += np.eye(3)
+        gap = np.einsum("ki,kiz->kz", here.normal, apart)
+        normal = (apart - here.normal[:, :, None] * gap[:, None]) / here.distance[:, None, None]
+        return cls(s, apart, gap, normal)

@@ -1,0 +1,370 @@
+"""Contact with friction between beams of circular section at pairs of closest points.
+
+The gap is |r| - 2R. The tangential traction is a stiffness times the elastic slip of two material points of the
+surfaces, one on either yarn, that faced each other when the last increment had converged, up to mu times the normal
+force. A material point is carried by its yarn's sections, so that friction knows their spin: a yarn that rolls on
+another does not slip, one that spins in its place does. Friction acts on both yarns half way between the centrelines,
+with the couple that it exerts there on their sections; so forces and moments balance exactly. A friction that acted on
+centrelines alone would leave a couple of 2R times its force.
+
+Densities are per contact point [N] or per length of a line of contact [N/m].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.beam_contact.approach import A, Approach, B, Change, approach
+from knitstudy.mechanics.beam_contact.curves import Curves, Stencil
+from knitstudy.mechanics.beam_contact.law import Power
+from knitstudy.mechanics.contact.friction import OPEN, Coulomb
+from knitstudy.mechanics.rotation import hat
+from knitstudy.networks.beams.pairs import CrossingPairs
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Current configuration of the stations: position (S, 3) [m] and rotation (S, 3, 3) from the reference."""
+
+    position: np.ndarray
+    rotation: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class BeamContactHistory:
+    """What pairs remember of the last converged increment.
+
+    Attributes
+    ----------
+    s : ndarray, shape (k, 2)
+        Closest points; also where the material points belong [m].
+    arm : ndarray, shape (k, 2, 3)
+        From the centreline to the material points, in the reference [m].
+    gap : ndarray, shape (k,)
+        [m]; inf where there was no closest point.
+    force : ndarray, shape (k,)
+        Normal force density; where it is positive the material points count as joined.
+    slip : ndarray, shape (c,)
+        Length slipped at a crossing since its first contact [m], by the number of the crossing.
+    dissipated : float
+        Work of friction so far [J].
+    """
+
+    s: np.ndarray
+    arm: np.ndarray
+    gap: np.ndarray
+    force: np.ndarray
+    slip: np.ndarray
+    dissipated: float
+
+
+@dataclass(frozen=True, eq=False)
+class BeamContactPoints:
+    """All pairs in one configuration.
+
+    Attributes
+    ----------
+    history : BeamContactHistory
+    approach : Approach
+    anchors : tuple of Stencil
+        Of the centrelines where the material points belong.
+    gap : ndarray, shape (k,)
+        [m]; inf where there is no closest point.
+    apart : ndarray, shape (k, 3)
+        From the material point of side B to that of side A [m].
+    share : ndarray, shape (k,)
+        Part of the increment in contact: 1, or less for pairs that have closed within it.
+    share_rate : ndarray, shape (k,)
+        Its derivative with respect to the gap [1/m].
+    trial, traction : ndarray, shape (k, 3)
+        Tangential force density on side B by side A's motion, before and after Coulomb's limit.
+    force : ndarray, shape (k,)
+        Normal force density.
+    status : ndarray of int, shape (k,)
+        OPEN, STICK or SLIP.
+    """
+
+    history: BeamContactHistory
+    approach: Approach
+    anchors: tuple[Stencil, Stencil]
+    gap: np.ndarray
+    apart: np.ndarray
+    share: np.ndarray
+    share_rate: np.ndarray
+    trial: np.ndarray
+    traction: np.ndarray
+    force: np.ndarray
+    status: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class BeamContactResponse:
+    """Forces of contact in one configuration.
+
+    Attributes
+    ----------
+    points : BeamContactPoints
+    station_force : ndarray, shape (S, 6)
+        Internal force [N] and moment [N m] at all stations.
+    energy : dict of str to float
+        "penalty": stored in approach and elastic slip; "friction": dissipated since the start [J].
+    stations : ndarray of int, shape (a, 16), or None
+        Stations of every pair that touches.
+    stiffness : ndarray, shape (a, 96, 96), or None
+        Derivative of their forces with respect to their motions, six each.
+    """
+
+    points: BeamContactPoints
+    station_force: np.ndarray
+    energy: dict[str, float]
+    stations: np.ndarray | None = None
+    stiffness: np.ndarray | None = None
+
+
+class BeamContact:
+    """Contact of yarns of one radius at crossings.
+
+    Parameters
+    ----------
+    curves : Curves
+    crossing : CrossingPairs
+        What may touch.
+    radius : float
+        [m]
+    law : Power
+        Normal force over gap.
+    tangential : float
+        Stiffness against elastic slip, per density of the law [N/m or N/m2].
+    friction : float
+        mu; inf for rough contact, 0 for none.
+    """
+
+    def __init__(
+        self,
+        curves: Curves,
+        crossing: CrossingPairs,
+        radius: float,
+        law: Power,
+        tangential: float,
+        friction: float,
+    ) -> None:
+        self.curves, self.crossing, self.radius, self.law = curves, crossing, radius, law
+        # Coulomb's law meets forces here: with a normal stiffness of one, a change of force is a change of gap.
+        self.friction = Coulomb(normal=1.0, tangential=tangential, friction=friction)
+
+    def start(self, places: Places) -> BeamContactHistory:
+        """Return the history of yarns that have not moved yet."""
+        k = len(self.crossing.start)
+        here = approach(self.curves, places.position, self.crossing.pairs, self.crossing.start)
+        arm = self._arms(here, places.rotation, np.zeros((k, 3)))
+        slip = np.zeros(int(self.crossing.crossing.max(initial=-1)) + 1)
+        return BeamContactHistory(here.s, arm, self._gap(here), np.zeros(k), slip, 0.0)
+
+    def points(self, places: Places, history: BeamContactHistory) -> BeamContactPoints:
+        """Evaluate all pairs."""
+        pairs = self.crossing.pairs
+        here = approach(self.curves, places.position, pairs, history.s)
+        anchors = tuple(self.curves.stencil(pairs.yarn[:, side], history.s[:, side]) for side in (A, B))
+        material = [
+            anchors[side].of(anchors[side].value, places.position)
+            + np.einsum(
+                "kp,kpij,kj->ki",
+                anchors[side].value,
+                places.rotation[anchors[side].stations],
+                history.arm[:, side],
+            )
+            for side in (A, B)
+        ]
+        gap = self._gap(here)
+        # A pair that has closed within this increment has slid in contact only for the rest of it.
+        closes = (history.force <= 0) & (gap < 0) & (history.gap > 0) & np.isfinite(history.gap)
+        now, then = np.where(closes, gap, 0.0), np.where(closes, history.gap, 0.0)
+        span = np.where(closes, now - then, 1.0)
+        share = np.where(closes, now / span, 1.0)
+        apart = material[A] - material[B]
+        plane = apart - here.normal * np.einsum("ki,ki->k", here.normal, apart)[:, None]
+        trial = self.friction.tangential * share[:, None] * plane
+        force = self.law.force(gap)
+        traction, status = self.friction.traction(trial, force)
+        return BeamContactPoints(
+            history, here, anchors, gap, apart, share, -then / span**2, trial, traction, force, status
+        )
+
+    def respond(self, places: Places, history: BeamContactHistory, stiffness: bool) -> BeamContactResponse:
+        """Return forces, energies and, if asked, the tangent."""
+        points = self.points(places, history)
+        active = np.flatnonzero(points.status != OPEN)
+        weight = self.crossing.weight[active]
+        here = points.approach[active]
+        force = points.traction[active] + points.force[active, None] * here.normal
+        force *= weight[:, None]
+        couple = (
+            0.5 * here.distance[:, None] * np.cross(here.normal, weight[:, None] * points.traction[active])
+        )
+        station_force = np.zeros((len(places.position), 6))
+        for side, sign in ((A, 1.0), (B, -1.0)):
+            stencil = here.stencil[side]
+            shares = stencil.value[:, :, None] * np.concatenate([sign * force, couple], axis=1)[:, None]
+            np.add.at(station_force, stencil.stations, shares)
+        answer = BeamContactResponse(points, station_force, self._energy(points, active, weight))
+        if not stiffness:
+            return answer
+        stations, blocks = self._stiffness(places, points, active, weight)
+        return replace(answer, stations=stations, stiffness=blocks)
+
+    def commit(self, places: Places, history: BeamContactHistory) -> BeamContactHistory:
+        """Return the history that a converged increment leaves.
+
+        Raises
+        ------
+        ConvergenceError
+            If a pair that touched has no closest points any more.
+        """
+        points = self.points(places, history)
+        lost = (history.force > 0) & ~points.approach.found
+        if lost.any():
+            k = int(np.argmax(lost))
+            raise ConvergenceError(
+                f"contact at crossing {self.crossing.crossing[k]} has slid half way to the next crossing (yarns "
+                f"{' and '.join(map(str, self.crossing.pairs.yarn[k]))}): a yarn is pulled out of its loop; use a "
+                "smaller load.strain"
+            )
+        touches = points.status != OPEN
+        elastic = np.where(touches[:, None], points.traction / self.friction.tangential, 0.0)
+        pressed = self._per_crossing(points.force) > 0
+        return BeamContactHistory(
+            s=points.approach.s,
+            arm=self._arms(points.approach, places.rotation, elastic),
+            gap=points.gap,
+            force=points.force,
+            slip=np.where(pressed, history.slip + self._slipped(points), 0.0),
+            dissipated=history.dissipated + self._dissipation(points),
+        )
+
+    def crossing_force(self, points: BeamContactPoints, count: int) -> np.ndarray:
+        """Return the force (count, 3) of contact on the lower row's yarn at every crossing [N]."""
+        on_a = -(points.traction + points.force[:, None] * points.approach.normal)
+        on_a = np.where((points.status != OPEN)[:, None], on_a, 0.0) * self.crossing.weight[:, None]
+        on_lower = on_a * np.where(self.crossing.lower == A, 1.0, -1.0)[:, None]
+        force = np.zeros((count, 3))
+        np.add.at(force, self.crossing.crossing, on_lower)
+        return force
+
+    def crossing_gap(self, points: BeamContactPoints, count: int) -> np.ndarray:
+        """Return the smallest gap (count,) at every crossing [m]; nan where there is no contact."""
+        gap = np.full(count, np.inf)
+        np.minimum.at(gap, self.crossing.crossing, points.gap)
+        return np.where(np.isfinite(gap), gap, np.nan)
+
+    # ---- parts ----------------------------------------------------------------------------------------------
+
+    def _gap(self, here: Approach) -> np.ndarray:
+        return np.where(here.found, here.distance - 2 * self.radius, np.inf)
+
+    def _arms(self, here: Approach, rotation: np.ndarray, elastic: np.ndarray) -> np.ndarray:
+        """Reference arms (k, 2, 3) of material points half way between the yarns, `elastic` (k, 3) apart."""
+        half = 0.5 * here.distance[:, None] * here.normal
+        arms = []
+        for side, sign in ((A, 1.0), (B, -1.0)):
+            stencil = here.stencil[side]
+            turned = stencil.of(stencil.value, rotation)
+            arms.append(np.linalg.solve(turned, (sign * (half + 0.5 * elastic))[..., None])[..., 0])
+        return np.stack(arms, axis=1)
+
+    def _energy(self, points: BeamContactPoints, active: np.ndarray, weight: np.ndarray) -> dict[str, float]:
+        traction = points.traction[active]
+        sheared = 0.5 * np.einsum("ki,ki->k", traction, traction) / self.friction.tangential
+        stored = float(weight @ (self.law.energy(points.gap[active]) + sheared))
+        return {"penalty": stored, "friction": points.history.dissipated + self._dissipation(points)}
+
+    def _dissipation(self, points: BeamContactPoints) -> float:
+        """Work of friction within the increment, mu times the mean force of it times the slip of a crossing [J]."""
+        if not np.isfinite(self.friction.friction):
+            return 0.0
+        mean = 0.5 * (self._per_crossing(points.force) + self._per_crossing(points.history.force))
+        return float(np.sum(self.friction.friction * mean * self._slipped(points)))
+
+    def _slipped(self, points: BeamContactPoints) -> np.ndarray:
+        """Return the length (c,) that every crossing slips within the increment [m].
+
+        The mean by normal force of the points that touched before. Along a line, others come into contact as it slides
+        over the yarn, and have slid for the rest of the increment only; they count where there are none but them.
+        """
+        length = self.friction.slipped(points.trial, points.force)
+        known = np.where(points.history.force > 0, points.force, 0.0)
+        lasting = self._per_crossing(known) > 0
+        load = np.where(lasting[self.crossing.crossing], known, points.force)
+        total = self._per_crossing(load)
+        return np.divide(self._per_crossing(load * length), total, out=np.zeros_like(total), where=total > 0)
+
+    def _per_crossing(self, density: np.ndarray) -> np.ndarray:
+        """Return sums (c,) of densities (k,) over the points of every crossing."""
+        return np.bincount(self.crossing.crossing, self.crossing.weight * density)
+
+    def _stiffness(
+        self, places: Places, points: BeamContactPoints, active: np.ndarray, weight: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return stations (a, 16) and their stiffness (a, 96, 96)."""
+        here = points.approach[active]
+        inner = self._point_tangent(points, active, here) * weight[:, None, None]
+        anchors = [points.anchors[side][active] for side in (A, B)]
+        stations = np.concatenate([each.stations for each in (*here.stencil, *anchors)], axis=1)
+        motion = np.zeros((len(active), 5, 3, 16, 6))  # z by the motion of the stations
+        reaction = np.zeros((len(active), 8, 3, 16, 6))  # generalised forces of the two sides, likewise
+        i = np.arange(3)
+        for side in (A, B):
+            at = slice(4 * side, 4 * side + 4)
+            for order, weights in enumerate((here.stencil[side].value, here.stencil[side].first)):
+                for xyz in i:
+                    motion[:, 2 * side + order, xyz, at, xyz] = weights
+                    reaction[:, 4 * side + order, xyz, at, xyz] = weights
+                    reaction[:, 4 * side + 2 + order, xyz, at, 3 + xyz] = weights
+            at = slice(8 + 4 * side, 12 + 4 * side)
+            anchor, sign = anchors[side], 1.0 if side == A else -1.0
+            arm = np.einsum(
+                "kpij,kj->kpi", places.rotation[anchor.stations], points.history.arm[active, side]
+            )
+            for xyz in i:
+                motion[:, 4, xyz, at, xyz] = sign * anchor.value
+            turning = -sign * anchor.value[:, :, None, None] * hat(arm)  # (a, 4, 3, 3)
+            motion[:, 4, :, at, 3:] = np.swapaxes(turning, 1, 2)
+        motion, reaction = motion.reshape(-1, 15, 96), reaction.reshape(-1, 24, 96)
+        return stations, np.swapaxes(reaction, 1, 2) @ (inner @ motion)
+
+    def _point_tangent(self, points: BeamContactPoints, active: np.ndarray, here: Approach) -> np.ndarray:
+        """Return the derivative (a, 24, 15) of generalised forces with respect to z, without weights.
+
+        Rows are, for side A and then B, what works on X and X,_s (force) and on the spin and its derivative (couple).
+        """
+        change = Change.of(here, self.crossing.pairs.free)
+        normal, traction = here.normal, points.traction[active]
+        force, apart, share = points.force[active], points.apart[active], points.share[active]
+        stiffness = self.law.stiffness(points.gap[active])
+        level = np.einsum("ki,ki->k", normal, apart)
+        plane = apart - normal * level[:, None]
+        d_plane = -normal[:, :, None] * np.einsum("ki,kiz->kz", apart, change.normal)[:, None]
+        d_plane -= level[:, None, None] * change.normal
+        d_plane[:, :, 12:] += np.eye(3) - normal[:, :, None] * normal[:, None, :]
+        d_trial = share[:, None, None] * d_plane
+        d_trial += points.share_rate[active, None, None] * plane[:, :, None] * change.gap[:, None]
+        d_traction = self.friction.tangent(
+            points.trial[active],
+            self.friction.tangential * d_trial,
+            stiffness[:, None] * change.gap,
+            force,
+            points.status[active],
+        )
+        d_force = d_traction + force[:, None, None] * change.normal
+        d_force -= stiffness[:, None, None] * normal[:, :, None] * change.gap[:, None]
+        r = here.distance[:, None] * normal
+        couple = 0.5 * np.cross(r, traction)
+        d_couple = 0.5 * (hat(r) @ d_traction - hat(traction) @ change.apart)
+        total = traction + force[:, None] * normal
+        rows = []
+        for side, sign in ((A, 1.0), (B, -1.0)):
+            along = change.s[:, side, None]
+            rows += [sign * d_force, sign * total[:, :, None] * along, d_couple, couple[:, :, None] * along]
+        return np.concatenate(rows, axis=1)

@@ -1,0 +1,168 @@
+"""A network of beams and springs as a model that a solver can drive: six unknowns a node, rigid arms eliminated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knitstudy.mechanics import beam, rigid_arm
+from knitstudy.mechanics.assembly import Assembly
+from knitstudy.mechanics.model import Memoryless, Response
+from knitstudy.mechanics.rotation import exp
+from knitstudy.mechanics.spring import LinearSprings
+
+
+@dataclass(frozen=True)
+class BeamState:
+    """Configuration of N nodes.
+
+    Attributes
+    ----------
+    position : ndarray, shape (N, 3)
+        Positions [m].
+    rotation : ndarray, shape (N, 3, 3)
+        Rotations from the reference, where they are the identity.
+    """
+
+    position: np.ndarray
+    rotation: np.ndarray
+
+
+class BeamModel(Memoryless):
+    """Straight beam elements and springs between nodes, or between points that nodes carry along.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (N, 3)
+        Reference positions [m].
+    ends : ndarray of int, shape (E, 2)
+        The nodes that the two ends of every element belong to.
+    section : Section
+        Stiffness of the elements.
+    radius : float
+        Length that makes rotations comparable with displacements [m].
+    offsets : ndarray, shape (E, 2, 3), optional
+        From the node to the element's end, in the reference [m]; none if left out.
+    arms_turn : bool
+        Whether the offsets are rigid arms that turn with their node. Arms that only follow its translation
+        give all ends at a node equal displacements and rotations, at the price of a couple: see `couples`.
+    springs : LinearSprings, optional
+        Springs between nodes, or between points that they carry in the same way; none if left out.
+    """
+
+    block = 6
+
+    def __init__(
+        self,
+        nodes: np.ndarray,
+        ends: np.ndarray,
+        section: beam.Section,
+        radius: float,
+        offsets: np.ndarray | None = None,
+        arms_turn: bool = True,
+        springs: LinearSprings | None = None,
+    ) -> None:
+        self.nodes = np.asarray(nodes, dtype=float)
+        self.springs = springs or LinearSprings.none()
+        self.beams = len(ends)
+        # Beams first, then springs: both are pairs of points.
+        self.ends = np.concatenate([ends, self.springs.ends])
+        beam_offsets = np.zeros((self.beams, 2, 3)) if offsets is None else offsets
+        self.offsets = np.concatenate([beam_offsets, self.springs.offsets])
+        self.arms_turn = arms_turn
+        self._armed = np.flatnonzero(self.offsets.any(axis=(1, 2)))
+        points = self.nodes[self.ends] + self.offsets
+        self.apart = points[:, 1] - points[:, 0]
+        self.elements = beam.Elements.straight(self.apart[: self.beams], section)
+        self.size = self.block * len(self.nodes)
+        self.length = float(np.mean(self.elements.length))
+        self.radius = float(radius)
+        self.scale = np.tile(np.repeat([1.0, self.radius], 3), len(self.nodes))
+        self._assembly = Assembly(self.ends, len(self.nodes), block=self.block, chunk=len(self.ends))
+
+    def start(self) -> BeamState:
+        """Return the reference state."""
+        return BeamState(self.nodes.copy(), np.tile(np.eye(3), (len(self.nodes), 1, 1)))
+
+    def advance(self, state: BeamState, step: np.ndarray) -> BeamState:
+        """Return the state a step (size,) further: translations [m] and spins [rad] from the left."""
+        step = np.asarray(step).reshape(-1, 2, 3)
+        return BeamState(state.position + step[:, 0], exp(step[:, 1]) @ state.rotation)
+
+    def respond(self, state: BeamState, stiffness: bool) -> Response:
+        """Return force, energy and, if asked, tangent of a state."""
+        arm = self._arm(state)
+        chord = self._chord(state, arm)
+        now, stretch = self._deform(state, chord), self._stretch(chord)
+        at_ends = np.concatenate([beam.force(now), self.springs.at_points(stretch)])
+        at_nodes = rigid_arm.force_at_nodes(at_ends, arm) if self.arms_turn else at_ends
+        stored = np.sum(beam.energy(self.elements, now)) + np.sum(self.springs.energy(stretch))
+        return Response(
+            force=self._assembly.sum_forces(at_nodes),
+            mean_force=self._mean(at_ends[: self.beams]),
+            energy={"internal": float(stored)},
+            stiffness=self._tangent(now, at_ends, arm) if stiffness else None,
+        )
+
+    def carried(self, state: BeamState, node: np.ndarray, offset: np.ndarray) -> np.ndarray:
+        """Return the positions (k, 3) [m] of points that nodes (k,) carry at reference offsets (k, 3) [m]."""
+        if self.arms_turn:
+            offset = np.einsum("kij,kj->ki", state.rotation[node], offset)
+        return state.position[node] + offset
+
+    def couples(self, state: BeamState) -> np.ndarray:
+        """Return the moments (N, 3) [N m] that joints take from the network and give to no node.
+
+        With arms that only follow, ends that a node joins across a distance, with forces F at offsets o from it
+        and equal displacements and rotations, leave the sum of o x F out of the node's balance of moments. A
+        spring with force f at its second point and -f at its first leaves out r x -f with the way r from first to
+        second; half of it is put down to either node.
+        """
+        left = np.zeros((len(self.nodes), 3))
+        arm = self._arm(state)
+        chord = self._chord(state, arm)
+        if not self.arms_turn:
+            force = beam.force(self._deform(state, chord))[:, 0::2]
+            np.add.at(left, self.ends[: self.beams], np.cross(arm[: self.beams], force))
+        pull = self.springs.pull(self._stretch(chord))
+        couple = np.cross(chord[self.beams :], -pull)
+        np.add.at(left, self.springs.ends, 0.5 * couple[:, None])
+        return left
+
+    def _arm(self, state: BeamState) -> np.ndarray:
+        """Current offsets (E + K, 2, 3) of the ends of beams and springs."""
+        if not self.arms_turn:
+            return self.offsets
+        return np.einsum("eaij,eaj->eai", state.rotation[self.ends], self.offsets)
+
+    def _chord(self, state: BeamState, arm: np.ndarray) -> np.ndarray:
+        """Way (E + K, 3) from the first end to the second."""
+        points = state.position[self.ends] + arm
+        return points[:, 1] - points[:, 0]
+
+    def _deform(self, state: BeamState, chord: np.ndarray) -> beam.Deformation:
+        first, second = state.rotation[self.ends[: self.beams]].swapaxes(0, 1)
+        return beam.deform(self.elements, chord[: self.beams], first, second)
+
+    def _stretch(self, chord: np.ndarray) -> np.ndarray:
+        """Relative displacement (K, 3) of the points of the springs."""
+        return (chord - self.apart)[self.beams :]
+
+    def _tangent(self, now: beam.Deformation, at_ends: np.ndarray, arm: np.ndarray):
+        matrices = np.concatenate([beam.stiffness(self.elements, now), self.springs.stiffness_at_points()])
+        if self.arms_turn:
+            armed = self._armed
+            matrices[armed] = rigid_arm.stiffness_at_nodes(matrices[armed], at_ends[armed], arm[armed])
+        blocks = matrices.reshape(-1, 2, 6, 2, 6).swapaxes(2, 3).reshape(-1, 4, 36)
+        data = self._assembly.empty_stiffness()
+        self._assembly.add_stiffness(data, 0, blocks)
+        return self._assembly.matrix(data)
+
+    def _mean(self, at_ends: np.ndarray) -> float:
+        """Mean magnitude [N] of end forces and of end moments over the radius.
+
+        Both count: in pure bending there are no forces to measure a residual against.
+        """
+        lever = np.array([1.0, self.radius, 1.0, self.radius])[:, None]
+        return float(np.mean(np.linalg.norm(at_ends / lever, axis=2)))

@@ -1,0 +1,335 @@
+"""Contact of smooth surfaces: Gauss points of each against the other, both ways with half the stiffness each.
+
+Two passes leave no bias of master and slave. The points' history holds what friction remembers: where a point last
+stuck on the other surface, in convected coordinates, so that a rotation of both changes nothing. It is updated only
+when an increment has converged. References: Wriggers, Computational Contact Mechanics (2006), chapters 5 and 6;
+Laursen, Computational Contact and Impact Mechanics (2002), chapter 5.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.errors import ConvergenceError, MeshError
+from knitstudy.mechanics.contact.friction import OPEN, SLIP, Coulomb
+from knitstudy.mechanics.contact.history import ContactHistory, joined, same_pair, taken
+from knitstudy.mechanics.contact.points import ContactPoints
+from knitstudy.mechanics.contact.projection import Projection, project
+from knitstudy.mechanics.contact.quadrature import Quadrature
+from knitstudy.mechanics.contact.search import Candidates, Search
+from knitstudy.mechanics.contact.surface import Grid, Stencil, Surfaces, interpolate
+from knitstudy.mechanics.contact.tangent import stiffness as tangent
+
+PASS_SHARE = 0.5
+"""Each of the two surfaces' points carries half of the contact stiffness."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Followed:
+    """Pairs of one search: the history asked about, that history over all pairs, points' stencils, where nodes were."""
+
+    source: ContactHistory
+    history: ContactHistory
+    own: Stencil
+    searched: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class ContactResponse:
+    """Forces of contact in one configuration.
+
+    Attributes
+    ----------
+    points : ContactPoints
+    node_force : ndarray, shape (N, 3)
+        Internal force at all nodes [N].
+    energy : dict of str to float
+        "penalty": stored in penetration and elastic slip; "friction": dissipated since the start [J].
+    stiffness : bsr matrix, shape (3 N, 3 N), or None
+    symmetric : bsr matrix, shape (3 N, 3 N), or None
+        Its symmetric positive part, of the same pattern.
+    """
+
+    points: ContactPoints
+    node_force: np.ndarray
+    energy: dict[str, float]
+    stiffness: sp.bsr_matrix | None = None
+    symmetric: sp.bsr_matrix | None = None
+
+
+class Contact:
+    """Contact between the surfaces of one model.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (N, 3)
+        Undeformed nodes [m].
+    grids : sequence of Grid
+        The surfaces.
+    law : Coulomb
+    meets : ndarray of bool, shape (G, G), optional
+        Which surfaces may touch each other; by default all, themselves included.
+    pieces : ndarray of int, shape (R,), optional
+        A number for every row of nodes, surface by surface: rows with the same one, unless it is negative, do not
+        touch each other.
+    points : int
+        Gauss points along each side of a cell.
+    margin : float
+        Distance up to which pairs are followed [m]; the search is repeated when half of it is used up.
+    overlap : float
+        Largest penetration of the undeformed surfaces [m].
+
+    Raises
+    ------
+    MeshError
+        If undeformed surfaces overlap by more than that.
+    """
+
+    def __init__(
+        self,
+        nodes: np.ndarray,
+        grids: list[Grid] | tuple[Grid, ...],
+        law: Coulomb,
+        *,
+        meets: np.ndarray | None = None,
+        pieces: np.ndarray | None = None,
+        points: int = 3,
+        margin: float,
+        overlap: float,
+    ) -> None:
+        self.nodes, self.law, self.margin = nodes, law, margin
+        self.surfaces = Surfaces(grids)
+        self.quadrature = Quadrature.on(self.surfaces, nodes, points)
+        if meets is None:
+            meets = np.ones((len(grids), len(grids)), dtype=bool)
+        self._search = Search(self.surfaces, self.quadrature, nodes, meets, pieces)
+        self._skin = np.unique(np.concatenate([np.ravel(grid.nodes) for grid in grids]))
+        self._followed: _Followed | None = None
+        deepest = -self.smallest_gap(self.points(nodes, nodes, ContactHistory.empty()))
+        if deepest > overlap:
+            raise MeshError(
+                f"surfaces overlap by {deepest:.3g} m before anything moves; allowed is {overlap:.3g} m. "
+                "Use a larger pattern.clearance, or a finer mesh.size"
+            )
+
+    def points(self, nodes: np.ndarray, before: np.ndarray, history: ContactHistory) -> ContactPoints:
+        """Evaluate all candidate pairs.
+
+        Parameters
+        ----------
+        nodes : ndarray, shape (N, 3)
+            Where the nodes are [m].
+        before : ndarray, shape (N, 3)
+            Where they were at the last converged increment [m].
+        history : ContactHistory
+            Of that increment.
+        """
+        followed = self._follow(nodes, before, history)
+        history = followed.history
+        position = interpolate(followed.own.value, followed.own.nodes, nodes)
+        projection, gap = self._project(history, position, nodes)
+        law = self.law
+        # A point that has closed within this increment has slid in contact only for the rest of it.
+        fresh = history.pressure <= 0
+        closes = fresh & (gap < 0) & np.isfinite(history.gap) & (history.gap > 0)
+        ends = np.where(closes, gap, 0.0), np.where(closes, history.gap, 0.0)
+        span = np.where(closes, ends[0] - ends[1], 1.0)
+        share = np.where(closes, ends[0] / span, 1.0)
+        moved = projection.xi - np.where(fresh[:, None], history.xi, history.anchor)
+        rate = -ends[1] / span**2
+        slip = share[:, None] * moved
+        trial = law.tangential * np.einsum("ka,kai->ki", slip, projection.tangent)
+        pressure = law.pressure(gap, history.multiplier)
+        traction, status = law.traction(trial, pressure)
+        return ContactPoints(
+            history=history,
+            position=position,
+            projection=projection,
+            gap=gap,
+            slip=slip,
+            slip_rate=rate[:, None] * moved,
+            slip_share=share,
+            trial=trial,
+            pressure=pressure,
+            traction=traction,
+            status=status,
+        )
+
+    def respond(
+        self, nodes: np.ndarray, before: np.ndarray, history: ContactHistory, stiffness: bool
+    ) -> ContactResponse:
+        """Return forces and, if asked, the tangent; parameters as in `points`."""
+        return self.forces(self.points(nodes, before, history), stiffness)
+
+    def forces(self, points: ContactPoints, stiffness: bool) -> ContactResponse:
+        """Return the forces of pairs that `points` has evaluated and, if asked, the tangent."""
+        active = points.active
+        weight = PASS_SHARE * self.quadrature.area[points.history.point[active]]
+        own, other = self._stencils(points, active)
+        force = points.traction[active] - points.pressure[active, None] * points.projection.normal[active]
+        force *= weight[:, None]
+        node_force = np.zeros_like(self.nodes)
+        for stencil, sign in ((own, 1.0), (other, -1.0)):
+            shares = sign * stencil.value[:, :, None] * force[:, None, :]
+            for i in range(3):
+                node_force[:, i] += np.bincount(
+                    stencil.nodes.ravel(), shares[..., i].ravel(), minlength=len(node_force)
+                )
+        answer = ContactResponse(points, node_force, self._energy(points, active, weight))
+        if not stiffness:
+            return answer
+        full, symmetric = tangent(self.law, points, weight, own, other, len(self.nodes))
+        return replace(answer, stiffness=full, symmetric=symmetric)
+
+    def commit(self, points: ContactPoints) -> ContactHistory:
+        """Return the history that a converged increment leaves.
+
+        Raises
+        ------
+        ConvergenceError
+            If a point that touched has slid over the edge of the surface that it faced.
+        """
+        history, law = points.history, self.law
+        lost = (history.pressure > 0) & ~points.projection.found
+        if lost.any():
+            k = np.flatnonzero(lost)[0]
+            raise ConvergenceError(
+                f"contact slides over the end of a surface (surface {history.surface[k]}, place "
+                f"{history.xi[k, 0]:.1f} of {self.surfaces.shape[history.surface[k], 0] - 1} slices): a yarn is "
+                "pulled out of its loop, or the slip is longer than the surface; use a smaller load or longer yarns"
+            )
+        touches = points.status != OPEN
+        slips = points.status == SLIP
+        size = np.linalg.norm(points.trial[slips], axis=1)
+        limit = law.friction * points.pressure[slips]
+        slip = points.slip.copy()
+        slip[slips] *= np.divide(limit, size, out=np.zeros_like(size), where=size > 0)[:, None]
+        length = law.slipped(points.trial, points.pressure)
+        committed = ContactHistory(
+            point=history.point,
+            surface=history.surface,
+            xi=points.projection.xi,
+            gap=points.gap,
+            pressure=points.pressure,
+            traction=points.traction,
+            # A multiplier stays with its point while contact moves on: kept, it would press across an open gap.
+            multiplier=np.zeros_like(history.multiplier),
+            anchor=np.where(touches[:, None], points.projection.xi - slip, points.projection.xi),
+            slip=np.where(touches, history.slip + length, 0.0),
+            status=points.status,
+            dissipated=np.asarray(history.dissipated + self._dissipation(points)),
+        )
+        self._continue(history, committed)
+        return committed
+
+    def augment(self, points: ContactPoints) -> ContactHistory:
+        """Return the history with multipliers (Uzawa) that carry the present pressure without penetration."""
+        history = points.history
+        touches = points.status != OPEN
+        fresh = touches & (history.pressure <= 0)
+        anchor = np.where(fresh[:, None], points.projection.xi - points.slip, history.anchor)
+        augmented = replace(
+            history,
+            multiplier=-points.pressure,
+            anchor=anchor,
+            # Positive from now on, so that the anchor stays where the point touched first.
+            pressure=np.where(fresh, np.finfo(float).tiny, history.pressure),
+        )
+        self._continue(history, augmented)
+        return augmented
+
+    def reference(self, point: np.ndarray) -> np.ndarray:
+        """Return the undeformed positions (k, 3) of Gauss points (k,) [m]."""
+        return self._search.positions(point, self.nodes)
+
+    def smallest_gap(self, points: ContactPoints) -> float:
+        """Return the smallest gap of all pairs that are followed [m]; inf if there are none."""
+        return float(points.gap.min(initial=np.inf))
+
+    # ---- candidates -----------------------------------------------------------------------------------------
+
+    def _follow(self, nodes: np.ndarray, before: np.ndarray, history: ContactHistory) -> _Followed:
+        """Return the history over all pairs that may touch now; what is kept only saves time."""
+        kept = self._followed
+        if kept is not None and kept.source is history:
+            moved = nodes[self._skin] - kept.searched[self._skin]
+            if np.einsum("ni,ni->n", moved, moved).max() <= (0.5 * self.margin) ** 2:
+                return kept
+        found = self._search.find(nodes, self.margin)
+        merged = self._merge(found, nodes, before, history)
+        own = self._search.stencil(merged.point)
+        self._followed = _Followed(history, merged, own, nodes)
+        return self._followed
+
+    def _continue(self, history: ContactHistory, successor: ContactHistory) -> None:
+        """Go on with the pairs of one search under the history that follows."""
+        if self._followed is not None and self._followed.history is history:
+            self._followed = replace(self._followed, source=successor, history=successor)
+
+    def _merge(
+        self, found: Candidates, nodes: np.ndarray, before: np.ndarray, history: ContactHistory
+    ) -> ContactHistory:
+        """Return the history of the pairs found and of those that touch; new ones remember where they were."""
+        position = self._search.positions(found.point, before)
+        projection = project(self.surfaces, before, found.surface, position, found.guess)
+        gap = self._gap(found.point, found.surface, projection)
+        now = self._search.positions(found.point, nodes)
+        near = project(self.surfaces, nodes, found.surface, now, projection.xi)
+        keep = near.found & (self._gap(found.point, found.surface, near) < self.margin)
+        new = ContactHistory(
+            point=found.point[keep],
+            surface=found.surface[keep],
+            xi=projection.xi[keep],
+            gap=gap[keep],
+            pressure=np.zeros(keep.sum()),
+            traction=np.zeros((keep.sum(), 3)),
+            multiplier=np.zeros(keep.sum()),
+            anchor=projection.xi[keep],
+            slip=np.zeros(keep.sum()),
+            status=np.full(keep.sum(), OPEN),
+            dissipated=history.dissipated,
+        )
+        known = same_pair(new, history)
+        unknown = np.flatnonzero(known < 0)
+        stays = np.zeros(len(history.point), dtype=bool)
+        stays[known[known >= 0]] = True
+        stays |= history.pressure > 0
+        return joined(taken(history, np.flatnonzero(stays)), taken(new, unknown))
+
+    def _project(
+        self, history: ContactHistory, position: np.ndarray, nodes: np.ndarray
+    ) -> tuple[Projection, np.ndarray]:
+        projection = project(self.surfaces, nodes, history.surface, position, history.xi)
+        return projection, self._gap(history.point, history.surface, projection)
+
+    def _gap(self, point: np.ndarray, surface: np.ndarray, projection: Projection) -> np.ndarray:
+        offset = self.surfaces.offset
+        gap = projection.distance + offset[surface] + offset[self.quadrature.surface[point]]
+        return np.where(projection.found, gap, np.inf)
+
+    # ---- energies -------------------------------------------------------------------------------------------
+
+    def _energy(self, points: ContactPoints, active: np.ndarray, weight: np.ndarray) -> dict[str, float]:
+        pressed = 0.5 * points.pressure[active] * np.abs(points.gap[active])
+        sheared = 0.5 * np.einsum("ki,ki->k", points.traction[active], points.traction[active])
+        stored = float(weight @ (pressed + sheared / self.law.tangential))
+        return {"penalty": stored, "friction": float(points.history.dissipated) + self._dissipation(points)}
+
+    def _dissipation(self, points: ContactPoints) -> float:
+        """Return the work of friction within the increment, mu p |slip| with the mean pressure of it [J]."""
+        if not np.isfinite(self.law.friction):
+            return 0.0
+        length = self.law.slipped(points.trial, points.pressure)
+        mean = 0.5 * (points.pressure + points.history.pressure)
+        weight = PASS_SHARE * self.quadrature.area[points.history.point]
+        return float(np.sum(weight * self.law.friction * mean * length))
+
+    def _stencils(self, points: ContactPoints, active: np.ndarray) -> tuple[Stencil, Stencil]:
+        own = self._search.stencil(points.history.point[active])
+        other = points.projection.stencil
+        return own, Stencil(
+            other.nodes[active], other.value[active], other.first[active], other.second[active]
+        )

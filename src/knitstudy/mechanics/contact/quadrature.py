@@ -1,0 +1,91 @@
+"""Gauss points on smooth surfaces: where contact is checked, and the area that each point stands for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from knitstudy.mechanics.contact.surface import Surfaces, interpolate
+
+CHUNK = 20_000
+"""Points evaluated at once; bounds the memory of stencils."""
+
+
+@dataclass(frozen=True, eq=False)
+class Quadrature:
+    """Gauss points of all surfaces, numbered surface by surface, row of cells by row of cells.
+
+    Attributes
+    ----------
+    surface : ndarray of int, shape (P,)
+        Surface that a point lies on.
+    xi : ndarray, shape (P, 2)
+        Its parameters.
+    area : ndarray, shape (P,)
+        Undeformed area of the contact surface that it stands for [m2].
+    per_row : ndarray of int, shape (G,)
+        Points in one row of cells (between two slices) of every surface.
+    first : ndarray of int, shape (G + 1,)
+        First point of every surface, then P.
+    """
+
+    surface: np.ndarray
+    xi: np.ndarray
+    area: np.ndarray
+    per_row: np.ndarray
+    first: np.ndarray
+
+    @classmethod
+    def on(cls, surfaces: Surfaces, nodes: np.ndarray, points: int) -> Quadrature:
+        """Place ``points`` x ``points`` Gauss points in every cell of surfaces through undeformed nodes (N, 3)."""
+        position, weight = np.polynomial.legendre.leggauss(points)
+        position, weight = 0.5 * (position + 1), 0.5 * weight
+        local = np.stack(np.meshgrid(position, position, indexing="ij"), axis=-1).reshape(-1, 2)
+        share = np.outer(weight, weight).ravel()
+        parts = []
+        for number, (rows, columns) in enumerate(surfaces.cells):
+            corner = np.stack(np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"), axis=-1)
+            xi = (corner.reshape(-1, 1, 2) + local).reshape(-1, 2)
+            surface = np.full(len(xi), number)
+            area = np.tile(share, rows * columns)
+            for low in range(0, len(xi), CHUNK):
+                part = slice(low, low + CHUNK)
+                area[part] *= _stretch(surfaces, surface[part], xi[part], nodes)
+            parts.append((surface, xi, area))
+        surface, xi, area = (np.concatenate(values) for values in zip(*parts, strict=True))
+        return cls(
+            surface=surface,
+            xi=xi,
+            area=area,
+            per_row=surfaces.cells[:, 1] * points**2,
+            first=np.concatenate([[0], np.cumsum([len(part[1]) for part in parts])]),
+        )
+
+    @cached_property
+    def cell(self) -> np.ndarray:
+        """Cell (P, 2) of every point."""
+        return np.floor(self.xi).astype(np.int64)
+
+
+def _stretch(surfaces: Surfaces, surface: np.ndarray, xi: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Return the area (k,) of the contact surface a unit of the parameters' area [m2].
+
+    At a depth o below the interpolated surface it is (1 + o tr(m^-1 k)) times as large, k the curvature form.
+    """
+    stencil = surfaces.stencil(surface, xi)
+    tangent = interpolate(stencil.first, stencil.nodes, nodes)
+    normal = np.cross(tangent[:, 1], tangent[:, 0])
+    area = np.linalg.norm(normal, axis=1)
+    curvature = np.einsum(
+        "kai,ki->ka", interpolate(stencil.second, stencil.nodes, nodes), normal / area[:, None]
+    )
+    metric = np.einsum("kai,kbi->kab", tangent, tangent)
+    inverse = np.linalg.inv(metric)
+    trace = (
+        inverse[:, 0, 0] * curvature[:, 0]
+        + 2 * inverse[:, 0, 1] * curvature[:, 1]
+        + inverse[:, 1, 1] * curvature[:, 2]
+    )
+    return area * (1 + surfaces.offset[surface] * trace)

@@ -1,0 +1,161 @@
+"""Which Gauss points can touch which surface: all pairs nearer than a margin, so that no crossing escapes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from knitstudy.mechanics.contact.quadrature import Quadrature
+from knitstudy.mechanics.contact.surface import Stencil, Surfaces, interpolate
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """Pairs that may touch: points (c,), surfaces (c,) that they face, and guesses (c, 2) of the closest places."""
+
+    point: np.ndarray
+    surface: np.ndarray
+    guess: np.ndarray
+
+
+class Search:
+    """Finds the pieces of surface that are near each other, in any configuration.
+
+    Two surfaces are searched if ``meets`` says so, a surface with itself included: there, rows of nodes nearer than
+    half a turn around the section along the yarn are left out, which only a yarn bent to less than its own radius
+    could bring together. A point that is near two separate pieces of one surface faces both.
+
+    Parameters
+    ----------
+    surfaces : Surfaces
+    quadrature : Quadrature
+    nodes : ndarray, shape (N, 3)
+        Undeformed nodes [m].
+    meets : ndarray of bool, shape (G, G)
+        Which surfaces may touch; symmetric.
+    pieces : ndarray of int, shape (R,), optional
+        A number for every row of nodes: rows with the same one, unless it is negative, do not touch.
+    """
+
+    def __init__(
+        self,
+        surfaces: Surfaces,
+        quadrature: Quadrature,
+        nodes: np.ndarray,
+        meets: np.ndarray,
+        pieces: np.ndarray | None = None,
+    ) -> None:
+        self.surfaces, self.quadrature, self.meets = surfaces, quadrature, meets
+        rows = surfaces.shape[:, 0]
+        self._pieces = np.full(rows.sum(), -1) if pieces is None else pieces
+        self._surface = np.repeat(np.arange(len(rows)), rows)
+        self._row = np.concatenate([np.arange(count) for count in rows])
+        self._first = np.concatenate([[0], np.cumsum(rows)])
+        centres = self._centres(nodes)
+        self._reach = np.array(
+            [
+                np.linalg.norm(nodes[grid.nodes] - centres[low : low + len(grid.nodes), None], axis=2).max()
+                for grid, low in zip(surfaces.grids, self._first[:-1], strict=True)
+            ]
+        )
+        steps = np.linalg.norm(np.diff(centres, axis=0), axis=1)
+        steps[self._first[1:-1] - 1] = 0
+        self._arc = np.concatenate([[0], np.cumsum(steps)])
+        self._step = float(steps.max())
+
+    def find(self, nodes: np.ndarray, margin: float) -> Candidates:
+        """Return all pairs whose distance may be below `margin` [m] where the nodes (N, 3) are now."""
+        centres = self._centres(nodes)
+        tree = cKDTree(centres)
+        point = self._points_of(self._near_rows(tree, margin))
+        if not len(point):
+            return Candidates(point, point, np.empty((0, 2)))
+        position = self.positions(point, nodes)
+        reach = self._reach.max() + margin + 0.5 * self._step
+        pairs = cKDTree(position).sparse_distance_matrix(tree, reach, output_type="ndarray")
+        row = pairs["j"]
+        mine, theirs = self.quadrature.surface[point[pairs["i"]]], self._surface[row]
+        own_row = self._first[mine] + self.quadrature.cell[point[pairs["i"]], 0]
+        allowed = self._may_meet(own_row, row)
+        allowed &= pairs["v"] <= self._reach[theirs] + margin + 0.5 * self._step
+        return self._nearest(point, position, pairs[allowed], nodes)
+
+    def positions(self, point: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+        """Return where points (k,) are [m], of current nodes (N, 3)."""
+        stencil = self.stencil(point)
+        return interpolate(stencil.value, stencil.nodes, nodes)
+
+    def stencil(self, point: np.ndarray) -> Stencil:
+        """Return the stencils of points (k,)."""
+        return self.surfaces.stencil(self.quadrature.surface[point], self.quadrature.xi[point])
+
+    def _centres(self, nodes: np.ndarray) -> np.ndarray:
+        return np.concatenate([nodes[grid.nodes].mean(axis=1) for grid in self.surfaces.grids])
+
+    def _may_meet(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Return whether rows of nodes may touch: different surfaces that meet, or far pieces of the same one."""
+        a, b = self._surface[one], self._surface[other]
+        far = np.abs(self._arc[one] - self._arc[other]) > np.pi * self._reach[a]
+        apart = (self._pieces[one] < 0) | (self._pieces[one] != self._pieces[other])
+        return self.meets[a, b] & ((a != b) | far) & apart
+
+    def _near_rows(self, tree: cKDTree, margin: float) -> np.ndarray:
+        """Return the rows of nodes with another row that may touch them."""
+        pairs = tree.query_pairs(2 * self._reach.max() + margin + 2 * self._step, output_type="ndarray")
+        one, other = pairs.T
+        pairs = pairs[self._may_meet(one, other)]
+        return np.unique(pairs)
+
+    def _points_of(self, rows: np.ndarray) -> np.ndarray:
+        """Return the points (k,) of the cells beside rows of nodes."""
+        surface = self._surface[rows]
+        layer = np.concatenate([self._row[rows] - 1, self._row[rows]])
+        surface = np.concatenate([surface, surface])
+        inside = (layer >= 0) & (layer < self.surfaces.cells[surface, 0])
+        key = np.unique(np.stack([surface[inside], layer[inside]], axis=1), axis=0)
+        if not len(key):
+            return np.empty(0, dtype=np.int64)
+        surface, layer = key.T
+        quadrature = self.quadrature
+        count = quadrature.per_row[surface]
+        start = quadrature.first[surface] + layer * count
+        within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        return np.repeat(start, count) + within
+
+    def _nearest(
+        self, point: np.ndarray, position: np.ndarray, pairs: np.ndarray, nodes: np.ndarray
+    ) -> Candidates:
+        """Reduce pairs of points and rows to one for every point and connected piece of a surface."""
+        if not len(pairs):
+            none = np.empty(0, dtype=np.int64)
+            return Candidates(none, none, np.empty((0, 2)))
+        pairs = pairs[np.lexsort((pairs["j"], pairs["i"]))]
+        i, j = pairs["i"], pairs["j"]
+        surface = self._surface[j]
+        new = np.ones(len(pairs), dtype=bool)
+        new[1:] = (np.diff(i) != 0) | (np.diff(surface) != 0) | (np.diff(j) > 1)
+        start = np.flatnonzero(new)
+        closest = np.minimum.reduceat(pairs["v"], start)
+        at_closest = np.flatnonzero(pairs["v"] == np.repeat(closest, np.diff(np.append(start, len(pairs)))))
+        piece = np.cumsum(new)[at_closest]
+        best = at_closest[np.unique(piece, return_index=True)[1]]
+        i, row, surface = i[best], j[best], surface[best]
+        guess = np.empty((len(best), 2))
+        guess[:, 0] = self._row[row]
+        for number in np.unique(surface):
+            here = np.flatnonzero(surface == number)
+            guess[here, 1] = self._angle(number, self._row[row[here]], position[i[here]], nodes)
+        return Candidates(point[i], surface, guess)
+
+    def _angle(self, number: int, row: np.ndarray, position: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+        """Return the node (k,) of rows of a surface that is nearest to positions (k, 3)."""
+        grid = self.surfaces.grids[number].nodes
+        nearest = np.empty(len(row))
+        chunk = max(1, 400_000 // grid.shape[1])
+        for low in range(0, len(row), chunk):
+            part = slice(low, low + chunk)
+            apart = nodes[grid[row[part]]] - position[part, None]
+            nearest[part] = np.argmin(np.einsum("kai,kai->ka", apart, apart), axis=1)
+        return nearest

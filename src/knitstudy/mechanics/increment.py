@@ -1,0 +1,163 @@
+"""What drives a model along its load path, how accurately, and what every increment leaves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from knitstudy.mechanics.model import Response
+
+PHASES = ("elements", "assembly", "constraints", "setup", "solve")
+"""Phases of a Newton iteration whose time is recorded; line searches count as elements and assembly."""
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """Prescribed unknowns along the load path.
+
+    Attributes
+    ----------
+    fixed : ndarray of int, shape (k,)
+        Indices of the prescribed unknowns.
+    value : ndarray, shape (k,) or (m, k)
+        Their change from the undeformed state, at full load or at each of the corners of the path.
+    corners : tuple of float
+        Load factors of the corners, rising to 1; between them, and from zero to the first, the way is straight.
+    stops : tuple of float
+        Further load factors at which an increment has to end.
+    """
+
+    fixed: np.ndarray
+    value: np.ndarray
+    corners: tuple[float, ...] = (1.0,)
+    stops: tuple[float, ...] = ()
+
+    def at(self, load: float) -> np.ndarray:
+        """Return the prescribed changes (k,) at a load factor."""
+        return between_corners(np.atleast_2d(self.value), self.corners, load)
+
+    def next_stop(self, load: float) -> float:
+        """Return the next load factor at which an increment has to end."""
+        return min(stop for stop in (*self.corners, *self.stops) if stop > load + 1e-12)
+
+    def turns(self, load: float) -> bool:
+        """Return whether the path has a corner at a load factor, where earlier rates are of no use."""
+        return any(abs(load - corner) < 1e-12 for corner in self.corners)
+
+
+def between_corners(values: np.ndarray, corners: tuple[float, ...], load: float) -> np.ndarray:
+    """Return what goes straight from zero to the first of values (m, k), and on to the others, at a load factor: (k,).
+
+    Parameters
+    ----------
+    values : ndarray, shape (m, k)
+        At the corners.
+    corners : tuple of m floats
+        Their load factors, rising.
+    load : float
+    """
+    loads = (0.0, *corners)
+    leg = min(int(np.searchsorted(corners, load)), len(values) - 1)
+    start = values[leg - 1] if leg else np.zeros_like(values[0])
+    return start + (load - loads[leg]) / (loads[leg + 1] - loads[leg]) * (values[leg] - start)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Accuracy and limits of the load path.
+
+    Attributes
+    ----------
+    increments : int
+        Number of equal increments; their size is the largest that is tried.
+    residual_tolerance : float
+        Largest unbalanced force over the mean internal force.
+    correction_tolerance : float
+        Largest last correction over the element size h.
+    iterations : int
+        Newton iterations after which an increment counts as failed.
+    patience : int
+        Iterations without a smaller residual than before after which it does.
+    cutbacks : int
+        Halvings in a row after which the path counts as unreachable.
+    growth : float
+        Factor on the increment after a quick one (at most `quick` iterations).
+    quick : int
+        See `growth`.
+    predictor : int
+        Order of the extrapolation from the increments before: 0, 1 or 2.
+    exact : bool
+        Solve every linear system to 1e-12 instead of as far as Newton profits.
+    """
+
+    increments: int = 12
+    residual_tolerance: float = 1e-6
+    correction_tolerance: float = 1e-6
+    iterations: int = 60
+    patience: int = 15
+    cutbacks: int = 8
+    growth: float = 1.5
+    quick: int = 6
+    predictor: int = 2
+    exact: bool = False
+
+    @classmethod
+    def of(cls, solver: Any) -> Settings:
+        """Return the settings of a scene's section `solver`."""
+        return cls(
+            increments=solver.increments,
+            residual_tolerance=solver.residual_tolerance,
+            correction_tolerance=solver.correction_tolerance,
+        )
+
+
+@dataclass(frozen=True)
+class Rate:
+    """Change of the unknowns over a converged increment: step (size,) over the increment of the load factor."""
+
+    increment: float
+    step: np.ndarray
+
+
+@dataclass(frozen=True)
+class Increment:
+    """A converged state on the load path and how it was reached.
+
+    Attributes
+    ----------
+    index : int
+        0 for the undeformed state.
+    load : float
+        Load factor, 0 to 1.
+    state : object
+        The model's state.
+    response : Response
+        Forces and energies in this state, without tangent.
+    size : float
+        Increment of the load factor to try next.
+    rates : tuple of Rate
+        The last converged increments, newest first, for the predictor.
+    newton_iterations, krylov_iterations : int
+        Iterations spent on this increment, failed attempts included.
+    residual, correction : float
+        Final values of the two measures that `Settings` bounds.
+    residuals : tuple of float
+        Residual measure of every iteration of the successful attempt.
+    timings : dict of str to float
+        Seconds by `PHASES`.
+    """
+
+    index: int
+    load: float
+    state: Any
+    response: Response
+    size: float
+    rates: tuple[Rate, ...] = ()
+    newton_iterations: int = 0
+    krylov_iterations: int = 0
+    residual: float = 0.0
+    correction: float = 0.0
+    residuals: tuple[float, ...] = ()
+    timings: dict[str, float] = field(default_factory=dict)

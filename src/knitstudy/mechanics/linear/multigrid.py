@@ -1,0 +1,38 @@
+"""Plain algebraic multigrid as a preconditioner."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyamg
+import scipy.sparse as sp
+
+from knitstudy.mechanics.linear.solver import NOWHERE
+from knitstudy.mechanics.linear.structure import KnitStructure, rigid_modes
+
+
+class AlgebraicMultigrid:
+    """Plain pyamg: smoothed aggregation with the rigid modes and block smoothing (Vanek et al. 1996)."""
+
+    def __init__(self, structure: KnitStructure) -> None:
+        self._nullspace = rigid_modes(structure)
+
+    def update(
+        self,
+        matrix: sp.bsr_matrix,
+        unsymmetric: sp.bsr_matrix | None = None,
+        touching: np.ndarray = NOWHERE,
+    ) -> None:
+        """Build the hierarchy of the symmetric part, wherever contact acts."""
+        smoother = ("block_gauss_seidel", {"sweep": "symmetric", "blocksize": 3})
+        self._cycle = pyamg.smoothed_aggregation_solver(
+            matrix,
+            B=self._nullspace,
+            presmoother=smoother,
+            postsmoother=smoother,
+            max_coarse=2000,
+            coarse_solver="splu",
+        ).aspreconditioner(cycle="V")
+
+    def apply(self, matrix: sp.bsr_matrix, residual: np.ndarray) -> np.ndarray:
+        """Return one V-cycle's correction (size,)."""
+        return self._cycle @ residual

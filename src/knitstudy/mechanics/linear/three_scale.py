@@ -1,0 +1,53 @@
+"""Preconditioner with one part for each scale of a knit: yarn, crossing and fabric.
+
+- **yarn**: numbered along itself a yarn is a narrow band; a banded Cholesky factor of it costs next to nothing.
+- **crossing**: a small sparse LU over the unknowns around each tied or touching patch, both yarns together.
+- **fabric**: a Galerkin grid whose unknowns are the rigid motions of every few cross-sections, a beam network,
+  solved by pyamg with the rigid modes of the whole knit as near-nullspace.
+
+They are combined multiplicatively and symmetrically: fabric, crossing, yarn, crossing, fabric.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.mechanics.linear.crossing import CrossingScale
+from knitstudy.mechanics.linear.fabric import FabricScale
+from knitstudy.mechanics.linear.solver import NOWHERE
+from knitstudy.mechanics.linear.structure import KnitStructure
+from knitstudy.mechanics.linear.yarn import YarnScale
+
+
+class ThreeScale:
+    """The combined preconditioner: symmetric, and positive definite where the matrix is."""
+
+    def __init__(self, structure: KnitStructure, slices: int = 2, dtype: type = np.float32) -> None:
+        self.fabric = FabricScale(structure, slices)
+        self.crossing = CrossingScale(structure)
+        self.yarn = YarnScale(structure, dtype)
+
+    def update(
+        self,
+        matrix: sp.bsr_matrix,
+        unsymmetric: sp.bsr_matrix | None = None,
+        touching: np.ndarray = NOWHERE,
+    ) -> None:
+        """Make all factors anew; only those of the crossings know what friction adds."""
+        self.yarn.update(matrix)
+        self.crossing.update(matrix, unsymmetric, touching)
+        self.fabric.update(matrix)
+
+    def apply(self, matrix: sp.bsr_matrix, residual: np.ndarray) -> np.ndarray:
+        """Return the correction (size,) for a residual; `matrix` is the one of the system being solved."""
+        residual = residual.copy()
+        correction = np.zeros_like(residual)
+        self.fabric.correct(residual, correction)
+        self.crossing.correct(residual, correction)
+        along = self.yarn.solve(residual)
+        correction += along
+        residual -= matrix @ along
+        self.crossing.correct(residual, correction)
+        self.fabric.correct(residual, correction)
+        return correction

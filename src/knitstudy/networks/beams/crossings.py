@@ -1,0 +1,105 @@
+"""What happens at every crossing of beams in contact, increment by increment."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knitstudy.geometry.pattern import Crossings
+from knitstudy.mechanics.beam import Section
+from knitstudy.mechanics.beam_contact.contact import Places
+from knitstudy.mechanics.beam_contact.model import TouchingState
+from knitstudy.mechanics.beam_model import BeamModel, BeamState
+from knitstudy.networks.beams.build import BeamKnit
+from knitstudy.study.scene import Scene
+
+
+class CrossingRecord:
+    """Forces, displacements, gaps and slip at crossings.
+
+    Parameters
+    ----------
+    beams : BeamKnit
+    crossings : Crossings
+    scene : Scene
+    """
+
+    def __init__(self, beams: BeamKnit, crossings: Crossings, scene: Scene) -> None:
+        self._model, self._tied = beams.model, beams.tied
+        self._count = len(crossings.row)
+        network, yarn = beams.network, scene.yarn
+        stations = network.stations
+        first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
+        # Yarns without their ties: what they resist at a tied station is what the tie supplies.
+        self._apart = BeamModel(
+            stations.position,
+            np.column_stack([first, first + 1]),
+            Section.circular(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio),
+            yarn.radius,
+        )
+        curves = self._model.contact.curves
+        self._lower = self._nearest(stations.yarn, stations.arc_length, crossings)
+        self._stencil = [curves.stencil(crossings.yarn[:, i], crossings.arc_length[:, i]) for i in (0, 1)]
+        middle = crossings.point.mean(axis=1)
+        self._arm = middle[:, None] - np.stack(
+            [each.of(each.value, stations.position) for each in self._stencil], axis=1
+        )
+        self._rest = middle
+        self.gap: list[np.ndarray] = []
+        self.slip: list[np.ndarray] = []
+
+    def _nearest(self, yarn: np.ndarray, arc_length: np.ndarray, crossings: Crossings) -> np.ndarray:
+        """Stations (K,) of the lower row's yarn at its tied crossings."""
+        station = np.zeros(self._count, dtype=int)
+        for k in np.flatnonzero(self._tied):
+            distance = np.where(
+                yarn == crossings.yarn[k, 0], np.abs(arc_length - crossings.arc_length[k, 0]), np.inf
+            )
+            station[k] = int(np.argmin(distance))
+        return station
+
+    def add(self, state: TouchingState) -> dict[str, np.ndarray]:
+        """Keep gaps and slip of a converged state and return its columns for the history.
+
+        Slip has been committed with the state; forces and gaps are those of its positions.
+        """
+        contact, places = self._model.contact, self._model.places(state.beams)
+        points = self._model.points(state)
+        self.gap.append(contact.crossing_gap(points, self._count))
+        slip = np.full(self._count, np.nan)
+        slip[~self._tied] = state.history.slip[np.flatnonzero(~self._tied)]
+        self.slip.append(slip)
+        force = contact.crossing_force(points, self._count)
+        apart = BeamState(places.position, places.rotation)
+        station_force = self._apart.respond(apart, stiffness=False).force.reshape(-1, 6)[:, :3]
+        force[self._tied] = station_force[self._lower[self._tied]]
+        return {"crossing_force": force, "crossing_displacement": self._displacement(places)}
+
+    def _displacement(self, places: Places) -> np.ndarray:
+        """Displacement (K, 2, 3) of the points of both surfaces that faced each other at rest [m]."""
+        sides = [
+            each.of(each.value, places.position)
+            + np.einsum("kp,kpij,kj->ki", each.value, places.rotation[each.stations], self._arm[:, side])
+            for side, each in enumerate(self._stencil)
+        ]
+        return np.stack(sides, axis=1) - self._rest[:, None]
+
+    def variables(self) -> dict[str, tuple]:
+        """Return gaps, slip and which crossings are tied, as variables of the history."""
+        by_crossing = ("increment", "crossing")
+        return {
+            "crossing_gap": (
+                by_crossing,
+                np.array(self.gap),
+                {"units": "m", "long_name": "gap of the contact at the crossing"},
+            ),
+            "crossing_slip": (
+                by_crossing,
+                np.array(self.slip),
+                {"units": "m", "long_name": "length slipped since first contact"},
+            ),
+            "crossing_tied": (
+                "crossing",
+                self._tied.astype(np.int8),
+                {"units": "1", "long_name": "1 where the crossing is tied"},
+            ),
+        }

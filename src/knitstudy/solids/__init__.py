@@ -1,0 +1,1 @@
+"""Solid yarns: ties, contact between yarns, the direct numerical simulation. Nothing of beams."""

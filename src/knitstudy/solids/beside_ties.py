@@ -1,0 +1,63 @@
+"""Yarns that are tied to each other have no contact; whether they stay apart beside the ties is watched instead."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from knitstudy.mechanics.contact.history import ContactHistory
+from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.tie import Tie, facet_size
+from knitstudy.solids.yarn_contact import MARGIN, contact_law, yarn_surfaces
+from knitstudy.study.scene import Scene
+
+BESIDE = 1.0
+"""Distance from tied nodes, in facets, within which the tie itself has moved the surfaces into each other."""
+
+
+class BesideTies:
+    """The gaps between pieces of yarn that are tied, away from the tied facets.
+
+    Parameters
+    ----------
+    scene : Scene
+    mesh : SweptMesh
+    tie : Tie
+    pieces : ndarray of int, shape (S,)
+        Interlock row that every slice is tied in; see `tied_crossings.tied_pieces`.
+    """
+
+    def __init__(self, scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray) -> None:
+        rows = np.unique(pieces[pieces >= 0])
+        meets = np.zeros((mesh.yarns, mesh.yarns), dtype=bool)
+        meets[rows, rows + 1] = meets[rows + 1, rows] = True
+        self._contact = Contact(
+            tie.nodes,
+            yarn_surfaces(mesh),
+            contact_law(scene),
+            meets=meets,
+            points=1,
+            margin=MARGIN * mesh.radius,
+            overlap=np.inf,
+        )
+        self._pieces, self._first_slice = pieces, mesh.first_slice
+        self._tied = cKDTree(tie.nodes[np.union1d(tie.slave, tie.master)])
+        self._beside = BESIDE * facet_size(mesh)
+
+    def smallest_gap(self, nodes: np.ndarray) -> float:
+        """Return the smallest gap of current nodes (N, 3) beside the ties [m]; inf if nothing is near."""
+        points = self._contact.points(nodes, nodes, ContactHistory.empty())
+        gap, history = points.gap, points.history
+        quadrature = self._contact.quadrature
+        own = self._piece(quadrature.surface[history.point], quadrature.cell[history.point, 0])
+        other = self._piece(history.surface, np.rint(points.projection.xi[:, 0]).astype(np.int64))
+        near = np.flatnonzero(np.isfinite(gap) & (own == other) & (own >= 0))
+        place = self._contact.reference(history.point[near])
+        away = self._tied.query(place)[0] > self._beside
+        return float(gap[near[away]].min(initial=np.inf))
+
+    def _piece(self, yarn: np.ndarray, layer: np.ndarray) -> np.ndarray:
+        """Return what slices (k,) of yarns (k,) are tied in."""
+        last = self._first_slice[yarn + 1] - 1
+        return self._pieces[np.clip(self._first_slice[yarn] + layer, 0, last)]

@@ -1,0 +1,64 @@
+"""Contact between the yarns of a specimen: smooth tubes of the true radius."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.contact.surface import Grid, circular_stretch
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.study.scene import Scene
+
+MARGIN = 0.3
+"""Distance up to which pairs of points and surfaces are followed, over the yarn's radius."""
+
+
+def yarn_contact(scene: Scene, mesh: SweptMesh, nodes: np.ndarray, pieces: np.ndarray) -> Contact:
+    """Return the contact of all yarns of a scene with each other and with themselves.
+
+    Pieces of yarn that are tied to each other do not touch: what the tie does would be done twice there.
+
+    Parameters
+    ----------
+    scene : Scene
+    mesh : SweptMesh
+    nodes : ndarray, shape (N, 3)
+        Undeformed nodes, adjusted to the ties [m].
+    pieces : ndarray of int, shape (S,)
+        What every slice is tied in; see `tied_crossings.tied_pieces`.
+
+    Raises
+    ------
+    MeshError
+        If yarns overlap before anything moves.
+    """
+    return Contact(
+        nodes,
+        yarn_surfaces(mesh),
+        contact_law(scene),
+        pieces=pieces,
+        points=scene.contact.points,
+        margin=MARGIN * mesh.radius,
+        overlap=scene.contact.penetration * scene.mesh.size,
+    )
+
+
+def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
+    """Return the surface of every yarn; its polygon is inflated, the contact surface has the true radius."""
+    inflated = mesh.radius * float(np.linalg.norm(mesh.section.points[mesh.section.ring], axis=1).mean())
+    stretch = circular_stretch(mesh.section.ring.size)
+    return [
+        Grid(mesh.surface_nodes(yarn), offset=inflated - mesh.radius, stretch=stretch)
+        for yarn in range(mesh.yarns)
+    ]
+
+
+def contact_law(scene: Scene) -> Coulomb:
+    """Return the law of a scene: stiffnesses as ratios to E / h (Table 1), no slip at all where contact is rough."""
+    unit = scene.yarn.youngs_modulus / scene.mesh.size
+    return Coulomb(
+        normal=scene.contact.normal_stiffness * unit,
+        tangential=scene.contact.tangential_stiffness * unit,
+        friction=np.inf if scene.interaction == "rough" else scene.contact.friction,
+    )

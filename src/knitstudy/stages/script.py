@@ -1,0 +1,136 @@
+"""The frame of a workflow script: its log file, its progress, and what the console says when it fails."""
+
+from __future__ import annotations
+
+import logging
+import os
+import resource
+import signal
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TextIO
+
+from knitstudy.errors import KnitstudyError
+from knitstudy.files.provenance import provenance
+from knitstudy.progress import Progress
+
+
+@contextmanager
+def stage(job: Any, restart: Path | None = None) -> Iterator[Progress]:
+    """Run the body of a Snakemake script with everything it prints in the log file of its rule.
+
+    Standard output and standard error go to the log at the level of file descriptors, so that messages of
+    compiled libraries are there too; logging and warnings as well. The console gets a line at the start and
+    the end, the progress that the body reports, and on failure one message and the name of the log; the
+    script then ends with status 1.
+
+    Parameters
+    ----------
+    job
+        The ``snakemake`` object of a script: its ``rule``, ``wildcards``, ``threads`` and ``log`` are used.
+    restart
+        Restart file of a computation that goes on where a killed one stopped: its log then goes on too.
+
+    Yields
+    ------
+    Progress
+        To be handed to the stage's function.
+    """
+    _end_with_parent()
+    label = " ".join([job.rule, *job.wildcards])
+    path = Path(job.log[0])
+    started = time.monotonic()
+    with _log_file(path, restart) as log, _redirected_to(log) as console:
+        _log_header(label, job.threads)
+        print(f"{label}  ...", file=console)
+        try:
+            yield Progress(label, streams=(console, sys.stderr))
+        except KnitstudyError as error:
+            _fail(f"error in {label}: {error}", path, console)
+        except Exception as error:
+            _fail(f"error in {label}: {type(error).__name__}: {error}", path, console)
+        _log_footer(started)
+        print(f"{label}  done in {time.monotonic() - started:.0f} s", file=console)
+
+
+def _end_with_parent() -> None:
+    """End this process when the workflow engine that started it is killed.
+
+    An orphan would go on writing the restart file that the next run goes on from.
+    """
+    parent = os.getppid()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def _log_file(path: Path, restart: Path | None) -> Iterator[TextIO]:
+    """Open the log of a rule, which goes on if there is a restart file.
+
+    The workflow engine deletes the logs of a rule before it runs it again. The log of a computation that can be
+    restarted therefore has a second name beside its restart file, until it has come to its end.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.unlink(missing_ok=True)
+    kept = restart.with_suffix(".log") if restart else None
+    if kept:
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        if not restart.exists():
+            kept.unlink(missing_ok=True)
+        kept.touch()
+        os.link(kept, path)
+    with path.open("a", encoding="utf-8") as log:
+        yield log
+    if kept:
+        kept.unlink()
+
+
+@contextmanager
+def _redirected_to(log: TextIO) -> Iterator[TextIO]:
+    """Send standard output and error, logging and warnings to a file; yield the former standard error."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    with os.fdopen(os.dup(2), "w", buffering=1) as console:
+        for descriptor in (1, 2):
+            os.dup2(log.fileno(), descriptor)
+        sys.stdout.reconfigure(line_buffering=True)
+        logging.basicConfig(
+            stream=sys.stderr, level=logging.INFO, format="%(asctime)s %(name)s: %(message)s", force=True
+        )
+        logging.captureWarnings(True)
+        try:
+            yield console
+        finally:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os.dup2(console.fileno(), 2)
+
+
+def _log_header(label: str, threads: int) -> None:
+    versions = ", ".join(f"{name} {version}" for name, version in provenance().items())
+    print(f"{label}, {time.strftime('%Y-%m-%d %H:%M:%S')}, {threads} threads", file=sys.stderr)
+    print(f"Python {sys.version.split()[0]}, {versions}", file=sys.stderr)
+
+
+def _log_footer(started: float) -> None:
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
+    seconds = time.monotonic() - started
+    print(f"done in {seconds:.1f} s, largest resident memory {peak:.0f} MiB", file=sys.stderr)
+
+
+def _fail(message: str, log: Path, console: TextIO) -> None:
+    """Put the traceback into the log and the message on the console, and end the script with status 1."""
+    traceback.print_exc()
+    print(message, file=console)
+    print(f"  traceback in {log}", file=console)
+    sys.exit(1)
