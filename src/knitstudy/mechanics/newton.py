@@ -16,6 +16,7 @@ import numpy as np
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.constraints import Pinning, without
 from knitstudy.mechanics.increment import PHASES, Drive, Increment, Rate, Settings
+from knitstudy.mechanics.line_search import Trial, line_search
 from knitstudy.mechanics.linear.solver import LinearSolver
 from knitstudy.mechanics.model import Model, Response
 
@@ -154,10 +155,11 @@ class _Path:
             forcing = self._forcing(residuals, changed)
             step = self._solve(np.where(self.free, -response.force, 0.0), forcing)
             before = response
-            step, state, response = self._search(state, response, step)
-            total += step
+            taken = self._search(state, response, step)
+            state, response = taken.state, taken.response
+            total += taken.step
             self.newton_iterations += 1
-            correction = float(np.max(np.abs(step * model.scale)[self.free], initial=0.0)) / model.length
+            correction = float(np.max(np.abs(taken.step * model.scale)[self.free], initial=0.0)) / model.length
             changed = not response.same_status(before)
             if changed:
                 correction, tangent_is_stale = np.inf, True
@@ -254,29 +256,21 @@ class _Path:
         floor = 0.1 * self.settings.residual_tolerance / max(residuals[-1], 1e-300)
         return min(max(eta, floor, 1e-8), 1e-1)
 
-    def _search(self, state: Any, response: Response, step: np.ndarray) -> tuple[np.ndarray, Any, Response]:
-        """Shorten the step until the force along it has fallen (Crisfield's s criterion)."""
-        slope = float(step @ response.force)
-        before = self._residual(response)
-        alpha, best = 1.0, None
-        for _ in range(6):
-            trial = self.model.advance(state, alpha * step)
-            reply = self._respond(trial, stiffness=False)
-            if np.all(np.isfinite(reply.force)):
-                s = float(step @ reply.force)
-                if abs(s) <= 0.8 * abs(slope) or self._residual(reply) <= max(
-                    before, self.settings.residual_tolerance
-                ):
-                    return alpha * step, trial, reply
-                if best is None or self._residual(reply) < self._residual(best[2]):
-                    best = alpha * step, trial, reply
-                alpha *= min(max(slope / (slope - s), 0.1), 0.5) if slope != s else 0.5
-            else:
-                alpha *= 0.25
-        # Where points begin to touch or to slip, force jumps: the next tangent knows better than a shorter step.
-        if best is not None and best[2].status is not None:
-            return best
-        raise _Failed("the line search found no shorter step that lowers the residual")
+    def _search(self, state: Any, response: Response, step: np.ndarray) -> Trial:
+        """Return how far a step is taken."""
+
+        def trial(share: float) -> Trial:
+            moved = self.model.advance(state, share * step)
+            reply = self._respond(moved, stiffness=False)
+            return Trial(
+                share, share * step, moved, reply, float(step @ reply.force), self._residual(reply)
+            )
+
+        slope, before = float(step @ response.force), self._residual(response)
+        found = line_search(trial, slope, before, self.settings.residual_tolerance)
+        if found is None:
+            raise _Failed("the line search found no shorter step that lowers the residual")
+        return found
 
     def _residual(self, response: Response) -> float:
         unbalanced = float(np.max(np.abs(response.force / self.model.scale)[self.free], initial=0.0))
