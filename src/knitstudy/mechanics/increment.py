@@ -139,6 +139,8 @@ class Increment:
         Increment of the load factor to try next.
     rates : tuple of Rate
         The last converged increments, newest first, for the predictor.
+    updates : tuple of ndarray, shape (size,)
+        What every settling of the state, such as an update of multipliers, changed: the first guess for the next one.
     newton_iterations, krylov_iterations : int
         Iterations spent on this increment, failed attempts included.
     residual, correction : float
@@ -155,6 +157,7 @@ class Increment:
     response: Response
     size: float
     rates: tuple[Rate, ...] = ()
+    updates: tuple[np.ndarray, ...] = ()
     newton_iterations: int = 0
     krylov_iterations: int = 0
     residual: float = 0.0

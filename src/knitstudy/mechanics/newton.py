@@ -9,6 +9,7 @@ import logging
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,9 @@ log = logging.getLogger(__name__)
 
 SMALLEST = 1e-9
 """Increment of the load factor below which the path counts as ended: rounding would go on for ever."""
+
+ROUGHLY = 1e-3
+"""Residual at which a state is balanced well enough to see whether it will be settled."""
 
 
 class _Failed(Exception):
@@ -119,7 +123,9 @@ class _Path:
         self.seconds = dict.fromkeys(PHASES, 0.0)
         change = target - now.load
         begun = model.begin(now.state, target, change)
-        total = self._predict(now, begun, target)
+        # Multipliers start from zero again, so does what they moved.
+        total = self._predict(now, begun, target) - sum(now.updates)
+        updated: list[np.ndarray] = []
         state = model.advance(begun, total)
         response = self._respond(state, stiffness=False)
         self._require_finite(response)
@@ -130,15 +136,23 @@ class _Path:
         settled = 0
         while True:
             balanced = residuals[-1] <= settings.residual_tolerance
-            if balanced and correction <= settings.correction_tolerance:
+            converged = balanced and correction <= settings.correction_tolerance
+            # What the next update changes anyway need not be balanced to the last digit.
+            if converged or (residuals[-1] <= ROUGHLY and not changed):
                 better = model.settle(state)
-                if better is None:
+                if better is not None:
+                    state, settled = better, self.newton_iterations
+                    updated.append(total.copy())
+                    if len(updated) <= len(now.updates):
+                        step = now.updates[len(updated) - 1]
+                        state, total = model.advance(state, step), total + step
+                    response = self._respond(state, stiffness=False)
+                    self._require_finite(response)
+                    residuals.append(self._residual(response))
+                    correction, tangent_is_stale = np.inf, True
+                    continue
+                if converged:
                     break
-                state, settled = better, self.newton_iterations
-                response = self._respond(state, stiffness=False)
-                residuals.append(self._residual(response))
-                correction, tangent_is_stale = np.inf, True
-                continue
             done = self.newton_iterations - settled
             idle = done - int(np.argmin(residuals[len(residuals) - 1 - done :]))
             if done == settings.iterations or idle >= settings.patience:
@@ -177,6 +191,7 @@ class _Path:
             response=response,
             size=change,
             rates=(Rate(change, total / change), *now.rates)[: settings.predictor],
+            updates=tuple(after - before for before, after in pairwise([*updated, total])),
             newton_iterations=self.newton_iterations,
             krylov_iterations=self.krylov_iterations,
             residual=residuals[-1],
