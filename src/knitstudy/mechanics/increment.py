@@ -82,6 +82,8 @@ class Settings:
         Iterations without a smaller residual than before after which it does.
     cutbacks : int
         Halvings in a row after which the path counts as unreachable.
+    waste : int
+        Iterations of failed attempts, while the path goes on by less than a regular increment, after which it does.
     growth : float
         Factor on the increment after a quick one (at most `quick` iterations).
     quick : int
@@ -98,6 +100,7 @@ class Settings:
     iterations: int = 60
     patience: int = 15
     cutbacks: int = 8
+    waste: int = 120
     growth: float = 1.5
     quick: int = 6
     predictor: int = 2

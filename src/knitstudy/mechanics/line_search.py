@@ -82,7 +82,7 @@ def line_search(
         if best is None or abs(tried.along) < abs(best.along):
             best = tried
         before_root = tried.along * slope > 0
-        if high is None and before_root:
+        if before_root and (high is None or np.isnan(high[1])):
             # The tangent is too stiff for the root to lie within the step, or the step leads uphill.
             if tried.residual <= residual or abs(tried.along) <= abs(slope):
                 return tried

@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -25,6 +25,14 @@ log = logging.getLogger(__name__)
 
 SMALLEST = 1e-9
 """Increment of the load factor below which the path counts as ended: rounding would go on for ever."""
+
+ROUNDING = 1e-13
+"""Correction over the element size that is nothing but rounding: further ones leave the residual where it is."""
+
+REMEDY = (
+    "Results up to there are kept. More solver.increments, a finer mesh, a contact.normal_stiffness nearer to its "
+    "default or a smaller load.strain may help."
+)
 
 ROUGHLY = 1e-3
 """Residual at which a state is balanced well enough to see whether it will be settled."""
@@ -51,7 +59,8 @@ def trace(
     Raises
     ------
     ConvergenceError
-        If halving the increment `settings.cutbacks` times does not help; what was yielded stays valid.
+        If halving the increment `settings.cutbacks` times does not help, `settings.waste` iterations were in vain, or
+        rounding keeps the residual up; what was yielded stays valid.
     """
     largest = 1.0 / settings.increments
     now = resume
@@ -60,8 +69,8 @@ def trace(
         now = Increment(0, 0.0, state, model.respond(state, stiffness=False), largest)
         yield now
     path = _Path(model, drive, settings, solver)
-    cutbacks, reason = 0, "nothing had failed"
-    spent = [0, 0]
+    cutbacks, reason, since = 0, "", now.load
+    spent, failed = _Spent(), _Spent()
     size = now.size
     while now.load < 1.0:
         target = now.load + size
@@ -72,36 +81,55 @@ def trace(
         stop = drive.next_stop(now.load)
         if target > stop - 1e-9:
             target = stop
+        if not target - now.load > SMALLEST:
+            raise ConvergenceError(
+                f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {reason}; the increment "
+                f"has become too small. {REMEDY}"
+            )
         try:
-            if not target - now.load > SMALLEST:
-                raise _Failed(f"the increment has become too small; before that, {reason}")
             done = path.increment(now, target)
         except ConvergenceError as error:
             raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
         except _Failed as failure:
             cutbacks, reason = cutbacks + 1, str(failure)
-            spent[0] += path.newton_iterations
-            spent[1] += path.krylov_iterations
+            spent, failed = spent.after(path), failed.after(path)
             if cutbacks > settings.cutbacks:
                 raise ConvergenceError(
-                    f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}; "
-                    f"the increment was halved {settings.cutbacks} times. Results up to there are kept. "
-                    "More solver.increments, a finer mesh or a smaller load.strain may help."
+                    f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {reason}; "
+                    f"the increment was halved {settings.cutbacks} times. {REMEDY}"
+                ) from None
+            if failed.newton > settings.waste:
+                raise ConvergenceError(
+                    f"increment {now.index + 1} makes no headway beyond load factor {now.load:.6g}: {failed.newton} "
+                    f"iterations were in vain since load factor {since:.6g}; at last, {reason}. {REMEDY}"
                 ) from None
             size = 0.5 * (target - now.load)
             log.warning("increment %d failed (%s); trying %.3g of the load", now.index + 1, failure, size)
             continue
         cutbacks = 0
+        if target - since >= largest:
+            since, failed = target, _Spent()
         if done.newton_iterations <= settings.quick:
             size = min(largest, size * settings.growth)
         now = replace(
             done,
             size=size,
-            newton_iterations=done.newton_iterations + spent[0],
-            krylov_iterations=done.krylov_iterations + spent[1],
+            newton_iterations=done.newton_iterations + spent.newton,
+            krylov_iterations=done.krylov_iterations + spent.krylov,
         )
-        spent = [0, 0]
+        spent = _Spent()
         yield now
+
+
+@dataclass(frozen=True)
+class _Spent:
+    """Iterations of failed attempts."""
+
+    newton: int = 0
+    krylov: int = 0
+
+    def after(self, path: _Path) -> _Spent:
+        return _Spent(self.newton + path.newton_iterations, self.krylov + path.krylov_iterations)
 
 
 class _Path:
@@ -131,7 +159,7 @@ class _Path:
         self._require_finite(response)
         residuals = [self._residual(response)]
         correction = np.inf
-        tangent_is_stale = True
+        tangent_is_stale, still = True, 0
         changed = response.status is not None
         settled = 0
         while True:
@@ -161,6 +189,12 @@ class _Path:
                     f"(allowed {settings.residual_tolerance:.1e}) and the correction {correction:.2e} h "
                     f"(allowed {settings.correction_tolerance:.1e})"
                 )
+            if still >= 2 and not balanced:
+                raise ConvergenceError(
+                    f"rounding keeps the residual at {residuals[-1]:.1e} (allowed {settings.residual_tolerance:.1e}): "
+                    "some stiffness is too large beside the others. Use a contact.normal_stiffness nearer to its "
+                    "default, or a larger solver.residual_tolerance"
+                )
             # A balanced state needs only the proof that its last correction is small: the tangent of the
             # iteration before serves for that.
             if tangent_is_stale or not balanced or settings.exact:
@@ -173,8 +207,11 @@ class _Path:
             state, response = taken.state, taken.response
             total += taken.step
             self.newton_iterations += 1
-            correction = float(np.max(np.abs(taken.step * model.scale)[self.free], initial=0.0)) / model.length
+            correction = (
+                float(np.max(np.abs(taken.step * model.scale)[self.free], initial=0.0)) / model.length
+            )
             changed = not response.same_status(before)
+            still = still + 1 if correction <= ROUNDING and not changed else 0
             if changed:
                 correction, tangent_is_stale = np.inf, True
             residuals.append(self._residual(response))
@@ -265,7 +302,7 @@ class _Path:
         if self.settings.exact:
             return 1e-12
         eta = 3e-2 if changed else 1e-3
-        if len(residuals) > 1:
+        if len(residuals) > 1 and residuals[-1] < residuals[-2]:
             eta = min(eta, 0.9 * (residuals[-1] / residuals[-2]) ** 2)
         # Nothing is gained by solving further than the increment has to be balanced.
         floor = 0.1 * self.settings.residual_tolerance / max(residuals[-1], 1e-300)
@@ -277,9 +314,7 @@ class _Path:
         def trial(share: float) -> Trial:
             moved = self.model.advance(state, share * step)
             reply = self._respond(moved, stiffness=False)
-            return Trial(
-                share, share * step, moved, reply, float(step @ reply.force), self._residual(reply)
-            )
+            return Trial(share, share * step, moved, reply, float(step @ reply.force), self._residual(reply))
 
         slope, before = float(step @ response.force), self._residual(response)
         found = line_search(trial, slope, before, self.settings.residual_tolerance)
