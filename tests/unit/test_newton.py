@@ -150,14 +150,14 @@ def test_an_increment_fails_where_the_residual_does_not_fall():
 
 def test_a_path_that_makes_no_headway_is_left():
     settings = Settings(increments=1, cutbacks=1000, waste=40)
-    with pytest.raises(ConvergenceError, match="makes no headway beyond load factor 0") as caught:
+    with pytest.raises(ConvergenceError, match=r"makes no headway beyond load factor 0") as caught:
         list(trace(Noisy(), PULL, settings, LU()))
     assert settings.waste < int(re.search(r"(\d+) iterations were in vain", str(caught.value))[1]) <= 100
 
 
 def test_rounding_is_no_reason_for_smaller_increments():
     """Corrections as small as these leave every unknown as it is."""
-    with pytest.raises(ConvergenceError, match="increment 1, .*rounding keeps the residual at"):
+    with pytest.raises(ConvergenceError, match=r"increment 1, .*rounding keeps the residual at"):
         list(trace(with_tangent(1e30), PULL, Settings(increments=1), LU()))
 
 
@@ -208,9 +208,9 @@ class Wall(Chain):
 
 
 def test_updates_of_multipliers_are_foreseen():
-    """Every increment ends where updates from zero end, and the guess for the later ones is exact."""
-    drive = Drive(np.array([0, 2]), np.array([0.0, 1.0]))
-    _, first, second, third = trace(Wall(), drive, Settings(increments=3), LU())
+    """Every increment ends where updates from zero end, and starts nearer to where multipliers are zero."""
+    drive, settings = Drive(np.array([0, 2]), np.array([0.0, 1.0])), Settings(increments=3)
+    _, first, second, third = trace(Wall(), drive, settings, LU())
     for increment in (first, second, third):
         x, multiplier = 0.0, 0.0
         while True:
@@ -221,4 +221,6 @@ def test_updates_of_multipliers_are_foreseen():
             multiplier += Wall.penalty * x
         np.testing.assert_allclose(increment.state.x[1], x, atol=1e-9)
     assert len(first.updates) == len(third.updates) == 1
-    assert third.newton_iterations < first.newton_iterations
+    (without,) = trace(Wall(), drive, settings, LU(), resume=replace(second, updates=()))
+    np.testing.assert_allclose(without.state.x, third.state.x, atol=1e-9)
+    assert third.residuals[0] < 0.6 * without.residuals[0]

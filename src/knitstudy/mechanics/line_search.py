@@ -1,7 +1,8 @@
 """Line search: how much of a Newton step is taken (Crisfield 1991, section 9.2).
 
-Where a step closes a gap, force along it is nearly constant up to there and steep beyond. A step that is shortened until
-the residual has just fallen ends far before; the root of the force along the step, kept between brackets, does not.
+Where a step closes a gap, force along it is nearly constant up to there and steep beyond. A step that is shortened
+until the residual has just fallen ends far before; the root of the force along the step, kept between brackets, does
+not.
 """
 
 from __future__ import annotations

@@ -83,8 +83,8 @@ def trace(
             target = stop
         if not target - now.load > SMALLEST:
             raise ConvergenceError(
-                f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {reason}; the increment "
-                f"has become too small. {REMEDY}"
+                f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {reason}; the "
+                f"increment has become too small. {REMEDY}"
             )
         try:
             done = path.increment(now, target)
