@@ -3,11 +3,14 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from knitstudy.checkpoint import Checkpoint
 from knitstudy.errors import DataFileError
-from knitstudy.history import Recorder, Stations
+from knitstudy.loading.checkpoint import Checkpoint
+from knitstudy.loading.history import Recorder, Stations
+from knitstudy.loading.load_path import Motion
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
+
+STILL = {"centreline_displacement": np.zeros((1, 3))}
 
 
 @dataclass(frozen=True)
@@ -20,9 +23,7 @@ def recorder():
     return Recorder(
         stations,
         driven=np.array([[0, 1, 2]]),
-        axis=0,
-        travel=lambda load: load * np.array([2.0, 0, 0]),
-        length=10.0,
+        motion=Motion(np.array([[2.0, 0, 0]]), (1.0,), (), axis=0, length=10.0),
     )
 
 
@@ -37,7 +38,7 @@ def increment(index, load):
 def saved(tmp_path):
     file, record = Checkpoint(tmp_path / "run" / "a.npz", "key", State), recorder()
     for index, load in enumerate((0.0, 0.25, 0.5)):
-        record.add(increment(index, load), np.zeros((1, 3)))
+        record.add(increment(index, load), STILL)
         file.save(increment(index, load), record)
     return file, record
 
@@ -51,8 +52,8 @@ def test_a_restart_gives_back_increment_and_history(saved):
     np.testing.assert_array_equal(back.rates[0].step, np.ones(3))
     for name, values in record.columns.items():
         np.testing.assert_array_equal(fresh.columns[name], values)
-    fresh.add(increment(3, 0.75), np.zeros((1, 3)))
-    record.add(increment(3, 0.75), np.zeros((1, 3)))
+    fresh.add(increment(3, 0.75), STILL)
+    record.add(increment(3, 0.75), STILL)
     assert fresh.to_dataset()["energy"].equals(record.to_dataset()["energy"])
 
 

@@ -15,6 +15,7 @@ rule beams:
         mem_mb=1000,
     params:
         scene=parameters,
+        restart="run/beams",
     message:
         "Pull the beams in contact of {wildcards.scene}"
     script:

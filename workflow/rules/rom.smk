@@ -16,6 +16,7 @@ rule rom:
         mem_mb=500,
     params:
         scene=parameters,
+        restart="run/rom",
     message:
         "Pull the reduced model {wildcards.scene}"
     script:

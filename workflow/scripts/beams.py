@@ -1,17 +1,18 @@
-"""Pull a knit of beams in contact with friction."""
+"""Load a knit of beams in contact with friction."""
 
 from knitstudy.files.netcdf import read_dataset, write_dataset
 from knitstudy.geometry.pattern import Knit
+from knitstudy.loading.restart import forget_others, restart_path
 from knitstudy.networks.beams.run import run
 from knitstudy.stages.script import stage
 from knitstudy.study.scene import Scene
 
-with stage(snakemake) as progress:
-    scene = Scene.from_dict(snakemake.params.scene)
+scene = Scene.from_dict(snakemake.params.scene)
+restart = restart_path(snakemake.params.restart, scene, snakemake.input)
+forget_others(restart)
 
-    def watch(increment):
-        """Report an increment that has converged."""
-        progress(increment.load, f"strain {increment.load * scene.load.strain:.2%}")
-
+with stage(snakemake, restart=restart) as progress:
     knit = Knit.from_dataset(read_dataset(snakemake.input.knit))
-    write_dataset(run(scene, knit, watch), snakemake.output[0], scene)
+    partial = restart.with_suffix(".nc")
+    history = run(scene, knit, restart=restart, partial=partial, progress=progress)
+    write_dataset(history, snakemake.output[0], scene)

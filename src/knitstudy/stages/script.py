@@ -17,7 +17,7 @@ from typing import Any, TextIO
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files.provenance import provenance
-from knitstudy.progress import Progress
+from knitstudy.loading.progress import Progress
 
 
 @contextmanager

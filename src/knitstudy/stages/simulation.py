@@ -6,10 +6,9 @@ solid yarns, from whose contacts -> rom reduced models, and geometry -> beams of
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
-from math import ceil
 from pathlib import Path
 
 import xarray as xr
@@ -20,13 +19,12 @@ from knitstudy.geometry.build import build
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.geometry.specimen import read_specimen
-from knitstudy.mechanics.increment import Increment
+from knitstudy.loading.progress import ReportProgress, silent
+from knitstudy.loading.restart import forget_others, restart_path
 from knitstudy.mesh.specimen import mesh_specimen
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.networks.beams import run as beams
 from knitstudy.networks.rom import run as rom
-from knitstudy.progress import ReportProgress, silent
-from knitstudy.restart import forget_others, restart_path
 from knitstudy.solids import dns
 from knitstudy.stages.archive import Archive
 from knitstudy.stages.imports import modules_behind
@@ -36,7 +34,7 @@ from knitstudy.study.schema import unknown_choice
 from knitstudy.study.variation import vary
 
 BeginProgress = Callable[[str], ReportProgress]
-"""Returns what the progress of a stage is reported to, for example `knitstudy.progress.Progress`."""
+"""Returns what the progress of a stage is reported to, for example `knitstudy.loading.progress.Progress`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +86,7 @@ def simulate(
         Configuration folder that names of other scenes refer to.
     progress : callable, optional
         Called with the label of a stage, returns what its progress is reported to; for example
-        `knitstudy.progress.Progress`, which prints lines with the time left.
+        `knitstudy.loading.progress.Progress`, which prints lines with the time left.
     anew : bool
         Simulate the scene even if its result is there.
 
@@ -140,14 +138,10 @@ def _direct(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool)
     mesh = _mesh(scene, specimen, archive)
 
     def load() -> xr.Dataset:
-        checkpoint = _checkpoint(scene, archive)
+        inputs = [archive.path("geometry", archive.knit_of(scene)), archive.path("mesh", scene)]
+        files = _files(scene, archive, inputs, "knitstudy.solids.dns")
         return dns.run(
-            scene,
-            SweptMesh.from_dataset(mesh),
-            specimen,
-            checkpoint=checkpoint,
-            partial=checkpoint and checkpoint.with_suffix(".nc"),
-            progress=_watcher(scene, progress(f"dns {scene.name}")),
+            scene, SweptMesh.from_dataset(mesh), specimen, progress=progress(f"dns {scene.name}"), **files
         )
 
     needs = ["node_displacement"] if "fields" in scene.outputs else []
@@ -160,10 +154,13 @@ def _direct(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool)
 def _beams(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool) -> Results:
     """Load a knit of beams in contact."""
     geometry = _geometry(scene, archive)
-    watch = _watcher(scene, progress(f"beams {scene.name}"))
-    history = archive.keep(
-        "beams", scene, lambda: beams.run(scene, read_specimen(geometry), watch), anew=anew
-    )
+
+    def load() -> xr.Dataset:
+        inputs = [archive.path("geometry", archive.knit_of(scene))]
+        files = _files(scene, archive, inputs, "knitstudy.networks.beams.run")
+        return beams.run(scene, read_specimen(geometry), progress=progress(f"beams {scene.name}"), **files)
+
+    history = archive.keep("beams", scene, load, anew=anew)
     return Results(scene, geometry, history, path=archive.path("beams", scene))
 
 
@@ -172,15 +169,15 @@ def _reduced(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool
     sources = _sources(scene, archive)
     found = {key: _direct(source, archive, progress, anew=False) for key, source in sources.items()}
     joints, springs = found["contacts_from"], found.get("springs_from")
-    history = archive.keep(
-        "rom",
-        scene,
-        lambda: rom.run(
-            scene, read_specimen(joints.geometry), joints.contacts, springs.contacts if springs else None
-        ),
-        after=[archive.path("contacts", source) for source in sources.values()],
-        anew=anew,
-    )
+    contacts_of = [archive.path("contacts", source) for source in sources.values()]
+
+    def load() -> xr.Dataset:
+        files = _files(scene, archive, contacts_of, "knitstudy.networks.rom.run")
+        specimen, other = read_specimen(joints.geometry), springs.contacts if springs else None
+        label = f"{scene.fidelity} {scene.name}"
+        return rom.run(scene, specimen, joints.contacts, other, progress=progress(label), **files)
+
+    history = archive.keep("rom", scene, load, after=contacts_of, anew=anew)
     return Results(scene, joints.geometry, history, contacts=joints.contacts, path=archive.path("rom", scene))
 
 
@@ -202,29 +199,15 @@ def _sources(scene: Scene, archive: Archive) -> dict[str, Scene]:
     return {key: archive.labelled(alike[name]) for key, name in named.items()}
 
 
-def _checkpoint(scene: Scene, archive: Archive) -> Path | None:
-    """Return the restart file of a scene; those of the same scene with other inputs are of no use any more."""
+def _files(
+    scene: Scene, archive: Archive, inputs: Iterable[Path | None], module: str
+) -> dict[str, Path | None]:
+    """Return where a run keeps what had converged, by names of `follow`; that of other inputs is of no use any more."""
     if archive.folder is None:
-        return None
-    inputs = [archive.path("geometry", archive.knit_of(scene)), archive.path("mesh", scene)]
-    checkpoint = restart_path(
-        archive.folder / "restart", scene, [*inputs, *modules_behind("knitstudy.solids.dns")]
-    )
-    forget_others(checkpoint)
-    return checkpoint
-
-
-def _watcher(scene: Scene, report: ReportProgress) -> Callable[[Increment], None]:
-    """Return what reports the share and the place of every increment."""
-    legs = len(scene.load.path)
-
-    def watch(increment: Increment) -> None:
-        load = increment.load
-        report(
-            load, f"leg {ceil(load * legs)} of {legs}" if legs else f"strain {load * scene.load.strain:.2%}"
-        )
-
-    return watch
+        return {}
+    restart = restart_path(archive.folder / "restart", scene, [*inputs, *modules_behind(module)])
+    forget_others(restart)
+    return {"restart": restart, "partial": restart.with_suffix(".nc")}
 
 
 def _silence(label: str) -> ReportProgress:
