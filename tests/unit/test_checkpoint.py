@@ -1,4 +1,4 @@
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -81,3 +81,59 @@ def test_trapezoidal_work(saved):
     _, record = saved
     external = record.to_dataset()["energy"].sel(form="external")
     np.testing.assert_allclose(external, [0, 0.25, 1.0])
+
+
+@dataclass(frozen=True)
+class Inner:
+    gap: np.ndarray
+    count: int
+
+
+@dataclass(frozen=True)
+class Nested:
+    """All that a state may hold."""
+
+    inner: Inner
+    maybe: Inner | None
+    weight: float | None
+    touches: bool
+    name: str
+    pair: tuple[Inner, Inner]
+    steps: tuple[float, ...]
+    nothing: tuple[int, ...] = ()
+
+
+@pytest.mark.parametrize("present", [True, False])
+def test_a_state_is_any_dataclass(tmp_path, present):
+    inner = Inner(np.array([[0.5, np.inf]]), 3)
+    state = Nested(
+        inner, inner if present else None, 0.25 if present else None, True, "a", (inner, inner), (1.0, 2.0)
+    )
+    file = Checkpoint(tmp_path / "a.npz", "key", Nested)
+    file.save(replace(increment(1, 0.5), state=state), recorder())
+    back = file.load(recorder()).state
+    for one in (back.inner, *back.pair, *([back.maybe] if present else [])):
+        np.testing.assert_array_equal(one.gap, inner.gap)
+        assert one.count == 3
+    assert present == (back.maybe is not None)
+    assert (back.weight, back.touches, back.name) == (state.weight, True, "a")
+    assert (back.steps, back.nothing) == ((1.0, 2.0), ())
+
+
+def test_a_state_that_no_file_can_keep_is_refused(tmp_path):
+    state = State({"a": np.zeros(3)})
+    with pytest.raises(TypeError, match=r"state\.displacement is a dict"):
+        Checkpoint(tmp_path / "a.npz", "key", State).save(replace(increment(1, 0.5), state=state), recorder())
+
+
+@pytest.mark.parametrize("name", ["state.displacement", "rate.0", "force"])
+def test_values_that_are_not_numbers_are_refused(saved, name):
+    file, _ = saved
+    with np.load(file.path) as archive:
+        data = dict(archive)
+    data[name] = np.full_like(data[name], np.nan)
+    np.savez(file.path, **data)
+    with pytest.raises(
+        DataFileError, match=rf"a\.npz: .*{name} holds values that are not numbers.*delete it"
+    ):
+        file.load(recorder())

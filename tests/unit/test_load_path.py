@@ -1,10 +1,12 @@
 """How grips move: legs, corners, and places at which an increment has to end."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from knitstudy.geometry.pair import Pair
-from knitstudy.loading.load_path import Motion, load_path
+from knitstudy.loading.load_path import Motion, load_path, place
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.study.scene import Scene
 
@@ -75,3 +77,13 @@ def test_a_knit_is_pulled_along_the_wale(plain_scene, knit):
     motion = load_path(plain_scene.replace("load.direction", "wale"), knit)
     np.testing.assert_allclose(motion.at(0.5), [0, 0.025 * knit.height, 0])
     assert (motion.axis, motion.length) == (1, 3 * knit.loop.course_spacing)
+
+
+@pytest.mark.parametrize(("factor", "leg"), [(0.0, 1), (0.25, 1), (0.26, 2), (0.75 + 1e-15, 3), (1.0, 4)])
+def test_a_place_on_a_path_is_a_leg(plain_scene, factor, leg):
+    load = replace(plain_scene.load, path=tuple(map(tuple, CORNERS)))
+    assert place(load, factor) == f"leg {leg} of 4"
+
+
+def test_a_place_on_the_way_to_a_strain(plain_scene):
+    assert place(plain_scene.load, 0.5) == "strain 2.50%"

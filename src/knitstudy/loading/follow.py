@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from knitstudy.errors import ConvergenceError
+from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.files.netcdf import write_dataset
 from knitstudy.loading.checkpoint import Checkpoint
 from knitstudy.loading.history import Recorder
@@ -63,8 +63,9 @@ def follow(
     path = trace(problem.model, problem.prescribed, problem.settings, problem.solver, last)
     try:
         with serial_blas():
-            for last in path:
-                _record(problem, recorder, last)
+            for increment in path:
+                _record(problem, recorder, increment)
+                last = increment
                 for check in problem.checks:
                     check(last, recorder)
                 if checkpoint:
@@ -90,6 +91,8 @@ def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:
     columns, points = {}, {}
     for observer in problem.observers:
         seen, touching = observer.record(increment)
+        if twice := columns.keys() & seen.keys():
+            raise DataFileError(f"two observers report {min(twice)!r}: leave it to one of them")
         columns |= seen
         points |= touching
     recorder.add(increment, columns, points)
