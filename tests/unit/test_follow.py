@@ -13,6 +13,7 @@ from knitstudy.loading.follow import follow
 from knitstudy.loading.history import Stations
 from knitstudy.loading.load_path import Motion
 from knitstudy.loading.problem import Problem
+from knitstudy.loading.run import Run
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.model import Memoryless, Response
@@ -96,7 +97,7 @@ def alike(one, other):
 def test_history_progress_and_log(problem, caplog):
     reports = Reports()
     caplog.set_level(logging.INFO, logger="knitstudy.loading.follow")
-    history = follow(problem, progress=reports)
+    history = follow(problem, Run(progress=reports))
     np.testing.assert_allclose(history["force"], [0, 0.5 + 0.125, 2, 1.5 + 3.375, 10])
     np.testing.assert_allclose(history["strain"], [0, 0.0125, 0.025, 0.0375, 0.05])
     np.testing.assert_array_equal(history["centreline_displacement"][-1], [[0, 0, 0], [2, 0, 0]])
@@ -117,10 +118,10 @@ def test_history_progress_and_log(problem, caplog):
 def test_an_interrupted_run_goes_on(problem, tmp_path, caplog):
     restart = tmp_path / "run" / "a.npz"
     with pytest.raises(KeyboardInterrupt):
-        follow(problem, restart=restart, progress=Reports(ends_at=0.5))
+        follow(problem, Run(restart=restart, progress=Reports(ends_at=0.5)))
     reports = Reports()
     caplog.set_level(logging.INFO, logger="knitstudy.loading.follow")
-    history = follow(problem, restart=restart, progress=reports)
+    history = follow(problem, Run(restart=restart, progress=reports))
     assert alike(history, follow(problem))
     assert [done for done, _ in reports] == [0.5, 0.75, 1.0]  # the share at the start is not of this run
     assert caplog.records[0].getMessage().startswith("going on from increment 2 at load factor 0.5")
@@ -134,13 +135,13 @@ def test_what_had_converged_before_a_failure_is_kept(problem, tmp_path):
         ConvergenceError,
         match=r"increment 3, load factor 0.75: the spring breaks. The history up to load factor 0.5 is in",
     ):
-        follow(broken, **files)
+        follow(broken, Run(**files))
     kept = read_dataset(files["partial"])
     np.testing.assert_allclose(kept["force"], [0, 0.5 + 0.125, 2])
     assert kept.attrs["incomplete"] == "increment 3, load factor 0.75: the spring breaks"
     assert kept.attrs["scene_hash"] == problem.scene.hash
     # With a remedy the run goes on from there, and nothing incomplete is left.
-    whole = follow(problem, **files)
+    whole = follow(problem, Run(**files))
     assert alike(whole, follow(problem))
     assert list(tmp_path.iterdir()) == []
 
@@ -154,7 +155,7 @@ def test_a_refused_state_is_recorded_but_in_no_restart_file(problem, tmp_path):
     checked = replace(problem, checks=(require_little,))
     for _ in range(2):  # the second run meets the same state again
         with pytest.raises(ConvergenceError, match="increment 2: too much force"):
-            follow(checked, **files)
+            follow(checked, Run(**files))
         np.testing.assert_allclose(read_dataset(files["partial"])["load"], [0, 0.25, 0.5])
 
 
@@ -166,7 +167,7 @@ def test_a_failure_before_anything_converged_leaves_no_history(problem, tmp_path
         record = staticmethod(refuse)
 
     with pytest.raises(ConvergenceError, match=r"^nothing$"):
-        follow(replace(problem, observers=(Refusing(),)), partial=tmp_path / "a.nc")
+        follow(replace(problem, observers=(Refusing(),)), Run(partial=tmp_path / "a.nc"))
     assert list(tmp_path.iterdir()) == []
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.files.netcdf import read_dataset
+from knitstudy.loading.run import Run
 from knitstudy.networks.beams import run as beams
 from knitstudy.networks.rom import run as rom
 
@@ -13,29 +14,35 @@ from knitstudy.networks.rom import run as rom
 def reduced(plain_scene, knit, contacts):
     """Function that loads a reduced model."""
     scene = plain_scene.replace("mesh.beam_size", 3e-3)
-    return lambda **files: rom.run(scene, knit, contacts, **files)
+    return lambda **files: rom.run(scene, knit, contacts, how=Run(**files))
 
 
 @pytest.fixture(scope="module")
 def planar(plain_scene, knit, contacts):
     """Function that loads a planar model."""
-    return lambda **files: rom.run(plain_scene.replace("fidelity", "rom2d"), knit, contacts, **files)
+    return lambda **files: rom.run(plain_scene.replace("fidelity", "rom2d"), knit, contacts, how=Run(**files))
 
 
 @pytest.fixture(scope="module")
 def touching(plain_scene, knit_of):
     """Function that loads one cell of beams, flattened until its yarns touch and slide."""
-    document = plain_scene.to_dict()
-    flat = np.array(document["pattern"]["control_points"]) * [1, 1, 0.985]
-    document["pattern"] |= {"control_points": flat.tolist(), "loops": 1, "rows": 1}
-    document |= {"fidelity": "beam", "interaction": "isotropic", "name": "beam"}
-    document["contact"] |= {"tied_edges": "none", "friction": 0.1}
-    document["rom"]["contacts_from"] = None
-    document["mesh"]["beam_size"] = 1e-3
-    document["load"]["strain"] = 0.03
-    document["solver"]["increments"] = 4
-    scene = type(plain_scene).from_dict(document)
-    return lambda **files: beams.run(scene, knit_of(scene), **files)
+    flat = np.array(plain_scene.pattern.control_points) * [1, 1, 0.985]
+    scene = plain_scene.vary(
+        {
+            "name": "beam",
+            "fidelity": "beam",
+            "interaction": "isotropic",
+            "pattern.control_points": flat.tolist(),
+            "pattern.loops": 1,
+            "pattern.rows": 1,
+            "contact.tied_edges": "none",
+            "contact.friction": 0.1,
+            "mesh.beam_size": 1e-3,
+            "load.strain": 0.03,
+            "solver.increments": 4,
+        }
+    )
+    return lambda **files: beams.run(scene, knit_of(scene), Run(**files))
 
 
 def interrupted(run, restart, after):

@@ -1,7 +1,5 @@
 """How grips move: legs, corners, and places at which an increment has to end."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -9,6 +7,7 @@ from knitstudy.geometry.pair import Pair
 from knitstudy.loading.load_path import Motion, load_path, place
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.study.scene import Scene
+from knitstudy.study.sections.load import Path
 
 CORNERS = np.array([[0, 0, -1e-5], [3e-5, 0, -1e-5], [3e-5, 6e-5, -1e-5], [0, 0, 0]])
 QUARTERS = (0.25, 0.5, 0.75, 1.0)
@@ -80,9 +79,8 @@ def test_a_knit_is_pulled_along_the_wale(plain_scene, knit):
 
 
 @pytest.mark.parametrize(("factor", "leg"), [(0.0, 1), (0.25, 1), (0.26, 2), (0.75 + 1e-15, 3), (1.0, 4)])
-def test_a_place_on_a_path_is_a_leg(plain_scene, factor, leg):
-    load = replace(plain_scene.load, path=tuple(map(tuple, CORNERS)))
-    assert place(load, factor) == f"leg {leg} of 4"
+def test_a_place_on_a_path_is_a_leg(factor, leg):
+    assert place(Path(path=tuple(map(tuple, CORNERS.tolist()))), factor) == f"leg {leg} of 4"
 
 
 def test_a_place_on_the_way_to_a_strain(plain_scene):

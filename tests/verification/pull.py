@@ -15,6 +15,7 @@ from pathlib import Path
 from knitstudy.files.netcdf import write_dataset
 from knitstudy.geometry.build import build
 from knitstudy.geometry.pattern import Knit
+from knitstudy.loading.run import Run
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.solids import dns
 from knitstudy.study.configuration import load_scene
@@ -61,7 +62,7 @@ def main(name, history, checkpoint, *options):
             os.kill(os.getpid(), signal.SIGKILL)
 
     knit, mesh = knit_and_mesh(scene)
-    write_dataset(dns.run(scene, mesh, knit, restart=Path(checkpoint), progress=watch), history)
+    write_dataset(dns.run(scene, mesh, knit, Run(restart=Path(checkpoint), progress=watch)), history)
 
 
 if __name__ == "__main__":

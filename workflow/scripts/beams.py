@@ -3,6 +3,7 @@
 from knitstudy.files.netcdf import read_dataset, write_dataset
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.restart import forget_others, restart_path
+from knitstudy.loading.run import Run
 from knitstudy.networks.beams.run import run
 from knitstudy.stages.script import stage
 from knitstudy.study.scene import Scene
@@ -13,6 +14,5 @@ forget_others(restart)
 
 with stage(snakemake, restart=restart) as progress:
     knit = Knit.from_dataset(read_dataset(snakemake.input.knit))
-    partial = restart.with_suffix(".nc")
-    history = run(scene, knit, restart=restart, partial=partial, progress=progress)
+    history = run(scene, knit, Run(restart, restart.with_suffix(".nc"), progress))
     write_dataset(history, snakemake.output[0], scene)

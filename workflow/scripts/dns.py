@@ -3,6 +3,7 @@
 from knitstudy.files.netcdf import read_dataset, write_dataset
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.loading.restart import forget_others, restart_path
+from knitstudy.loading.run import Run
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.dns import run
 from knitstudy.stages.script import stage
@@ -15,6 +16,5 @@ forget_others(restart)
 with stage(snakemake, restart=restart) as progress:
     specimen = read_specimen(read_dataset(snakemake.input.knit))
     mesh = SweptMesh.from_dataset(read_dataset(snakemake.input.mesh))
-    partial = restart.with_suffix(".nc")
-    history = run(scene, mesh, specimen, restart=restart, partial=partial, progress=progress)
+    history = run(scene, mesh, specimen, Run(restart, restart.with_suffix(".nc"), progress))
     write_dataset(history, snakemake.output[0], scene)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -14,7 +13,7 @@ from knitstudy.loading.checkpoint import Checkpoint
 from knitstudy.loading.history import Recorder
 from knitstudy.loading.load_path import place
 from knitstudy.loading.problem import Problem
-from knitstudy.loading.progress import ReportProgress, silent
+from knitstudy.loading.run import IN_MEMORY, Run
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.parallel import serial_blas
@@ -22,25 +21,14 @@ from knitstudy.mechanics.parallel import serial_blas
 log = logging.getLogger(__name__)
 
 
-def follow(
-    problem: Problem,
-    *,
-    restart: Path | None = None,
-    partial: Path | None = None,
-    progress: ReportProgress = silent,
-) -> xr.Dataset:
+def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     """Drive a model to full load and return its history.
 
     Parameters
     ----------
     problem : Problem
-    restart : Path, optional
-        Restart file, rewritten at every increment and removed at the end. If it exists, the run goes on from it.
-    partial : Path, optional
-        Where the history of what had converged is written, with the reason as attribute `incomplete`, if full load is
-        not reached; removed when it is.
-    progress : callable, optional
-        Called at every converged increment with the load factor and, in words, the place on the load path.
+    run : Run
+        Restart file, place of a partial history, and progress.
 
     Returns
     -------
@@ -50,16 +38,18 @@ def follow(
     Raises
     ------
     ConvergenceError
-        If the load cannot be reached or a check refuses a state; `restart` and `partial` keep what had converged.
+        If the load cannot be reached or a check refuses a state; the files of the run keep what had converged.
     DataFileError
         If the restart file is damaged or belongs to another scene.
     """
     scene, recorder = problem.scene, problem.recorder()
-    checkpoint = Checkpoint(restart, scene.hash, type(problem.model.start())) if restart else None
+    checkpoint = None
+    if run.restart:
+        checkpoint = Checkpoint(run.restart, scene.hash, type(problem.model.start()))
     last = checkpoint.load(recorder) if checkpoint else None
     if last is not None:
-        log.info("going on from increment %d at load factor %.4g (%s)", last.index, last.load, restart)
-        progress(last.load, place(scene.load, last.load))
+        log.info("going on from increment %d at load factor %.4g (%s)", last.index, last.load, run.restart)
+        run.progress(last.load, place(scene.load, last.load))
     path = trace(problem.model, problem.prescribed, problem.settings, problem.solver, last)
     try:
         with serial_blas():
@@ -70,19 +60,21 @@ def follow(
                     check(last, recorder)
                 if checkpoint:
                     checkpoint.save(last, recorder)
-                progress(last.load, place(scene.load, last.load))
+                run.progress(last.load, place(scene.load, last.load))
     except ConvergenceError as error:
-        if partial is None or last is None:
+        if run.partial is None or last is None:
             raise
-        write_dataset(_history(problem, recorder, last).assign_attrs(incomplete=str(error)), partial, scene)
+        write_dataset(
+            _history(problem, recorder, last).assign_attrs(incomplete=str(error)), run.partial, scene
+        )
         raise ConvergenceError(
-            f"{str(error).rstrip('.')}. The history up to load factor {last.load:.4g} is in {partial}"
+            f"{str(error).rstrip('.')}. The history up to load factor {last.load:.4g} is in {run.partial}"
         ) from None
     history = _history(problem, recorder, last)
     if checkpoint:
         checkpoint.remove()
-    if partial:
-        partial.unlink(missing_ok=True)
+    if run.partial:
+        run.partial.unlink(missing_ok=True)
     return history
 
 

@@ -11,11 +11,13 @@ import xarray as xr
 from knitstudy.errors import ConvergenceError
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.specimen import read_specimen
 from knitstudy.loading.cost import Meter
 from knitstudy.loading.follow import follow
 from knitstudy.loading.history import Recorder, Stations
 from knitstudy.loading.load_path import Motion, load_path
 from knitstudy.loading.problem import Problem
+from knitstudy.loading.run import IN_MEMORY, Run
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.linear.lu import LU
@@ -36,24 +38,29 @@ HOURGLASS_SHARE = 0.05
 """Largest share of hourglass energy in the internal energy: beyond it the stabilisation carries load."""
 
 
-def run(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair, **files) -> xr.Dataset:
-    """Load a specimen of solid yarns as its scene says and return its history.
+def simulate(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
+    """Return the history of a scene of fidelity "dns".
 
     Parameters
     ----------
-    scene, mesh, specimen
-        What to simulate; mesh and specimen are those of the scene.
-    **files
-        `restart`, `partial` and `progress` of `knitstudy.loading.follow.follow`.
+    scene : Scene
+    geometry, mesh : Dataset
+        Of the scene, in the formats of docs/architecture.md.
+    run : Run
 
     Raises
     ------
     MeshError
         As `problem`.
     ConvergenceError, DataFileError
-        As `follow`.
+        As `knitstudy.loading.follow.follow`.
     """
-    return follow(problem(scene, mesh, specimen), **files)
+    return follow(problem(scene, SweptMesh.from_dataset(mesh), read_specimen(geometry)), run)
+
+
+def run(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair, how: Run = IN_MEMORY) -> xr.Dataset:
+    """Return the history of a scene: `problem`, followed; see `simulate`."""
+    return follow(problem(scene, mesh, specimen), how)
 
 
 def problem(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> Problem:

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.errors import ConvergenceError
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.cost import Meter
 from knitstudy.loading.follow import follow
 from knitstudy.loading.history import Recorder
 from knitstudy.loading.load_path import load_path
 from knitstudy.loading.problem import Problem
+from knitstudy.loading.run import IN_MEMORY, Run
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.networks.beams.build import BeamKnit, build
@@ -27,24 +28,29 @@ UNSEEN = 0.01
 """Penetration that no contact has seen, over the radius, beyond which a state is refused."""
 
 
-def run(scene: Scene, knit: Knit, **files) -> xr.Dataset:
-    """Load a knit of beams in contact as its scene says and return its history.
+def simulate(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
+    """Return the history of a scene of fidelity "beam".
 
     Parameters
     ----------
-    scene, knit
-        As of `problem`.
-    **files
-        `restart`, `partial` and `progress` of `knitstudy.loading.follow.follow`.
+    scene : Scene
+    geometry : Dataset
+        Of the scene, in the format of docs/architecture.md.
+    run : Run
 
     Raises
     ------
-    ConfigurationError, GeometryError
+    GeometryError
         As `problem`.
     ConvergenceError, DataFileError
-        As `follow`.
+        As `knitstudy.loading.follow.follow`.
     """
-    return follow(problem(scene, knit), **files)
+    return follow(problem(scene, Knit.from_dataset(geometry)), run)
+
+
+def run(scene: Scene, knit: Knit, how: Run = IN_MEMORY) -> xr.Dataset:
+    """Return the history of a scene: `problem`, followed; see `simulate`."""
+    return follow(problem(scene, knit), how)
 
 
 def problem(scene: Scene, knit: Knit) -> Problem:
@@ -59,12 +65,9 @@ def problem(scene: Scene, knit: Knit) -> Problem:
 
     Raises
     ------
-    ConfigurationError
-        If the scene asks for something that beams in contact do not offer.
     GeometryError
         If no beams can be made of the yarns.
     """
-    _require_beams(scene)
     meter = Meter()
     return problem_of(build(scene, knit), scene, knit, meter)
 
@@ -172,18 +175,3 @@ def require_seen(
         f"increment {increment.index}: {where} penetrate each other by {depth:.3g} m, unseen by the beams' contact; "
         f"allowed is {UNSEEN * radius:.3g} m. Use a smaller load.strain or beam.contact 'line'"
     )
-
-
-def _require_beams(scene: Scene) -> None:
-    """Refuse what would otherwise be left out in silence."""
-    allowed = {
-        "fidelity": (scene.fidelity, ("beam",)),
-        "specimen": (scene.specimen, ("knit",)),
-        "solver.linear": (scene.solver.linear, ("auto", "lu")),
-        "solver.stabilisation": (scene.solver.stabilisation, (0,)),
-    }
-    for key, (value, values) in allowed.items():
-        if value not in values:
-            raise ConfigurationError(
-                f"{key} is {value!r}: beams in contact of scene {scene.name} allow {' and '.join(map(str, values))}"
-            )

@@ -12,8 +12,9 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.cost import Meter
 from knitstudy.loading.follow import follow
-from knitstudy.loading.load_path import DIRECTIONS, load_path
+from knitstudy.loading.load_path import load_path
 from knitstudy.loading.problem import Problem
+from knitstudy.loading.run import IN_MEMORY, Run
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.lu import LU
@@ -28,26 +29,43 @@ PIN = 10.0
 """Stiffness of pins over E R: a newton moves the pinned points by a tenth of a micrometre."""
 
 
-def run(
-    scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset | None = None, **files
+def simulate(
+    scene: Scene,
+    geometry: xr.Dataset,
+    contacts: xr.Dataset,
+    springs: xr.Dataset | None = None,
+    run: Run = IN_MEMORY,
 ) -> xr.Dataset:
-    """Load a reduced model as its scene says and return its history.
+    """Return the history of a scene of fidelity "rom2d" or "rom3d".
 
     Parameters
     ----------
-    scene, knit, contacts, springs_from
-        As of `problem`.
-    **files
-        `restart`, `partial` and `progress` of `knitstudy.loading.follow.follow`.
+    scene : Scene
+    geometry : Dataset
+        Of the scene, in the format of docs/architecture.md.
+    contacts, springs
+        Contacts of the simulations that ``rom.contacts_from`` and ``rom.springs_from`` name.
+    run : Run
 
     Raises
     ------
     ConfigurationError, DataFileError, GeometryError
         As `problem`.
     ConvergenceError, DataFileError
-        As `follow`.
+        As `knitstudy.loading.follow.follow`.
     """
-    return follow(problem(scene, knit, contacts, springs_from), **files)
+    return follow(problem(scene, Knit.from_dataset(geometry), contacts, springs), run)
+
+
+def run(
+    scene: Scene,
+    knit: Knit,
+    contacts: xr.Dataset,
+    springs_from: xr.Dataset | None = None,
+    how: Run = IN_MEMORY,
+) -> xr.Dataset:
+    """Return the history of a scene: `problem`, followed; see `simulate`."""
+    return follow(problem(scene, knit, contacts, springs_from), how)
 
 
 def problem(
@@ -69,13 +87,12 @@ def problem(
     Raises
     ------
     ConfigurationError
-        If the scene asks for something that beams do not offer, or for springs that the contacts do not give.
+        If the scene asks for springs that the contacts do not give.
     DataFileError
         If the contacts are those of another knit, or not all crossings have one.
     GeometryError
         If no joints can be made of the contacts.
     """
-    _require_beams(scene)
     _require_all_crossings(contacts, knit)
     meter = Meter()
     return problem_of(assemble(scene, knit, contacts, springs_from), scene, knit, meter)
@@ -156,20 +173,6 @@ def assemble(
     stops = gripped_arcs(knit, scene.load.direction)
     arms = "printed" if scene.rom.joint == "printed" else "rigid"
     return rom3d.build(knit, points, scene.mesh.beam_size, arms, joints, stops)
-
-
-def _require_beams(scene: Scene) -> None:
-    """Refuse what would otherwise be left out in silence."""
-    allowed = {
-        "fidelity": (scene.fidelity, ("rom2d", "rom3d")),
-        "load.direction": (scene.load.direction, DIRECTIONS),
-        "solver.linear": (scene.solver.linear, ("auto", "lu")),
-    }
-    for key, (value, values) in allowed.items():
-        if value not in values:
-            raise ConfigurationError(
-                f"{key} is {value!r}: a reduced model of scene {scene.name} allows {' and '.join(values)}"
-            )
 
 
 def _require_all_crossings(contacts: xr.Dataset, knit: Knit) -> None:

@@ -21,17 +21,17 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.loading.progress import ReportProgress, silent
 from knitstudy.loading.restart import forget_others, restart_path
+from knitstudy.loading.run import Run
 from knitstudy.mesh.specimen import mesh_specimen
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.networks.beams import run as beams
 from knitstudy.networks.rom import run as rom
+from knitstudy.registry import unknown_choice
 from knitstudy.solids import dns
 from knitstudy.stages.archive import Archive
-from knitstudy.stages.imports import modules_behind
+from knitstudy.stages.code import modules_behind
 from knitstudy.study.configuration import CONFIG, check_scenes_together
 from knitstudy.study.scene import Scene
-from knitstudy.study.schema import unknown_choice
-from knitstudy.study.variation import vary
 
 BeginProgress = Callable[[str], ReportProgress]
 """Returns what the progress of a stage is reported to, for example `knitstudy.loading.progress.Progress`."""
@@ -76,7 +76,7 @@ def simulate(
     ----------
     scene : Scene
         Of the table (`knitstudy.study.configuration.load_scene`), or a changed one (`Scene.replace`,
-        `study.variation.vary`). Other keys under a name of the table get a name of their own. If the geometry of
+        `Scene.vary`). Other keys under a name of the table get a name of their own. If the geometry of
         a reduced model has changed, so has that of the simulations that its joints and springs come from; their other
         keys are those of the table.
     folder : Path or str, optional
@@ -139,10 +139,8 @@ def _direct(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool)
 
     def load() -> xr.Dataset:
         inputs = [archive.path("geometry", archive.knit_of(scene)), archive.path("mesh", scene)]
-        files = _files(scene, archive, inputs, "knitstudy.solids.dns")
-        return dns.run(
-            scene, SweptMesh.from_dataset(mesh), specimen, progress=progress(f"dns {scene.name}"), **files
-        )
+        how = _run(scene, archive, inputs, "knitstudy.solids.dns", progress(f"dns {scene.name}"))
+        return dns.run(scene, SweptMesh.from_dataset(mesh), specimen, how)
 
     needs = ["node_displacement"] if "fields" in scene.outputs else []
     history = archive.keep("dns", scene, load, needs=needs, anew=anew)
@@ -157,8 +155,8 @@ def _beams(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool) 
 
     def load() -> xr.Dataset:
         inputs = [archive.path("geometry", archive.knit_of(scene))]
-        files = _files(scene, archive, inputs, "knitstudy.networks.beams.run")
-        return beams.run(scene, read_specimen(geometry), progress=progress(f"beams {scene.name}"), **files)
+        how = _run(scene, archive, inputs, "knitstudy.networks.beams.run", progress(f"beams {scene.name}"))
+        return beams.run(scene, read_specimen(geometry), how)
 
     history = archive.keep("beams", scene, load, anew=anew)
     return Results(scene, geometry, history, path=archive.path("beams", scene))
@@ -172,10 +170,10 @@ def _reduced(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool
     contacts_of = [archive.path("contacts", source) for source in sources.values()]
 
     def load() -> xr.Dataset:
-        files = _files(scene, archive, contacts_of, "knitstudy.networks.rom.run")
+        report = progress(f"{scene.fidelity} {scene.name}")
+        how = _run(scene, archive, contacts_of, "knitstudy.networks.rom.run", report)
         specimen, other = read_specimen(joints.geometry), springs.contacts if springs else None
-        label = f"{scene.fidelity} {scene.name}"
-        return rom.run(scene, specimen, joints.contacts, other, progress=progress(label), **files)
+        return rom.run(scene, specimen, joints.contacts, other, how)
 
     history = archive.keep("rom", scene, load, after=contacts_of, anew=anew)
     return Results(scene, joints.geometry, history, contacts=joints.contacts, path=archive.path("rom", scene))
@@ -194,20 +192,20 @@ def _sources(scene: Scene, archive: Archive) -> dict[str, Scene]:
             message = unknown_choice(f"rom.{key} names the unknown dns scene", name, name, sorted(direct))
             raise ConfigurationError(f"scene {scene.name!r}: {message}")
     geometry = scene.geometry_inputs | {"knit": scene.knit}
-    alike = {name: vary(direct[name], geometry) for name in named.values()}
+    alike = {name: direct[name].vary(geometry) for name in named.values()}
     check_scenes_together(alike | {scene.name: scene}, "configuration")
     return {key: archive.labelled(alike[name]) for key, name in named.items()}
 
 
-def _files(
-    scene: Scene, archive: Archive, inputs: Iterable[Path | None], module: str
-) -> dict[str, Path | None]:
-    """Return where a run keeps what had converged, by names of `follow`; that of other inputs is of no use any more."""
+def _run(
+    scene: Scene, archive: Archive, inputs: Iterable[Path | None], module: str, progress: ReportProgress
+) -> Run:
+    """Return where a run keeps what had converged; that of other inputs is of no use any more."""
     if archive.folder is None:
-        return {}
+        return Run(progress=progress)
     restart = restart_path(archive.folder / "restart", scene, [*inputs, *modules_behind(module)])
     forget_others(restart)
-    return {"restart": restart, "partial": restart.with_suffix(".nc")}
+    return Run(restart, restart.with_suffix(".nc"), progress)
 
 
 def _silence(label: str) -> ReportProgress:
