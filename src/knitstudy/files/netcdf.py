@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def write_dataset(
-    dataset: xr.Dataset, path: Path | str, scene: Scene | None = None, **attributes: str
+    dataset: xr.Dataset, path: Path | str, scene: Scene | None = None, digest: str | None = None
 ) -> None:
     """Write a dataset as netCDF 4 with provenance attributes.
 
@@ -30,8 +30,8 @@ def write_dataset(
         Where to; the file appears whole or not at all.
     scene
         When given, its name and hash are recorded.
-    **attributes
-        What else is: the digest of a result that may be used again, for example.
+    digest
+        Of all that the result depends on: with the same one it is used again.
 
     Raises
     ------
@@ -39,7 +39,8 @@ def write_dataset(
         When the file cannot be written.
     """
     named = {} if scene is None else {"scene": scene.name, "scene_hash": scene.hash}
-    dataset = dataset.assign_attrs(provenance() | named | attributes)
+    known = {} if digest is None else {"digest": digest}
+    dataset = dataset.assign_attrs(provenance() | named | known)
     # Compression at its lowest level: fields shrink by a third or more, writing stays as fast.
     encoding = {
         name: {"zlib": True, "complevel": 1, "shuffle": True}

@@ -20,9 +20,9 @@ from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.loading.progress import ReportProgress, silent
+from knitstudy.loading.restart import restart_of, run_with
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.stages.plan import Plan
-from knitstudy.stages.restart import run_of
 from knitstudy.stages.table import STAGES, Stage, stage_of
 from knitstudy.study.configuration import CONFIG
 from knitstudy.study.scene import Scene
@@ -99,7 +99,9 @@ def simulate(
     contacts = beside.get("contacts")
     if STAGES.find("contacts").of(scene):
         contacts = keeper.obtain(STAGES.find("contacts"), scene)
-    return Results(scene, beside["geometry"], history, beside.get("mesh"), contacts, keeper.path(stage, scene))
+    return Results(
+        scene, beside["geometry"], history, beside.get("mesh"), contacts, keeper.path(stage, scene)
+    )
 
 
 def lay_out(
@@ -153,7 +155,7 @@ class _Keeper:
             log.info("%s %s: %s is not up to date and will be replaced", stage.name, scene.name, path)
         dataset = self._make(stage, scene, wanted)
         if path is not None:
-            write_dataset(dataset, path, scene, wanted)
+            write_dataset(dataset, path, scene.only(stage.document(scene)), wanted)
             log.info("%s %s: written to %s", stage.name, scene.name, path)
         return dataset
 
@@ -163,7 +165,8 @@ class _Keeper:
         }
         if stage.long:
             report = self.progress(f"{stage.name} {scene.name}")
-            needed["run"] = run_of(scene.name, wanted, self.folder and self.folder / "restart", report)
+            restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
+            needed["run"] = run_with(restart, report)
         return stage.load()(scene.only(stage.document(scene)), **needed)
 
 

@@ -193,7 +193,9 @@ class Scene:
 
     def only(self, document: Mapping) -> Scene:
         """Return the scene as a stage sees it that has `read` a document: another key is an AttributeError there."""
-        return Scene.seen({name: _plain(getattr(self, name)) for name in Labels.model_fields} | dict(document))
+        return Scene.seen(
+            {name: _plain(getattr(self, name)) for name in Labels.model_fields} | dict(document)
+        )
 
     @classmethod
     def seen(cls, document: Mapping) -> Scene:
