@@ -103,9 +103,9 @@ def test_check_folder(knitstudy, config):
             "valid; 2 scenes (1 of study ci, 2 of study reduced, 0 of study full), 1 geometries"
             in result.stdout
         )
-    path = config / "scenes.tsv"
+    path = config / "scenes" / "small.yaml"
     path.write_text(path.read_text().replace("2e-2", "-1"))
-    assert "scenes.tsv, scene 'rom3d-a': load.strain is -1 but must be a number > 0" in message(
+    assert "small.yaml, scene 'rom3d-a': load.strain is -1 but must be a number > 0" in message(
         knitstudy("check", config)
     )
 

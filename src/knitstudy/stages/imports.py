@@ -27,6 +27,7 @@ CARRIERS = frozenset({"knitstudy"}) | frozenset(
         "stages.imports",
         "stages.script",
         "study.configuration",
+        "study.documents",
         "study.scene",
         "study.schema",
     )

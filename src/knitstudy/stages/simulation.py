@@ -198,7 +198,8 @@ def _sources(scene: Scene, archive: Archive) -> dict[str, Scene]:
             raise ConfigurationError(f"scene {scene.name!r}: {message}")
     geometry = scene.geometry_inputs | {"knit": scene.knit}
     alike = {name: vary(direct[name], geometry) for name in named.values()}
-    check_scenes_together(alike | {scene.name: scene}, "configuration")
+    together = alike | {scene.name: scene}
+    check_scenes_together(together, {name: f"configuration, scene {name!r}" for name in together})
     return {key: archive.labelled(alike[name]) for key, name in named.items()}
 
 
