@@ -24,7 +24,6 @@ scenes:
   keys:
     knit: cross
     specimen: pair
-    load.direction: path
     load.path: [[0, 0, -1e-5]]
 """
 

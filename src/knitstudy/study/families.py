@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.study.choices import unknown_choice
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.layers import PLACEHOLDER, Layer, filled, together
-from knitstudy.study.schema import unknown_choice
 
 STUDIES = ("ci", "reduced", "full")
 """Names of the studies that a scene can belong to."""
