@@ -76,10 +76,10 @@ def simulate(
     Parameters
     ----------
     scene : Scene
-        Of the table (`knitstudy.study.configuration.load_scene`), or a changed one (`Scene.replace`,
-        `Scene.vary`). Other keys under a name of the table get a name of their own. If the geometry of
+        Of the configuration (`knitstudy.study.configuration.load_scene`), or a changed one (`Scene.replace`,
+        `Scene.vary`). Other keys under a name of a family get a name of their own. If the geometry of
         a reduced model has changed, so has that of the simulations that its joints and springs come from; their other
-        keys are those of the table.
+        keys are those of the configuration.
     folder : Path or str, optional
         Where results are kept, and taken from if they belong to the same inputs, for example ``results`` of the
         checkout; restart files of runs that were ended lie in its folder ``restart``. Without it, all stays in memory.

@@ -52,7 +52,7 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     config = Path(config)
     default_keys(config)  # what is wrong in the defaults is said of the defaults
     defaults = _over_loop(read_yaml(config / "defaults.yaml"), config)
-    members = read_families(config / FAMILIES)
+    members = load_families(config)
     scenes = {name: _scene(member, defaults) for name, member in members.items()}
     check_scenes_together(scenes, {name: member.where for name, member in members.items()})
     return scenes
@@ -121,6 +121,11 @@ def load_scene(name: str, config: Path = CONFIG) -> Scene:
     return scenes[name]
 
 
+def load_families(config: Path = CONFIG) -> dict[str, Member]:
+    """Return the families' members by the names of their scenes: where each stands, its studies and what it sets."""
+    return read_families(Path(config) / FAMILIES)
+
+
 def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
     """Return the names of the scenes that belong to a study, in the order of the families.
 
@@ -131,8 +136,7 @@ def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
     """
     if name not in STUDIES:
         raise ConfigurationError(unknown_choice("unknown study", name, name, list(STUDIES)))
-    members = read_families(Path(config) / FAMILIES).values()
-    return tuple(member.name for member in members if name in member.studies)
+    return tuple(member.name for member in load_families(config).values() if name in member.studies)
 
 
 def check_scenes_together(scenes: Mapping[str, Scene], where: Mapping[str, str]) -> None:
