@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.choices import unknown_choice
+from knitstudy.registry import unknown_choice
 from knitstudy.study.differences import flat
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.families import STUDIES, Member, read_families
