@@ -9,7 +9,7 @@ import click
 from knitstudy.cli.options import config_option
 from knitstudy.cli.output import plain, print_table
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.choices import unknown_choice
+from knitstudy.registry import unknown_choice
 from knitstudy.study.configuration import STUDIES, default_keys, load_families, load_scenes
 from knitstudy.study.differences import differences
 from knitstudy.study.kinds import FIDELITIES

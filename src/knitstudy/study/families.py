@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.choices import unknown_choice
+from knitstudy.registry import unknown_choice
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.layers import PLACEHOLDER, Layer, filled, together
 

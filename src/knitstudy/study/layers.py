@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.choices import unknown_choice
+from knitstudy.registry import unknown_choice
 
 PLACEHOLDER = re.compile(r"\{([^{}]*)\}")
 """A placeholder in a text."""
