@@ -84,15 +84,18 @@ def test_dialects_are_those_of_decks():
 
 def test_list(knitstudy, config):
     columns, *rows = table(knitstudy("list", "--config", config))
-    assert columns == ["scene", "studies", "differs from defaults"]
+    assert columns == ["scene", "family", "studies", "differs from defaults"]
     assert rows == [
-        ["dns-a", "ci,reduced", ""],
-        ["rom3d-a", "reduced", "fidelity=rom3d, load.strain=0.02, rom.contacts_from=dns-a"],
+        ["dns-a", "small", "ci,reduced", ""],
+        ["rom3d-a", "small", "reduced", "fidelity=rom3d, load.strain=0.02, rom.contacts_from=dns-a"],
     ]
     assert [row[0] for row in table(knitstudy("list", "--config", config, "--study", "ci"))[1:]] == ["dns-a"]
     assert [row[0] for row in table(knitstudy("list", "--config", config, "--fidelity", "rom3d"))[1:]] == [
         "rom3d-a"
     ]
+    assert len(table(knitstudy("list", "--config", config, "--family", "small"))) == 3
+    wrong = message(knitstudy("list", "--config", config, "--family", "smal"))
+    assert wrong == "error: unknown family 'smal' (did you mean 'small'?); allowed are small"
 
 
 def test_check_folder(knitstudy, config):
@@ -103,9 +106,9 @@ def test_check_folder(knitstudy, config):
             "valid; 2 scenes (1 of study ci, 2 of study reduced, 0 of study full), 1 geometries"
             in result.stdout
         )
-    path = config / "scenes.tsv"
+    path = config / "scenes" / "small.yaml"
     path.write_text(path.read_text().replace("2e-2", "-1"))
-    assert "scenes.tsv, scene 'rom3d-a': load.strain is -1 but must be a number > 0" in message(
+    assert "small.yaml, scene 'rom3d-a': load.strain is -1 but must be a number > 0" in message(
         knitstudy("check", config)
     )
 

@@ -4,6 +4,7 @@ import os
 
 import pytest
 import xarray as xr
+import yaml
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.stages import simulation
@@ -16,24 +17,23 @@ NOTHING = xr.Dataset()
 @pytest.fixture
 def config(config):
     """Folder with a wale tension and a reduced model with springs as well."""
-    rows = [
-        [
-            "scene",
-            "study",
-            "knit",
-            "interaction",
-            "fidelity",
-            "load.direction",
-            "rom.contacts_from",
-            "rom.springs_from",
-        ],
-        ["dns-course", "", "plain", "isotropic", "dns", "course", "", ""],
-        ["dns-wale", "", "plain", "isotropic", "dns", "wale", "", ""],
-        ["rom3d-own", "", "plain", "isotropic", "rom3d", "course", "dns-course", ""],
-        ["rom3d-carried", "", "plain", "isotropic", "rom3d", "course", "dns-course", "dns-wale"],
-        ["beam", "", "plain", "isotropic", "beam", "course", "", ""],
-    ]
-    (config / "scenes.tsv").write_text("".join("\t".join(row) + "\n" for row in rows))
+    scenes = {
+        "dns-course": {},
+        "dns-wale": {"load.direction": "wale"},
+        "rom3d-own": {"fidelity": "rom3d", "rom.contacts_from": "dns-course"},
+        "rom3d-carried": {
+            "fidelity": "rom3d",
+            "rom.contacts_from": "dns-course",
+            "rom.springs_from": "dns-wale",
+        },
+        "beam": {"fidelity": "beam"},
+    }
+    family = {
+        "studies": [],
+        "keys": {"knit": "plain", "interaction": "isotropic"},
+        "scenes": [{"name": name, "keys": keys} for name, keys in scenes.items()],
+    }
+    (config / "scenes" / "small.yaml").write_text(yaml.safe_dump(family))
     return config
 
 

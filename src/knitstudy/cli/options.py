@@ -34,7 +34,7 @@ class Change(click.ParamType):
 
 
 def _parse(text: str) -> Any:
-    """Return a YAML value, 1e-3 being a number as in the table of scenes: JSON, which is YAML, reads it as one."""
+    """Return a YAML value, 1e-3 being a number as in the files of scenes: JSON, which is YAML, reads it as one."""
     try:
         return json.loads(text)
     except ValueError:
@@ -46,7 +46,7 @@ config_option = click.option(
     type=click.Path(path_type=Path),
     default=CONFIG,
     show_default="the checkout's own",
-    help="Configuration folder: defaults.yaml, scenes.tsv and what they name.",
+    help="Configuration folder: defaults.yaml, the families in scenes, and what they name.",
 )
 
 output_option = click.option(
@@ -68,5 +68,5 @@ set_option = click.option(
 
 
 def changed_scene(name: str, changes: tuple[tuple[str, Any], ...], config: Path) -> Scene:
-    """Return a scene of the table with changed keys."""
+    """Return a scene of the configuration with changed keys."""
     return load_scene(name, config).vary(dict(changes))

@@ -38,7 +38,7 @@ def run(
     verbose: bool,
     config: Path,
 ) -> None:
-    """Simulate a scene of the table: solid yarns (geometry, mesh, dns, contacts), beams in contact, or a reduced model
+    """Simulate a scene: solid yarns (geometry, mesh, dns, contacts), beams in contact, or a reduced model
     after the direct simulations that its joints and springs come from.
 
     Each stage is written to a file below the output folder as soon as it is done, and used again when its inputs are
