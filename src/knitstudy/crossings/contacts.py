@@ -16,8 +16,15 @@ from knitstudy.crossings.kinematics import kinematics
 from knitstudy.crossings.zones import count_zones
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.pattern import Crossings, Knit
+from knitstudy.geometry.specimen import read_specimen
 from knitstudy.loading.columns import CONTACTS
 from knitstudy.mechanics.contact.interaction import PASS_SHARE
+from knitstudy.study.scene import Scene
+
+
+def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
+    """Return the contacts of a scene from its geometry and its history; see `extract`."""
+    return extract(read_specimen(geometry), history)
 
 
 def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:

@@ -2,41 +2,38 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Iterable
 from pathlib import Path
 
-from knitstudy.study.scene import Scene
+from knitstudy.loading.progress import ReportProgress, silent
+from knitstudy.loading.run import Run
 
 DIGITS = 16
 """Length of the digest in a restart file's name."""
 
 
-def restart_path(folder: Path | str, scene: Scene, inputs: Iterable[Path | str]) -> Path:
-    """Return the name of a restart file that belongs to a scene and to the content of all its inputs.
+def restart_of(folder: Path | str, name: str, digest: str) -> Path:
+    """Return the restart file of a scene; those of the same scene with another digest are of no use any more.
 
-    A run goes on only from its own restart file: when the scene, the mesh or the code has changed, the name
-    is another one and the run starts anew. The workflow engine deletes the outputs of a rule before it runs
-    it again, therefore restart files lie outside of them.
+    A run goes on only from its own restart file: when the scene, the mesh or the code has changed, the digest is another
+    one and the run starts anew. The workflow engine deletes the outputs of a rule before it runs it again, therefore
+    restart files lie outside of them.
 
     Parameters
     ----------
-    folder
+    folder : Path or str
         Where restart files are kept.
-    scene
-        The scene that is computed.
-    inputs
-        Data files and code that the result depends on.
+    name : str
+        Of the scene.
+    digest : str
+        Of all that the result depends on.
     """
-    digest = hashlib.sha256(scene.hash.encode())
-    for path in sorted(map(str, inputs)):
-        digest.update(Path(path).read_bytes())
-    return Path(folder) / f"{scene.name}-{digest.hexdigest()[:DIGITS]}.npz"
-
-
-def forget_others(restart: Path) -> None:
-    """Delete the restart files of the same scene with other inputs, and the logs and histories beside them."""
-    name = restart.stem[: -DIGITS - 1]
+    restart = Path(folder) / f"{name}-{digest[:DIGITS]}.npz"
     for path in restart.parent.glob(f"{name}-{DIGITS * '[0-9a-f]'}.*"):
         if path.stem != restart.stem:
             path.unlink()
+    return restart
+
+
+def run_with(restart: Path | None, progress: ReportProgress = silent) -> Run:
+    """Return a run with that restart file, and the history of what had converged beside it; without one, in memory."""
+    return Run(restart, restart.with_suffix(".nc"), progress) if restart else Run(progress=progress)
