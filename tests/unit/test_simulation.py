@@ -92,11 +92,11 @@ def test_reduced_model_follows_younger_contacts(config, stages, tmp_path):
 
 
 def test_changed_knit_reaches_the_sources_and_nothing_else_does(config, stages):
-    changes = {"pattern.loops": 4, "mesh.beam_size": 1e-3}
+    changes = {"pattern.loops": 4, "solver.increments": 3}
     simulate(load_scene("rom3d-carried", config).vary(changes), config=config)
     for scene in stages["dns"].values():
         assert scene.pattern.loops == 4
-        assert scene.mesh.beam_size == 0.5e-3
+        assert scene.solver.increments == 10
         assert scene.name.endswith(f"-{scene.hash[:8]}")
     assert len(stages["dns"]) == 2
 

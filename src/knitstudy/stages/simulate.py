@@ -215,7 +215,7 @@ def _checkpoint(scene: Scene, archive: Archive) -> Path | None:
 
 def _watcher(scene: Scene, report: ReportProgress) -> Callable[[Increment], None]:
     """Return what reports the share and the place of every increment."""
-    legs = len(scene.load.path)
+    legs = len(scene.value("load.path") or ())
 
     def watch(increment: Increment) -> None:
         load = increment.load

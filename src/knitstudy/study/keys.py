@@ -7,7 +7,7 @@ A section is a frozen pydantic model whose fields are made by `key`. What is all
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -25,6 +25,9 @@ LONGEST = 1e6
 
 LARGEST = 2**63
 """Whole numbers beyond are none that anything here counts."""
+
+LONG = 120
+"""Characters of a value beyond which a message does not show all of it."""
 
 SceneName = Annotated[str, Field(pattern="^[a-z][a-z0-9_-]*$")]
 """Small letters, digits, - and _."""
@@ -112,7 +115,8 @@ def validated(section: type[Section], values: Any, where: str, prefix: str = "")
         For the first key that is unknown, missing or has a value that is not allowed.
     """
     if not isinstance(values, Mapping):
-        raise ConfigurationError(f"{where}: {prefix.rstrip('.')} is {values!r} but must be a group of keys")
+        message = f"{prefix.rstrip('.')} is {_shown(values)} but must be a group of keys"
+        raise ConfigurationError(f"{where}: {message}")
     for name in values:
         if name not in section.model_fields:
             message = unknown_choice(
@@ -120,30 +124,44 @@ def validated(section: type[Section], values: Any, where: str, prefix: str = "")
             )
             raise ConfigurationError(f"{where}: {message}")
     for path, value in _leaves(values, ()):
-        name = prefix + ".".join(map(str, path))
         if isinstance(value, float) and not math.isfinite(value):
-            raise ConfigurationError(f"{where}: {name} is {value!r} but must be a finite number")
+            raise ConfigurationError(f"{where}: {_said(prefix, path, value)} but must be a finite number")
         if isinstance(value, int) and abs(value) > LARGEST:
-            raise ConfigurationError(
-                f"{where}: {name} has {len(str(abs(value)))} digits but must be a number that fits"
-            )
+            message = f"{_said(prefix, path, value)} but must be {describe(section, path[0]).allowed}"
+            raise ConfigurationError(f"{where}: {message}")
     try:
         return section.model_validate({name: _tuples(value) for name, value in values.items()})
     except ValidationError as errors:
         # A key that is missing counts last: another that is wrong may be the same one misspelt.
-        first = min(errors.errors(), key=lambda error: error["type"] == "missing")
+        first = min(errors.errors(), key=_is_missing)
         raise ConfigurationError(f"{where}: {_message(section, first, prefix)}") from None
 
 
 def _message(section: type[Section], error: Mapping, prefix: str) -> str:
     if error["type"] == "value_error" and not error["loc"]:  # keys against each other: it says all
         return f"{prefix}{error['ctx']['error']}"
-    name, *inside = error["loc"]
-    if error["type"] == "missing":
+    name = error["loc"][0]
+    if _is_missing(error):
         return f"the key {prefix + name!r} is missing"
-    value = error["input"]
-    full = prefix + ".".join(map(str, (name, *inside)))
-    return f"{full} is {_lists(value)!r} but must be {describe(section, name).allowed}"
+    return f"{_said(prefix, error['loc'], error['input'])} but must be {describe(section, name).allowed}"
+
+
+def _is_missing(error: Mapping) -> bool:
+    """Return whether a key is missing; further inside, a list is too short."""
+    return error["type"] == "missing" and len(error["loc"]) == 1
+
+
+def _said(prefix: str, path: Sequence, value: Any) -> str:
+    """Say what the value of a key is, or of an entry of its list."""
+    return f"{prefix}{path[0]} {'has the entry' if len(path) > 1 else 'is'} {_shown(value)}"
+
+
+def _shown(value: Any) -> str:
+    """Return a value as YAML has it, cut where it is long."""
+    if isinstance(value, int) and abs(value) > LARGEST:
+        return f"a whole number of {math.ceil(math.log10(2) * value.bit_length())} digits"
+    text = repr(_lists(value))
+    return text if len(text) <= LONG else f"{text[:LONG]} ..."
 
 
 def _leaves(node: Any, path: tuple) -> Iterator[tuple[tuple, Any]]:
