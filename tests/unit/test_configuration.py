@@ -1,18 +1,10 @@
 """Configuration files become scenes, or one message that names file, key, value and what is allowed."""
 
-import csv
-
 import pytest
 import yaml
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.configuration import CONFIG, load_knits, load_scene, load_scenes, load_study, read_yaml
-
-LOOP = {f"pattern.{key}" for key in ("control_points", "course_spacing", "wale_spacing")} | {
-    "yarn.diameter",
-    "geometry.free",
-}
-STANDINGS = {"stated", "inferred", "assumed", "calibrated", "choice"}
+from knitstudy.study.configuration import load_knits, load_scene, load_scenes, load_study
 
 
 def rewrite(path, old, new):
@@ -154,20 +146,3 @@ def test_geometry_of_a_pair_does_not_see_its_load(config):
     rewrite(table, "cross", "plain")
     with pytest.raises(ConfigurationError, match=r"knit is 'plain', .* but specimen is 'pair', there 'knit'"):
         load_scenes(config)
-
-
-def leaves(document, prefix=""):
-    for key, value in document.items():
-        if isinstance(value, dict):
-            yield from leaves(value, f"{prefix}{key}.")
-        else:
-            yield prefix + key
-
-
-def test_every_default_has_its_standing_source_and_range():
-    with (CONFIG / "inputs.tsv").open(encoding="utf-8") as file:
-        inputs = {row["key"]: row for row in csv.DictReader(file, delimiter="\t")}
-    assert set(inputs) == set(leaves(read_yaml(CONFIG / "defaults.yaml"))) - {"pattern.loop"} | LOOP
-    for key, row in inputs.items():
-        assert row["standing"] in STANDINGS, key
-        assert all(row[column] for column in ("source", "checked")), key

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Annotated, Any, NamedTuple
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -63,13 +64,7 @@ def key(
     **bounds
         ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ``pattern`` as of pydantic.
     """
-    described = {"unit": unit, "standing": standing, "source": source, "checked": checked}
-    return Field(
-        default,
-        description=allowed if isinstance(allowed, str) else None,
-        json_schema_extra=described | ({} if isinstance(allowed, str) else {"allowed": allowed}),
-        **bounds,
-    )
+    return Field(default, json_schema_extra=Description(unit, allowed, standing, source, checked), **bounds)
 
 
 class Section(BaseModel):
@@ -78,22 +73,30 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
-class Description(NamedTuple):
-    """What is known of one key."""
+@dataclass(frozen=True)
+class Description:
+    """What is known of one key; see `key`."""
 
     unit: str
-    allowed: str
+    says: str | Callable[[], str]
     standing: str
     source: str
     checked: str
 
+    @property
+    def allowed(self) -> str:
+        """What is allowed, in words."""
+        return self.says if isinstance(self.says, str) else self.says()
+
+    def __call__(self, schema: dict) -> None:
+        """Add it to the JSON schema of the key."""
+        names = ("unit", "standing", "source", "checked")
+        schema |= {"description": self.allowed} | {name: getattr(self, name) for name in names}
+
 
 def describe(section: type[Section], name: str) -> Description:
     """Return what is known of the key `name` of a section."""
-    field = section.model_fields[name]
-    extra = dict(field.json_schema_extra)
-    allowed = extra.pop("allowed", None)
-    return Description(allowed=allowed() if allowed else field.description, **extra)
+    return section.model_fields[name].json_schema_extra
 
 
 def validated(section: type[Section], values: Any, where: str, prefix: str = "") -> Section:

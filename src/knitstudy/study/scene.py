@@ -297,6 +297,17 @@ def set_dotted(document: dict, key: str, value: Any, where: str) -> None:
     inside[field] = value
 
 
+def all_kinds() -> list[Kind]:
+    """Return every kind of scene that there may be."""
+    return [
+        Kind(SPECIMENS.find(specimen), interaction, fidelity)
+        for fidelity in FIDELITIES.all().values()
+        for interaction in INTERACTIONS.all().values()
+        if interaction.touches or fidelity.tied
+        for specimen in fidelity.specimens
+    ]
+
+
 def all_sections() -> dict[str, dict[str, type[Section]]]:
     """Return the keys of every section of any kind of scene, each with the class that describes it."""
     return _sections_of(SPECIMENS.names(), INTERACTIONS.names(), FIDELITIES.names())
@@ -307,17 +318,11 @@ def _sections_of(
     specimens: tuple, interactions: tuple, fidelities: tuple
 ) -> dict[str, dict[str, type[Section]]]:
     found: dict[str, dict[str, type[Section]]] = {}
-    classes = [item for name in specimens for item in SPECIMENS.find(name, "").sections.items()]
-    classes.append(("yarn", Yarn))
-    for name in fidelities:
-        for other in interactions:
-            interaction = INTERACTIONS.find(other, "")
-            if interaction.touches or FIDELITIES.find(name, "").tied:
-                classes += FIDELITIES.find(name, "").sections(interaction).items()
-    for section, described in classes:
-        keys = found.setdefault(section, {})
-        for field in described.model_fields:
-            keys.setdefault(field, described)
+    for kind in all_kinds():
+        for section, described in kind.sections.items():
+            keys = found.setdefault(section, {})
+            for field in described.model_fields:
+                keys.setdefault(field, described)
     return found
 
 
