@@ -76,7 +76,7 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("scene", help="a dns scene of config/scenes.tsv")
+    parser.add_argument("scene", help="a dns scene of config/scenes")
     parser.add_argument("--loops", type=int, help="instead of the scene's")
     parser.add_argument("--rows", type=int, help="instead of the scene's")
     parser.add_argument("--increments", type=int, help="instead of the scene's")

@@ -63,7 +63,7 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("scene", help="a dns scene of a knit in config/scenes.tsv")
+    parser.add_argument("scene", help="a dns scene of a knit in config/scenes")
     parser.add_argument("--loops", type=int, help="instead of the scene's")
     parser.add_argument("--rows", type=int, help="instead of the scene's")
     parser.add_argument("--size", type=float, help="element size in m, instead of the scene's")

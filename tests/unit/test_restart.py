@@ -1,27 +1,27 @@
 """A run goes on only from its own restart file."""
 
-from knitstudy.loading.restart import forget_others, restart_path
-from knitstudy.study.configuration import load_scene
+from knitstudy.loading.restart import restart_of, run_with
+
+FIRST, SECOND = 16 * "a", 16 * "b"
 
 
-def test_name_follows_scene_and_inputs(tmp_path, config):
-    scene = load_scene("dns-a", config)
-    mesh = tmp_path / "mesh.nc"
-    mesh.write_text("a")
-    first = restart_path("run", scene, [mesh])
-    assert first == restart_path("run", scene, [mesh])
-    assert first != restart_path("run", scene.replace("load.strain", 0.01), [mesh])
-    mesh.write_text("b")
-    assert first != restart_path("run", scene, [mesh])
+def test_name_follows_scene_and_digest(tmp_path):
+    assert restart_of(tmp_path, "dns-a", FIRST).name == f"dns-a-{FIRST}.npz"
+    assert restart_of(tmp_path, "dns-a", FIRST) == restart_of(tmp_path, "dns-a", FIRST)
+    assert restart_of(tmp_path, "dns-a", FIRST) != restart_of(tmp_path, "dns-a", SECOND)
 
 
-def test_restart_files_of_earlier_inputs_are_forgotten(tmp_path, config):
-    scene = load_scene("dns-a", config)
-    names = [restart_path(tmp_path, scene.replace("load.strain", strain), []) for strain in (0.01, 0.02)]
-    other = restart_path(tmp_path, scene.replace("name", "dns-a-fine"), [])
-    for path in (*names, other):
-        path.touch()
-        path.with_suffix(".log").touch()
-    forget_others(names[0])
-    kept = {path.name for path in tmp_path.glob("dns-a-*")}
-    assert kept == {p.name for path in (names[0], other) for p in (path, path.with_suffix(".log"))}
+def test_restart_files_of_earlier_inputs_are_forgotten(tmp_path):
+    names = [f"dns-a-{FIRST}", f"dns-a-{SECOND}", f"dns-a-fine-{FIRST}"]
+    for name in names:
+        for suffix in (".npz", ".nc"):
+            (tmp_path / f"{name}{suffix}").touch()
+    restart_of(tmp_path, "dns-a", FIRST)
+    kept = {path.name for path in tmp_path.iterdir()}
+    assert kept == {f"{name}{suffix}" for name in (names[0], names[2]) for suffix in (".npz", ".nc")}
+
+
+def test_history_lies_beside_its_restart_file(tmp_path):
+    restart = restart_of(tmp_path, "dns-a", FIRST)
+    assert run_with(restart).partial == tmp_path / f"dns-a-{FIRST}.nc"
+    assert run_with(None).restart is run_with(None).partial is None
