@@ -61,21 +61,20 @@ def knit():
     return SimpleNamespace(loops=2, rows=1, width=6.0, height=3.0, radius=RADIUS, crossings=crossings)
 
 
-def scene(specimen="knit", interaction="tie", lateral="fixed", path=(), **contact):
-    return SimpleNamespace(
-        name="pulled",
-        specimen=specimen,
-        interaction=interaction,
-        yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42),
-        pair=SimpleNamespace(angle=90.0, support="ends"),
-        load=SimpleNamespace(direction="course", strain=0.05, lateral=lateral, path=path, stops=()),
-        mesh=SimpleNamespace(size=0.5),
-        contact=SimpleNamespace(
-            **{"friction": 0.76, "normal_stiffness": 10, "tangential_stiffness": 5, "penetration": 0.01}
-            | contact
-        ),
-        solver=SimpleNamespace(increments=12),
-    )
+@pytest.fixture
+def scene(plain_scene):
+    """Function that makes a scene of solid yarns, of elements of 0.5 m."""
+    solid = plain_scene.vary({"name": "pulled", "fidelity": "dns", "mesh.size": 0.5, "solver.increments": 12})
+
+    def make(specimen="knit", interaction="tie", lateral="fixed", path=((0.0, 0.0, 0.0),), **contact):
+        load = (
+            {"load.lateral": lateral} if specimen == "knit" else {"load.path": path, "pair.support": "ends"}
+        )
+        touches = {"contact.tangential_stiffness": 5} | {f"contact.{name}": contact[name] for name in contact}
+        kind = {"specimen": specimen, "interaction": interaction}
+        return solid.vary(kind | load | (touches if interaction != "tie" else {}))
+
+    return make
 
 
 def cards(path):
@@ -99,7 +98,7 @@ def test_facets_are_faces_of_their_hexahedra(mesh, yarn):
 
 @pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
 @pytest.mark.parametrize("constraints", ["surfaces", "equations"])
-def test_another_reader_finds_the_mesh(mesh, tie, knit, tmp_path, dialect, constraints):
+def test_another_reader_finds_the_mesh(mesh, tie, knit, tmp_path, dialect, constraints, scene):
     write_inp(specimen_deck(scene(), knit, mesh, tie, constraints), tmp_path / "deck.inp", dialect)
     read = meshio.read(tmp_path / "deck.inp")
     expected = tie.nodes if constraints == "equations" else mesh.nodes
@@ -109,7 +108,7 @@ def test_another_reader_finds_the_mesh(mesh, tie, knit, tmp_path, dialect, const
     np.testing.assert_array_equal(read.point_sets["DRIVEN"], np.sort(mesh.end_nodes("right")))
 
 
-def test_numbers_fit_into_what_calculix_reads(mesh, tie, knit, tmp_path):
+def test_numbers_fit_into_what_calculix_reads(mesh, tie, knit, tmp_path, scene):
     write_inp(specimen_deck(scene(), knit, mesh, tie, "equations"), tmp_path / "deck.inp", "calculix")
     lines = (tmp_path / "deck.inp").read_text().splitlines()
     numbers = [entry.strip() for line in lines if not line.startswith("*") for entry in line.split(",")]
@@ -118,7 +117,7 @@ def test_numbers_fit_into_what_calculix_reads(mesh, tie, knit, tmp_path):
 
 
 @pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
-def test_ends_are_held_and_driven(mesh, tie, knit, tmp_path, dialect):
+def test_ends_are_held_and_driven(mesh, tie, knit, tmp_path, dialect, scene):
     write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", dialect)
     (rows,) = data(tmp_path / "deck.inp", "*BOUNDARY")
     entries = [row.replace(" ", "").split(",") for row in rows]
@@ -126,13 +125,13 @@ def test_ends_are_held_and_driven(mesh, tie, knit, tmp_path, dialect):
     assert [float(entry[3]) for entry in entries] == pytest.approx([0.0, 0.05 * 2 * 3.0, 0.0, 0.0])
 
 
-def test_free_lateral_ends_are_driven_along_the_load_only(mesh, tie, knit, tmp_path):
+def test_free_lateral_ends_are_driven_along_the_load_only(mesh, tie, knit, tmp_path, scene):
     write_inp(specimen_deck(scene(lateral="free"), knit, mesh, tie), tmp_path / "deck.inp", "calculix")
     (rows,) = data(tmp_path / "deck.inp", "*BOUNDARY")
     assert [row.split(",")[0] for row in rows] == ["HELD", "DRIVEN"]
 
 
-def test_increments_are_those_of_the_scene_unless_left_to_the_program(mesh, tie, knit, tmp_path):
+def test_increments_are_those_of_the_scene_unless_left_to_the_program(mesh, tie, knit, tmp_path, scene):
     for automatic, keyword in ((False, "*STATIC, DIRECT"), (True, "*STATIC")):
         write_inp(
             specimen_deck(scene(), knit, mesh, tie, automatic=automatic), tmp_path / "deck.inp", "calculix"
@@ -141,7 +140,7 @@ def test_increments_are_those_of_the_scene_unless_left_to_the_program(mesh, tie,
         assert step == [(keyword, ["1.0, 12.0"])]
 
 
-def test_tied_surfaces_hold_the_tied_facets(mesh, tie, knit):
+def test_tied_surfaces_hold_the_tied_facets(mesh, tie, knit, scene):
     (pair,) = specimen_deck(scene(), knit, mesh, tie).ties
     assert pair.slave.elements.size == 1
     corners = mesh.hexahedra[pair.slave.elements[0]][FACES[pair.slave.faces[0] - 1]]
@@ -150,7 +149,7 @@ def test_tied_surfaces_hold_the_tied_facets(mesh, tie, knit):
     assert tie.adjustment.max() < pair.tolerance < 1.1 * tie.adjustment.max()
 
 
-def test_equations_repeat_the_elimination(mesh, tie, knit, tmp_path):
+def test_equations_repeat_the_elimination(mesh, tie, knit, tmp_path, scene, contact_deck):
     tie.weight = np.array([[0.25, 0.25, 0.25, 0.25], [1, 0, 0, 0], [0, 0.5, 0.5, 0], [0.1, 0.2, 0.3, 0.4]])
     write_inp(specimen_deck(scene(), knit, mesh, tie, "equations"), tmp_path / "deck.inp", "calculix")
     (rows,) = data(tmp_path / "deck.inp", "*EQUATION")
@@ -169,25 +168,31 @@ def test_equations_repeat_the_elimination(mesh, tie, knit, tmp_path):
     assert not data(tmp_path / "deck.inp", "*TIE")
 
 
-def contact_deck(mesh, knit, **options):
-    nothing = np.empty(0, dtype=int)
-    area = np.full(len(knit.crossings.row), np.nan)
-    untied = SimpleNamespace(slave=nothing, crossing=nothing, nodes=mesh.nodes, area=area)
-    return specimen_deck(scene(**{"interaction": "isotropic"} | options), knit, mesh, untied)
+@pytest.fixture
+def contact_deck(scene):
+    """Function that makes a deck of yarns that are not tied."""
+
+    def make(mesh, knit, **options):
+        nothing = np.empty(0, dtype=int)
+        area = np.full(len(knit.crossings.row), np.nan)
+        untied = SimpleNamespace(slave=nothing, crossing=nothing, nodes=mesh.nodes, area=area)
+        return specimen_deck(scene(**{"interaction": "isotropic"} | options), knit, mesh, untied)
+
+    return make
 
 
 def surface_corners(mesh, surface):
     return np.take_along_axis(mesh.hexahedra[surface.elements], FACES[surface.faces - 1], axis=1)
 
 
-def test_rows_that_are_not_tied_touch(mesh, tie, knit):
+def test_rows_that_are_not_tied_touch(mesh, tie, knit, scene, contact_deck):
     assert not specimen_deck(scene(interaction="isotropic"), knit, mesh, tie).contacts
     (pair,) = contact_deck(mesh, knit).contacts
     for surface, yarn in ((pair.slave, 1), (pair.master, 0)):
         assert set(mesh.yarn_of_slice[mesh.slice_of_element[surface.elements]]) == {yarn}
 
 
-def test_surfaces_in_contact_hold_what_the_other_yarn_can_reach(mesh, knit):
+def test_surfaces_in_contact_hold_what_the_other_yarn_can_reach(mesh, knit, contact_deck):
     """The yarns are parallel, so that every section shows the same facets."""
     (pair,) = contact_deck(mesh, knit).contacts
     upper, lower = (
@@ -200,7 +205,7 @@ def test_surfaces_in_contact_hold_what_the_other_yarn_can_reach(mesh, knit):
     assert upper[:, 1].max() < 2 * RADIUS + CLEARANCE  # the half that faces the other yarn
 
 
-def test_a_longer_way_widens_the_surfaces(mesh, knit):
+def test_a_longer_way_widens_the_surfaces(mesh, knit, contact_deck):
     near, far = (
         contact_deck(mesh, knit, specimen="pair", path=((x, 0.0, 0.0),)).contacts[0].slave.elements.size
         for x in (0.0, 2 * RADIUS)
@@ -223,7 +228,7 @@ def test_a_longer_way_widens_the_surfaces(mesh, knit):
         ),
     ],
 )
-def test_law_of_contact(mesh, knit, tmp_path, dialect, normal, friction):
+def test_law_of_contact(mesh, knit, tmp_path, dialect, normal, friction, contact_deck):
     write_inp(contact_deck(mesh, knit), tmp_path / "deck.inp", dialect)
     found = {card: rows for card, rows in cards(tmp_path / "deck.inp")}
     for card, numbers in (normal, friction):
@@ -231,14 +236,14 @@ def test_law_of_contact(mesh, knit, tmp_path, dialect, normal, friction):
     assert found["*CONTACT PAIR, INTERACTION=YARNS, TYPE=SURFACE TO SURFACE"] == ["ROW0_SLAVE, ROW0_MASTER"]
 
 
-def test_stick_stiffness_is_that_of_the_law_at_the_largest_penetration(mesh, knit):
+def test_stick_stiffness_is_that_of_the_law_at_the_largest_penetration(mesh, knit, contact_deck):
     interaction = contact_deck(mesh, knit).interaction
     law = interaction.law
     pressure = law.normal * interaction.penetration
     assert law.friction * pressure / interaction.elastic_slip == pytest.approx(law.tangential)
 
 
-def test_rough_contact_and_none(mesh, knit, tmp_path):
+def test_rough_contact_and_none(mesh, knit, tmp_path, contact_deck):
     def friction(dialect, **options):
         write_inp(contact_deck(mesh, knit, **options), tmp_path / "deck.inp", dialect)
         return [(card, rows) for card, rows in cards(tmp_path / "deck.inp") if card.startswith("*FRICTION")]
@@ -251,7 +256,7 @@ def test_rough_contact_and_none(mesh, knit, tmp_path):
 
 
 @pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
-def test_a_path_is_one_step_a_leg(mesh, knit, tmp_path, dialect):
+def test_a_path_is_one_step_a_leg(mesh, knit, tmp_path, dialect, contact_deck):
     path = ((0.0, 0.0, -0.1), (0.2, 0.0, -0.1), (0.0, 0.0, -0.1))
     write_inp(contact_deck(mesh, knit, specimen="pair", path=path), tmp_path / "deck.inp", dialect)
     ends = [
@@ -266,7 +271,7 @@ def test_a_path_is_one_step_a_leg(mesh, knit, tmp_path, dialect):
     np.testing.assert_array_equal(read.point_sets["DRIVEN"], np.sort(mesh.slice_nodes([13, 25]).ravel()))
 
 
-def test_calculix_rests_before_yarns_that_touch_are_moved(mesh, tie, knit, tmp_path):
+def test_calculix_rests_before_yarns_that_touch_are_moved(mesh, tie, knit, tmp_path, scene, contact_deck):
     write_inp(contact_deck(mesh, knit), tmp_path / "deck.inp", "calculix")
     first, second = data(tmp_path / "deck.inp", "*BOUNDARY")
     assert [float(row.split(",")[3]) for row in first] == [0.0] * 4
@@ -276,7 +281,7 @@ def test_calculix_rests_before_yarns_that_touch_are_moved(mesh, tie, knit, tmp_p
         assert len(data(tmp_path / "deck.inp", "*BOUNDARY")) == 1
 
 
-def test_what_is_not_allowed_is_refused(mesh, tie, knit, tmp_path):
+def test_what_is_not_allowed_is_refused(mesh, tie, knit, tmp_path, scene):
     with pytest.raises(ConfigurationError, match="'penalty' is not allowed; one of surfaces, equations"):
         specimen_deck(scene(), knit, mesh, tie, "penalty")
     with pytest.raises(ConfigurationError, match="'nastran' is not allowed; one of abaqus, calculix"):

@@ -66,7 +66,7 @@ def test_models_of_the_study_can_be_told_apart():
     made = load_scenes().values()
     named = [
         (
-            scene.rom.contacts_from or scene.interaction,
+            scene.value("rom.contacts_from") or scene.interaction,
             scene.load.direction,
             scene.load.strain,
             label_of(scene),

@@ -230,10 +230,7 @@ def test_origins_are_relative_to_the_page(tmp_path, plain_scene):
 
 def test_models_of_a_study_are_one_family(plain_scene):
     def solid(name):
-        document = plain_scene.to_dict() | {"name": name, "fidelity": "dns"}
-        return type(plain_scene).from_dict(
-            document | {"rom": plain_scene.to_dict()["rom"] | {"contacts_from": None}}
-        )
+        return plain_scene.vary({"name": name, "fidelity": "dns"})
 
     def reduced(name, fidelity, source):
         scene = plain_scene.replace("fidelity", fidelity).replace("rom.contacts_from", source)
@@ -259,16 +256,10 @@ def test_models_of_a_study_are_one_family(plain_scene):
 @pytest.fixture
 def direct(plain_scene):
     """Function that makes a scene of a direct simulation."""
-    document = plain_scene.to_dict() | {
-        "fidelity": "dns",
-        "rom": plain_scene.to_dict()["rom"] | {"contacts_from": None},
-    }
 
     def make(name, interaction, **keys):
-        scene = type(plain_scene).from_dict(document | {"name": name, "interaction": interaction})
-        for key, wanted in keys.items():
-            scene = scene.replace(key.replace("__", "."), wanted)
-        return scene
+        wanted = {key.replace("__", "."): value for key, value in keys.items()}
+        return plain_scene.vary({"name": name, "fidelity": "dns", "interaction": interaction} | wanted)
 
     return make
 

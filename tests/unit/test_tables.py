@@ -29,12 +29,7 @@ def paper():
 
 @pytest.fixture
 def scenes(plain_scene):
-    solid = plain_scene.to_dict() | {
-        "fidelity": "dns",
-        "rom": plain_scene.to_dict()["rom"] | {"contacts_from": None},
-    }
-    solid = type(plain_scene).from_dict(solid)
-    return {"dns": solid, "rom3d": plain_scene, "rom2d": plain_scene.replace("fidelity", "rom2d")}
+    return {fidelity: plain_scene.replace("fidelity", fidelity) for fidelity in ("dns", "rom3d", "rom2d")}
 
 
 @pytest.fixture(scope="module")
@@ -172,7 +167,8 @@ def test_contact_beside_table_1(paper, scenes):
     history = synthetic.history().assign(
         smallest_gap=("increment", [np.nan, 1e-6, -2.25e-6]), augmentations=("increment", [0, 3, 1])
     )
-    scene = scenes["dns"].replace("contact.friction", 0.5).replace("contact.normal_stiffness", 20)
+    keys = {"interaction": "isotropic", "contact.friction": 0.5, "contact.normal_stiffness": 20}
+    scene = scenes["dns"].vary(keys)
     table = catalogue.build("table1_contact", dns=history, paper=paper, scenes={"dns": scene})
     table = table.set_index("property")
     assert table.loc["friction coefficient", ["paper", "this study"]].tolist() == ["0.76", "0.5"]

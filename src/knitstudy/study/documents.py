@@ -23,20 +23,25 @@ def read_yaml(path: Path) -> dict:
     ConfigurationError
         When the file is missing, is not YAML, says a key twice or holds no mapping.
     """
-    text = _read_text(path)
-    try:
-        document = yaml.load(text, Loader=_Loader)
-    except _Refused as error:
-        raise ConfigurationError(f"{path}, line {error.problem_mark.line + 1}: {error.problem}") from error
-    except (yaml.YAMLError, ValueError) as error:  # ValueError: 2001-99-99 looks like a date
-        raise ConfigurationError(f"{path}: is not YAML: {_reason(error, text)}") from error
-    except RecursionError as error:
-        raise ConfigurationError(
-            f"{path}: is not YAML that can be read: too many lists within lists"
-        ) from error
+    document = parsed(_read_text(path), str(path))
     if not isinstance(document, dict):
         raise ConfigurationError(f"{path}: must hold a mapping of keys to values")
     return document
+
+
+def parsed(text: str, where: str) -> Any:
+    """Return what a YAML text says; `where` begins the message of the ConfigurationError if that is nothing."""
+    try:
+        return yaml.load(text, Loader=_Loader)
+    except _Refused as error:
+        raise ConfigurationError(f"{where}, line {error.problem_mark.line + 1}: {error.problem}") from error
+    # ValueError: 2001-99-99 looks like a date; AttributeError: a tag of a date before what is none.
+    except (yaml.YAMLError, ValueError, AttributeError) as error:
+        raise ConfigurationError(f"{where}: is not YAML: {_reason(error, text)}") from error
+    except RecursionError as error:
+        raise ConfigurationError(
+            f"{where}: is not YAML that can be read: too many lists within lists"
+        ) from error
 
 
 def _read_text(path: Path) -> str:
