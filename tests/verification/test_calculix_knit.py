@@ -31,9 +31,10 @@ SCENE = SimpleNamespace(
     name="tied",
     specimen="knit",
     interaction="tie",
-    yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42),
+    yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42, material="st_venant_kirchhoff"),
+    mesh=SimpleNamespace(element="one_point"),
     load=SimpleNamespace(direction="course", strain=STRAIN, lateral="fixed", path=(), stops=()),
-    solver=SimpleNamespace(increments=INCREMENTS),
+    solver=SimpleNamespace(increments=INCREMENTS, hourglass=0.005),
 )
 
 
