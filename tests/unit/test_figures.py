@@ -8,7 +8,6 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.image import imread
 from PIL import Image
 
-from knitstudy.catalogue import CASES
 from knitstudy.crossings.contacts import extract
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures import catalogue, fig05_contact_points, style, surface
@@ -18,6 +17,7 @@ from knitstudy.figures.picture import CHOICE, is_fallback
 from knitstudy.figures.saving import FALLBACK_RENDERER, describe, save
 from knitstudy.geometry.build import initial_loop
 from knitstudy.geometry.pattern import Knit
+from knitstudy.measures.selection import CASES
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.networks.rom import honeycomb
 from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings

@@ -7,10 +7,10 @@ import pytest
 import study
 
 from knitstudy.files.csv_table import read_table
+from knitstudy.measures.cases import cases_of, label_of
+from knitstudy.measures.response import poisson_ratio, tangent_stiffness
 from knitstudy.study.configuration import load_scenes
 from knitstudy.tables import catalogue
-from knitstudy.tables.cases import cases_of, label_of
-from knitstudy.tables.response import poisson_ratio, tangent_stiffness
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 

@@ -10,16 +10,24 @@ import synthetic
 import yaml
 from matplotlib.figure import Figure
 
-from knitstudy.catalogue import CASES, ISOTROPIC_COURSE, TIED_COURSE, TIED_WALE
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import FALLBACK
 from knitstudy.figures.saving import save
 from knitstudy.files.csv_table import read_table
 from knitstudy.files.netcdf import write_dataset
+from knitstudy.measures.selection import (
+    CASES,
+    ISOTROPIC_COURSE,
+    TIED_COURSE,
+    TIED_WALE,
+    friction_sweep,
+    models_of,
+    roles_of,
+    variants_of,
+)
 from knitstudy.report.origin import origins
 from knitstudy.report.page import BY_MODEL, LONG, render
-from knitstudy.report.selection import friction_sweep, models_of, roles_of, variants_of
 from knitstudy.report.sources import read_sources
 from knitstudy.report.wording import cells, value
 from knitstudy.tables.catalogue import TABLES, build

@@ -12,12 +12,12 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files.csv_table import read_table
 from knitstudy.geometry.build import initial_loop
 from knitstudy.geometry.pattern import Knit
+from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact, snapshots
+from knitstudy.measures.cost import element_length
+from knitstudy.measures.penetration import penetration
+from knitstudy.measures.reference import number, numbers
+from knitstudy.measures.response import transverse_contraction
 from knitstudy.tables import catalogue
-from knitstudy.tables.centre_cell import centre_cell, first_symmetric_contact, snapshots
-from knitstudy.tables.reference import number, numbers
-from knitstudy.tables.response import transverse_contraction
-from knitstudy.tables.simulation import penetration
-from knitstudy.tables.table5_cost import element_length
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 

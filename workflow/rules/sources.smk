@@ -3,7 +3,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES as FIGURE_ENTRIES
 from knitstudy.figures.catalogue import entry as figure_entry
 from knitstudy.figures.catalogue import module as figure_module
-from knitstudy.report.selection import roles_of
+from knitstudy.measures.selection import roles_of
 from knitstudy.tables.catalogue import TABLES as TABLE_ENTRIES
 from knitstudy.tables.catalogue import module as table_module
 

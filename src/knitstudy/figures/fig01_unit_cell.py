@@ -13,7 +13,7 @@ from knitstudy.figures.style import PAPER, YARNS, figure, panel_letter, styled
 from knitstudy.figures.surface import Surface, sphere, tube
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
-from knitstudy.tables.geometry import loop_of
+from knitstudy.measures.unit_cell import loop_of
 
 WIDTH = 130.0
 """Of the figure [mm]."""

@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 
 from knitstudy.figures.curves import PERCENT, WIDTH, explain_snapshots, mark_snapshots, strain_label
 from knitstudy.figures.style import FAINT, INTERACTIONS, figure, styled
-from knitstudy.tables.centre_cell import area_of_cell, snapshots, zones_of_cell
+from knitstudy.measures.centre_cell import area_of_cell, snapshots, zones_of_cell
 
 HEIGHT = 100.0
 """Of the figure [mm]."""

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.curves import HEIGHT, PERCENT, WIDTH, explain_snapshots, mark_snapshots, strain_label
 from knitstudy.figures.style import INTERACTIONS, figure, styled
-from knitstudy.tables.centre_cell import snapshots
+from knitstudy.measures.centre_cell import snapshots
 
 
 @styled

@@ -15,7 +15,7 @@ from knitstudy.figures.style import ACCENT, DOUBLE, INK, YARNS, figure, panel_le
 from knitstudy.figures.surface import Surface, tube
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.pattern import Knit
-from knitstudy.tables.centre_cell import Snapshot, centre_cell, snapshots
+from knitstudy.measures.centre_cell import Snapshot, centre_cell, snapshots
 
 COLOURS = "cividis"
 

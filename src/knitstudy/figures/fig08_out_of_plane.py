@@ -13,7 +13,7 @@ from knitstudy.figures.picture import bounds, show
 from knitstudy.figures.style import ACCENT, DOUBLE, FAINT, INK, figure, panel_letter, styled, tint
 from knitstudy.figures.surface import graded_tube, tube
 from knitstudy.figures.view import FRONT, View
-from knitstudy.tables.response import Z, transverse_contraction
+from knitstudy.measures.response import Z, transverse_contraction
 
 OBLIQUE = View.orbit(turn=-28, tilt=24)
 

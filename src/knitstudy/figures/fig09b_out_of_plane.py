@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from knitstudy.figures.annotation import MILLIMETRE
 from knitstudy.figures.curves import Curve, draw_curves
 from knitstudy.figures.style import INTERACTIONS, styled
-from knitstudy.tables.response import out_of_plane
+from knitstudy.measures.response import out_of_plane
 
 
 @styled

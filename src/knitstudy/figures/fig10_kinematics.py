@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from knitstudy.errors import DataFileError
 from knitstudy.figures.curves import PERCENT
 from knitstudy.figures.style import DOUBLE, FAINT, figure, panel_letter, styled, tint
-from knitstudy.tables.centre_cell import centre_cell
-from knitstudy.tables.kinematics import closest_neighbour, rotation_angle
+from knitstudy.measures.centre_cell import centre_cell
+from knitstudy.measures.kinematics import closest_neighbour, rotation_angle
 
 HEIGHT = 178.0
 """Of the figure [mm]."""

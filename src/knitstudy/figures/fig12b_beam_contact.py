@@ -19,8 +19,8 @@ from knitstudy.figures.curves import (
     strain_label,
 )
 from knitstudy.figures.style import BEAMS, MODELS, Look, styled
+from knitstudy.measures.cases import label_of
 from knitstudy.study.scene import Scene
-from knitstudy.tables.cases import label_of
 
 
 @styled

@@ -20,8 +20,8 @@ from knitstudy.figures.curves import (
     strain_label,
 )
 from knitstudy.figures.style import FAINT, MODELS, styled
+from knitstudy.measures.cases import label_of
 from knitstudy.study.scene import Scene
-from knitstudy.tables.cases import label_of
 
 DASHES = ((0, (1, 1.2)), (0, (4, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (2, 2.5)), (0, (3, 1, 1, 1, 1, 1)))
 """Of the variants of one model, in their order."""

@@ -12,7 +12,8 @@ from knitstudy.figures.picture import bounds, show
 from knitstudy.figures.style import DOUBLE, figure, panel_letter, styled
 from knitstudy.figures.surface import Surface, graded_tube
 from knitstudy.figures.view import FRONT
-from knitstudy.tables.response import INTERACTIONS, NAMES, Z, out_of_plane_agreement
+from knitstudy.measures.names import INTERACTIONS, NAMES
+from knitstudy.measures.response import Z, out_of_plane_agreement
 
 FOOT, HEAD = 15.0, 11.0
 """Room for the colour bar below and for two lines of title above each panel [mm]."""

@@ -8,17 +8,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from knitstudy.catalogue import (
-    COURSE,
-    ISOTROPIC_COURSE,
-    ISOTROPIC_WALE,
-    TIED_COURSE,
-    TIED_WALE,
-    Entry,
-    find,
-    module_of,
-    select,
-)
+from knitstudy.measures.catalogue import Entry, find, module_of, select
+from knitstudy.measures.selection import COURSE, ISOTROPIC_COURSE, ISOTROPIC_WALE, TIED_COURSE, TIED_WALE
 
 if TYPE_CHECKING:
     import pandas as pd

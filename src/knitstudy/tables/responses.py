@@ -8,15 +8,15 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.study.scene import Scene
-from knitstudy.tables.response import (
+from knitstudy.measures.cost import MEGABYTE, element_length
+from knitstudy.measures.response import (
     at_strain,
     largest_out_of_plane,
     poisson_ratio,
     secant_stiffness,
     tangent_stiffness,
 )
-from knitstudy.tables.table5_cost import MEGABYTE, element_length
+from knitstudy.study.scene import Scene
 
 STRAINS = (0.01, 0.03, 0.05)
 """Strains at which forces are listed."""

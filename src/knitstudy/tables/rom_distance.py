@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.cases import Case, cases_of
+from knitstudy.measures.response import comparison, force_distance, out_of_plane_agreement
 from knitstudy.study.scene import Scene
-from knitstudy.tables.cases import Case, cases_of
-from knitstudy.tables.response import comparison, force_distance, out_of_plane_agreement
 
 
 def build(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.penetration import penetration
+from knitstudy.measures.reference import number
 from knitstudy.study.scene import Scene
-from knitstudy.tables.reference import number
-from knitstudy.tables.simulation import penetration
 
 NOT_SAID = "not said"
 

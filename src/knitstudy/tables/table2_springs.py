@@ -10,9 +10,9 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
+from knitstudy.measures.reference import number
 from knitstudy.networks.rom.springs import AXES, MEASURES, Springs, springs
 from knitstudy.study.scene import Scene
-from knitstudy.tables.reference import number
 
 STATISTICS = {
     "averaged, sum(F d) / sum(d d)": lambda found: found.averaged,

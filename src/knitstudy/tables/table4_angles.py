@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.tables.reference import numbers
+from knitstudy.measures.reference import numbers
 
 AXES = "xyz"
 

@@ -4,19 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-import numpy as np
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.cases import Case, Model, cases_of
+from knitstudy.measures.cost import MEGABYTE, element_length
+from knitstudy.measures.names import NAMES
+from knitstudy.measures.reference import PRINTED, number, printed
 from knitstudy.study.scene import Scene
-from knitstudy.tables.cases import Case, Model, cases_of
-from knitstudy.tables.reference import number, printed
-from knitstudy.tables.response import NAMES
-
-MEGABYTE = 1e6
-
-PRINTED = {"dns": "dns-tie 3x3", "rom2d": "rom2d 3x3", "rom3d": "rom3d 3x3"}
-"""Cases of the paper's table by fidelity, in its order."""
 
 SOLIDS = {
     "one_point": "hexahedron, 8 nodes, 1 point",
@@ -100,10 +95,3 @@ def _printed(paper: pd.DataFrame, fidelity: str) -> dict:
         "degrees of freedom, paper [1]": int(number(paper, "5", case, "degrees of freedom")),
         "memory, paper [MB]": number(paper, "5", case, "memory"),
     }
-
-
-def element_length(history: xr.Dataset) -> float:
-    """Return the mean length of the beams of a reduced model, whose stations are their nodes [m]."""
-    step = np.linalg.norm(np.diff(history["centreline"].to_numpy(), axis=0), axis=1)
-    same_yarn = np.diff(history["yarn"].to_numpy()) == 0
-    return float(step[same_yarn].mean())

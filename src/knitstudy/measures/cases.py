@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import xarray as xr
 
-from knitstudy.catalogue import CASES
-from knitstudy.report.selection import beams_of, medium_of, models_of, reduced_of
+from knitstudy.measures.names import INTERACTIONS, NAMES
+from knitstudy.measures.selection import CASES, beams_of, medium_of, models_of, reduced_of
 from knitstudy.study.scene import Scene
-from knitstudy.tables.response import INTERACTIONS, NAMES
 
 VARIANTS = {
     "printed": "printed joints",
@@ -25,6 +24,10 @@ CARRIED, GIVEN, ALONG_AXES = "springs of other tension", "springs of Table 2", "
 
 SECTIONS = {"rigid": "rigid", "hertz": "Hertzian"}
 """What beams in contact are made of, by ``beam.section``."""
+
+
+PLAIN = ("point", "rigid", "rigid")
+"""Contact, section and ties of the model that ingredients are added to."""
 
 
 @dataclass(frozen=True)
@@ -130,3 +133,8 @@ def label_of(scene: Scene) -> str:
     elif rom.axes == "global":
         words.append(ALONG_AXES)
     return ", ".join([name, *words])
+
+
+def is_plain(scene: Scene) -> bool:
+    """Whether beams touch at a pair of points between rigid sections, and ties hold sections as the paper's do."""
+    return (scene.beam.contact, scene.beam.section, scene.beam.tie) == PLAIN

@@ -7,19 +7,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from knitstudy.catalogue import CASES
-from knitstudy.networks.rom.springs import springs
-from knitstudy.tables.beams import is_plain
-from knitstudy.tables.cases import Case
-from knitstudy.tables.evidence import NOT_RUN, REPRODUCED, Evidence, Judgement, at_full_strain, verdict
-from knitstudy.tables.reference import number
-from knitstudy.tables.response import (
+from knitstudy.measures.cases import Case, is_plain
+from knitstudy.measures.claims.evidence import (
+    NOT_RUN,
+    REPRODUCED,
+    Evidence,
+    Judgement,
+    at_full_strain,
+    verdict,
+)
+from knitstudy.measures.cost import MEGABYTE
+from knitstudy.measures.reference import PRINTED, number
+from knitstudy.measures.response import (
     force_distance,
     largest_out_of_plane,
     out_of_plane_agreement,
     secant_stiffness,
 )
-from knitstudy.tables.table5_cost import MEGABYTE, PRINTED
+from knitstudy.measures.selection import CASES
+from knitstudy.networks.rom.springs import springs
 
 MUCH_CLOSER = 0.5
 """Claim R1: "much closer" is at most half the distance."""

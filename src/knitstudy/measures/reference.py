@@ -7,6 +7,9 @@ import pandas as pd
 
 from knitstudy.errors import DataFileError
 
+PRINTED = {"dns": "dns-tie 3x3", "rom2d": "rom2d 3x3", "rom3d": "rom3d 3x3"}
+"""Cases of the paper's Table 5 by fidelity, in its order."""
+
 COLUMNS = ("table", "case", "quantity", "value", "unit", "note")
 
 

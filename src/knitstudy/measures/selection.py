@@ -11,7 +11,7 @@ Of one case, for example ties in course tension:
 
 Whatever the case:
 
-- "tie_course_dns" and so on: the models of the four cases of `catalogue.CASES`.
+- "tie_course_dns" and so on: the models of the four cases of `CASES`.
 - "every": all simulations of knits; "sprung": the direct ones whose contacts give springs.
 - "frictions": several of one mesh with different coefficients of friction, ties and rough contact beside them.
 - "pairs": all pairs of crossing yarns that are pressed on each other and then slide.
@@ -22,8 +22,55 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from knitstudy.catalogue import CASES, COURSE, MAIN_MODEL, OUTER_TIED, VARIANTS
 from knitstudy.study.scene import Scene
+
+FRICTION = 0.76
+"""Coefficient of friction of Table 1: scenes with another one are variants."""
+
+COURSE = {"specimen": "knit", "load.direction": "course"}
+
+WALE = {"specimen": "knit", "load.direction": "wale"}
+
+TIE = {"interaction": "tie"}
+
+ROUGH = {"interaction": "rough"}
+
+ISOTROPIC = {"interaction": "isotropic", "contact.friction": FRICTION}
+
+OUTER_TIED = {"contact.tied_edges": "outer"}
+
+TIED_COURSE, TIED_WALE = COURSE | TIE, WALE | TIE
+"""Scenes with ties."""
+
+ISOTROPIC_COURSE, ISOTROPIC_WALE = COURSE | ISOTROPIC | OUTER_TIED, WALE | ISOTROPIC | OUTER_TIED
+"""Scenes with the friction of Table 1 and the ties of Fig. 3."""
+
+CASES = {
+    "tie_course": TIED_COURSE,
+    "tie_wale": TIED_WALE,
+    "isotropic_course": ISOTROPIC_COURSE,
+    "isotropic_wale": ISOTROPIC_WALE,
+}
+"""The four cases that reduced models are compared in (Fig. 15)."""
+
+MAIN_MODEL = {
+    "rom.joint": "rigid",
+    "rom.springs_from": None,
+    "rom.springs": "averaged",
+    "rom.stiffness": (),
+    "rom.axes": "contact",
+    "rom.displacement": "interface",
+    "rom.section": "single",
+}
+"""What makes a reduced model the main one of its simulation: others are variants."""
+
+VARIANTS = {
+    "tie": TIE,
+    "rough": ROUGH | OUTER_TIED,
+    "isotropic": ISOTROPIC | OUTER_TIED,
+    "untied": ISOTROPIC | {"contact.tied_edges": "none"},
+}
+"""Interactions that are compared with each other."""
 
 REDUCED = ("rom3d", "rom2d")
 
@@ -132,7 +179,7 @@ def sprung(scenes: Iterable[Scene]) -> list[Scene]:
 
 
 def variants_of(main: Scene, scenes: Iterable[Scene]) -> dict[str, Scene]:
-    """Return the first direct simulation of every interaction (`catalogue.VARIANTS`) that compares with a scene."""
+    """Return the first direct simulation of every interaction (`VARIANTS`) that compares with a scene."""
     alike = _direct(scenes, main, ALIKE)
     found = {name: [scene for scene in alike if _fits(scene, of)] for name, of in VARIANTS.items()}
     return {name: fitting[0] for name, fitting in found.items() if fitting}

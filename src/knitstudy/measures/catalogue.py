@@ -9,50 +9,6 @@ from typing import Any
 from knitstudy.errors import ConfigurationError
 from knitstudy.study.schema import unknown_choice
 
-FRICTION = 0.76
-"""Coefficient of friction of Table 1: scenes with another one are variants."""
-
-COURSE = {"specimen": "knit", "load.direction": "course"}
-WALE = {"specimen": "knit", "load.direction": "wale"}
-TIE = {"interaction": "tie"}
-ROUGH = {"interaction": "rough"}
-ISOTROPIC = {"interaction": "isotropic", "contact.friction": FRICTION}
-OUTER_TIED = {"contact.tied_edges": "outer"}
-
-TIED_COURSE, TIED_WALE = COURSE | TIE, WALE | TIE
-"""Scenes with ties."""
-
-ISOTROPIC_COURSE, ISOTROPIC_WALE = COURSE | ISOTROPIC | OUTER_TIED, WALE | ISOTROPIC | OUTER_TIED
-"""Scenes with the friction of Table 1 and the ties of Fig. 3."""
-
-CASES = {
-    "tie_course": TIED_COURSE,
-    "tie_wale": TIED_WALE,
-    "isotropic_course": ISOTROPIC_COURSE,
-    "isotropic_wale": ISOTROPIC_WALE,
-}
-"""The four cases that reduced models are compared in (Fig. 15)."""
-
-MAIN_MODEL = {
-    "rom.joint": "rigid",
-    "rom.springs_from": None,
-    "rom.springs": "averaged",
-    "rom.stiffness": (),
-    "rom.axes": "contact",
-    "rom.displacement": "interface",
-    "rom.section": "single",
-}
-"""What makes a reduced model the main one of its simulation: others are variants."""
-
-
-VARIANTS = {
-    "tie": TIE,
-    "rough": ROUGH | OUTER_TIED,
-    "isotropic": ISOTROPIC | OUTER_TIED,
-    "untied": ISOTROPIC | {"contact.tied_edges": "none"},
-}
-"""Interactions that are compared with each other."""
-
 
 @dataclass(frozen=True)
 class Entry:
@@ -63,7 +19,7 @@ class Entry:
     title : str
         With its number in the paper.
     needs : tuple of str
-        What its function takes, by keyword: results by the names of `report.selection`, "scenes", and for tables
+        What its function takes, by keyword: results by the names of `measures.selection`, "scenes", and for tables
         files of reference.
     of : dict
         Which scenes it is about: values of keys of the scene.
