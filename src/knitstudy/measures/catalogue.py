@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.schema import unknown_choice
+from knitstudy.study.choices import unknown_choice
 
 
 @dataclass(frozen=True)

@@ -125,13 +125,14 @@ def _model(scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray) -> Solid
         elements = IncompatibleHexahedron(corners, material)
     dependence = tie.dependence() if len(tie.slave) else None
     contact = stabilisation = None
-    if scene.interaction != "tie":
+    limits = Penetration()
+    if scene.kind.interaction.touches:
         contact = yarn_contact(scene, mesh, tie.nodes, pieces)
+        limits = Penetration(scene.contact.penetration * size, scene.contact.augmentations)
     if scene.solver.stabilisation > 0:
         volume = np.bincount(mesh.hexahedra.ravel(), np.repeat(elements.volume / 8, 8), len(tie.nodes))
         kept = volume if dependence is None else dependence.T @ volume
         stabilisation = Stabilisation.of(scene.solver.stabilisation, yarn.youngs_modulus, size, kept)
-    limits = Penetration(scene.contact.penetration * size, scene.contact.augmentations)
     return SolidModel(tie.nodes, mesh.hexahedra, elements, size, dependence, contact, limits, stabilisation)
 
 
