@@ -70,7 +70,7 @@ def results(knit):
         "tie": synthetic.history(force=(0, 9, 18), lift=1e-4),
         "rough": synthetic.history(force=(0, 8, 16), lift=3e-4),
         "isotropic": synthetic.history(force=(0, 6, 12), lift=2e-4),
-        "medium": synthetic.history(force=(0, 5.5, 11)),
+        "other_mesh": synthetic.history(force=(0, 5.5, 11)),
         "reduced": {
             name: synthetic.history(force=(0, 7, 14))
             for name in ("rom3d-tie-course", "rom3d-printed-tie-course")

@@ -88,8 +88,8 @@ def test_distances_of_all_models_and_of_the_meshes(every, scenes):
     assert of["stiffness over DNS's [1]"] == pytest.approx(1.5)
     assert of["correlation of u_z with DNS [1]"] == pytest.approx(1)
     assert of["amplitude of u_z over DNS's [1]"] == pytest.approx(0.5)
-    medium = table.loc["DNS, elements of 0.45 mm; isotropic friction, course"]
-    assert medium["L2 distance of force to DNS [1]"] == pytest.approx(0.02)
+    other_mesh = table.loc["DNS, elements of 0.45 mm; isotropic friction, course"]
+    assert other_mesh["L2 distance of force to DNS [1]"] == pytest.approx(0.02)
 
 
 def test_distance_without_a_second_mesh_is_not_compared(every, scenes):

@@ -357,7 +357,7 @@ def test_variants_are_not_the_main_model(plain_scene, first):
     assert found["rom3d"].name == "rom3d-tie-course"
 
 
-def test_penalties_are_neither_main_nor_medium(direct):
+def test_penalties_are_neither_main_nor_on_another_mesh(direct):
     main = direct("main", "isotropic", mesh__size=0.3e-3)
     penalties = [
         direct(f"penalty{ratio}", "isotropic", contact__augmentations=0, contact__normal_stiffness=ratio)
@@ -368,9 +368,9 @@ def test_penalties_are_neither_main_nor_medium(direct):
     roles = roles_of([main, *penalties, slippery, wale], ISOTROPIC_COURSE)
     assert roles["dns"].name == roles["isotropic"].name == "main"
     assert [scene.name for scene in roles["penalties"]] == ["penalty3", "penalty10"]
-    assert "medium" not in roles
+    assert "other_mesh" not in roles
     medium = direct("medium", "isotropic", load__stops=[0.01])
-    assert roles_of([main, *penalties, medium], ISOTROPIC_COURSE)["medium"].name == "medium"
+    assert roles_of([main, *penalties, medium], ISOTROPIC_COURSE)["other_mesh"].name == "medium"
 
 
 def test_sources_of_one_name_are_read_by_scene(tmp_path, direct):

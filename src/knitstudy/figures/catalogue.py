@@ -22,7 +22,7 @@ FIGURES = {
             f"Fig. 15{letter}: force against strain in {direction} direction, {interaction}",
             ("dns", "rom3d", "rom2d", "scenes"),
             of,
-            ("medium", "reduced"),
+            ("other_mesh", "reduced"),
             module="fig15_force_strain",
         )
         for letter, direction, interaction, of in (

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import xarray as xr
 
 from knitstudy.measures.names import INTERACTIONS, NAMES
-from knitstudy.measures.selection import CASES, beams_of, medium_of, models_of, reduced_of
+from knitstudy.measures.selection import CASES, beams_of, models_of, other_mesh_of, reduced_of
 from knitstudy.study.scene import Scene
 
 VARIANTS = {
@@ -51,7 +51,7 @@ class Case:
     ----------
     interaction, direction : str
     dns : Model
-    medium : Model or None
+    other_mesh : Model or None
         The direct simulation on another mesh.
     reduced : tuple of Model
         All reduced models made from it.
@@ -64,7 +64,7 @@ class Case:
     interaction: str
     direction: str
     dns: Model
-    medium: Model | None
+    other_mesh: Model | None
     reduced: tuple[Model, ...]
     main: Mapping[str, Model]
     beams: tuple[Model, ...]
@@ -99,13 +99,13 @@ def cases_of(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> It
         if not found:
             continue
         dns = found["dns"]
-        medium = medium_of(dns, known).get("medium")
+        other_mesh = other_mesh_of(dns, known).get("other_mesh")
         interaction, direction = name.split("_")
         yield Case(
             interaction=interaction,
             direction=direction,
             dns=model(dns),
-            medium=model(medium) if medium else None,
+            other_mesh=model(other_mesh) if other_mesh else None,
             reduced=tuple(map(model, reduced_of(dns, known))),
             main={fidelity: model(scene) for fidelity, scene in found.items() if fidelity != "dns"},
             beams=tuple(map(model, beams_of(dns, known))),

@@ -43,9 +43,9 @@ COLUMNS = [
 
 def _rows(case: Case) -> Iterator[dict]:
     dns = case.dns.history
-    medium = [case.medium] if case.medium else []
-    between_meshes = force_distance(case.medium.history, dns) if case.medium else np.nan
-    for model in (case.dns, *medium, *case.reduced):
+    other_mesh = [case.other_mesh] if case.other_mesh else []
+    between_meshes = force_distance(case.other_mesh.history, dns) if case.other_mesh else np.nan
+    for model in (case.dns, *other_mesh, *case.reduced):
         history = model.history
         yield {
             "model": f"{case.name_of(model)}; {case.label}",

@@ -68,7 +68,7 @@ def _rows(
         for statistic, of in STATISTICS.items():
             comparable = axes == "global" and statistic in AVERAGES and scene.interaction == "isotropic"
             for axis, value in enumerate(of(found)):
-                theirs = _printed(paper, scene, found.axes[axis]) if comparable else np.nan
+                theirs = _reported(paper, scene, found.axes[axis]) if comparable else np.nan
                 yield {
                     "scene": scene.name,
                     "load": scene.load.direction,
@@ -93,5 +93,5 @@ def _over_crossings(statistic, found: Springs) -> list[float]:
     return [float(statistic(column)) if len(column) else np.nan for column in columns]
 
 
-def _printed(paper: pd.DataFrame, scene: Scene, axis: str) -> float:
+def _reported(paper: pd.DataFrame, scene: Scene, axis: str) -> float:
     return number(paper, "2", scene.load.direction, f"spring stiffness k{axis}")

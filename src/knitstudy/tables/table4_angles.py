@@ -13,7 +13,7 @@ AXES = "xyz"
 DECIMALS = 3
 """Of angles in degrees: the paper prints none; closest points are found to about 1e-5 degrees."""
 
-PRINTED = {
+REPORTED = {
     "head": (1, "segment 1 angles to x y z"),
     "interlock, left": (2, "segment 2 and 3 angles to x y z"),
     "interlock, right": (3, "segment 2 and 3 angles to x y z"),
@@ -37,7 +37,7 @@ def build(contacts: xr.Dataset, paper: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for kind, segments in honeycomb_segments(contacts).items():
         angle = angles_to_axes(segments)
-        segment, quantity = PRINTED[kind]
+        segment, quantity = REPORTED[kind]
         ours, theirs = angle.mean(axis=0), numbers(paper, "4", "rom2d", quantity)
         row = {"segment": segment, "kind": kind, "segments": len(segments)}
         for i, axis in enumerate(AXES):

@@ -10,7 +10,7 @@ import xarray as xr
 from knitstudy.measures.cases import Case, Model, cases_of
 from knitstudy.measures.cost import MEGABYTE, element_length
 from knitstudy.measures.names import NAMES
-from knitstudy.measures.reference import PRINTED, number, printed
+from knitstudy.measures.reference import REPORTED, number, reported
 from knitstudy.study.scene import Scene
 
 SOLIDS = {
@@ -62,14 +62,14 @@ COLUMNS = [
 
 def _rows(case: Case, paper: pd.DataFrame) -> Iterator[dict]:
     models = {"dns": case.dns, **case.main}
-    for fidelity in PRINTED:
+    for fidelity in REPORTED:
         if fidelity in models:
             yield _row(fidelity, models[fidelity], case, paper)
 
 
 def _row(fidelity: str, model: Model, case: Case, paper: pd.DataFrame) -> dict:
     history, cost, reference = model.history, model.history.attrs, case.dns.history.attrs
-    theirs = _printed(paper, fidelity) if case.interaction == "tie" and case.direction == "course" else {}
+    theirs = _reported(paper, fidelity) if case.interaction == "tie" and case.direction == "course" else {}
     values = {
         "model": f"{NAMES[fidelity]}; {case.label}",
         "scene": model.scene.name,
@@ -87,10 +87,10 @@ def _row(fidelity: str, model: Model, case: Case, paper: pd.DataFrame) -> dict:
     return values | theirs
 
 
-def _printed(paper: pd.DataFrame, fidelity: str) -> dict:
-    case = PRINTED[fidelity]
+def _reported(paper: pd.DataFrame, fidelity: str) -> dict:
+    case = REPORTED[fidelity]
     return {
-        "element, paper": printed(paper, "5", case, "mesh size")["note"],
+        "element, paper": reported(paper, "5", case, "mesh size")["note"],
         "mesh size, paper [m]": number(paper, "5", case, "mesh size"),
         "degrees of freedom, paper [1]": int(number(paper, "5", case, "degrees of freedom")),
         "memory, paper [MB]": number(paper, "5", case, "memory"),
