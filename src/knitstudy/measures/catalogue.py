@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.choices import unknown_choice
+from knitstudy.registry import unknown_choice
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from typing import Any
 import yaml
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.choices import unknown_choice
+from knitstudy.registry import unknown_choice
 from knitstudy.study.differences import flat
 from knitstudy.study.kinds import FIDELITIES, INTERACTIONS
 from knitstudy.study.scene import Scene, all_sections, set_dotted

@@ -7,13 +7,13 @@ A section is a frozen pydantic model whose fields are made by `key`. What is all
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Annotated, Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.choices import unknown_choice
+from knitstudy.registry import unknown_choice
 
 STANDINGS = ("stated", "inferred", "assumed", "calibrated", "choice")
 """What an input is worth; see config/README.md."""
@@ -163,11 +163,6 @@ def registered(value: str, names: Iterable[str]) -> str:
     if value not in names:
         raise ValueError("not registered")
     return value
-
-
-def listed(names: Sequence[str]) -> str:
-    """Return names with commas and an "or" between."""
-    return " or ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def _tuples(value: Any) -> Any:

@@ -9,13 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import import_module
-from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING
 
-from knitstudy.errors import ConfigurationError
-from knitstudy.study.choices import unknown_choice
-from knitstudy.study.keys import Section, listed
+from knitstudy.registry import Registry
+from knitstudy.study.keys import Section
 
 if TYPE_CHECKING:
     from knitstudy.study.scene import Scene
@@ -103,49 +100,6 @@ class Fidelity:
     sources: tuple[str, ...] = ()
     outputs: tuple[str, ...] = ()
     tied: bool = True
-
-
-Kind = TypeVar("Kind", Specimen, Interaction, Fidelity)
-
-
-class Registry(Generic[Kind]):
-    """Kinds by their names; those of the package are found in their folder."""
-
-    def __init__(self, what: str, package: str) -> None:
-        self.what, self._package = what, package
-        self._kinds: dict[str, Kind] = {}
-        self._loaded = False
-
-    def register(self, kind: Kind) -> Kind:
-        """Add a kind; ConfigurationError where its name is taken."""
-        if kind.name in self._kinds:
-            raise ConfigurationError(f"{self.what} {kind.name!r} is registered twice")
-        self._kinds[kind.name] = kind
-        return kind
-
-    def names(self) -> tuple[str, ...]:
-        """Return all names."""
-        return tuple(self._all())
-
-    def find(self, name: Any, where: str) -> Kind:
-        """Return a kind by its name; ConfigurationError, which `where` begins, where there is none."""
-        kinds = self._all()
-        if name not in kinds:
-            message = unknown_choice(f"{self.what} is", str(name), str(name), list(kinds))
-            raise ConfigurationError(f"{where}: {message}")
-        return kinds[name]
-
-    def allowed(self) -> str:
-        """Return all names with their meanings."""
-        return listed([f"{kind.name} ({kind.meaning})" for kind in self._all().values()])
-
-    def _all(self) -> dict[str, Kind]:
-        if not self._loaded:
-            self._loaded = True
-            package = import_module(self._package)
-            for module in sorted(iter_modules(package.__path__), key=lambda found: found.name):
-                import_module(f"{self._package}.{module.name}")
-        return self._kinds
 
 
 SPECIMENS: Registry[Specimen] = Registry("specimen", "knitstudy.study.specimens")

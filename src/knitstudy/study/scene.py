@@ -16,7 +16,7 @@ from types import MappingProxyType
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.choices import unknown_choice
+from knitstudy.registry import unknown_choice
 from knitstudy.study.keys import Section, describe, validated
 from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS, Fidelity, Interaction, Specimen
 from knitstudy.study.scene_checks import check_keys_together

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pydantic import field_validator
 
-from knitstudy.study.keys import LONGEST, Section, key, listed, registered
+from knitstudy.registry import listed
+from knitstudy.study.keys import LONGEST, Section, key, registered
 
 ELEMENTS = {
     "one_point": "with hourglass control",

@@ -26,11 +26,11 @@ from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.networks.beams import run as beams
 from knitstudy.networks.rom import run as rom
 from knitstudy.progress import ReportProgress, silent
+from knitstudy.registry import unknown_choice
 from knitstudy.restart import forget_others, restart_path
 from knitstudy.solids import dns
 from knitstudy.stages.archive import Archive
 from knitstudy.stages.imports import modules_behind
-from knitstudy.study.choices import unknown_choice
 from knitstudy.study.configuration import CONFIG, check_scenes_together
 from knitstudy.study.scene import Scene
 
