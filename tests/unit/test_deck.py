@@ -14,6 +14,7 @@ from knitstudy.exchange.dialects import dialect
 from knitstudy.exchange.inp import write_inp
 from knitstudy.mechanics.material import Material
 from knitstudy.mesh import Section, Spacing, sweep
+from knitstudy.study.kinds import INTERACTIONS
 
 # Corners of the faces S1 to S6 of C3D8, from its definition.
 FACES = np.array([[1, 2, 3, 4], [5, 8, 7, 6], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 8, 4], [4, 8, 5, 1]]) - 1
@@ -65,6 +66,14 @@ def knit():
     return SimpleNamespace(loops=2, rows=1, width=6.0, height=3.0, radius=RADIUS, crossings=crossings)
 
 
+class Scene(SimpleNamespace):
+    def value(self, key):
+        found = self
+        for part in key.split("."):
+            found = getattr(found, part, None)
+        return found
+
+
 def scene(
     specimen="knit",
     interaction="tie",
@@ -77,10 +86,11 @@ def scene(
     stops=(),
     **contact,
 ):
-    return SimpleNamespace(
+    return Scene(
         name="pulled",
         specimen=specimen,
         interaction=interaction,
+        kind=SimpleNamespace(interaction=INTERACTIONS.find(interaction)),
         yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42, material=material),
         pair=SimpleNamespace(angle=90.0, support="ends"),
         load=SimpleNamespace(direction="course", strain=0.05, lateral=lateral, path=path, stops=stops),

@@ -24,7 +24,8 @@ def contacts(knit):
 def judge(plain_scene, knit):
     """Function that judges contacts with isotropic friction."""
     paper = read_table(RESOURCES / "paper_tables.csv")
-    given = {"geometry": synthetic.geometry(knit), "scenes": {"isotropic": plain_scene}, "paper": paper}
+    scenes = {"isotropic": plain_scene.vary({"fidelity": "dns", "interaction": "isotropic"})}
+    given = {"geometry": synthetic.geometry(knit), "scenes": scenes, "paper": paper}
 
     def judge(contacts):
         return judge_kinematics(Evidence(**given, contacts={"isotropic": contacts}))

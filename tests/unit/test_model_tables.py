@@ -30,7 +30,7 @@ def test_cases_hold_what_is_compared(every, scenes):
     assert list(cases) == [("tie", "course"), ("tie", "wale"), ("isotropic", "course"), ("isotropic", "wale")]
     case = cases["isotropic", "wale"]
     assert case.dns.scene.name == "dns-isotropic-wale"
-    assert case.medium.scene.name == "dns-isotropic-wale-medium"
+    assert case.other_mesh.scene.name == "dns-isotropic-wale-medium"
     assert [model.scene.name for model in case.main.values()] == [
         "rom3d-isotropic-wale",
         "rom2d-isotropic-wale",
@@ -66,7 +66,7 @@ def test_models_of_the_study_can_be_told_apart():
     made = load_scenes().values()
     named = [
         (
-            scene.rom.contacts_from or scene.interaction,
+            scene.value("rom.contacts_from") or scene.interaction,
             scene.load.direction,
             scene.load.strain,
             label_of(scene),

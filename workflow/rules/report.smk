@@ -4,9 +4,9 @@ REPORT = ["results/report.html"]
 
 rule report:
     input:
-        figures=[path for path in FIGURES if path.endswith(".png")],
+        figures=paths_of("figure", "png"),
         # Linked from the page.
-        documents=[path for path in FIGURES if path.endswith(".pdf")],
+        documents=paths_of("figure", "pdf"),
         tables=TABLES,
         data=data_of_study(),
         captions=workflow.source_path("../report/captions.yaml"),

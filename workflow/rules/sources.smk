@@ -1,11 +1,5 @@
-# What figures, tables and the report of a study are made from.
-from knitstudy.errors import ConfigurationError
-from knitstudy.figures.catalogue import FIGURES as FIGURE_ENTRIES
-from knitstudy.figures.catalogue import entry as figure_entry
-from knitstudy.figures.catalogue import module as figure_module
-from knitstudy.measures.selection import roles_of
-from knitstudy.tables.catalogue import TABLES as TABLE_ENTRIES
-from knitstudy.tables.catalogue import module as table_module
+# What figures, tables and the report of a study are made from. Their modules are imported only by jobs that ask for them.
+from functools import cache
 
 REFERENCE = {
     "paper": "resources/reference/paper_tables.csv",
@@ -14,59 +8,58 @@ REFERENCE = {
 }
 
 
-def results_of(roles):
-    """Return the results of scenes by what figures call them; those of several scenes are lists."""
-    files = {}
-    for role, found in roles.items():
-        scenes = found if isinstance(found, list) else [found]
-        direct = [scene for scene in scenes if scene.fidelity == "dns"]
-        paths = {role: histories(scenes)}
-        if direct:
-            prefix = "" if role == "dns" else f"{role}_"
-            paths[f"{prefix}contacts"] = [f"results/contacts/{scene.name}.nc" for scene in direct]
-            paths[f"{prefix}geometry"] = [f"results/geometry/{scene.knit}.nc" for scene in direct]
-            paths[f"{prefix}mesh"] = [f"results/mesh/{scene.name}.nc" for scene in direct]
-        files |= paths if isinstance(found, list) else {name: path[0] for name, path in paths.items()}
-    return files
-
-
-def possible(entries):
-    """Return the files that each figure or table needs by what they are, of those that the study can make."""
-    found = {}
-    for name, entry in entries.items():
-        files = results_of(roles_of(STUDY, entry.of)) | REFERENCE
-        if set(entry.needs) <= {*files, "scenes"}:
-            found[name] = {need: files[need] for need in (*entry.needs, *entry.may) if need in files}
+@cache
+def catalogue(kind):
+    """Return the catalogue of figures or of tables."""
+    if kind == "figure":
+        from knitstudy.figures.catalogue import FIGURES as found
+    else:
+        from knitstudy.tables.catalogue import TABLES as found
     return found
 
 
-def needs_of_figure(wildcards):
-    """Return the files that a figure is drawn from by what they are; stop where it cannot be drawn."""
-    name = wildcards.figure
-    try:
-        needs = [need for need in figure_entry(name).needs if need != "scenes"]
-        if name not in DRAWN:
-            raise ConfigurationError(
-                f"figure {name!r} needs {', '.join(needs)}: study {config['study']!r} lacks a scene for one of them"
-            )
-    except KnitstudyError as error:
-        stop(error)
-    return DRAWN[name]
+@cache
+def possible_of(kind):
+    """Return the files that each figure or table is made from by what they are, of those that the study can make."""
+    from knitstudy.stages.displays import possible
+
+    return possible(catalogue(kind), STUDY, REFERENCE, "results")
 
 
-def scenes_for(entry):
-    """Return the scenes of what a figure or table takes, where it asks for them: several of one role by their names."""
-    asked = {*entry.needs, *entry.may}
-    if "scenes" not in asked:
-        return {}
-    scenes = {}
-    for role, found in roles_of(STUDY, entry.of).items():
-        if not asked & results_of({role: found}).keys():
-            continue
-        if isinstance(found, list):
-            scenes |= {scene.name: scene.to_dict() for scene in found}
-        else:
-            scenes[role] = found.to_dict()
+def paths_of(kind, *suffixes):
+    """Return a function that lists the files of all figures or tables that the study can make."""
+    return lambda wildcards: [
+        f"results/{kind}s/{name}.{suffix}" for name in possible_of(kind) for suffix in suffixes
+    ]
+
+
+def sources_of(kind):
+    """Return a function of the files that one is made from by what they are; it stops where it cannot be made."""
+
+    def sources(wildcards):
+        name = wildcards[kind]
+        try:
+            needs = [need for need in catalogue(kind).find(name).needs if need != "scenes"]
+            if name not in possible_of(kind):
+                raise ConfigurationError(
+                    f"{kind} {name!r} needs {', '.join(needs)}: study {config['study']!r} lacks a scene for one of them"
+                )
+        except KnitstudyError as error:
+            stop(error)
+        return possible_of(kind)[name]
+
+    return sources
+
+
+def scenes_for(kind):
+    """Return a function of the scenes of what one takes, where it asks for them: several of one role by their names."""
+
+    def scenes(wildcards):
+        from knitstudy.stages.displays import scenes_of
+
+        found = scenes_of(catalogue(kind).find(wildcards[kind]), STUDY)
+        return {role: scene.to_dict() for role, scene in found.items()}
+
     return scenes
 
 

@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import (
     PERCENT,
     Curve,
@@ -21,12 +22,45 @@ from knitstudy.figures.curves import (
 )
 from knitstudy.figures.style import FAINT, MODELS, styled
 from knitstudy.measures.cases import label_of
+from knitstudy.measures.selection import ISOTROPIC_COURSE, ISOTROPIC_WALE, TIED_COURSE, TIED_WALE
 from knitstudy.study.scene import Scene
 
 DASHES = ((0, (1, 1.2)), (0, (4, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (2, 2.5)), (0, (3, 1, 1, 1, 1, 1)))
 """Of the variants of one model, in their order."""
 
 
+@FIGURES.add(
+    "fig15a_force_strain",
+    "Fig. 15a: force against strain in course direction, ties",
+    needs=("dns", "rom3d", "rom2d", "scenes"),
+    of=TIED_COURSE,
+    optional=("other_mesh", "reduced"),
+    order=1,
+)
+@FIGURES.add(
+    "fig15b_force_strain",
+    "Fig. 15b: force against strain in wale direction, ties",
+    needs=("dns", "rom3d", "rom2d", "scenes"),
+    of=TIED_WALE,
+    optional=("other_mesh", "reduced"),
+    order=2,
+)
+@FIGURES.add(
+    "fig15c_force_strain",
+    "Fig. 15c: force against strain in course direction, isotropic friction",
+    needs=("dns", "rom3d", "rom2d", "scenes"),
+    of=ISOTROPIC_COURSE,
+    optional=("other_mesh", "reduced"),
+    order=3,
+)
+@FIGURES.add(
+    "fig15d_force_strain",
+    "Fig. 15d: force against strain in wale direction, isotropic friction",
+    needs=("dns", "rom3d", "rom2d", "scenes"),
+    of=ISOTROPIC_WALE,
+    optional=("other_mesh", "reduced"),
+    order=4,
+)
 @styled
 def draw(
     dns: xr.Dataset,

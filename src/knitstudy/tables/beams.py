@@ -11,6 +11,7 @@ import xarray as xr
 from knitstudy.measures.cases import Case, cases_of, is_plain
 from knitstudy.measures.response import comparison, secant_stiffness
 from knitstudy.study.scene import Scene
+from knitstudy.tables.catalogue import TABLES
 
 COLUMNS = [
     "model",
@@ -29,6 +30,12 @@ COLUMNS = [
 ]
 
 
+@TABLES.add(
+    "beams",
+    "Beams in contact and solid yarns",
+    needs=("every", "scenes"),
+    order=8,
+)
 def build(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one row a model: direct simulation, main 3D reduced model, and beams in contact, by direction.
 

@@ -10,10 +10,28 @@ import xarray as xr
 
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement
 from knitstudy.measures.claims.judges import JUDGES
-from knitstudy.measures.selection import VARIANTS
+from knitstudy.measures.selection import COURSE, VARIANTS
 from knitstudy.study.scene import Scene
+from knitstudy.tables.catalogue import TABLES
 
 
+@TABLES.add(
+    "claims",
+    "Claims of the paper and verdicts",
+    needs=("geometry", "paper", "claims", "scenes", "every"),
+    of=COURSE,
+    optional=(
+        "tie",
+        "rough",
+        "isotropic",
+        "untied",
+        "isotropic_contacts",
+        "untied_contacts",
+        "frictions",
+        "sprung_contacts",
+    ),
+    order=15,
+)
 def build(
     geometry: xr.Dataset,
     paper: pd.DataFrame,

@@ -7,7 +7,9 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.measures.selection import TIED_COURSE
 from knitstudy.measures.unit_cell import crossing_error
+from knitstudy.tables.catalogue import TABLES
 
 MEASURES = {
     "deepest penetration": ("penetration", "m", None),
@@ -21,6 +23,13 @@ MEASURES = {
 """Name in the table: variable of the geometry dataset, unit, and key of the target."""
 
 
+@TABLES.add(
+    "geometry",
+    "Unit cell before and after optimisation",
+    needs=("geometry", "targets"),
+    of=TIED_COURSE,
+    order=14,
+)
 def build(geometry: xr.Dataset, targets: dict) -> pd.DataFrame:
     """Return measures and terms of F before and after, with targets and residuals where there are any.
 

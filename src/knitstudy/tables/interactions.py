@@ -14,8 +14,17 @@ from knitstudy.measures.response import (
     stiffness_at,
     transverse_contraction,
 )
+from knitstudy.measures.selection import ISOTROPIC_COURSE
+from knitstudy.tables.catalogue import TABLES
 
 
+@TABLES.add(
+    "interactions",
+    "Ties, rough contact and isotropic friction",
+    needs=("tie", "rough", "isotropic", "geometry"),
+    of=ISOTROPIC_COURSE,
+    order=2,
+)
 def build(tie: xr.Dataset, rough: xr.Dataset, isotropic: xr.Dataset, geometry: xr.Dataset) -> pd.DataFrame:
     """Return one row an interaction, at the largest strain that all have reached.
 

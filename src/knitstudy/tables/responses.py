@@ -17,6 +17,7 @@ from knitstudy.measures.response import (
     tangent_stiffness,
 )
 from knitstudy.study.scene import Scene
+from knitstudy.tables.catalogue import TABLES
 
 STRAINS = (0.01, 0.03, 0.05)
 """Strains at which forces are listed."""
@@ -24,6 +25,12 @@ STRAINS = (0.01, 0.03, 0.05)
 DISSIPATED = ("friction", "stabilisation")
 
 
+@TABLES.add(
+    "responses",
+    "Every simulation of a knit",
+    needs=("every", "scenes"),
+    order=9,
+)
 def build(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one row a simulation; what a model has no key or no result for is empty.
 

@@ -11,8 +11,15 @@ import xarray as xr
 from knitstudy.measures.cases import Case, cases_of
 from knitstudy.measures.response import comparison, force_distance, out_of_plane_agreement
 from knitstudy.study.scene import Scene
+from knitstudy.tables.catalogue import TABLES
 
 
+@TABLES.add(
+    "rom_distance",
+    "Reduced models and their direct simulations",
+    needs=("every", "scenes"),
+    order=1,
+)
 def build(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one row a model of each of the four cases, the direct simulation on another mesh among them.
 

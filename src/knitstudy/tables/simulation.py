@@ -8,8 +8,10 @@ import xarray as xr
 
 from knitstudy.measures.energy_balance import hourglass_share, ledger_gap, stabilisation_share
 from knitstudy.measures.penetration import penetration
+from knitstudy.measures.selection import ISOTROPIC_COURSE, ISOTROPIC_WALE, TIED_COURSE, TIED_WALE
 from knitstudy.solids.dns import HOURGLASS_SHARE
 from knitstudy.study.scene import Scene
+from knitstudy.tables.catalogue import TABLES
 
 Row = tuple[str, str, float, float]
 """Quantity, unit, value and bar."""
@@ -23,6 +25,34 @@ STABILISATION, STABILISATION_AT_END = 0.05, 0.01
 """Largest share of what stabilisation dissipates in internal energy, on the way and at full load."""
 
 
+@TABLES.add(
+    "simulation",
+    "What the direct simulations stand on: ties, course tension",
+    needs=("dns", "scenes"),
+    of=TIED_COURSE,
+    order=10,
+)
+@TABLES.add(
+    "simulation_contact",
+    "What they stand on: friction, course tension",
+    needs=("dns", "scenes"),
+    of=ISOTROPIC_COURSE,
+    order=11,
+)
+@TABLES.add(
+    "simulation_wale",
+    "What they stand on: ties, wale tension",
+    needs=("dns", "scenes"),
+    of=TIED_WALE,
+    order=12,
+)
+@TABLES.add(
+    "simulation_contact_wale",
+    "What they stand on: friction, wale tension",
+    needs=("dns", "scenes"),
+    of=ISOTROPIC_WALE,
+    order=13,
+)
 def build(dns: xr.Dataset, scenes: dict[str, Scene]) -> pd.DataFrame:
     """Return one quantity a row, with its unit and its bar where it has one.
 

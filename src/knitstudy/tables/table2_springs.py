@@ -13,6 +13,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.measures.reference import number
 from knitstudy.networks.rom.springs import AXES, MEASURES, Springs, springs
 from knitstudy.study.scene import Scene
+from knitstudy.tables.catalogue import TABLES
 
 STATISTICS = {
     "averaged, sum(F d) / sum(d d)": lambda found: found.averaged,
@@ -27,6 +28,12 @@ AVERAGES = tuple(STATISTICS)[:2]
 """What the paper's numbers may be."""
 
 
+@TABLES.add(
+    "table2_springs",
+    "Table 2: all springs that stand for contact",
+    needs=("sprung_contacts", "paper", "scenes"),
+    order=5,
+)
 def build(
     sprung_contacts: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
 ) -> pd.DataFrame:

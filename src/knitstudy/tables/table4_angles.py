@@ -7,6 +7,8 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.reference import numbers
+from knitstudy.measures.selection import TIED_COURSE
+from knitstudy.tables.catalogue import TABLES
 
 AXES = "xyz"
 
@@ -24,6 +26,13 @@ REPORTED = {
 """Number of a segment in Fig. 14 and where the paper prints it; which of 1 and 6 is the head is not said."""
 
 
+@TABLES.add(
+    "table4_angles",
+    "Table 4: angles of the honeycomb's segments",
+    needs=("contacts", "paper"),
+    of=TIED_COURSE,
+    order=6,
+)
 def build(contacts: xr.Dataset, paper: pd.DataFrame) -> pd.DataFrame:
     """Return the angles of each kind of segment, averaged over the knit, and the paper's.
 

@@ -12,6 +12,7 @@ from knitstudy.measures.cost import MEGABYTE, element_length
 from knitstudy.measures.names import NAMES
 from knitstudy.measures.reference import REPORTED, number, reported
 from knitstudy.study.scene import Scene
+from knitstudy.tables.catalogue import TABLES
 
 SOLIDS = {
     "one_point": "hexahedron, 8 nodes, 1 point",
@@ -20,6 +21,12 @@ SOLIDS = {
 BEAM = "beam, 2 nodes, 1 point"
 
 
+@TABLES.add(
+    "table5_cost",
+    "Table 5: cost of the models",
+    needs=("every", "paper", "scenes"),
+    order=7,
+)
 def build(every: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return size, memory and time of the main models of each case.
 
