@@ -7,10 +7,12 @@ import pytest
 import study
 import synthetic
 
+from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES, draw
-from knitstudy.measures.selection import TIED_COURSE
 from knitstudy.registry import load_plugins
-from knitstudy.stages.displays import files_of, possible, scenes_of
+from knitstudy.stages.code import modules_behind
+from knitstudy.stages.displays import Displays
+from knitstudy.stages.plan import Plan
 from knitstudy.tables.catalogue import TABLES, build
 
 TOY = """
@@ -68,37 +70,54 @@ def test_table_from_outside_is_built(toy):
     assert table["k"].item() > 0
 
 
+def displays(catalogue, scenes, reference=None):
+    return Displays(catalogue, Plan({scene.name: scene for scene in scenes}), scenes, reference or {})
+
+
 def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
-    reference = {"paper": "paper.csv"}
-    figures, tables = (possible(catalogue, scenes, reference, "out") for catalogue in (FIGURES, TABLES))
-    assert figures["toy_curve"] == {"dns": "out/dns/dns-tie-course.nc"}
-    assert tables["toy_stiffness"] == {
+    figures, tables = (displays(catalogue, scenes) for catalogue in (FIGURES, TABLES))
+    assert figures.files("toy_curve", "out") == {"dns": "out/dns/dns-tie-course.nc"}
+    assert tables.files("toy_stiffness", "out") == {
         "rom3d": "out/rom/rom3d-tie-course.nc",
         "tie_wale_dns_contacts": "out/contacts/dns-tie-wale.nc",
     }
-    alone = [scene for scene in scenes if "wale" not in scene.name]
-    assert "toy_stiffness" not in possible(TABLES, alone, reference, "out")
-    assert {role: scene.name for role, scene in scenes_of(FIGURES.find("toy_curve"), scenes).items()} == {
+    assert {role: scene.name for role, scene in figures.scenes("toy_curve").items()} == {
         "dns": "dns-tie-course"
     }
-    assert scenes_of(TABLES.find("toy_stiffness"), scenes) == {}
+    assert tables.scenes("toy_stiffness") == {}
+    alone = displays(TABLES, [scene for scene in scenes if "wale" not in scene.name])
+    assert "toy_stiffness" not in alone.names()
+    with pytest.raises(ConfigurationError, match=r"'toy_stiffness' needs rom3d, .*: the study lacks a scene"):
+        alone.files("toy_stiffness", "out")
 
 
-def test_several_scenes_of_a_role_are_lists(scenes):
-    beams = [scene for scene in scenes if scene.fidelity == "beam"][:2]
-    direct = next(scene for scene in scenes if scene.fidelity == "dns")
-    assert files_of({"beams": beams, "tie": direct}, "r") == {
-        "beams": [f"r/beams/{scene.name}.nc" for scene in beams],
-        "tie": f"r/dns/{direct.name}.nc",
-        "tie_contacts": f"r/contacts/{direct.name}.nc",
-        "tie_geometry": f"r/geometry/{direct.knit}.nc",
-        "tie_mesh": f"r/mesh/{direct.name}.nc",
+def test_code_of_a_figure_from_outside_counts(toy, scenes, tmp_path):
+    behind = {path.name for path in modules_behind(FIGURES.module("toy_curve"))}
+    assert {"toydisplays.py", "response.py"} <= behind
+    before = displays(FIGURES, scenes).digest("toy_curve")
+    other = [scene.replace("load.strain", 0.04) for scene in scenes]
+    assert (
+        displays(FIGURES, other).digest("toy_curve")
+        != before
+        == displays(FIGURES, scenes).digest("toy_curve")
+    )
+
+
+def test_several_scenes_of_a_role_are_lists(scenes, tmp_path):
+    paper = tmp_path / "paper.csv"
+    figures = displays(FIGURES, scenes)
+    beams = [f"out/beams/beam-{kind}isotropic-course.nc" for kind in ("", "pinned-", "hertz-")]
+    assert figures.files("fig12b_beam_contact", "out")["beams"] == beams
+    assert figures.files("fig02_interfaces", "out") == {}
+    assert set(figures.files("fig15a_force_strain", "out")) == {
+        "dns",
+        "rom3d",
+        "rom2d",
+        "other_mesh",
+        "reduced",
     }
-
-
-def test_every_display_of_the_package_can_be_made_from_a_whole_study(scenes):
-    found = possible(FIGURES, scenes, {}, "out")
-    assert {"fig15a_force_strain", "fig02_interfaces", "fig12b_beam_contact"} <= set(found)
-    assert found["fig02_interfaces"] == {}
-    assert set(found["fig15a_force_strain"]) == {"dns", "rom3d", "rom2d", "other_mesh", "reduced"}
-    assert TIED_COURSE == FIGURES.find("fig15a_force_strain").of
+    tables = displays(TABLES, scenes, {"paper": paper})
+    assert tables.files("table4_angles", "out") == {
+        "contacts": "out/contacts/dns-tie-course.nc",
+        "paper": paper.as_posix(),
+    }

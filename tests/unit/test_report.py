@@ -367,7 +367,7 @@ def test_sources_of_one_name_are_read_by_scene(tmp_path, direct):
     for path in paths:
         write_dataset(synthetic.history(), path, direct(path.stem, "tie"))
     sources = read_sources(
-        [("dns", str(paths[0])), ("pairs", [str(path) for path in paths]), ("code", ["x.py"])]
+        [("dns", str(paths[0])), ("pairs", [str(path) for path in paths]), ("digest", ["x.py"])]
     )
     assert sources["dns"].attrs["scene"] == "a"
     assert list(sources) == ["dns", "pairs"]

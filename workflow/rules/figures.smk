@@ -8,7 +8,7 @@ FIGURES = paths_of("figure", "png", "pdf")
 rule figure:
     input:
         unpack(sources_of("figure")),
-        code=lambda wildcards: code(catalogue("figure").module(wildcards.figure), "knitstudy.figures.saving"),
+        digest=f"{freshness.FOLDER}/figures/{{figure}}",
     output:
         png=report(
             update("results/figures/{figure}.png"),
@@ -25,8 +25,8 @@ rule figure:
     resources:
         mem_mb=1000,
     params:
-        title=lambda wildcards: catalogue("figure").find(wildcards.figure).title,
-        scenes=scenes_for("figure"),
+        title=title_of("figure"),
+        scenes=scenes_of("figure"),
     message:
         "Draw {wildcards.figure}"
     script:

@@ -1,4 +1,4 @@
-# What figures, tables and the report of a study are made from. Their modules are imported only by jobs that ask for them.
+# What figures, tables and the report of a study are made from. Their modules are imported only where one is asked for.
 from functools import cache
 
 REFERENCE = {
@@ -9,63 +9,71 @@ REFERENCE = {
 
 
 @cache
-def catalogue(kind):
-    """Return the catalogue of figures or of tables."""
+def displays(kind):
+    """Return the figures or the tables of the study."""
+    from knitstudy.stages.displays import Displays
+
     if kind == "figure":
-        from knitstudy.figures.catalogue import FIGURES as found
+        from knitstudy.figures.catalogue import FIGURES as catalogue
     else:
-        from knitstudy.tables.catalogue import TABLES as found
-    return found
-
-
-@cache
-def possible_of(kind):
-    """Return the files that each figure or table is made from by what they are, of those that the study can make."""
-    from knitstudy.stages.displays import possible
-
-    return possible(catalogue(kind), STUDY, REFERENCE, "results")
+        from knitstudy.tables.catalogue import TABLES as catalogue
+    code = ("knitstudy.figures.saving",) if kind == "figure" else ()
+    return Displays(catalogue, PLAN, STUDY, REFERENCE, code, f"study {CONFIGURATION.study!r}")
 
 
 def paths_of(kind, *suffixes):
-    """Return a function that lists the files of all figures or tables that the study can make."""
+    """Return the function that lists the files of all figures or tables that the study can make."""
     return lambda wildcards: [
-        f"results/{kind}s/{name}.{suffix}" for name in possible_of(kind) for suffix in suffixes
+        ancient(f"{RESULTS}/{kind}s/{name}.{suffix}")
+        for name in displays(kind).names()
+        for suffix in suffixes
     ]
 
 
 def sources_of(kind):
-    """Return a function of the files that one is made from by what they are; it stops where it cannot be made."""
+    """Return the function of the files that one is made from by what they are; it stops where it cannot be made."""
 
     def sources(wildcards):
-        name = wildcards[kind]
         try:
-            needs = [need for need in catalogue(kind).find(name).needs if need != "scenes"]
-            if name not in possible_of(kind):
-                raise ConfigurationError(
-                    f"{kind} {name!r} needs {', '.join(needs)}: study {config['study']!r} lacks a scene for one of them"
-                )
+            found = displays(kind).files(wildcards[kind], RESULTS)
         except KnitstudyError as error:
             stop(error)
-        return possible_of(kind)[name]
+        # No time of theirs counts, only their digests.
+        return {
+            role: [ancient(path) for path in each] if isinstance(each, list) else ancient(each)
+            for role, each in found.items()
+        }
 
     return sources
 
 
-def scenes_for(kind):
-    """Return a function of the scenes of what one takes, where it asks for them: several of one role by their names."""
+def scenes_of(kind):
+    """Return the function of the scenes of what one takes, where it asks for them."""
+    return lambda wildcards: {
+        role: scene.to_dict() for role, scene in displays(kind).scenes(wildcards[kind]).items()
+    }
 
-    def scenes(wildcards):
-        from knitstudy.stages.displays import scenes_of
 
-        found = scenes_of(catalogue(kind).find(wildcards[kind]), STUDY)
-        return {role: scene.to_dict() for role, scene in found.items()}
+def title_of(kind):
+    """Return the function of the title of one."""
+    return lambda wildcards: displays(kind).catalogue.find(wildcards[kind]).title
 
-    return scenes
+
+def digests_of_displays():
+    """Return the digests of all figures and tables by their places under the results, noted for the engine."""
+    found = {
+        f"{kind}s/{name}": displays(kind).digest(name)
+        for kind in ("figure", "table")
+        for name in displays(kind).names()
+    }
+    for place, wanted in found.items():
+        freshness.note(place, wanted)
+    return found
 
 
 def data_of_study():
     """Return every netCDF file of the study, in the order of its stages."""
-    direct = [scene for scene in STUDY if scene.fidelity == "dns"]
-    geometry = dict.fromkeys(f"results/geometry/{scene.knit}.nc" for scene in STUDY)
-    details = [f"results/{stage}/{scene.name}.nc" for stage in ("mesh", "contacts") for scene in direct]
-    return [*geometry, *details, *histories(STUDY)]
+    order = ("geometry", "mesh", "contacts", "dns", "rom", "beams")
+    steps = [step for step in PLAN.steps(STUDY) if step[0].leaves.endswith(".nc")]
+    place = {name: number for number, name in enumerate(order)}
+    return sorted(steps, key=lambda step: place.get(step[0].name, len(order)))

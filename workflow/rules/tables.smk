@@ -5,7 +5,7 @@ TABLES = paths_of("table", "csv")
 rule table:
     input:
         unpack(sources_of("table")),
-        code=lambda wildcards: code(catalogue("table").module(wildcards.table)),
+        digest=f"{freshness.FOLDER}/tables/{{table}}",
     output:
         report(
             update("results/tables/{table}.csv"),
@@ -21,8 +21,8 @@ rule table:
     resources:
         mem_mb=500,
     params:
-        title=lambda wildcards: catalogue("table").find(wildcards.table).title,
-        scenes=scenes_for("table"),
+        title=title_of("table"),
+        scenes=scenes_of("table"),
     message:
         "Build the table {wildcards.table}"
     script:

@@ -1,88 +1,154 @@
-"""Which figures and tables a study can make, and from which files."""
+"""Which figures and tables a study can make, from which results, and the digest that each has then."""
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from knitstudy.errors import ConfigurationError
+from knitstudy.measures.catalogue import Catalogue
 from knitstudy.measures.selection import roles_of
+from knitstudy.stages.code import code_digest
+from knitstudy.stages.freshness import digest_of_files
+from knitstudy.stages.plan import Plan, Step
 from knitstudy.stages.table import STAGES, stage_of
-
-if TYPE_CHECKING:
-    from knitstudy.measures.catalogue import Catalogue, Display
-    from knitstudy.study.scene import Scene
-
-Files = dict[str, str | list[str]]
-"""Files by what figures and tables call what is in them; several of one name as a list."""
+from knitstudy.study.scene import Scene
 
 BESIDE = ("contacts", "geometry", "mesh")
 """Stages whose results of direct simulations figures and tables take besides their histories."""
 
+Source = Step | list[Step] | Path
+"""What something is made from: a result, several of one role, or a file of reference."""
 
-def files_of(roles: Mapping[str, Scene | list[Scene]], folder: Path | str) -> Files:
+
+def results_of(roles: Mapping[str, Scene | list[Scene]]) -> dict[str, Step | list[Step]]:
     """Return the results of scenes by what figures and tables call them.
 
     Parameters
     ----------
     roles : mapping of str to Scene or list of Scene
         See `measures.selection`.
-    folder : Path or str
-        Of all results.
 
     Returns
     -------
-    dict of str to str or list of str
+    dict of str to Step or list of Step
         Histories by the names of the roles; contacts, geometry and mesh of direct simulations under the role's name
-        and theirs, "tie_contacts", without the role where it is "dns".
+        and theirs, "tie_contacts", without the role where it is "dns". Results of a list of scenes are lists.
     """
-    folder, files = Path(folder), {}
+    results: dict[str, Step | list[Step]] = {}
     for role, found in roles.items():
         scenes = found if isinstance(found, list) else [found]
-        paths = {role: [stage_of(scene).path(scene) for scene in scenes]}
+        steps = {role: [(stage_of(scene), scene) for scene in scenes]}
         direct = [scene for scene in scenes if scene.fidelity == "dns"]
         if direct:
             prefix = "" if role == "dns" else f"{role}_"
-            paths |= {
-                f"{prefix}{name}": [STAGES.find(name).path(scene) for scene in direct] for name in BESIDE
-            }
-        for name, several in paths.items():
-            listed = [(folder / path).as_posix() for path in several]
-            files[name] = listed if isinstance(found, list) else listed[0]
-    return files
+            for name in BESIDE:
+                steps[f"{prefix}{name}"] = [(STAGES.find(name), scene) for scene in direct]
+        results |= steps if isinstance(found, list) else {name: each[0] for name, each in steps.items()}
+    return results
 
 
-def possible(
-    catalogue: Catalogue, study: Iterable[Scene], reference: Mapping[str, str], folder: Path | str
-) -> dict[str, Files]:
-    """Return the files that figures or tables are made from, of those that a study has all needs of.
+class Displays:
+    """The figures, or the tables, of a study.
 
     Parameters
     ----------
     catalogue : Catalogue
         Of figures or of tables.
+    plan : Plan
     study : iterable of Scene
         In the order of the configuration.
-    reference : mapping of str to str
+    reference : mapping of str to path
         Files of reference by their names.
-    folder : Path or str
-        Of all results.
+    code : tuple of str
+        Modules that all of them depend on besides their own.
+    label : str
+        What messages call the study.
     """
-    study, found = list(study), {}
-    for name, display in catalogue.all().items():
-        files = files_of(roles_of(study, display.of), folder) | dict(reference)
-        if set(display.needs) <= {*files, "scenes"}:
-            found[name] = {need: files[need] for need in display.takes if need in files}
-    return found
+
+    def __init__(
+        self,
+        catalogue: Catalogue,
+        plan: Plan,
+        study: Iterable[Scene],
+        reference: Mapping[str, Path | str],
+        code: tuple[str, ...] = (),
+        label: str = "the study",
+    ) -> None:
+        self.catalogue, self._plan, self._study, self._code = catalogue, plan, list(study), code
+        self._label = label
+        self._reference = {name: Path(path) for name, path in reference.items()}
+
+    @cached_property
+    def sources(self) -> dict[str, dict[str, Source]]:
+        """What each is made from, by what it calls it; only those that the study has all needs of."""
+        found = {}
+        for name, display in self.catalogue.all().items():
+            known = results_of(roles_of(self._study, display.of)) | self._reference
+            if set(display.needs) <= {*known, "scenes"}:
+                found[name] = {need: known[need] for need in display.takes if need in known}
+        return found
+
+    def names(self) -> tuple[str, ...]:
+        """Return the names of those that the study can make, in the order of the report."""
+        return tuple(self.sources)
+
+    def files(self, name: str, folder: Path | str) -> dict[str, str | list[str]]:
+        """Return the files that one is made from, by what it calls them; `folder` is that of all results.
+
+        Raises
+        ------
+        ConfigurationError
+            If there is no figure or table of that name, or the study lacks a scene for one of its needs.
+        """
+        needs = [need for need in self.catalogue.find(name).needs if need != "scenes"]
+        if name not in self.sources:
+            raise ConfigurationError(
+                f"{self.catalogue.what} {name!r} needs {', '.join(needs)}: {self._label} lacks a scene for one"
+                " of them"
+            )
+
+        def path(step: Step) -> str:
+            stage, scene = step
+            return (Path(folder) / stage.path(scene)).as_posix()
+
+        return {
+            role: source.as_posix()
+            if isinstance(source, Path)
+            else [path(step) for step in source]
+            if isinstance(source, list)
+            else path(source)
+            for role, source in self.sources[name].items()
+        }
+
+    def scenes(self, name: str) -> dict[str, Scene]:
+        """Return the scenes of what one takes, where it asks for them: several of one role by their names."""
+        display = self.catalogue.find(name)
+        scenes: dict[str, Scene] = {}
+        if "scenes" in display.takes:
+            for role, found in roles_of(self._study, display.of).items():
+                if set(display.takes) & results_of({role: found}).keys():
+                    several = isinstance(found, list)
+                    scenes |= {scene.name: scene for scene in found} if several else {role: found}
+        return scenes
+
+    def digest(self, name: str) -> str:
+        """Return the digest that one has when it is up to date: of its title, its scenes, its code and its sources."""
+        scenes = {role: scene.read(scene.to_dict()) for role, scene in self.scenes(name).items()}
+        reads = {"title": self.catalogue.find(name).title, "scenes": scenes}
+        code = code_digest(self.catalogue.module(name), *self._code)
+        return digest_of_files(reads, code, digests_of(self.sources[name], self._plan))
 
 
-def scenes_of(display: Display, study: Iterable[Scene]) -> dict[str, Scene]:
-    """Return the scenes of what a figure or table takes, where it asks for them; several of a role by their names."""
-    if "scenes" not in display.takes:
-        return {}
-    scenes = {}
-    for role, found in roles_of(study, display.of).items():
-        if set(display.takes) & files_of({role: found}, "").keys():
-            several = isinstance(found, list)
-            scenes |= {scene.name: scene for scene in found} if several else {role: found}
-    return scenes
+def digests_of(sources: Mapping[str, Source], plan: Plan) -> dict[str, str]:
+    """Return the digests of what something is made from."""
+    digests = {}
+    for role, source in sources.items():
+        if isinstance(source, Path):
+            digests[role] = hashlib.sha256(source.read_bytes()).hexdigest()[:16]
+        else:
+            for stage, scene in source if isinstance(source, list) else [source]:
+                digests[f"{role} {scene.name}"] = plan.digest(stage, scene)
+    return digests
