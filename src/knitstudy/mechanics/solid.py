@@ -17,7 +17,9 @@ from knitstudy.mechanics.contact.points import ContactPoints
 from knitstudy.mechanics.hexahedron import Hexahedron
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.parallel import threads
+from knitstudy.mechanics.pattern_sum import PatternSum
 from knitstudy.mechanics.stabilisation import Stabilisation
+from knitstudy.mechanics.tied_blocks import TiedBlocks
 
 UNLOADED = 1e-9
 """Mean force over E h^2 below which solids count as unloaded."""
@@ -115,6 +117,8 @@ class SolidModel:
         # Where nothing resists yet, rounding is no measure of a residual.
         self._least_force = UNLOADED * elements.material.youngs_modulus * length**2
         self._threads = threads()
+        self._tied = None if dependence is None else TiedBlocks(dependence)
+        self._sum: PatternSum | None = None
         self._evaluated: tuple[SolidState, ContactPoints] | None = None
 
     def start(self) -> SolidState:
@@ -218,20 +222,19 @@ class SolidModel:
         )
         if not stiffness:
             return response
-        full = self._collected(touch.stiffness)
+        full, symmetric = touch.stiffness, touch.symmetric
+        if self._tied is not None:
+            full, symmetric = self._tied.collect(full), self._tied.collect(symmetric)
+        if self._sum is None or not self._sum.fits(response.stiffness, full):
+            self._sum = PatternSum(response.stiffness, full)
         return replace(
             response,
-            stiffness=sp.bsr_matrix(response.stiffness + full),
-            unsymmetric=full - self._collected(touch.symmetric),
+            stiffness=self._sum.add(response.stiffness, full),
+            unsymmetric=sp.bsr_matrix(
+                (full.data - symmetric.data, full.indices, full.indptr), shape=full.shape
+            ),
             touching=np.flatnonzero(np.diff(full.indptr)),
         )
-
-    def _collected(self, matrix: sp.bsr_matrix) -> sp.bsr_matrix:
-        """Return T^T K T (3 n, 3 n) of a matrix over all nodes that has few entries."""
-        if self.dependence is None:
-            return matrix
-        spread = sp.kron(self.dependence, sp.identity(3), format="csr")
-        return sp.bsr_matrix(spread.T @ matrix.tocsr() @ spread, blocksize=(3, 3))
 
     def _with_stabilisation(self, response: Response, state: SolidState) -> Response:
         drag = self.stabilisation.stiffness(state.load, state.change)

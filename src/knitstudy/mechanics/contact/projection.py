@@ -88,7 +88,7 @@ def project(
 def _step(
     surfaces: Surfaces, nodes: np.ndarray, surface: np.ndarray, points: np.ndarray, xi: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return Newton's steps (k, 2) for the closest points, and whether they are (k,): not where curvature is left out."""
+    """Return Newton's steps (k, 2) for the closest points, and where (k,) curvature is not left out."""
     place, tangent, curvature = surfaces.stencil(surface, xi).places(nodes)
     apart = points - place
     slope = np.einsum("kai,ki->ak", tangent, apart)

@@ -8,6 +8,7 @@ import scipy.sparse as sp
 from knitstudy.mechanics.linear.lu import factorise
 from knitstudy.mechanics.linear.solver import NOWHERE
 from knitstudy.mechanics.linear.structure import KnitStructure
+from knitstudy.mechanics.pattern_sum import block_entries
 
 
 class CrossingScale:
@@ -48,19 +49,12 @@ class CrossingScale:
 
 def neighbours(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
     """Return nodes and those that share an element or a contact with them."""
-    return np.union1d(nodes, matrix.indices[_entries(matrix, nodes)])
-
-
-def _entries(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
-    """Return the positions of the blocks of some rows, row by row."""
-    count = np.diff(matrix.indptr)[nodes]
-    start = np.repeat(matrix.indptr[nodes] - np.cumsum(count) + count, count)
-    return start + np.arange(count.sum())
+    return np.union1d(nodes, matrix.indices[block_entries(matrix, nodes)])
 
 
 def _block_rows(matrix: sp.bsr_matrix, nodes: np.ndarray) -> sp.csr_matrix:
     """Return the rows of all unknowns of some nodes as CSR."""
-    entries = _entries(matrix, nodes)
+    entries = block_entries(matrix, nodes)
     indptr = np.concatenate([[0], np.cumsum(np.diff(matrix.indptr)[nodes])])
     part = sp.bsr_matrix(
         (matrix.data[entries], matrix.indices[entries], indptr), shape=(3 * len(nodes), matrix.shape[1])
