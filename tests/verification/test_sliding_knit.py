@@ -34,10 +34,7 @@ def changes(full):
 
 @pytest.fixture(scope="module")
 def scene(changes):
-    scene = load_scene(NAME)
-    for key, value in changes.items():
-        scene = scene.replace(key, value)
-    return scene
+    return load_scene(NAME).vary(changes)
 
 
 @pytest.fixture(scope="module")

@@ -19,9 +19,7 @@ ELEMENTS = ("one_point", "incompatible_modes")
 
 
 def changed(scene, **changes):
-    for key, value in changes.items():
-        scene = scene.replace(key.replace("__", "."), value)
-    return scene
+    return scene.vary({key.replace("__", "."): value for key, value in changes.items()})
 
 
 @pytest.fixture(scope="module")

@@ -87,7 +87,7 @@ def cases_of(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> It
     every : mapping of str to Dataset
         Histories of knits by scene (see docs/architecture.md).
     scenes : mapping of str to Scene
-        Their scenes by the same names, in the order of the table.
+        Their scenes by the same names, in the order of the families.
     """
     known = [scene for name, scene in scenes.items() if name in every]
 

@@ -99,7 +99,7 @@ def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene 
     Parameters
     ----------
     scenes : iterable of Scene
-        Scenes of a study in the order of the table.
+        Scenes of a study in the order of the families.
     of : mapping
         Wanted values of the main scene's keys, for example ``{"interaction": "tie"}``.
     """
@@ -126,13 +126,13 @@ def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene 
 def models_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene]:
     """Return one direct simulation and the main reduced models made from it, by fidelity.
 
-    The first DNS of the table that fits is taken, or the first with all reduced models if there is one, and
+    The first DNS of the study that fits is taken, or the first with all reduced models if there is one, and
     of each reduced model the first.
 
     Parameters
     ----------
     scenes : iterable of Scene
-        Scenes of a study in the order of the table.
+        Scenes of a study in the order of the families.
     of : mapping
         Wanted values of keys, for example ``{"interaction": "tie", "load.direction": "course"}``.
 
@@ -147,7 +147,7 @@ def models_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene
 
 
 def reduced_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
-    """Return all reduced models made from the contacts of a direct simulation, in the order of the table."""
+    """Return all reduced models made from the contacts of a direct simulation, in the order of the families."""
     return [scene for scene in scenes if scene.value("rom.contacts_from") == main.name]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from knitstudy.files.csv_table import read_table
 from knitstudy.files.netcdf import read_dataset
-from knitstudy.study.configuration import read_yaml
+from knitstudy.study.documents import read_yaml
 
 READERS = {".nc": read_dataset, ".csv": read_table, ".yaml": read_yaml}
 
