@@ -55,6 +55,6 @@ def test_figure_of_a_plugin_is_drawn_and_drawn_again_when_its_code_changes(fresh
     ended = fresh.snakemake(*toy)
     assert ended.returncode == 0, ended.stderr
     assert (fresh.folder / "results/figures/toy.png").read_bytes().startswith(b"\x89PNG")
-    assert "Nothing to be done" in fresh.snakemake(*toy, "--dry-run").stderr
+    assert "Nothing to be done" in fresh.snakemake(*toy, "--dry-run").stdout
     module.write_text(TOY.replace('0.5, "toy"', '0.5, "other"'))
     assert "Draw toy" in fresh.snakemake(*toy, "--dry-run").stdout
