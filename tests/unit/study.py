@@ -47,8 +47,9 @@ def scenes(plain):
             name = form.format(f"{kind}-{way}")
             reduced = keys["fidelity"] in ("rom3d", "rom2d")
             source = {"rom.contacts_from": f"dns-{kind}-{way}"} if reduced else {}
-            case = {"name": name, "interaction": kind, "load.direction": way}
-            found[name] = plain.vary(case | source | keys)
+            found[name] = plain.vary(
+                {"name": name, "interaction": kind, "load.direction": way} | source | keys
+            )
     return found
 
 

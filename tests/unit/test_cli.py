@@ -11,7 +11,7 @@ from knitstudy.cli.main import main
 from knitstudy.cli.output import plain, shortened
 from knitstudy.errors import ConvergenceError
 from knitstudy.exchange.deck import CONSTRAINTS
-from knitstudy.exchange.inp import DIALECTS
+from knitstudy.exchange.dialects.dialect import DIALECTS
 from knitstudy.files.netcdf import write_dataset
 from knitstudy.stages.simulate import Results
 
@@ -61,9 +61,15 @@ def test_version(knitstudy):
         (("run",), "Missing argument 'SCENE'"),
         (("run", "dns-a", "--set", "load.strain"), "'load.strain' is not key=value"),
         (("run", "dns-a", "--set", "load.strain=[0.1"), "load.strain: is not YAML: line 1: "),
-        (("run", "dns-a", "--set", f"load.strain={5000 * '1'}"), "load.strain: is not YAML: Exceeds the limit"),
+        (
+            ("run", "dns-a", "--set", f"load.strain={5000 * '1'}"),
+            "load.strain: is not YAML: Exceeds the limit",
+        ),
         (("run", "dns-a", "--set", f"load.strain={3000 * '['}"), "load.strain: is not YAML"),
-        (("run", "dns-a", "--set", "load.strain=2001-13-45"), "load.strain: is not YAML: month must be in 1..12"),
+        (
+            ("run", "dns-a", "--set", "load.strain=2001-13-45"),
+            "load.strain: is not YAML: month must be in 1..12",
+        ),
         (("run", "dns-a", "--set", "load.strain=045"), "load.strain, line 1: 045 is no plain number"),
         (("run", "dns-a", "--threads", "0"), "0 is not in the range"),
         (("list", "--study", "tiny"), "'tiny' is not one of 'ci', 'reduced', 'full'"),
@@ -142,7 +148,10 @@ def test_check_prints_keys_of_the_kind_alone(knitstudy, config):
         (("dns-b",), "unknown scene 'dns-b' (did you mean 'dns-a'?)"),
         (("dns-a", "--set", "mesh.sice=1"), "unknown key 'mesh.sice' (did you mean 'size'?)"),
         (("dns-a", "--set", "load.strain=.nan"), "load.strain is nan but must be a finite number"),
-        (("dns-a", "--set", "mesh.size=fine"), "mesh.size is 'fine' but must be a number > 0 and <= 1e6, in m"),
+        (
+            ("dns-a", "--set", "mesh.size=fine"),
+            "mesh.size is 'fine' but must be a number > 0 and <= 1e6, in m",
+        ),
         (("dns-a", "--config", "nowhere"), "nowhere/defaults.yaml: is missing"),
     ],
 )

@@ -19,7 +19,9 @@ def test_modules_behind_the_simulation():
 def test_carriers_of_data_are_no_code_behind_a_result():
     found = names("knitstudy.solids.dns")
     assert not {name for name in found if name.startswith(("study/", "files/", "stages/"))}
-    assert not {"errors.py", "registry.py", "__init__.py", "loading/progress.py", "loading/restart.py"} & found
+    assert (
+        not {"errors.py", "registry.py", "__init__.py", "loading/progress.py", "loading/restart.py"} & found
+    )
 
 
 def test_unknown_module():
@@ -68,7 +70,9 @@ def test_comments_and_layout_do_not_count(digest, old, new):
     assert digest(CODE.replace(old, new)) == digest(CODE)
 
 
-@pytest.mark.parametrize(("old", "new"), [("sin", "cos"), ("= 3", "= 3.0"), ("def f", "def g"), ("(x):", "(x=1):")])
+@pytest.mark.parametrize(
+    ("old", "new"), [("sin", "cos"), ("= 3", "= 3.0"), ("def f", "def g"), ("(x):", "(x=1):")]
+)
 def test_code_counts(digest, old, new):
     assert digest(CODE.replace(old, new)) != digest(CODE)
 

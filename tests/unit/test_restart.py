@@ -1,27 +1,28 @@
 """A run goes on only from its own restart file."""
 
 from knitstudy.loading.restart import restart_of, run_with
-
-FIRST, SECOND = 16 * "a", 16 * "b"
+from knitstudy.loading.run import IN_MEMORY
 
 
 def test_name_follows_scene_and_digest(tmp_path):
-    assert restart_of(tmp_path, "dns-a", FIRST).name == f"dns-a-{FIRST}.npz"
-    assert restart_of(tmp_path, "dns-a", FIRST) == restart_of(tmp_path, "dns-a", FIRST)
-    assert restart_of(tmp_path, "dns-a", FIRST) != restart_of(tmp_path, "dns-a", SECOND)
+    one, other = "a" * 32, "b" * 32
+    first = restart_of(tmp_path, "dns-a", one)
+    assert first == restart_of(tmp_path, "dns-a", one)
+    assert first.parent == tmp_path
+    assert len({first, restart_of(tmp_path, "dns-a", other), restart_of(tmp_path, "dns-b", one)}) == 3
 
 
 def test_restart_files_of_earlier_inputs_are_forgotten(tmp_path):
-    names = [f"dns-a-{FIRST}", f"dns-a-{SECOND}", f"dns-a-fine-{FIRST}"]
-    for name in names:
-        for suffix in (".npz", ".nc"):
-            (tmp_path / f"{name}{suffix}").touch()
-    restart_of(tmp_path, "dns-a", FIRST)
+    names = [restart_of(tmp_path, "dns-a", digit * 32) for digit in "12"]
+    other = restart_of(tmp_path, "dns-a-fine", "1" * 32)
+    for path in (*names, other):
+        for suffix in (".npz", ".log", ".nc"):
+            path.with_suffix(suffix).touch()
+    assert restart_of(tmp_path, "dns-a", "1" * 32) == names[0]
     kept = {path.name for path in tmp_path.iterdir()}
-    assert kept == {f"{name}{suffix}" for name in (names[0], names[2]) for suffix in (".npz", ".nc")}
+    assert kept == {path.with_suffix(s).name for path in (names[0], other) for s in (".npz", ".log", ".nc")}
 
 
-def test_history_lies_beside_its_restart_file(tmp_path):
-    restart = restart_of(tmp_path, "dns-a", FIRST)
-    assert run_with(restart).partial == tmp_path / f"dns-a-{FIRST}.nc"
-    assert run_with(None).restart is run_with(None).partial is None
+def test_a_partial_history_lies_beside_its_restart_file(tmp_path):
+    assert run_with(tmp_path / "a-1.npz").partial == tmp_path / "a-1.nc"
+    assert run_with(None) == IN_MEMORY

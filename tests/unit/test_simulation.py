@@ -10,6 +10,7 @@ from knitstudy.stages.simulate import lay_out, simulate
 from knitstudy.stages.table import Stage
 from knitstudy.study.configuration import load_scene
 
+
 @pytest.fixture
 def config(config):
     """Folder with a wale tension and a reduced model with springs as well."""

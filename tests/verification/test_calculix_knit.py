@@ -19,6 +19,7 @@ from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.solids.tie import tie_crossings
+from knitstudy.study.configuration import load_scene
 
 pytestmark = [
     pytest.mark.ccx,
@@ -26,15 +27,9 @@ pytestmark = [
 ]
 
 SIZE, INCREMENTS, STRAIN = 0.6e-3, 2, 0.05
-
-
-@pytest.fixture(scope="module")
-def scene(plain_scene):
-    """Scene of the load alone: knit and mesh are those below."""
-    load = {"load.strain": STRAIN, "solver.increments": INCREMENTS}
-    return plain_scene.vary(
-        {"name": "tied", "fidelity": "dns", "yarn.material": "st_venant_kirchhoff"} | load
-    )
+SCENE = load_scene("dns-tie-course").vary(
+    {"yarn.material": "st_venant_kirchhoff", "load.strain": STRAIN, "solver.increments": INCREMENTS}
+)
 
 
 @pytest.fixture(scope="module")
@@ -61,9 +56,9 @@ def tie(mesh, knit):
     return tie_crossings(mesh, knit, tolerance=0.1)
 
 
-def pulled_here(scene, knit, mesh, tie, element, *options):
+def pulled_here(knit, mesh, tie, element, *options):
     """Reaction in N of every increment, with this code."""
-    material = Material(scene.yarn.material, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
+    material = Material("st_venant_kirchhoff", SCENE.yarn.youngs_modulus, SCENE.yarn.poisson_ratio)
     elements = element(tie.nodes[mesh.hexahedra], material, *options)
     model = SolidModel(tie.nodes, mesh.hexahedra, elements, SIZE, tie.dependence())
     number = np.full(len(tie.nodes), -1)
@@ -86,26 +81,26 @@ def pulled_by_calculix(folder, deck):
 
 
 @pytest.fixture(scope="module")
-def peer(scene, knit, mesh, tie, tmp_path_factory):
+def peer(knit, mesh, tie, tmp_path_factory):
     """The same constraints as equations, and increments that are fully converged."""
-    deck = replace(specimen_deck(scene, knit, mesh, tie, "equations"), tolerance=1e-7)
+    deck = replace(specimen_deck(SCENE, knit, mesh, tie, "equations"), tolerance=1e-7)
     return pulled_by_calculix(tmp_path_factory.mktemp("ccx"), deck)
 
 
-def test_same_element_gives_the_same_force(scene, knit, mesh, tie, peer):
-    force = pulled_here(scene, knit, mesh, tie, CalculixHexahedron)
+def test_same_element_gives_the_same_force(knit, mesh, tie, peer):
+    force = pulled_here(knit, mesh, tie, CalculixHexahedron)
     # Seven digits are printed; both codes are converged to about 1e-6.
     np.testing.assert_allclose(force, peer.force[:, 0], rtol=3e-6)
 
 
-def test_own_element_differs_by_its_hourglass_control_alone(scene, knit, mesh, tie, peer):
-    force = pulled_here(scene, knit, mesh, tie, OnePointHexahedron, 0.005)
+def test_own_element_differs_by_its_hourglass_control_alone(knit, mesh, tie, peer):
+    force = pulled_here(knit, mesh, tie, OnePointHexahedron, 0.005)
     # Five elements across, the coarsest section there is: its hourglass energy is some 3% of all.
     np.testing.assert_allclose(force, peer.force[:, 0], rtol=0.05)
 
 
-def test_calculix_ties_the_surfaces_to_the_same_effect(scene, knit, mesh, tie, peer, tmp_path):
-    run = pulled_by_calculix(tmp_path, specimen_deck(scene, knit, mesh, tie, "surfaces"))
+def test_calculix_ties_the_surfaces_to_the_same_effect(knit, mesh, tie, peer, tmp_path):
+    run = pulled_by_calculix(tmp_path, specimen_deck(SCENE, knit, mesh, tie, "surfaces"))
     assert run.time.tolist() == [1.0, 2.0]
     # Its projection onto flat master faces places the slaves a little differently.
     np.testing.assert_allclose(run.force[:, 0], peer.force[:, 0], rtol=0.01)

@@ -8,8 +8,8 @@ import pytest
 from pull import pull, pull_apart
 
 from knitstudy.files.netcdf import read_dataset
+from knitstudy.measures.energy_balance import ledger_gap
 from knitstudy.study.configuration import load_scene
-from knitstudy.tables.simulation import ledger_gap
 
 NAME = "dns-isotropic-course-coarse"
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from pull import pull
 
+from knitstudy.measures.energy_balance import hourglass_share, ledger_gap
 from knitstudy.study.configuration import load_scene
-from knitstudy.tables.simulation import hourglass_share, ledger_gap
 
 CELL = {"pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
 """One coarse cell; its yarns hold each other by nothing but their loops."""

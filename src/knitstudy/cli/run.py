@@ -57,8 +57,8 @@ def run(
     if threads is not None:
         os.environ["OMP_NUM_THREADS"] = str(threads)
     # Imported here: it takes seconds, which the other commands and --help need not wait for.
+    from knitstudy.measures.summary import summarise
     from knitstudy.stages.simulate import simulate
-    from knitstudy.summary import summarise
 
     chosen = changed_scene(scene, changes, config)
     try:

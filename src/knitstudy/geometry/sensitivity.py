@@ -1,6 +1,5 @@
 """How much the optimised loop depends on the weights of Eqs. (1) and (3), which the paper does not print."""
 
-
 import numpy as np
 import pandas as pd
 

@@ -162,7 +162,8 @@ def check_scenes_together(scenes: Mapping[str, Scene], where: Mapping[str, str])
                 f"{where[scene.name]}: knit is {scene.knit!r}, as in scene {first.name!r}, but"
                 f" {_first_difference(first, scene)}; scenes of one knit share its geometry"
             )
-        _check_sources(scene, scenes, where[scene.name])
+        for source in scene.kind.fidelity.sources:
+            check_source(scene, source, scenes, where[scene.name])
 
 
 ALIKE = {
@@ -172,22 +173,27 @@ ALIKE = {
 """Keys that a scene shares with the direct simulation that another key of it names."""
 
 
-def _check_sources(scene: Scene, scenes: Mapping[str, Scene], where: str) -> None:
-    """Check that a reduced model takes joints from a direct simulation like it, and springs of the same interaction."""
-    for source in scene.kind.fidelity.sources:
-        name = scene.value(source)
-        if name is None:
-            continue
-        direct = sorted(other.name for other in scenes.values() if other.fidelity == "dns")
-        if name not in direct:
-            message = unknown_choice(f"{source} names the unknown dns scene", name, name, direct)
-            raise ConfigurationError(f"{where}: {message}")
-        for key in ALIKE.get(source, ("knit",)):
-            here, there = scene.value(key), scenes[name].value(key)
-            if here != there:
-                raise ConfigurationError(
-                    f"{where}: {key} is {here!r} but must be {there!r} as in {source}, {name!r}"
-                )
+def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: str) -> None:
+    """Check that a key names a direct simulation, and one that goes with the scene.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming the other scene and what it has to share.
+    """
+    name = scene.value(source)
+    if name is None:
+        return
+    direct = sorted(other.name for other in scenes.values() if other.fidelity == "dns")
+    if name not in direct:
+        message = unknown_choice(f"{source} names the unknown dns scene", name, name, direct)
+        raise ConfigurationError(f"{where}: {message}")
+    for key in ALIKE.get(source, ("knit",)):
+        here, there = scene.value(key), scenes[name].value(key)
+        if here != there:
+            raise ConfigurationError(
+                f"{where}: {key} is {here!r} but must be {there!r} as in {source}, {name!r}"
+            )
 
 
 def _first_difference(first: Scene, second: Scene) -> str:
