@@ -226,7 +226,7 @@ def specimen_deck(
 
 def _unsaid(scene: Scene) -> Iterator[str]:
     """Yield sentences on those keys of a scene with contact that decks have no place for."""
-    if scene.load.stops:
+    if scene.value("load.stops"):
         yield "load.stops: the increments of a deck are equal"
     if scene.contact.augmentations:
         yield f"contact.augmentations is {scene.contact.augmentations}: contact is by penalties alone in a deck"
