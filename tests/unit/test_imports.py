@@ -15,7 +15,7 @@ def test_modules_behind_the_simulation():
     assert {
         "solids/dns.py",
         "mechanics/newton.py",
-        "mechanics/hexahedron.py",
+        "mechanics/elements/one_point.py",
         "mechanics/__init__.py",
         "solids/tie.py",
     } <= found

@@ -14,7 +14,7 @@ from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.points import ContactPoints
-from knitstudy.mechanics.hexahedron import Hexahedron
+from knitstudy.mechanics.elements import Hexahedron
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.parallel import threads
 from knitstudy.mechanics.stabilisation import Stabilisation

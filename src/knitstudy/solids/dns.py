@@ -20,8 +20,7 @@ from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder, Stations
 from knitstudy.load_path import Motion, load_path
-from knitstudy.mechanics.hexahedron import OnePointHexahedron
-from knitstudy.mechanics.incompatible import IncompatibleHexahedron
+from knitstudy.mechanics import elements as solid_elements
 from knitstudy.mechanics.increment import Drive, Increment, Settings
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.linear.lu import LU
@@ -29,7 +28,7 @@ from knitstudy.mechanics.linear.multigrid import AlgebraicMultigrid
 from knitstudy.mechanics.linear.solver import LinearSolver
 from knitstudy.mechanics.linear.structure import KnitStructure
 from knitstudy.mechanics.linear.three_scale import ThreeScale
-from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.parallel import serial_blas
 from knitstudy.mechanics.solid import Penetration, SolidModel, SolidState
@@ -119,10 +118,7 @@ def _model(scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray) -> Solid
     yarn, size = scene.yarn, scene.mesh.size
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
     corners = tie.nodes[mesh.hexahedra]
-    if scene.mesh.element == "one_point":
-        elements = OnePointHexahedron(corners, material, scene.solver.hourglass)
-    else:
-        elements = IncompatibleHexahedron(corners, material)
+    elements = solid_elements.find(scene.mesh.element).build(corners, material, scene.solver.hourglass)
     dependence = tie.dependence() if len(tie.slave) else None
     contact = stabilisation = None
     if scene.interaction != "tie":

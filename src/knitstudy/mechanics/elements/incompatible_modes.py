@@ -11,21 +11,22 @@ from __future__ import annotations
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.hexahedron import (
+from knitstudy.mechanics.elements.element import ElementResponse, element
+from knitstudy.mechanics.elements.hexahedron import (
     GAUSS,
     GRADIENTS,
-    ElementResponse,
     deformation_gradient,
     jacobians,
     shape_gradient,
     tangent_moduli,
 )
-from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.materials import Material
 
 MODES = 3
 ITERATIONS = 30
 
 
+@element("incompatible_modes", "the reference, some ten times slower", abaqus="C3D8I", calculix="C3D8I")
 class IncompatibleHexahedron:
     """Eight-point hexahedron with three incompatible modes.
 
