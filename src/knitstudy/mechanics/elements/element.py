@@ -27,10 +27,25 @@ class ElementResponse:
 
 
 class Hexahedron(Protocol):
-    """A batch of elements that answers for any slice of itself."""
+    """A batch of elements that answers for any slice of itself, from several threads at once.
 
-    def respond(self, batch: slice, displacement: np.ndarray, stiffness: bool) -> ElementResponse:
-        """Return the response of the elements `batch` to their displacements (e, 8, 3) [m]."""
+    Attributes
+    ----------
+    material : Material
+    volume : ndarray, shape (E,)
+        Undeformed [m3].
+    """
+
+    material: Material
+    volume: np.ndarray
+
+    def respond(
+        self, batch: slice, displacement: np.ndarray, stiffness: bool, out: np.ndarray | None = None
+    ) -> ElementResponse:
+        """Return the response of the elements `batch` to their displacements (e, 8, 3) [m].
+
+        `out` (e, 64, 9) is memory that the stiffness may be put into.
+        """
         ...
 
 

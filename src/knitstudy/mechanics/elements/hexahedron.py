@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from knitstudy.errors import MeshError
+from knitstudy.mechanics.determinant import determinant, inverse
 from knitstudy.mechanics.materials.material import FULL
+from knitstudy.mechanics.scratch import SCRATCH
 
 CORNERS = np.array(
     [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)],
@@ -37,14 +39,14 @@ def jacobians(corners: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray, np
         If an element is folded there.
     """
     jacobian = np.swapaxes(corners, 1, 2) @ gradient  # dX_i / dxi_j
-    determinant = np.linalg.det(jacobian)
-    if np.any(determinant <= 0):
-        worst = int(np.argmin(determinant))
+    size = determinant(jacobian)
+    if np.any(size <= 0):
+        worst = int(np.argmin(size))
         raise MeshError(
-            f"element {worst} is folded: its Jacobian is {determinant[worst]:.3g} m3 and has to be positive; "
+            f"element {worst} is folded: its Jacobian is {size[worst]:.3g} m3 and has to be positive; "
             "refine the mesh or use a smaller yarn.diameter"
         )
-    return determinant, gradient @ np.linalg.inv(jacobian)
+    return size, gradient @ inverse(jacobian)[0]
 
 
 def deformation_gradient(displacement: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -54,13 +56,39 @@ def deformation_gradient(displacement: np.ndarray, gradient: np.ndarray) -> tupl
     return h, 0.5 * (h + transposed + transposed @ h)
 
 
-def tangent_moduli(deformation: np.ndarray, stress: np.ndarray, moduli: np.ndarray) -> np.ndarray:
-    """Return A[J, L, i, k] = F_iI C_IJKL F_kK + S_JL delta_ik as (e, 9, 9), rows (J, L), columns (i, k)."""
+def tangent_moduli(deformation: np.ndarray, stress: np.ndarray, moduli: np.ndarray, out: np.ndarray) -> None:
+    """Put A[J, L, i, k] = F_iI C_IJKL F_kK + S_JL delta_ik into `out` (e, 9, 9), rows (J, L), columns (i, k)."""
     e = len(deformation)
-    full = moduli[:, FULL[:, :, None, None], FULL[None, None, :, :]]  # (e, I, J, K, L)
-    # C has the minor symmetries, so I and J, and K and L, may change places.
-    half = (deformation @ full.reshape(e, 3, 27)).reshape(e, 3, 9, 3)  # (i, (J, L), K)
-    both = half @ np.swapaxes(deformation, 1, 2)[:, None]  # (i, (J, L), k)
-    result = np.ascontiguousarray(np.swapaxes(both, 1, 2)).reshape(e, 9, 9)
-    result[:, :, 0::4] += stress.reshape(e, 9, 1)
-    return result
+    full = SCRATCH.array("moduli", e, 81)  # (J, L), (I, K)
+    np.take(moduli.reshape(e, 36), _PAIRS, axis=1, out=full, mode="clip")
+    both = SCRATCH.array("deformation twice", e, 3, 3, 3, 3)  # F_iI F_kK, (I, K), (i, k)
+    columns = np.swapaxes(deformation, 1, 2)
+    np.multiply(columns[:, :, None, :, None], columns[:, None, :, None, :], out=both)
+    np.matmul(full.reshape(e, 9, 9), both.reshape(e, 9, 9), out=out)
+    for diagonal in (0, 4, 8):
+        out[:, :, diagonal] += stress.reshape(e, 9)
+
+
+_PAIRS = (6 * FULL.T[:, None, :, None] + FULL.T[None, :, None, :]).ravel()
+"""Position of C_IJKL among 6 x 6 moduli in the order J, L, I, K."""
+
+
+def gradient_stiffness(
+    gradient: np.ndarray, weighted: np.ndarray, moduli: np.ndarray, out: np.ndarray
+) -> None:
+    """Put K[a, b, i, k] = sum over points of g_aJ A[J, L, i, k] w_bL into `out`, in two products.
+
+    Parameters
+    ----------
+    gradient : ndarray, shape (e, a, q 3)
+        Spatial gradients g at q points.
+    weighted : ndarray, shape (e, q, b, 3)
+        Gradients times the volumes of the points, w.
+    moduli : ndarray, shape (e, q, 9, 9)
+        A of `tangent_moduli`.
+    out : ndarray, shape (e, a b, 9)
+    """
+    e, q, b, _ = weighted.shape
+    half = SCRATCH.array("half of the stiffness", e, q, 3, b, 9)  # J, b, (i, k)
+    np.matmul(weighted[:, :, None], moduli.reshape(e, q, 3, 3, 9), out=half)
+    np.matmul(gradient, half.reshape(e, 3 * q, 9 * b), out=out.reshape(e, gradient.shape[1], 9 * b))

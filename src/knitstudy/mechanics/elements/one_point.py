@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from knitstudy.mechanics.determinant import determinant
 from knitstudy.mechanics.elements.element import ElementResponse, element
 from knitstudy.mechanics.elements.hexahedron import (
     CORNERS,
     GRADIENTS,
     deformation_gradient,
+    gradient_stiffness,
     jacobians,
     tangent_moduli,
 )
 from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.scratch import SCRATCH
 
 HOURGLASS = np.stack(
     [
@@ -57,7 +60,9 @@ class OnePointHexahedron:
         size = np.einsum("eai,eai->e", self.gradient, self.gradient)
         self.hourglass_stiffness = coefficient * material.shear_modulus * self.volume * size
 
-    def respond(self, batch: slice, displacement: np.ndarray, stiffness: bool) -> ElementResponse:
+    def respond(
+        self, batch: slice, displacement: np.ndarray, stiffness: bool, out: np.ndarray | None = None
+    ) -> ElementResponse:
         """Return the response of the elements `batch` to their displacements (e, 8, 3) [m]."""
         gradient, volume = self.gradient[batch], self.volume[batch]
         gamma, hourglass = self.gamma[batch], self.hourglass_stiffness[batch]
@@ -69,26 +74,19 @@ class OnePointHexahedron:
         force = gradient @ np.swapaxes(first, 1, 2)
         force += np.swapaxes(hourglass[:, None, None] * gamma, 1, 2) @ mode
         # An element turned inside out has no energy in terms of E: let the load path see it.
-        force[np.linalg.det(deformation) <= 0] = np.nan
+        force[determinant(deformation) <= 0] = np.nan
         blocks = None
         if stiffness:
-            blocks = self._stiffness(gradient, volume, gamma, hourglass, deformation, answer)
+            blocks = np.empty((len(volume), 64, 9)) if out is None else out
+            moduli = SCRATCH.array("tangent moduli", len(volume), 9, 9)
+            tangent_moduli(deformation, answer.stress, answer.tangent, moduli)
+            gradient_stiffness(gradient, (volume[:, None, None] * gradient)[:, None], moduli[:, None], blocks)
+            control = np.swapaxes(hourglass[:, None, None] * gamma, 1, 2) @ gamma
+            for diagonal in (0, 4, 8):
+                blocks[:, :, diagonal] += control.reshape(-1, 64)
         return ElementResponse(
             force=force,
             internal=volume * answer.energy,
             hourglass=0.5 * hourglass * np.einsum("emi,emi->e", mode, mode),
             stiffness=blocks,
         )
-
-    @staticmethod
-    def _stiffness(gradient, volume, gamma, hourglass, deformation, answer) -> np.ndarray:
-        e = len(volume)
-        moduli = tangent_moduli(deformation, answer.stress, answer.tangent)
-        # One product gives all blocks: columns dN_aJ dN_bL meet A_JL, a last column meets the identity.
-        left = np.empty((e, 8, 8, 10))
-        left[..., :9] = (gradient[:, :, None, :, None] * gradient[:, None, :, None, :]).reshape(e, 8, 8, 9)
-        left[..., 9] = np.swapaxes(gamma, 1, 2) @ gamma
-        right = np.empty((e, 10, 9))
-        right[:, :9] = volume[:, None, None] * moduli
-        right[:, 9] = hourglass[:, None] * np.eye(3).ravel()
-        return left.reshape(e, 64, 10) @ right
