@@ -22,7 +22,7 @@ from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.files.csv_table import write_table
-from knitstudy.load_path import DIRECTIONS
+from knitstudy.loading.load_path import DIRECTIONS
 from knitstudy.solids import dns
 from knitstudy.study.configuration import load_scene, load_scenes
 
@@ -70,7 +70,7 @@ def _scenes(options: argparse.Namespace, folder: Path):
     direct = measure.run("knits:run_dns", options.threads, scene=options.scene, **where)
     yield {"benchmark": "scene", "case": options.scene, **direct}
     for name, scene in load_scenes().items():
-        if scene.rom.contacts_from == options.scene:
+        if scene.value("rom.contacts_from") == options.scene:
             reduced = measure.run("knits:run_reduced", options.threads, scene=name, **where)
             faster = direct["path_s"] / reduced["path_s"]
             yield {"benchmark": "scene", "case": name, "times_as_fast": faster, **reduced}
@@ -81,8 +81,8 @@ def _tiled(options: argparse.Namespace, folder: Path):
     name, scene = next(
         (name, scene)
         for name, scene in load_scenes().items()
-        if (scene.fidelity, scene.interaction, scene.rom.joint) == ("rom3d", "tie", "rigid")
-        and scene.rom.contacts_from == options.scene
+        if (scene.interaction, scene.value("rom.joint")) == ("tie", "rigid")
+        and scene.value("rom.contacts_from") == options.scene
     )
     usual = scene.solver.increments
     for loops, increments in [(SIZES[0], few) for few in INCREMENTS] + [(size, usual) for size in SIZES]:
@@ -117,8 +117,8 @@ def _peer(options: argparse.Namespace, folder: Path):
         yield {"benchmark": kind, "case": f"CalculiX, {scene.name}: not installed"}
         return
     knit, mesh = knits.load(str(folder))
-    simulation = dns.assemble(scene, mesh, knit)
-    deck = replace(specimen_deck(scene, knit, mesh, simulation.tie, "equations"), fields=False)
+    yarns = dns.assemble(scene, mesh, knit)
+    deck = replace(specimen_deck(scene, knit, mesh, yarns.tie, "equations"), fields=False)
     write_inp(deck, folder / "peer.inp", "calculix")
     run = calculix.run(folder / "peer.inp", options.threads)
     yield {

@@ -9,7 +9,7 @@ DEFAULTS = {
     "fidelity": "dns",
     "interaction": "tie",
     "pattern": {"loop": "loop.yaml", "loops": 3, "rows": 3, "clearance": 0.01},
-    "pair": {"angle": 90.0, "length": 10e-3, "support": "back"},
+    "pair": {"angle": 90.0, "length": 10e-3, "clearance": 0.01, "support": "back"},
     "yarn": {
         "youngs_modulus": 1.3e9,
         "poisson_ratio": 0.42,
@@ -17,7 +17,7 @@ DEFAULTS = {
         "material": "hencky",
     },
     "geometry": {"alpha": 1.0, "beta": 1.0, "gamma": 1.0, "beta_0": 1.0, "samples": 50},
-    "load": {"direction": "course", "strain": 0.05, "lateral": "fixed", "stops": [], "path": []},
+    "load": {"direction": "course", "strain": 0.05, "lateral": "fixed", "stops": []},
     "mesh": {"size": 0.3e-3, "growth": 1.2, "element": "one_point", "beam_size": 0.5e-3},
     "tie": {"tolerance": 0.05},
     "contact": {
@@ -38,7 +38,6 @@ DEFAULTS = {
         "linear": "auto",
     },
     "rom": {
-        "contacts_from": None,
         "joint": "rigid",
         "springs_from": None,
         "springs": "averaged",
@@ -51,11 +50,21 @@ DEFAULTS = {
     "outputs": [],
 }
 
-SCENES = (
-    ("scene", "study", "knit", "fidelity", "rom.contacts_from", "load.strain", "outputs"),
-    ("dns-a", "reduced, ci", "plain", "", "", "", "[fields, vtu]"),
-    ("rom3d-a", "reduced", "plain", "rom3d", "dns-a", "2e-2", ""),
-)
+FAMILY = """\
+keys:
+  knit: plain
+scenes:
+- name: dns-a
+  studies: [reduced, ci]
+  keys:
+    outputs: [fields, vtu]
+- name: rom3d-a
+  studies: reduced
+  keys:
+    fidelity: rom3d
+    rom.contacts_from: dns-a
+    load.strain: 2e-2
+"""
 
 
 def loop_points(count: int = 8) -> np.ndarray:
@@ -73,7 +82,7 @@ def loop_points(count: int = 8) -> np.ndarray:
 
 @pytest.fixture
 def config(tmp_path):
-    """Folder with defaults, a table of one solid and one reduced scene, and a loop."""
+    """Folder with defaults, a family of one solid and one reduced scene, and a loop."""
     loop = {
         "control_points": loop_points().tolist(),
         "course_spacing": 10.4e-3,
@@ -83,5 +92,6 @@ def config(tmp_path):
     }
     (tmp_path / "loop.yaml").write_text(yaml.safe_dump(loop))
     (tmp_path / "defaults.yaml").write_text(yaml.safe_dump(DEFAULTS))
-    (tmp_path / "scenes.tsv").write_text("\n".join("\t".join(row) for row in SCENES) + "\n")
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "scenes" / "small.yaml").write_text(FAMILY)
     return tmp_path

@@ -1,7 +1,6 @@
 """A tied 1 x 1 knit pulled by CalculiX and by this code on the same mesh."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,13 +12,14 @@ from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.elements.calculix_one_point import CalculixHexahedron
 from knitstudy.mechanics.elements.one_point import OnePointHexahedron
-from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.solids.tie import tie_crossings
+from knitstudy.study.configuration import load_scene
 
 pytestmark = [
     pytest.mark.ccx,
@@ -27,13 +27,8 @@ pytestmark = [
 ]
 
 SIZE, INCREMENTS, STRAIN = 0.6e-3, 2, 0.05
-SCENE = SimpleNamespace(
-    name="tied",
-    specimen="knit",
-    interaction="tie",
-    yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42),
-    load=SimpleNamespace(direction="course", strain=STRAIN, lateral="fixed", path=(), stops=()),
-    solver=SimpleNamespace(increments=INCREMENTS),
+SCENE = load_scene("dns-tie-course").vary(
+    {"yarn.material": "st_venant_kirchhoff", "load.strain": STRAIN, "solver.increments": INCREMENTS}
 )
 
 
@@ -71,7 +66,7 @@ def pulled_here(knit, mesh, tie, element, *options):
     held, driven = (3 * number[mesh.end_nodes(side)][:, None] + np.arange(3) for side in ("left", "right"))
     value = np.zeros((len(driven), 3))
     value[:, 0] = STRAIN * knit.loops * knit.loop.wale_spacing
-    drive = Drive(
+    drive = PrescribedDisplacement(
         np.concatenate([held.ravel(), driven.ravel()]), np.append(np.zeros(held.size), value.ravel())
     )
     path = trace(model, drive, Settings(increments=INCREMENTS), LU())

@@ -1,16 +1,14 @@
 include: "sources.smk"
 
 
-DRAWN = possible(FIGURE_ENTRIES)
-
 # Files that `all` asks for from this part.
-FIGURES = expand("results/figures/{figure}.{suffix}", figure=DRAWN, suffix=("png", "pdf"))
+FIGURES = paths_of("figure", "png", "pdf")
 
 
 rule figure:
     input:
-        unpack(needs_of_figure),
-        code=lambda wildcards: code(figure_module(wildcards.figure), "knitstudy.figures.saving"),
+        unpack(sources_of("figure")),
+        digest=f"{freshness.FOLDER}/figures/{{figure}}",
     output:
         png=report(
             update("results/figures/{figure}.png"),
@@ -27,8 +25,8 @@ rule figure:
     resources:
         mem_mb=1000,
     params:
-        title=lambda wildcards: FIGURE_ENTRIES[wildcards.figure].title,
-        scenes=lambda wildcards: scenes_for(FIGURE_ENTRIES[wildcards.figure]),
+        title=title_of("figure"),
+        scenes=scenes_of("figure"),
     message:
         "Draw {wildcards.figure}"
     script:

@@ -1,19 +1,32 @@
 # Files that `all` asks for from this part.
-REPORT = ["results/report.html"]
+REPORT = [f"{RESULTS}/report.html"]
+PAGE = {
+    "captions": workflow.source_path("../report/captions.yaml"),
+    "template": workflow.source_path("../report/template.html"),
+}
+if workflow.is_main_process:
+    from knitstudy.stages.code import code_digest
+    from knitstudy.stages.displays import digests_of
+
+    code = code_digest("knitstudy.report.page", "knitstudy.report.origin")
+    page = {name: Path(path) for name, path in PAGE.items()} | {"data": data_of_study()}
+    needed = digests_of(page, PLAN) | digests_of_displays()
+    freshness.note("report", freshness.digest_of_files({"study": CONFIGURATION.study}, code, needed))
 
 
 rule report:
     input:
-        figures=[path for path in FIGURES if path.endswith(".png")],
+        # Pictures and tables count by what they show: digests of what they are made from.
+        figures=paths_of("figure", "png"),
         # Linked from the page.
-        documents=[path for path in FIGURES if path.endswith(".pdf")],
+        documents=paths_of("figure", "pdf"),
         tables=TABLES,
-        data=data_of_study(),
-        captions=workflow.source_path("../report/captions.yaml"),
-        template=workflow.source_path("../report/template.html"),
-        code=code("knitstudy.report.page", "knitstudy.report.origin"),
+        data=[ancient(f"{RESULTS}/{stage.path(scene)}") for stage, scene in data_of_study()],
+        captions=ancient(PAGE["captions"]),
+        template=ancient(PAGE["template"]),
+        digest=f"{freshness.FOLDER}/report",
     output:
-        update("results/report.html"),
+        update(f"{RESULTS}/report.html"),
     log:
         "logs/report.log",
     threads: 1

@@ -1,13 +1,11 @@
-BUILT = possible(TABLE_ENTRIES)
-
 # Files that `all` asks for from this part.
-TABLES = expand("results/tables/{table}.csv", table=BUILT)
+TABLES = paths_of("table", "csv")
 
 
 rule table:
     input:
-        unpack(lambda wildcards: BUILT[wildcards.table]),
-        code=lambda wildcards: code(table_module(wildcards.table)),
+        unpack(sources_of("table")),
+        digest=f"{freshness.FOLDER}/tables/{{table}}",
     output:
         report(
             update("results/tables/{table}.csv"),
@@ -18,13 +16,13 @@ rule table:
     log:
         "logs/table/{table}.log",
     wildcard_constraints:
-        table="|".join(BUILT),
+        table="[^/]+",
     threads: 1
     resources:
         mem_mb=500,
     params:
-        title=lambda wildcards: TABLE_ENTRIES[wildcards.table].title,
-        scenes=lambda wildcards: scenes_for(TABLE_ENTRIES[wildcards.table]),
+        title=title_of("table"),
+        scenes=scenes_of("table"),
     message:
         "Build the table {wildcards.table}"
     script:

@@ -1,30 +1,30 @@
 """From the files of the configuration folder to scenes.
 
 A scene is put together in layers, each over the one before: the calibrated loop (``pattern.loop`` names its
-file), ``defaults.yaml``, and one row of ``scenes.tsv``. Columns of the table are dotted key names, cells
-are YAML values, and an empty cell leaves the default.
+file), ``defaults.yaml``, and what its family in ``scenes`` sets (see `knitstudy.study.families`).
 """
 
 from __future__ import annotations
 
 import copy
-import csv
-import re
-from operator import attrgetter
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.scene import Scene, set_dotted
-from knitstudy.study.schema import unknown_choice
+from knitstudy.registry import unknown_choice
+from knitstudy.study.differences import flat
+from knitstudy.study.documents import read_yaml
+from knitstudy.study.families import STUDIES, Member, read_families
+from knitstudy.study.kinds import FIDELITIES, INTERACTIONS
+from knitstudy.study.scene import Scene, all_sections, set_dotted
+from knitstudy.study.sections.labels import Labels
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
 """The checkout's own configuration folder, wherever the current directory is."""
 
-STUDIES = ("ci", "reduced", "full")
-"""Names of the studies that a row of the table can belong to (column ``study``)."""
+FAMILIES = "scenes"
+"""The folder of families in a configuration folder."""
 
 # Where the keys of a calibrated loop go in a scene.
 _LOOP_KEYS = {
@@ -42,7 +42,7 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     Parameters
     ----------
     config
-        Folder with ``defaults.yaml``, ``scenes.tsv`` and the loop file that the defaults name.
+        Folder with ``defaults.yaml``, the families in ``scenes``, and the loop file that the defaults name.
 
     Raises
     ------
@@ -50,40 +50,65 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
         Naming file, scene, key, value and what is allowed.
     """
     config = Path(config)
-    default_scene(config)  # what is wrong in the defaults is said of the defaults
-    defaults = read_yaml(config / "defaults.yaml")
-    scenes = {row["scene"]: _scene(row, defaults, config) for row in _read_table(config / "scenes.tsv")}
-    check_scenes_together(scenes, str(config / "scenes.tsv"))
+    default_keys(config)  # what is wrong in the defaults is said of the defaults
+    defaults = _over_loop(read_yaml(config / "defaults.yaml"), config)
+    members = load_families(config)
+    scenes = {name: _scene(member, defaults) for name, member in members.items()}
+    check_scenes_together(scenes, {name: member.where for name, member in members.items()})
     return scenes
 
 
-def default_scene(config: Path = CONFIG) -> Scene:
-    """Return the scene that the defaults and their loop describe."""
+def default_keys(config: Path = CONFIG) -> dict[str, Any]:
+    """Return the defaults by dotted key, those of the loop file among them.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming the file and the key whose default is not known or not allowed.
+    """
     path = Path(config) / "defaults.yaml"
     document = _over_loop(read_yaml(path), Path(config))
-    return Scene.from_dict({"name": "defaults", "knit": "defaults", **document}, str(path))
+    for name, value in document.items():
+        known = all_sections().get(name)
+        if known is None and name not in Labels.model_fields:
+            message = unknown_choice(
+                "unknown key", name, name, sorted({*all_sections(), *Labels.model_fields})
+            )
+            raise ConfigurationError(f"{path}: {message}")
+        if known is not None and not isinstance(value, dict):
+            raise ConfigurationError(f"{path}: {name} is {value!r} but must be a group of keys")
+        for inner in value if known is not None else ():
+            if inner not in known:
+                message = unknown_choice("unknown key", f"{name}.{inner}", str(inner), sorted(known))
+                raise ConfigurationError(f"{path}: {message}")
+    for labels in _kinds():
+        needed = {"rom": {"contacts_from": "defaults"}, "load": {"path": [[0.0, 0.0, 0.0]]}}
+        below = _merged(needed, {name: value for name, value in document.items() if name not in labels})
+        Scene.from_dict({"name": "defaults", "knit": "defaults"} | labels, str(path), below)
+    return flat(document)
+
+
+def _kinds() -> Iterator[dict]:
+    """Yield the labels of one scene of every kind."""
+    for fidelity in FIDELITIES.names():
+        model = FIDELITIES.find(fidelity, "")
+        for interaction in INTERACTIONS.names():
+            if INTERACTIONS.find(interaction, "").touches or model.tied:
+                for specimen in model.specimens:
+                    yield {
+                        "fidelity": fidelity,
+                        "interaction": interaction,
+                        "specimen": specimen,
+                        "outputs": [],
+                    }
 
 
 def load_knits(config: Path = CONFIG) -> dict[str, Scene]:
-    """Return for every knit or pair a scene of what its geometry depends on, with defaults for all else.
-
-    The geometry stage is parametrised by it: another load or mesh of one scene then leaves the geometry as
-    it is.
-    """
-    base = default_scene(config)
-    return {scene.knit: _geometry_scene(scene, base) for scene in load_scenes(config).values()}
-
-
-def _geometry_scene(scene: Scene, base: Scene) -> Scene:
-    """Return the base scene with all that the geometry of a scene depends on."""
-    document = base.to_dict() | {"name": scene.knit, "knit": scene.knit, "interaction": "tie"}
-    for key, value in scene.geometry_inputs.items():
-        set_dotted(document, key, value, f"knit {scene.knit!r}")
-    # A load that the specimen may have, whatever the scene's own is.
-    pair = scene.specimen == "pair"
-    path = [[0.0, 0.0, 0.0]] if pair else []
-    document["load"] |= {"direction": "path" if pair else "course", "path": path, "stops": []}
-    return Scene.from_dict(document, f"knit {scene.knit!r}")
+    """Return for every knit or pair the first scene of it: the geometry of all that share the label is the same."""
+    found: dict[str, Scene] = {}
+    for scene in load_scenes(config).values():
+        found.setdefault(scene.knit, scene)
+    return found
 
 
 def load_scene(name: str, config: Path = CONFIG) -> Scene:
@@ -91,13 +116,18 @@ def load_scene(name: str, config: Path = CONFIG) -> Scene:
     scenes = load_scenes(config)
     if name not in scenes:
         raise ConfigurationError(
-            f"{Path(config) / 'scenes.tsv'}: {unknown_choice('unknown scene', name, name, sorted(scenes))}"
+            f"{Path(config) / FAMILIES}: {unknown_choice('unknown scene', name, name, sorted(scenes))}"
         )
     return scenes[name]
 
 
+def load_families(config: Path = CONFIG) -> dict[str, Member]:
+    """Return the families' members by the names of their scenes: where each stands, its studies and what it sets."""
+    return read_families(Path(config) / FAMILIES)
+
+
 def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
-    """Return the names of the scenes that belong to a study, in the order of the table.
+    """Return the names of the scenes that belong to a study, in the order of the families.
 
     Raises
     ------
@@ -106,12 +136,18 @@ def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
     """
     if name not in STUDIES:
         raise ConfigurationError(unknown_choice("unknown study", name, name, list(STUDIES)))
-    rows = _read_table(Path(config) / "scenes.tsv")
-    return tuple(row["scene"] for row in rows if name in _studies(row))
+    return tuple(member.name for member in load_families(config).values() if name in member.studies)
 
 
-def check_scenes_together(scenes: dict[str, Scene], where: str) -> None:
+def check_scenes_together(scenes: Mapping[str, Scene], where: Mapping[str, str]) -> None:
     """Check what scenes say of each other: shared knits, and where reduced models take their joints from.
+
+    Parameters
+    ----------
+    scenes
+        By their names.
+    where
+        What begins a message about each of them.
 
     Raises
     ------
@@ -123,34 +159,41 @@ def check_scenes_together(scenes: dict[str, Scene], where: str) -> None:
         first = knits.setdefault(scene.knit, scene)
         if scene.geometry_key != first.geometry_key:
             raise ConfigurationError(
-                f"{where}, scene {scene.name!r}: knit is {scene.knit!r}, as in scene {first.name!r}, but"
+                f"{where[scene.name]}: knit is {scene.knit!r}, as in scene {first.name!r}, but"
                 f" {_first_difference(first, scene)}; scenes of one knit share its geometry"
             )
-        if scene.rom.contacts_from is not None:
-            _check_sources(scene, scenes, where)
+        for source in scene.kind.fidelity.sources:
+            check_source(scene, source, scenes, where[scene.name])
 
 
-def _check_sources(scene: Scene, scenes: dict[str, Scene], where: str) -> None:
-    """Check that a reduced model takes joints from a DNS like it, and springs from one of the same interaction."""
+ALIKE = {
+    "rom.contacts_from": ("knit", "interaction", "load.direction"),
+    "rom.springs_from": ("knit", "interaction"),
+}
+"""Keys that a scene shares with the direct simulation that another key of it names."""
+
+
+def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: str) -> None:
+    """Check that a key names a direct simulation, and one that goes with the scene.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming the other scene and what it has to share.
+    """
+    name = scene.value(source)
+    if name is None:
+        return
     direct = sorted(other.name for other in scenes.values() if other.fidelity == "dns")
-    alike = {
-        "contacts_from": ("knit", "interaction", "load.direction"),
-        "springs_from": ("knit", "interaction"),
-    }
-    for source, keys in alike.items():
-        name = getattr(scene.rom, source)
-        if name is None:
-            continue
-        if name not in direct:
-            message = unknown_choice(f"rom.{source} names the unknown dns scene", name, name, direct)
-            raise ConfigurationError(f"{where}, scene {scene.name!r}: {message}")
-        for key in keys:
-            here, there = (attrgetter(key)(each) for each in (scene, scenes[name]))
-            if here != there:
-                raise ConfigurationError(
-                    f"{where}, scene {scene.name!r}: {key} is {here!r} but must be {there!r} as in rom.{source},"
-                    f" {name!r}"
-                )
+    if name not in direct:
+        message = unknown_choice(f"{source} names the unknown dns scene", name, name, direct)
+        raise ConfigurationError(f"{where}: {message}")
+    for key in ALIKE.get(source, ("knit",)):
+        here, there = scene.value(key), scenes[name].value(key)
+        if here != there:
+            raise ConfigurationError(
+                f"{where}: {key} is {here!r} but must be {there!r} as in {source}, {name!r}"
+            )
 
 
 def _first_difference(first: Scene, second: Scene) -> str:
@@ -161,14 +204,12 @@ def _first_difference(first: Scene, second: Scene) -> str:
     return f"{key} is {value!r}, there {there.get(key)!r}"
 
 
-def _scene(row: dict[str, str], defaults: dict, config: Path) -> Scene:
-    where = f"{config / 'scenes.tsv'}, scene {row['scene']!r}"
-    overrides: dict[str, Any] = {}
-    for key, cell in row.items():
-        if key not in ("scene", "study") and cell.strip():
-            set_dotted(overrides, key, _parse_cell(cell, key, where), where)
-    document = _over_loop(_merged(defaults, overrides), config)
-    return Scene.from_dict({"name": row["scene"], **document}, where)
+def _scene(member: Member, defaults: dict) -> Scene:
+    """Return the scene of a member of a family, what it sets laid over the defaults."""
+    own: dict[str, Any] = {}
+    for key, value in member.keys.items():
+        set_dotted(own, key, value, member.where)
+    return Scene.from_dict({"name": member.name} | own, member.where, defaults)
 
 
 def _over_loop(document: dict, config: Path) -> dict:
@@ -178,32 +219,6 @@ def _over_loop(document: dict, config: Path) -> dict:
         return document
     rest = {key: value for key, value in pattern.items() if key != "loop"}
     return _merged(_read_loop(config / str(pattern["loop"])), document | {"pattern": rest})
-
-
-def _read_table(path: Path) -> list[dict[str, str]]:
-    """Return the rows of the scene table, checked for all but the values of the scenes' keys."""
-    lines = _read_text(path).splitlines()
-    rows = list(csv.DictReader(lines, delimiter="\t", restkey="surplus"))
-    if not rows or not {"scene", "study"} <= set(rows[0]):
-        raise ConfigurationError(f"{path}: must have the columns 'scene' and 'study', and at least one scene")
-    names: set[str] = set()
-    for number, row in enumerate(rows, start=2):
-        where = f"{path}, line {number}"
-        if "surplus" in row or None in row.values():
-            raise ConfigurationError(f"{where}: must have as many cells as the first line, tabs between them")
-        if row["scene"] in names:
-            raise ConfigurationError(f"{where}: scene {row['scene']!r} is there twice")
-        unknown = next((name for name in _studies(row) if name not in STUDIES), None)
-        if unknown is not None:
-            message = unknown_choice("unknown study", unknown, unknown, list(STUDIES))
-            raise ConfigurationError(f"{where}: {message}")
-        names.add(row["scene"])
-    return rows
-
-
-def _studies(row: dict[str, str]) -> list[str]:
-    """Return the studies that a row belongs to: names with commas between."""
-    return [name.strip() for name in row["study"].split(",") if name.strip()]
 
 
 def _read_loop(path: Path) -> dict:
@@ -218,13 +233,6 @@ def _read_loop(path: Path) -> dict:
     return layer
 
 
-def _parse_cell(cell: str, key: str, where: str) -> Any:
-    try:
-        return yaml.load(cell, Loader=_Loader)
-    except yaml.YAMLError as error:
-        raise ConfigurationError(f"{where}: {key} is {cell!r}, which is not YAML") from error
-
-
 def _merged(below: dict, above: dict) -> dict:
     """Return nested mappings laid over each other; lists and values are replaced whole."""
     result = copy.deepcopy(below)
@@ -232,40 +240,3 @@ def _merged(below: dict, above: dict) -> dict:
         nested = isinstance(value, dict) and isinstance(result.get(key), dict)
         result[key] = _merged(result[key], value) if nested else copy.deepcopy(value)
     return result
-
-
-def read_yaml(path: Path) -> dict:
-    """Return the mapping in a YAML file.
-
-    Raises
-    ------
-    ConfigurationError
-        When the file is missing, is not YAML or holds no mapping.
-    """
-    try:
-        document = yaml.load(_read_text(path), Loader=_Loader)
-    except yaml.YAMLError as error:
-        raise ConfigurationError(f"{path}: is not YAML: {' '.join(str(error).split())}") from error
-    if not isinstance(document, dict):
-        raise ConfigurationError(f"{path}: must hold a mapping of keys to values")
-    return document
-
-
-def _read_text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError as error:
-        raise ConfigurationError(f"{path}: is missing; the configuration folder must have it") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{path}: cannot be read: {error}") from error
-
-
-class _Loader(yaml.SafeLoader):
-    """SafeLoader that takes 1e-6 for a number, as YAML 1.2 does and YAML 1.1 does not."""
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"^[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+$"),
-    list("-+.0123456789"),
-)

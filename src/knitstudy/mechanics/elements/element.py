@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.registry import Registry
+from knitstudy.registry import Registry
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Hexahedron(Protocol):
 
 @dataclass(frozen=True)
 class Kind:
-    """An element with its names.
+    """An element with its name.
 
     Attributes
     ----------
@@ -60,16 +60,12 @@ class Kind:
         Class that takes corners (E, 8, 3) [m] and the material, and with `hourglass` the hourglass coefficient.
     hourglass : bool
         Whether it takes hourglass control.
-    abaqus, calculix : str or None
-        The same element in these programs, None where there is none.
     """
 
     name: str
     meaning: str
     make: Callable[..., Hexahedron]
     hourglass: bool = False
-    abaqus: str | None = None
-    calculix: str | None = None
 
     def build(self, corners: np.ndarray, material: Material, hourglass: float) -> Hexahedron:
         """Return a batch of elements; `hourglass` is for those that take it."""
@@ -79,16 +75,13 @@ class Kind:
 
 
 ELEMENTS: Registry[Kind] = Registry("mesh.element")
-names, meanings, find = ELEMENTS.names, ELEMENTS.meanings, ELEMENTS.find
 
 
-def element(
-    name: str, meaning: str, hourglass: bool = False, abaqus: str | None = None, calculix: str | None = None
-) -> Callable[[type], type]:
+def element(name: str, meaning: str, hourglass: bool = False) -> Callable[[type], type]:
     """Return a decorator that registers a class of elements; what the arguments are stands in `Kind`."""
 
     def register(make: type) -> type:
-        ELEMENTS.register(Kind(name, meaning, make, hourglass, abaqus, calculix))
+        ELEMENTS.register(Kind(name, meaning, make, hourglass))
         return make
 
     return register

@@ -48,7 +48,7 @@ class _Points:
     folded: np.ndarray  # (e,)
 
 
-@element("incompatible_modes", "the reference, some five times slower", abaqus="C3D8I", calculix="C3D8I")
+@element("incompatible_modes", "the reference, some five times slower")
 class IncompatibleHexahedron:
     """Eight-point hexahedron with three incompatible modes.
 

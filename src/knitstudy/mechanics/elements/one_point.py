@@ -28,7 +28,7 @@ HOURGLASS = np.stack(
 """The four hourglass vectors (4, 8) of Flanagan and Belytschko (1981)."""
 
 
-@element("one_point", "with hourglass control", hourglass=True, abaqus="C3D8R", calculix="C3D8R")
+@element("one_point", "with hourglass control", hourglass=True)
 class OnePointHexahedron:
     """Mean-gradient hexahedron with stiffness hourglass control (Flanagan and Belytschko 1981).
 

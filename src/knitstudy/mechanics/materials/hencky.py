@@ -7,7 +7,7 @@ import numpy as np
 from knitstudy.mechanics.materials.material import VOIGT, Stress, law
 
 
-@law("hencky", "linear in logarithmic strain", abaqus="*ELASTIC")
+@law("hencky", "linear in logarithmic strain")
 def hencky(strain: np.ndarray, mu: float, lame: float, tangent: bool) -> Stress:
     """W = mu sum(ln lambda_a)^2 + lame/2 (ln J)^2, in principal stretches (Ogden 1997, section 6.1.4).
 

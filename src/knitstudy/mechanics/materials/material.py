@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.mechanics.registry import Registry
+from knitstudy.registry import Registry
 
 VOIGT = np.array([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)])
 """Index pairs of the six independent components."""
@@ -37,35 +37,21 @@ Law = Callable[[np.ndarray, float, float, bool], Stress]
 
 @dataclass(frozen=True)
 class Kind:
-    """A law with its names.
-
-    Attributes
-    ----------
-    name, meaning : str
-    respond : callable
-        `Law`.
-    abaqus, calculix : str or None
-        Keyword by which these programs say the same law under NLGEOM, None where they cannot.
-    """
+    """A law with its name."""
 
     name: str
     meaning: str
     respond: Law
-    abaqus: str | None = None
-    calculix: str | None = None
 
 
 LAWS: Registry[Kind] = Registry("yarn.material")
-names, meanings, find = LAWS.names, LAWS.meanings, LAWS.find
 
 
-def law(
-    name: str, meaning: str, abaqus: str | None = None, calculix: str | None = None
-) -> Callable[[Law], Law]:
-    """Return a decorator that registers a law; what the arguments are stands in `Kind`."""
+def law(name: str, meaning: str) -> Callable[[Law], Law]:
+    """Return a decorator that registers a law under a name with what it means in one line."""
 
     def register(respond: Law) -> Law:
-        LAWS.register(Kind(name, meaning, respond, abaqus, calculix))
+        LAWS.register(Kind(name, meaning, respond))
         return respond
 
     return register
@@ -78,7 +64,7 @@ class Material:
     Attributes
     ----------
     law : str
-        One of `names`.
+        A name of `LAWS`.
     youngs_modulus : float
         E [Pa].
     poisson_ratio : float

@@ -7,7 +7,7 @@ import numpy as np
 from knitstudy.mechanics.materials.material import VOIGT, Stress, law
 
 
-@law("neo_hookean", "rubber-like: for comparison")
+@law("neo_hookean", "of rubber")
 def neo_hookean(strain: np.ndarray, mu: float, lame: float, tangent: bool) -> Stress:
     """W = mu/2 (tr C - 3) - mu ln J + lame/2 (ln J)^2 (Bonet and Wood 2008, section 6.4.3)."""
     c = np.eye(3) + 2 * strain

@@ -9,8 +9,7 @@ from knitstudy.mechanics.materials.material import Stress, law
 
 @law(
     "st_venant_kirchhoff",
-    "linear in Green's strain, softens in compression: for comparison",
-    calculix="*ELASTIC",
+    "linear in Green's strain",
 )
 def st_venant_kirchhoff(strain: np.ndarray, mu: float, lame: float, tangent: bool) -> Stress:
     """W = mu E:E + lame/2 (tr E)^2. Softens in compression: for comparison below 1% strain or with CalculiX."""

@@ -1,0 +1,142 @@
+"""Restart files: the last converged increment and the history up to it, so that a killed run goes on."""
+
+from __future__ import annotations
+
+import zipfile
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from types import UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from knitstudy.errors import DataFileError
+from knitstudy.files.replacing import replacing
+from knitstudy.loading.history import Recorder
+from knitstudy.mechanics.increment import Increment, Rate
+from knitstudy.mechanics.model import Response
+
+_LEAVES = (np.ndarray, np.generic, bool, int, float, str)
+_SCALARS = (bool, int, float, str)
+
+
+class Checkpoint:
+    """A restart file of one scene.
+
+    Parameters
+    ----------
+    path : Path
+        Where it lies; its folder is made when needed.
+    key : str
+        Hash of everything that determines the result. A file with another key is refused.
+    state_type : type
+        What the model's state is: a dataclass of arrays, numbers, texts, None, tuples of them, and such dataclasses.
+    """
+
+    def __init__(self, path: Path, key: str, state_type: type) -> None:
+        self.path, self.key, self.state_type = Path(path), key, state_type
+
+    def save(self, increment: Increment, recorder: Recorder) -> None:
+        """Write the file anew, whole or not at all.
+
+        Raises
+        ------
+        TypeError
+            If the state holds something that a restart file cannot keep.
+        """
+        state = _arrays(increment.state, "state")
+        rates = {f"rate.{i}": rate.step for i, rate in enumerate(increment.rates)}
+        columns = {f"column.{name}": np.array(values) for name, values in recorder.columns.items()}
+        for name, parts in recorder.flat.items():
+            columns[f"flat.{name}"] = np.concatenate(parts)
+            columns["flat_ends"] = np.cumsum([len(part) for part in parts])
+        scalars = {
+            "key": self.key,
+            "index": increment.index,
+            "load": increment.load,
+            "size": increment.size,
+            "rate_sizes": np.array([rate.increment for rate in increment.rates]),
+            "force": increment.response.force,
+            "mean_force": increment.response.mean_force,
+        }
+        with replacing(self.path) as temporary, open(temporary, "wb") as file:
+            np.savez(file, **scalars, **state, **rates, **columns)
+
+    def load(self, recorder: Recorder) -> Increment | None:
+        """Return the increment to go on from and fill the recorder, or None if there is no file.
+
+        Raises
+        ------
+        DataFileError
+            If the file is damaged or belongs to another scene.
+        """
+        if not self.path.exists():
+            return None
+        try:
+            with np.load(self.path, allow_pickle=False) as archive:
+                data = dict(archive)
+            return self._restore(data, recorder)
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+            raise DataFileError(
+                f"{self.path}: this restart file cannot be used ({error}); delete it to start the scene anew"
+            ) from None
+
+    def _restore(self, data: dict[str, np.ndarray], recorder: Recorder) -> Increment:
+        if str(data["key"]) != self.key:
+            raise ValueError("it belongs to another scene or another version of the input")
+        for name, values in data.items():
+            needed = name in ("force", "load", "size") or name.startswith(("state.", "rate."))
+            if needed and values.dtype.kind == "f" and np.isnan(values).any():
+                raise ValueError(f"{name} holds values that are not numbers")
+        for name, values in data.items():
+            if name.startswith("column."):
+                recorder.columns[name.removeprefix("column.")] = list(values)
+            if name.startswith("flat."):
+                recorder.flat[name.removeprefix("flat.")] = np.split(values, data["flat_ends"][:-1])
+        rates = (Rate(float(size), data[f"rate.{i}"]) for i, size in enumerate(data["rate_sizes"]))
+        return Increment(
+            index=int(data["index"]),
+            load=float(data["load"]),
+            state=_value(self.state_type, data, "state"),
+            response=Response(data["force"], float(data["mean_force"])),
+            size=float(data["size"]),
+            rates=tuple(rates),
+        )
+
+    def remove(self) -> None:
+        """Delete the file: the scene has ended."""
+        self.path.unlink(missing_ok=True)
+
+
+def _arrays(value: Any, name: str) -> dict[str, np.ndarray]:
+    """Return all arrays, numbers and texts in a value by dotted names; None is left out."""
+    if value is None:
+        return {}
+    if is_dataclass(value):
+        parts = [_arrays(getattr(value, field.name), f"{name}.{field.name}") for field in fields(value)]
+    elif isinstance(value, tuple):
+        parts = [{f"{name}.length": np.asarray(len(value))}]
+        parts += [_arrays(each, f"{name}.{i}") for i, each in enumerate(value)]
+    elif isinstance(value, _LEAVES) and np.asarray(value).dtype != object:
+        return {name: np.asarray(value)}
+    else:
+        raise TypeError(f"{name} is a {type(value).__name__}, which a restart file cannot keep")
+    return {key: array for part in parts for key, array in part.items()}
+
+
+def _value(hint: Any, data: dict[str, np.ndarray], name: str) -> Any:
+    """Return the value of a type that `_arrays` took apart."""
+    if get_origin(hint) in (Union, UnionType):
+        if not any(entry == name or entry.startswith(f"{name}.") for entry in data):
+            return None
+        hint = next(part for part in get_args(hint) if part is not type(None))
+    if is_dataclass(hint):
+        hints = get_type_hints(hint)
+        return hint(
+            **{field.name: _value(hints[field.name], data, f"{name}.{field.name}") for field in fields(hint)}
+        )
+    if get_origin(hint) is tuple:
+        count, kinds = int(data[f"{name}.length"]), get_args(hint)
+        each = kinds[:1] * count if kinds[-1] is Ellipsis else kinds
+        return tuple(_value(kind, data, f"{name}.{i}") for i, kind in zip(range(count), each, strict=True))
+    return hint(data[name]) if hint in _SCALARS else data[name]

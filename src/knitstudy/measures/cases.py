@@ -1,0 +1,136 @@
+"""The four cases that models are compared in: ties and isotropic friction, in course and in wale tension (Fig. 15)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import xarray as xr
+
+from knitstudy.measures.names import INTERACTIONS, NAMES
+from knitstudy.measures.selection import CASES, beams_of, models_of, other_mesh_of, reduced_of
+from knitstudy.study.scene import Scene
+
+VARIANTS = {
+    "printed": "printed joints",
+    "pinned": "pinned joints",
+    "zones": "springs by crossing",
+    "centreline": "springs of centrelines",
+    "doubled": "doubled segments",
+}
+"""What a value of a reduced model's keys is called where it makes a variant."""
+
+CARRIED, GIVEN, ALONG_AXES = "springs of other tension", "springs of Table 2", "springs along x, y, z"
+
+SECTIONS = {"rigid": "rigid", "hertz": "Hertzian"}
+"""What beams in contact are made of, by ``beam.section``."""
+
+
+PLAIN = ("point", "rigid", "rigid")
+"""Contact, section and ties of the model that ingredients are added to."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """A simulation: its scene and its history."""
+
+    scene: Scene
+    history: xr.Dataset
+
+    @property
+    def label(self) -> str:
+        """What it is called beside the other models of a case."""
+        return label_of(self.scene)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A direct simulation, and the models that are compared with it.
+
+    Attributes
+    ----------
+    interaction, direction : str
+    dns : Model
+    other_mesh : Model or None
+        The direct simulation on another mesh.
+    reduced : tuple of Model
+        All reduced models made from it.
+    main : mapping of str to Model
+        Those that are no variants, by fidelity, "rom3d" and "rom2d".
+    beams : tuple of Model
+        The same knit as beams in contact.
+    """
+
+    interaction: str
+    direction: str
+    dns: Model
+    other_mesh: Model | None
+    reduced: tuple[Model, ...]
+    main: Mapping[str, Model]
+    beams: tuple[Model, ...]
+
+    @property
+    def label(self) -> str:
+        """Interaction and direction in words."""
+        return f"{INTERACTIONS[self.interaction]}, {self.direction}"
+
+    def name_of(self, model: Model) -> str:
+        """Return what one of the models is called: "DNS" the one that others are compared with."""
+        return "DNS" if model is self.dns else model.label
+
+
+def cases_of(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> Iterator[Case]:
+    """Yield the cases of which there is a direct simulation.
+
+    Parameters
+    ----------
+    every : mapping of str to Dataset
+        Histories of knits by scene (see docs/architecture.md).
+    scenes : mapping of str to Scene
+        Their scenes by the same names, in the order of the families.
+    """
+    known = [scene for name, scene in scenes.items() if name in every]
+
+    def model(scene: Scene) -> Model:
+        return Model(scene, every[scene.name])
+
+    for name, of in CASES.items():
+        found = models_of(known, of)
+        if not found:
+            continue
+        dns = found["dns"]
+        other_mesh = other_mesh_of(dns, known).get("other_mesh")
+        interaction, direction = name.split("_")
+        yield Case(
+            interaction=interaction,
+            direction=direction,
+            dns=model(dns),
+            other_mesh=model(other_mesh) if other_mesh else None,
+            reduced=tuple(map(model, reduced_of(dns, known))),
+            main={fidelity: model(scene) for fidelity, scene in found.items() if fidelity != "dns"},
+            beams=tuple(map(model, beams_of(dns, known))),
+        )
+
+
+def label_of(scene: Scene) -> str:
+    """Return what a model is called beside others of its case: its fidelity, and what makes it a variant."""
+    name = NAMES[scene.fidelity]
+    if scene.fidelity == "dns":
+        return f"{name}, elements of {1e3 * scene.mesh.size:.2f} mm"
+    if scene.fidelity == "beam":
+        ties = ", pinned" if scene.beam.tie == "pinned" else ""
+        return f"{name}, {scene.beam.contact} contact, {SECTIONS[scene.beam.section]}{ties}"
+    keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section")
+    words = [VARIANTS[value] for value in map(scene.value, keys) if value in VARIANTS]
+    if scene.value("rom.springs_from"):
+        words.append(CARRIED)
+    if scene.value("rom.stiffness"):
+        words.append(GIVEN)
+    elif scene.value("rom.axes") == "global":
+        words.append(ALONG_AXES)
+    return ", ".join([name, *words])
+
+
+def is_plain(scene: Scene) -> bool:
+    """Whether beams touch at a pair of points between rigid sections, and ties hold sections as the paper's do."""
+    return (scene.beam.contact, scene.beam.section, scene.beam.tie) == PLAIN

@@ -1,0 +1,270 @@
+"""Claims about contact with friction: K1 to K7, K11 and E1 of ``resources/reference/paper_claims.csv``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.measures.centre_cell import Snapshot, first_symmetric_contact, snapshots, zones_of_cell
+from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, lacking, verdict
+from knitstudy.measures.energy_balance import stabilisation_share
+from knitstudy.measures.names import INTERACTIONS
+from knitstudy.measures.reference import number
+from knitstudy.measures.response import (
+    Z,
+    at_strain,
+    common_strain,
+    out_of_plane,
+    stiffness_at,
+    transverse_contraction,
+)
+
+FIRST, LAST = 1, 4
+"""Numbers of the points of Fig. 7 that claims K1 and K2 speak of."""
+
+SPAN = 1e-3
+"""Claim K3: strain before and after a point over which slopes of the force are compared."""
+
+JUST_AFTER = 5e-3
+"""Claim K3: strain within which "just after" is."""
+
+PRONOUNCED = 0.1
+"""Claim K4: largest |u_z| over the yarn's diameter that counts as a pronounced out-of-plane motion."""
+
+SYMMETRIC = 0.2
+"""Claim K4: difference of mirrored envelopes of u_z over the largest |u_z| that still counts as symmetric."""
+
+SLIDE, TRANSFERRED, HARDER = 1.5, 0.9, 1.2
+"""Claim K11: slip of the outer rows over that of the others; share of the force below which load is not transferred;
+and factor of iterations that counts as worse convergence."""
+
+
+def judge_no_contact(evidence: Evidence) -> Judgement:
+    """K1: no zone in the centre cell at point 1."""
+    contacts = evidence.contacts.get("isotropic")
+    if contacts is None:
+        return lacking(INTERACTIONS["isotropic"])
+    wanted = number(
+        evidence.paper, "fig7", "course isotropic", "contact zones in the centre cell at 0.05% strain"
+    )
+    return _at_snapshot(contacts, FIRST, lambda zones, at: zones[at] == wanted)
+
+
+def judge_zones(evidence: Evidence) -> Judgement:
+    """K2: four zones in the centre cell from point 4 to the end, never more."""
+    contacts = evidence.contacts.get("isotropic")
+    if contacts is None:
+        return lacking(INTERACTIONS["isotropic"])
+    wanted = number(
+        evidence.paper, "fig7", "course isotropic", "contact zones in the centre cell at 1.95% strain"
+    )
+    judged = _at_snapshot(
+        contacts, LAST, lambda zones, at: (zones[at:] == wanted).all() and zones.max() == wanted
+    )
+    return at_full_strain(evidence, judged, [contacts], "isotropic")
+
+
+def judge_slope(evidence: Evidence) -> Judgement:
+    """K3: the force bends most just after zones come into symmetric contact."""
+    history, contacts = evidence.direct.get("isotropic"), evidence.contacts.get("isotropic")
+    if history is None or contacts is None:
+        return lacking(INTERACTIONS["isotropic"])
+    strain, bends = history["strain"].to_numpy(), largest_bend(history)
+    first = first_symmetric_contact(contacts)
+    bend = (
+        "the force is not followed far enough to bend"
+        if np.isnan(bends)
+        else f"the force bends most at {bends:.2%}"
+    )
+    if first is None:
+        return at_full_strain(
+            evidence,
+            Judgement(f"no symmetric contact in the centre cell; {bend}", verdict(False)),
+            [history],
+            "isotropic",
+        )
+    # It came about after the increment before.
+    after = strain[max(first - 1, 0)] <= bends <= strain[first] + JUST_AFTER
+    judged = Judgement(
+        f"first symmetric contact in the centre cell at {strain[first]:.2%} strain; {bend}",
+        verdict(bool(after)),
+        f"slopes over {SPAN:.1%} before and after; {JUST_AFTER:.1%} counts as just after",
+    )
+    return at_full_strain(evidence, judged, [history], "isotropic")
+
+
+def judge_motion(evidence: Evidence) -> Judgement:
+    """K4: the knit contracts and moves out of its plane, symmetrically about its mid line."""
+    history = evidence.direct.get("isotropic")
+    if history is None:
+        return lacking(INTERACTIONS["isotropic"])
+    contraction, largest = transverse_contraction(history), float(out_of_plane(history)[-1])
+    diameter = 2 * float(evidence.geometry["radius"])
+    skew = asymmetry(history)
+    judged = Judgement(
+        f"transverse contraction {contraction:.2%}; largest |u_z| {largest / diameter:.2f} d; mirrored envelopes of "
+        f"u_z differ by {skew:.0%} of it",
+        verdict(contraction > 0 and largest >= PRONOUNCED * diameter and skew <= SYMMETRIC),
+        f"pronounced from {PRONOUNCED:g} d on, symmetric up to {SYMMETRIC:.0%}",
+    )
+    return at_full_strain(evidence, judged, [history], "isotropic")
+
+
+def judge_stiffness_order(evidence: Evidence) -> Judgement:
+    """K5: ties are stiffer than rough contact, and that is stiffer than isotropic friction."""
+    stiffness = _compared(evidence, lambda history, strain: 1e-3 * stiffness_at(history, strain))
+    if stiffness is None:
+        return lacking("ties, rough contact and isotropic friction on one mesh")
+    measured = "secant stiffness: " + _listed(stiffness, "{:.4g} kN/m")
+    ordered = stiffness["tie"] > stiffness["rough"] > stiffness["isotropic"]
+    return at_full_strain(evidence, Judgement(measured, verdict(ordered)), _three(evidence), "isotropic")
+
+
+def judge_motion_order(evidence: Evidence) -> Judgement:
+    """K6: isotropic friction lets yarns move further out of the plane than ties."""
+    motion = _compared(
+        evidence, lambda history, strain: 1e3 * at_strain(history, strain, out_of_plane(history))
+    )
+    if motion is None:
+        return lacking("ties, rough contact and isotropic friction on one mesh")
+    judged = Judgement(
+        "largest |u_z|: " + _listed(motion, "{:.3g} mm"),
+        verdict(motion["isotropic"] > motion["tie"]),
+        "the place of rough contact is not stated",
+    )
+    return at_full_strain(evidence, judged, _three(evidence), "isotropic")
+
+
+def judge_smaller_friction(evidence: Evidence) -> Judgement:
+    """K7: ties > rough > isotropic with every coefficient of friction."""
+    histories = evidence.frictions
+    kinds = {name: history.attrs["interaction"] for name, history in histories.items()}
+    if not {"tie", "rough", "isotropic"} <= set(kinds.values()):
+        return lacking("ties, rough contact and several coefficients of friction on one mesh")
+    strain = common_strain(histories.values())
+    stiffness = {name: 1e-3 * stiffness_at(history, strain) for name, history in histories.items()}
+    tie, rough = (
+        next(stiffness[name] for name, kind in kinds.items() if kind == wanted) for wanted in ("tie", "rough")
+    )
+    slides = {
+        evidence.scenes[name].contact.friction: stiffness[name]
+        for name, kind in kinds.items()
+        if kind == "isotropic"
+    }
+    measured = f"secant stiffness: tie {tie:.4g} kN/m, rough {rough:.4g} kN/m" + "".join(
+        f", mu = {friction:g} {slides[friction]:.4g} kN/m" for friction in sorted(slides, reverse=True)
+    )
+    judged = Judgement(measured, verdict(tie > rough and all(rough > each for each in slides.values())))
+    return at_full_strain(evidence, judged, histories.values(), next(iter(histories)))
+
+
+def judge_untied_rows(evidence: Evidence) -> Judgement:
+    """K11: without ties the outer rows slide, load is not transferred, and convergence suffers."""
+    untied, contacts = evidence.direct.get("untied"), evidence.contacts.get("untied")
+    tied = evidence.direct.get("isotropic")
+    if untied is None or contacts is None or tied is None:
+        return lacking("isotropic friction in all rows, and with ties in the outer ones")
+    row = contacts["row"].to_numpy()
+    outer = (row == 0) | (row == row.max())
+    slip = np.nan_to_num(contacts["slip"].to_numpy()[-1])
+    slips, rest = 1e3 * slip[outer].mean(), 1e3 * slip[~outer].mean()
+    strain = common_strain([untied, tied])
+    ratio = stiffness_at(untied, strain) / stiffness_at(tied, strain)
+    iterations, usual = (int(history["newton_iterations"].sum()) for history in (untied, tied))
+    judged = Judgement(
+        f"force {ratio:.2f} times that with tied outer rows; mean slip {slips:.3g} mm in the outer rows and {rest:.3g} "
+        f"mm in the others; {untied.sizes['increment'] - 1} increments with {iterations} Newton iterations against "
+        f"{tied.sizes['increment'] - 1} with {usual}",
+        verdict(slips >= SLIDE * rest > 0 and ratio <= TRANSFERRED and iterations >= HARDER * usual),
+        f"sliding: {SLIDE:g} times the others' slip; not transferred: {TRANSFERRED:.0%} of the force; suffering: "
+        f"{HARDER:g} times the iterations",
+    )
+    return at_full_strain(evidence, judged, [untied, tied], "untied")
+
+
+def judge_stabilisation(evidence: Evidence) -> Judgement:
+    """E1: what stabilisation dissipates is little beside the internal energy, at every increment."""
+    histories = {name: history for name, history in evidence.direct.items() if name != "tie"}
+    if not histories:
+        return lacking("contact")
+    shares = {name: stabilisation_share(history) for name, history in histories.items()}
+    allowed = number(evidence.paper, "sec2.2", "stabilisation", "largest share of strain energy") / 100
+    used = any(evidence.scenes[name].solver.stabilisation > 0 for name in shares)
+    judged = Judgement(
+        "largest share of the internal energy: "
+        + ", ".join(f"{name} {share:.2%}" for name, share in shares.items()),
+        verdict(max(shares.values()) <= allowed),
+        "" if used else "no stabilisation was used, so that there is nothing to dissipate",
+    )
+    return at_full_strain(evidence, judged, histories.values(), next(iter(histories)))
+
+
+JUDGES: dict[str, Callable[[Evidence], Judgement]] = {
+    "K1": judge_no_contact,
+    "K2": judge_zones,
+    "K3": judge_slope,
+    "K4": judge_motion,
+    "K5": judge_stiffness_order,
+    "K6": judge_motion_order,
+    "K7": judge_smaller_friction,
+    "K11": judge_untied_rows,
+    "E1": judge_stabilisation,
+}
+
+
+def largest_bend(history: xr.Dataset) -> float:
+    """Return the strain at which the slope of force against strain changes most, nan if it is too short.
+
+    At every increment the mean slopes over `SPAN` before and after it are compared, so that small increments count
+    no more than large ones.
+    """
+    strain, force = history["strain"].to_numpy(), history["force"].to_numpy()
+    at = strain[(strain >= SPAN) & (strain <= strain[-1] - SPAN)]
+    if not len(at):
+        return np.nan
+    before, here, after = (np.interp(at + step, strain, force) for step in (-SPAN, 0.0, SPAN))
+    return float(at[np.argmax(np.abs(after - 2 * here + before))])
+
+
+def asymmetry(history: xr.Dataset) -> float:
+    """Return how much the envelopes of u_z of mirrored yarns differ at full load, over the largest |u_z|.
+
+    Yarns are mirrored about the mid line between the free edges: the first one into the last.
+    """
+    u_z, yarn = history["centreline_displacement"].to_numpy()[-1, :, Z], history["yarn"].to_numpy()
+    envelope = np.array([(u_z[yarn == i].min(), u_z[yarn == i].max()) for i in np.unique(yarn)])
+    largest = np.abs(u_z).max()
+    return float(np.abs(envelope - envelope[::-1]).max() / largest) if largest > 0 else 0.0
+
+
+def _at_snapshot(contacts: xr.Dataset, number: int, holds: Callable[[np.ndarray, int], bool]) -> Judgement:
+    """Judge the zones of the centre cell at a point of Fig. 7; withhold the verdict where no increment is there."""
+    zones, strain = zones_of_cell(contacts), contacts["strain"].to_numpy()
+    points = snapshots(contacts)
+    counts = ", ".join(f"{zones[each.increment]} at {each.strain:.2%}" for each in points)
+    measured = f"zones in the centre cell: {counts}; {zones[-1]} at the end, {strain[-1]:.2%}"
+    point: Snapshot | None = next((each for each in points if each.number == number), None)
+    if point is None or not point.exact:
+        return Judgement(measured, NOT_RUN, f"no increment ends at the strain of point {number} of Fig. 7")
+    return Judgement(measured, verdict(bool(holds(zones, point.increment))))
+
+
+def _compared(evidence: Evidence, measure: Callable[[xr.Dataset, float], float]) -> dict[str, float] | None:
+    """Return a measure of ties, rough contact and isotropic friction at their common strain, None if one lacks."""
+    if not set(INTERACTIONS) <= set(evidence.direct):
+        return None
+    histories = {name: evidence.direct[name] for name in INTERACTIONS}
+    strain = common_strain(histories.values())
+    return {name: measure(history, strain) for name, history in histories.items()}
+
+
+def _three(evidence: Evidence) -> list[xr.Dataset]:
+    return [evidence.direct[name] for name in INTERACTIONS]
+
+
+def _listed(values: Mapping[str, float], form: str) -> str:
+    """Name values from the largest to the smallest."""
+    order = sorted(values, key=values.__getitem__, reverse=True)
+    return ", ".join(f"{INTERACTIONS[name]} {form.format(values[name])}" for name in order)

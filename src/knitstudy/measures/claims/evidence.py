@@ -1,0 +1,89 @@
+"""What claims are judged by, and how a judgement is made: bars decide, and what was not run decides nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import pandas as pd
+import xarray as xr
+
+from knitstudy.measures.cases import Case, cases_of
+from knitstudy.measures.reference import number
+from knitstudy.study.scene import Scene
+
+REPRODUCED, NOT_REPRODUCED = "reproduced", "not reproduced"
+CALIBRATED, NOT_RUN = "used in calibration", "not yet run"
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """All results that claims are judged by.
+
+    Attributes
+    ----------
+    geometry : Dataset
+        Result of the geometry stage.
+    scenes : mapping of str to Scene
+        Of all histories: by interaction for `direct`, else by name.
+    paper : DataFrame
+        The paper's numbers.
+    every : mapping of str to Dataset
+        Histories of all simulations of knits, by scene.
+    direct : mapping of str to Dataset
+        Histories of direct simulations by interaction, "tie", "rough", "isotropic", and "untied" for isotropic
+        friction in all rows, as far as there are any.
+    contacts : mapping of str to Dataset
+        What happens at their crossings, likewise.
+    frictions : mapping of str to Dataset
+        Histories of a sweep of the coefficient of friction, ties and rough contact among them, by scene.
+    sprung : mapping of str to Dataset
+        Contacts of all direct simulations that give springs, by scene.
+    """
+
+    geometry: xr.Dataset
+    scenes: Mapping[str, Scene]
+    paper: pd.DataFrame
+    every: Mapping[str, xr.Dataset] = field(default_factory=dict)
+    direct: Mapping[str, xr.Dataset] = field(default_factory=dict)
+    contacts: Mapping[str, xr.Dataset] = field(default_factory=dict)
+    frictions: Mapping[str, xr.Dataset] = field(default_factory=dict)
+    sprung: Mapping[str, xr.Dataset] = field(default_factory=dict)
+
+    @cached_property
+    def cases(self) -> tuple[Case, ...]:
+        """Direct simulations with the models that are compared with them, in course and wale tension."""
+        return tuple(cases_of(self.every, self.scenes))
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What was measured, the verdict, and what limits it."""
+
+    measured: str
+    verdict: str
+    note: str = ""
+
+
+def verdict(holds: bool) -> str:
+    """Return the verdict on a claim that was measured."""
+    return REPRODUCED if holds else NOT_REPRODUCED
+
+
+def lacking(what: str) -> Judgement:
+    """Return the judgement on a claim for which a study has no results of some kind."""
+    return Judgement("", NOT_RUN, f"the study has no direct simulation with {what}")
+
+
+def at_full_strain(
+    evidence: Evidence, judgement: Judgement, histories: Iterable[xr.Dataset], scene: str
+) -> Judgement:
+    """Withhold the verdict where histories were not pulled as far as the paper's; name the mesh of a scene."""
+    wanted = number(evidence.paper, "fig7", "course isotropic", "strain at the end") / 100
+    reached = min(float(history["strain"][-1]) for history in histories)
+    notes = [judgement.note, f"DNS elements of {1e3 * evidence.scenes[scene].mesh.size:g} mm"]
+    if reached < 0.999 * wanted:
+        judgement = replace(judgement, verdict=NOT_RUN)
+        notes.insert(0, f"pulled to {reached:.2%}, the paper to {wanted:.0%}")
+    return replace(judgement, note="; ".join(filter(None, notes)))

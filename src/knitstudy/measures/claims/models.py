@@ -1,0 +1,283 @@
+"""Claims about reduced models, their springs and beams in contact: R1 to R6 and B1 of ``paper_claims.csv``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from knitstudy.measures.cases import Case, is_plain
+from knitstudy.measures.claims.evidence import (
+    NOT_RUN,
+    REPRODUCED,
+    Evidence,
+    Judgement,
+    at_full_strain,
+    verdict,
+)
+from knitstudy.measures.cost import MEGABYTE
+from knitstudy.measures.reference import REPORTED, number
+from knitstudy.measures.response import (
+    force_distance,
+    largest_out_of_plane,
+    out_of_plane_agreement,
+    secant_stiffness,
+)
+from knitstudy.measures.selection import CASES
+from knitstudy.networks.rom.springs import springs
+
+MUCH_CLOSER = 0.5
+"""Claim R1: "much closer" is at most half the distance."""
+
+SAME_SHAPE, SAME_SIZE = 0.8, 2.0
+"""Claim R2: least correlation of u_z, and the factor that amplitudes may differ by."""
+
+NONE_AT_ALL = 0.01
+"""Claim R2: share of the DNS's largest |u_z| that counts as no out-of-plane motion."""
+
+BY_FAR = 2.0
+"""Claim R4: kz over the larger of kx and ky from which on it is the largest by far; the paper's least is 2.6."""
+
+AS_MUCH, LITTLE = 0.9, 0.05
+"""Claims R5 and R6: share of the savings to be reached; share of the DNS's memory that is little."""
+
+
+def judge_forces(evidence: Evidence) -> Judgement:
+    """R1: the force curve of the 3D model is much closer to the DNS than that of the 2D model, in all four cases."""
+
+    def judge(case: Case) -> tuple[str, bool]:
+        near, far = (force_distance(case.main[name].history, case.dns.history) for name in ("rom3d", "rom2d"))
+        said = f"3D ROM {near:.3f}, 2D ROM {far:.3f}"
+        if case.other_mesh:
+            between = force_distance(case.other_mesh.history, case.dns.history)
+            said += f", DNS of {1e3 * case.other_mesh.scene.mesh.size:.2f} mm {between:.3f}"
+        return said, near <= MUCH_CLOSER * far
+
+    judged = _in_cases(evidence, judge, "relative L2 distance of F(strain) to DNS: ")
+    return replace(judged, note=_noted(judged, f"much closer: {MUCH_CLOSER:g} times the distance or less"))
+
+
+def judge_out_of_plane(evidence: Evidence) -> Judgement:
+    """R2: u_z of the 3D model is that of the DNS; the 2D model has none, in all four cases."""
+
+    def judge(case: Case) -> tuple[str, bool]:
+        dns, rom3d, rom2d = (model.history for model in (case.dns, case.main["rom3d"], case.main["rom2d"]))
+        alike = out_of_plane_agreement(rom3d, dns)
+        flat = largest_out_of_plane(rom2d) / largest_out_of_plane(dns)
+        captured = alike.correlation >= SAME_SHAPE and 1 / SAME_SIZE <= alike.amplitude <= SAME_SIZE
+        said = (
+            f"correlation {alike.correlation:.3f}, amplitude ratio {alike.amplitude:.2f}, 2D ROM {flat:.1g}"
+        )
+        return said, captured and flat <= NONE_AT_ALL
+
+    judged = _in_cases(evidence, judge, "u_z along the centrelines, 3D ROM and DNS: ")
+    bars = f"correlation from {SAME_SHAPE:g}, amplitude within a factor of {SAME_SIZE:g}"
+    return replace(judged, note=_noted(judged, f"2D ROM: its largest |u_z| over DNS's; {bars}"))
+
+
+def judge_motion_order(evidence: Evidence) -> Judgement:
+    """R3: the 3D model moves further out of its plane with isotropic friction than with ties, and so does the DNS.
+
+    Fig. 16 shows course tension, which decides; wale tension is reported beside it.
+    """
+    cases = {(case.interaction, case.direction): case for case in _with_models(evidence, ("rom3d",))}
+    directions = [way for way in ("course", "wale") if ("tie", way) in cases and ("isotropic", way) in cases]
+    if "course" not in directions:
+        return Judgement(
+            "", NOT_RUN, "the study has no 3D ROM with ties and with isotropic friction in course tension"
+        )
+    said, more = [], {}
+    for way in directions:
+        tie, slides = cases["tie", way], cases["isotropic", way]
+        of_rom, of_dns = (
+            largest_out_of_plane(one.history) / largest_out_of_plane(other.history)
+            for one, other in ((slides.main["rom3d"], tie.main["rom3d"]), (slides.dns, tie.dns))
+        )
+        said.append(f"{way} {of_rom:.2f} in the 3D ROM, {of_dns:.2f} in the DNS")
+        more[way] = of_rom > 1 and of_dns > 1
+    judged = Judgement(
+        f"largest |u_z| with isotropic friction over that with ties: {'; '.join(said)}",
+        verdict(more["course"]),
+        "Fig. 16 is of course tension, which decides"
+        + (f"; in wale tension it {'holds' if more['wale'] else 'does not hold'}" if "wale" in more else ""),
+    )
+    compared = [cases[kind, way] for way in directions for kind in ("tie", "isotropic")]
+    histories = [model.history for case in compared for model in (case.dns, case.main["rom3d"])]
+    return at_full_strain(evidence, judged, histories, cases["isotropic", directions[0]].dns.scene.name)
+
+
+def judge_springs(evidence: Evidence) -> Judgement:
+    """R4: of the averaged springs kz is the largest by far; kx > ky in course tension, ky > kx in wale tension."""
+    cases = [case for case in evidence.cases if case.interaction == "isotropic"]
+    found = {
+        case.direction: evidence.sprung[case.dns.scene.name]
+        for case in cases
+        if case.dns.scene.name in evidence.sprung
+    }
+    if not found:
+        return Judgement("", NOT_RUN, "the study has no direct simulation with isotropic friction")
+    said, holds = [], []
+    for way, contacts in found.items():
+        kx, ky, kz = springs(contacts, "interface").averaged
+        normal, tangential = springs(contacts, "interface", "contact").averaged / 1e3
+        larger = kx > ky if way == "course" else ky > kx
+        holds.append(min(kx, ky, kz) > 0 and larger and kz >= BY_FAR * max(kx, ky))
+        said.append(
+            f"{way} kx {kx / 1e3:.3g}, ky {ky / 1e3:.3g}, kz {kz / 1e3:.3g} kN/m, normal to contact {normal:.3g} and "
+            f"along it {tangential:.3g} kN/m{_by_penalty(evidence, way)}"
+        )
+    judged = Judgement(
+        "averaged secants of interfaces: " + "; ".join(said),
+        verdict(all(holds)),
+        f"by far: {BY_FAR:g} times the others",
+    )
+    if all(holds) and len(found) < 2:
+        judged = replace(judged, verdict=NOT_RUN, note=f"{judged.note}; of one direction only")
+    histories = [case.dns.history for case in cases if case.direction in found]
+    return at_full_strain(evidence, judged, histories, cases[0].dns.scene.name)
+
+
+def _by_penalty(evidence: Evidence, direction: str) -> str:
+    """Name kz and the stiffness normal to contact by the contact stiffness of simulations with penalties alone."""
+    found = {}
+    for name, contacts in evidence.sprung.items():
+        scene = evidence.scenes[name]
+        if scene.value("contact.augmentations") == 0 and scene.load.direction == direction:
+            kz, normal = (
+                springs(contacts, "interface").averaged[2],
+                springs(contacts, "interface", "contact").averaged[0],
+            )
+            found[scene.contact.normal_stiffness] = f"{kz / 1e3:.3g} and {normal / 1e3:.3g}"
+    listed = ", ".join(f"{found[stiffness]} with {stiffness:g} E / h" for stiffness in sorted(found))
+    return f" (penalties alone, kz and normal: {listed})" if listed else ""
+
+
+def judge_cost(evidence: Evidence) -> Judgement:
+    """R5: what the reduced models save with ties, at the paper's mesh size."""
+    case = _case(evidence, "tie", "course", ("rom3d", "rom2d"))
+    if case is None:
+        return Judgement("", NOT_RUN, "the study has not all models of ties in course tension")
+    printed = {
+        quantity: _reported(evidence, "dns", quantity) / _reported(evidence, "rom3d", quantity)
+        for quantity in ("degrees of freedom", "memory")
+    }
+    dof, memory, seconds = _savings(case)
+    grown = {
+        name: model.history.attrs["memory_growth"] for name, model in (("dns", case.dns), *case.main.items())
+    }
+    measured = (
+        f"3D ROM: {dof:.1f} times fewer DOF (paper {printed['degrees of freedom']:.1f}), memory growth "
+        f"{grown['rom3d'] / MEGABYTE:.1f} MB against {grown['dns'] / MEGABYTE:.0f} MB of DNS (paper "
+        f"{printed['memory']:.1f} times less), {seconds:.0f} times faster; 2D ROM {grown['rom2d'] / MEGABYTE:.1f} MB"
+    )
+    reproduced = (
+        dof >= AS_MUCH * printed["degrees of freedom"]
+        and memory >= AS_MUCH * printed["memory"]
+        and abs(grown["rom3d"] - grown["rom2d"]) <= LITTLE * grown["dns"]
+    )
+    note = (
+        "the yarn's length and diameter were inferred from the printed DOF: that part was used in calibration"
+    )
+    size, wanted = case.dns.scene.mesh.size, _reported(evidence, "dns", "mesh size")
+    if not np.isclose(size, wanted):
+        return Judgement(
+            measured, NOT_RUN, f"elements of {1e3 * size:g} mm, the paper's of {1e3 * wanted:g} mm; {note}"
+        )
+    return Judgement(measured, verdict(reproduced), note)
+
+
+def judge_cost_with_friction(evidence: Evidence) -> Judgement:
+    """R6: with isotropic friction the 3D model saves as much as with ties."""
+    tie, slides = (_case(evidence, kind, "course", ("rom3d",)) for kind in ("tie", "isotropic"))
+    if tie is None or slides is None:
+        return Judgement(
+            "", NOT_RUN, "the study has no 3D ROM with ties and with isotropic friction in course tension"
+        )
+    saved, with_ties = _savings(slides), _savings(tie)
+    names = ("DOF", "memory growth", "time")
+    measured = "DNS over 3D ROM: " + ", ".join(
+        f"{name} {mine:,.4g} (ties {theirs:,.4g})"
+        for name, mine, theirs in zip(names, saved, with_ties, strict=True)
+    )
+    holds = all(mine >= AS_MUCH * theirs for mine, theirs in zip(saved, with_ties, strict=True))
+    judged = Judgement(measured, verdict(holds), f"as much: {AS_MUCH:.0%} of each or more")
+    histories = [model.history for case in (tie, slides) for model in (case.dns, case.main["rom3d"])]
+    return at_full_strain(evidence, judged, histories, slides.dns.scene.name)
+
+
+def judge_beams(evidence: Evidence) -> Judgement:
+    """B1: beams in contact at one point of a crossing, with rigid sections, are softer than solids."""
+    case = _case(evidence, "isotropic", "course", ())
+    plain = [model for model in case.beams if is_plain(model.scene)] if case else []
+    if not plain:
+        return Judgement("", NOT_RUN, "the study has no beams in contact beside solids in course tension")
+    reference = secant_stiffness(case.dns.history)
+    ratios = {model.label: secant_stiffness(model.history) / reference for model in case.beams}
+    judged = Judgement(
+        "secant stiffness over DNS's: "
+        + ", ".join(f"{label} {ratio:.3f}" for label, ratio in ratios.items()),
+        verdict(ratios[plain[0].label] < 1),
+        f"judged by {plain[0].label}",
+    )
+    histories = [case.dns.history, *(model.history for model in case.beams)]
+    return at_full_strain(evidence, judged, histories, case.dns.scene.name)
+
+
+JUDGES: dict[str, Callable[[Evidence], Judgement]] = {
+    "R1": judge_forces,
+    "R2": judge_out_of_plane,
+    "R3": judge_motion_order,
+    "R4": judge_springs,
+    "R5": judge_cost,
+    "R6": judge_cost_with_friction,
+    "B1": judge_beams,
+}
+
+
+def _in_cases(evidence: Evidence, judge: Callable[[Case], tuple[str, bool]], begin: str) -> Judgement:
+    """Judge every case with both reduced models; what holds in fewer cases than all does not decide."""
+    cases = list(_with_models(evidence, ("rom3d", "rom2d")))
+    if not cases:
+        return Judgement("", NOT_RUN, "the study has no direct simulation with both reduced models")
+    judged = [judge(case) for case in cases]
+    measured = begin + "; ".join(
+        f"{case.label}: {said}" for case, (said, _) in zip(cases, judged, strict=True)
+    )
+    holding = sum(holds for _, holds in judged)
+    result = Judgement(
+        measured, verdict(holding == len(cases)), f"the main models hold in {holding} of {len(cases)} cases"
+    )
+    if result.verdict == REPRODUCED and len(cases) < len(CASES):
+        result = replace(result, verdict=NOT_RUN)
+    histories = [model.history for case in cases for model in (case.dns, *case.main.values())]
+    return at_full_strain(evidence, result, histories, cases[0].dns.scene.name)
+
+
+def _noted(judgement: Judgement, note: str) -> str:
+    return "; ".join(filter(None, [judgement.note, note]))
+
+
+def _with_models(evidence: Evidence, fidelities: Iterable[str]) -> list[Case]:
+    """Return the cases that have reduced models of some fidelities."""
+    return [case for case in evidence.cases if set(fidelities) <= set(case.main)]
+
+
+def _case(evidence: Evidence, interaction: str, direction: str, fidelities: Iterable[str]) -> Case | None:
+    """Return one case with reduced models of some fidelities, None where a study lacks it."""
+    cases = _with_models(evidence, fidelities)
+    return next(
+        (case for case in cases if (case.interaction, case.direction) == (interaction, direction)), None
+    )
+
+
+def _savings(case: Case) -> tuple[float, float, float]:
+    """Return degrees of freedom, growth of memory and time of the DNS over those of the 3D model."""
+    dns, rom = (model.history.attrs for model in (case.dns, case.main["rom3d"]))
+    # Growth below a kilobyte is none.
+    memory = dns["memory_growth"] / max(rom["memory_growth"], 1e3)
+    return dns["dof"] / rom["dof"], memory, dns["wall_seconds"] / rom["wall_seconds"]
+
+
+def _reported(evidence: Evidence, fidelity: str, quantity: str) -> float:
+    return number(evidence.paper, "5", REPORTED[fidelity], quantity)

@@ -1,0 +1,197 @@
+"""What is compared of two histories: stiffness, distance of their force curves, and out-of-plane motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import DataFileError
+
+X, Y, Z = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How alike the out-of-plane displacements of two models are along the centrelines.
+
+    Attributes
+    ----------
+    correlation : float
+        Of u_z at the same places (Pearson); NaN where a model stays in its plane.
+    amplitude : float
+        Root mean square of u_z over the reference's; NaN where the reference stays in its plane.
+    """
+
+    correlation: float
+    amplitude: float
+
+
+def secant_stiffness(history: xr.Dataset) -> float:
+    """Return force over displacement of the driven side at full load [N/m]."""
+    return float(history["force"][-1] / history["displacement"][-1])
+
+
+def tangent_stiffness(history: xr.Dataset) -> float:
+    """Return the slope of force over displacement at full load, of a parabola through the last three states [N/m]."""
+    displacement, force = (history[name].to_numpy()[-3:] for name in ("displacement", "force"))
+    if len(displacement) < 3:
+        return secant_stiffness(history)
+    return float(np.polyder(np.poly1d(np.polyfit(displacement, force, 2)))(displacement[-1]))
+
+
+def force_distance(history: xr.Dataset, reference: xr.Dataset) -> float:
+    """Return the L2 distance of two curves of force against strain, over the norm of the reference.
+
+    The curves are polygons through their increments, compared up to the smaller of the two largest strains.
+
+    Raises
+    ------
+    DataFileError
+        When a history holds nothing but the unloaded state.
+    """
+    for each in (history, reference):
+        if each.sizes["increment"] < 2:
+            raise DataFileError(
+                f"history of {each.attrs.get('scene', '?')!r}: has no loaded increment to compare"
+            )
+    end = min(float(history["strain"][-1]), float(reference["strain"][-1]))
+    knots = np.union1d(history["strain"], reference["strain"])
+    knots = np.append(knots[knots < end], end)
+    force, measure = (np.interp(knots, each["strain"], each["force"]) for each in (history, reference))
+    return float(np.sqrt(_integral_of_square(force - measure, knots) / _integral_of_square(measure, knots)))
+
+
+def _integral_of_square(values: np.ndarray, knots: np.ndarray) -> float:
+    """Integrate the square of a polygon, exactly."""
+    a, b = values[:-1], values[1:]
+    return float(np.sum(np.diff(knots) * (a * a + a * b + b * b) / 3))
+
+
+def out_of_plane(history: xr.Dataset) -> np.ndarray:
+    """Return max |u_z| along the centrelines at every increment (I,) [m]."""
+    return np.abs(history["centreline_displacement"].to_numpy()[:, :, Z]).max(axis=1)
+
+
+def largest_out_of_plane(history: xr.Dataset) -> float:
+    """Return max |u_z| along the centrelines at full load [m]."""
+    return float(out_of_plane(history)[-1])
+
+
+def transverse_contraction(history: xr.Dataset) -> float:
+    """Return by how much of its height the middle of a knit has shrunk at full load [1].
+
+    The height is the extent in y of the centrelines that began in the middle third of the knit's width.
+    """
+    place = history["centreline"].to_numpy()
+    x = place[:, 0]
+    middle = np.abs(x - 0.5 * (x.min() + x.max())) <= np.ptp(x) / 6
+    now = place + history["centreline_displacement"].to_numpy()[-1]
+    return float(1 - np.ptp(now[middle, Y]) / np.ptp(place[middle, Y]))
+
+
+def poisson_ratio(history: xr.Dataset, direction: str, loops: int) -> float:
+    """Return the contraction across a load at full load, over the strain along it [1].
+
+    In course tension the loops of the middle column count: the mean of u_y over such a loop of the bottom yarn less
+    that of the top yarn, over the distance of the two loops. In wale tension the yarns between the gripped ones count:
+    the mean of u_x over their first loop less that over their last, over the distance of these, averaged over the
+    yarns. Means are over the arc length of the centreline.
+
+    Parameters
+    ----------
+    history : Dataset
+        See docs/architecture.md.
+    direction : {"course", "wale"}
+        Of the load.
+    loops : int
+        Of a yarn.
+    """
+    start, motion = history["centreline"].to_numpy(), history["centreline_displacement"].to_numpy()[-1]
+    start, motion = (_means_of_loops(history, values, loops) for values in (start, motion))
+    if direction == "course":
+        middle = slice((loops - 1) // 2, loops // 2 + 1)
+        place, moved = ((each[0, middle, Y], each[-1, middle, Y]) for each in (start, motion))
+    else:
+        place, moved = ((each[1:-1, 0, X], each[1:-1, -1, X]) for each in (start, motion))
+    contraction = (moved[0] - moved[1]) / (place[1] - place[0])
+    return float(contraction.mean() / history["strain"][-1]) if contraction.size else np.nan
+
+
+SAMPLES = 100
+"""Points of a loop that a mean is taken over."""
+
+
+def _means_of_loops(history: xr.Dataset, values: np.ndarray, loops: int) -> np.ndarray:
+    """Return means (Y, n, 3) over the loops of every yarn of values (S, 3) of the stations."""
+    yarn, share = history["yarn"].to_numpy(), _shares(history)
+    wanted = (np.arange(loops * SAMPLES) + 0.5) / (loops * SAMPLES)
+    found = [
+        np.column_stack([np.interp(wanted, share[yarn == i], values[yarn == i, k]) for k in range(3)])
+        for i in np.unique(yarn)
+    ]
+    return np.array(found).reshape(len(found), loops, SAMPLES, 3).mean(axis=2)
+
+
+def at_strain(history: xr.Dataset, strain: float, values: np.ndarray) -> float:
+    """Return values (I,) of the increments at a strain, interpolated."""
+    return float(np.interp(strain, history["strain"], values))
+
+
+def common_strain(histories) -> float:
+    """Return the largest strain that all histories have reached."""
+    return min(float(history["strain"][-1]) for history in histories)
+
+
+def stiffness_at(history: xr.Dataset, strain: float) -> float:
+    """Return force over displacement of the driven side at a strain [N/m]."""
+    force, displacement = (
+        at_strain(history, strain, history[name].to_numpy()) for name in ("force", "displacement")
+    )
+    return force / displacement
+
+
+def out_of_plane_agreement(history: xr.Dataset, reference: xr.Dataset) -> Agreement:
+    """Compare u_z at full load at the stations of `history`; the reference is interpolated along its yarns."""
+    ours, theirs = _at_stations(history, history), _at_stations(reference, history)
+    moving = ours.std() > 0 and theirs.std() > 0
+    size = np.sqrt(np.mean(theirs**2))
+    return Agreement(
+        correlation=float(np.corrcoef(ours, theirs)[0, 1]) if moving else np.nan,
+        amplitude=float(np.sqrt(np.mean(ours**2)) / size) if size > 0 else np.nan,
+    )
+
+
+def _at_stations(history: xr.Dataset, places: xr.Dataset) -> np.ndarray:
+    """Return u_z of a history at full load, at the yarns and shares of arc length of other stations."""
+    u_z = history["centreline_displacement"].to_numpy()[-1, :, Z]
+    yarn, share = history["yarn"].to_numpy(), _shares(history)
+    wanted_yarn, wanted = places["yarn"].to_numpy(), _shares(places)
+    result = np.empty(len(wanted))
+    for number in np.unique(wanted_yarn):
+        of, at = yarn == number, wanted_yarn == number
+        result[at] = np.interp(wanted[at], share[of], u_z[of])
+    return result
+
+
+def _shares(history: xr.Dataset) -> np.ndarray:
+    """Return the arc lengths of the stations over the lengths of their yarns."""
+    s, yarn = history["arc_length"].to_numpy(), history["yarn"].to_numpy()
+    longest = np.zeros(yarn.max() + 1)
+    np.maximum.at(longest, yarn, s)
+    return s / longest[yarn]
+
+
+def comparison(history: xr.Dataset, dns: xr.Dataset) -> dict[str, float]:
+    """Return what a model does at its largest strain, and how far that is from its direct simulation, by column."""
+    stiffness = secant_stiffness(history)
+    return {
+        "strain [1]": float(history["strain"][-1]),
+        "force [N]": float(history["force"][-1]),
+        "secant stiffness [N/m]": stiffness,
+        "stiffness over DNS's [1]": stiffness / secant_stiffness(dns),
+        "L2 distance of force to DNS [1]": force_distance(history, dns),
+        "largest |u_z| [m]": largest_out_of_plane(history),
+        "correlation of u_z with DNS [1]": out_of_plane_agreement(history, dns).correlation,
+    }

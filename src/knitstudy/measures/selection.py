@@ -1,0 +1,242 @@
+"""Which scenes of a study figures and tables are about, and what they call them.
+
+Of one case, for example ties in course tension:
+
+- "dns", "rom3d", "rom2d": one direct simulation and the main reduced models made from it.
+- "reduced": all reduced models made from it.
+- "other_mesh": that simulation on another mesh, for the error of discretisation.
+- "penalties": that simulation with penalties alone, of several contact stiffnesses.
+- "beams": the same knit as beams in contact.
+- "tie", "rough", "isotropic", "untied": direct simulations like that one but for the interaction, to be compared.
+
+Whatever the case:
+
+- "tie_course_dns" and so on: the models of the four cases of `CASES`.
+- "every": all simulations of knits; "sprung": the direct ones whose contacts give springs.
+- "frictions": several of one mesh with different coefficients of friction, ties and rough contact beside them.
+- "pairs": all pairs of crossing yarns that are pressed on each other and then slide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from knitstudy.study.scene import Scene
+
+FRICTION = 0.76
+"""Coefficient of friction of Table 1: scenes with another one are variants."""
+
+COURSE = {"specimen": "knit", "load.direction": "course"}
+
+WALE = {"specimen": "knit", "load.direction": "wale"}
+
+TIE = {"interaction": "tie"}
+
+ROUGH = {"interaction": "rough"}
+
+ISOTROPIC = {"interaction": "isotropic", "contact.friction": FRICTION}
+
+OUTER_TIED = {"contact.tied_edges": "outer"}
+
+TIED_COURSE, TIED_WALE = COURSE | TIE, WALE | TIE
+"""Scenes with ties."""
+
+ISOTROPIC_COURSE, ISOTROPIC_WALE = COURSE | ISOTROPIC | OUTER_TIED, WALE | ISOTROPIC | OUTER_TIED
+"""Scenes with the friction of Table 1 and the ties of Fig. 3."""
+
+CASES = {
+    "tie_course": TIED_COURSE,
+    "tie_wale": TIED_WALE,
+    "isotropic_course": ISOTROPIC_COURSE,
+    "isotropic_wale": ISOTROPIC_WALE,
+}
+"""The four cases that reduced models are compared in (Fig. 15)."""
+
+MAIN_MODEL = {
+    "rom.joint": "rigid",
+    "rom.springs_from": None,
+    "rom.springs": "averaged",
+    "rom.stiffness": (),
+    "rom.axes": "contact",
+    "rom.displacement": "interface",
+    "rom.section": "single",
+}
+"""What makes a reduced model the main one of its simulation: others are variants."""
+
+VARIANTS = {
+    "tie": TIE,
+    "rough": ROUGH | OUTER_TIED,
+    "isotropic": ISOTROPIC | OUTER_TIED,
+    "untied": ISOTROPIC | {"contact.tied_edges": "none"},
+}
+"""Interactions that are compared with each other."""
+
+REDUCED = ("rom3d", "rom2d")
+
+ALIKE = (
+    "specimen",
+    "knit",
+    "mesh.size",
+    "mesh.element",
+    "load.direction",
+    "load.lateral",
+    "contact.normal_stiffness",
+    "contact.augmentations",
+)
+"""Keys that scenes share when they are compared; they may be pulled to different strains."""
+
+LOADED_ALIKE = ("specimen", "knit", "interaction", "yarn", "load.direction", "load.strain", "load.lateral")
+"""Keys that simulations of one case share."""
+
+ENFORCED_ALIKE = ("contact.friction", "contact.tied_edges", "mesh.element")
+"""Keys that simulations share which differ in their penalties."""
+
+
+def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene | list[Scene]]:
+    """Return scenes of a study by what figures and tables call them; what the study lacks is not there.
+
+    Parameters
+    ----------
+    scenes : iterable of Scene
+        Scenes of a study in the order of the families.
+    of : mapping
+        Wanted values of the main scene's keys, for example ``{"interaction": "tie"}``.
+    """
+    scenes = list(scenes)
+    models = models_of(scenes, of)
+    several = {
+        "frictions": friction_sweep(scenes),
+        "pairs": pairs(scenes),
+        "every": [scene for scene in scenes if scene.specimen == "knit"],
+        "sprung": sprung(scenes),
+    }
+    beside = {}
+    if models:
+        main = models["dns"]
+        beside = variants_of(main, scenes) | other_mesh_of(main, scenes)
+        several |= {
+            "reduced": reduced_of(main, scenes),
+            "penalties": penalties_of(main, scenes),
+            "beams": beams_of(main, scenes),
+        }
+    return models | beside | _of_cases(scenes) | {role: found for role, found in several.items() if found}
+
+
+def models_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene]:
+    """Return one direct simulation and the main reduced models made from it, by fidelity.
+
+    The first DNS of the study that fits is taken, or the first with all reduced models if there is one, and
+    of each reduced model the first.
+
+    Parameters
+    ----------
+    scenes : iterable of Scene
+        Scenes of a study in the order of the families.
+    of : mapping
+        Wanted values of keys, for example ``{"interaction": "tie", "load.direction": "course"}``.
+
+    Returns
+    -------
+    dict of str to Scene
+        Keys "dns", "rom3d" and "rom2d" as far as the study has them; empty without a DNS.
+    """
+    fitting = [scene for scene in scenes if _fits(scene, of)]
+    found = [_family(dns, fitting) for dns in fitting if dns.fidelity == "dns"]
+    return max(found, key=len, default={})  # of equals the first
+
+
+def reduced_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
+    """Return all reduced models made from the contacts of a direct simulation, in the order of the families."""
+    return [scene for scene in scenes if scene.value("rom.contacts_from") == main.name]
+
+
+def other_mesh_of(main: Scene, scenes: Iterable[Scene]) -> dict[str, Scene]:
+    """Return the first direct simulation that differs from one in nothing but its mesh, as "other_mesh"."""
+    keys = (*LOADED_ALIKE, "contact", "tie")
+    found = [scene for scene in _direct(scenes, main, keys) if scene.mesh.size != main.mesh.size]
+    return {"other_mesh": found[0]} if found else {}
+
+
+def penalties_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the direct simulations like one in which nothing but penalties keeps yarns apart."""
+    found = _direct(scenes, main, (*LOADED_ALIKE, *ENFORCED_ALIKE))
+    return [scene for scene in found if scene.value("contact.augmentations") == 0]
+
+
+def beams_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the models of beams in contact of the same knit under the same load."""
+    keys = (*LOADED_ALIKE, "contact.friction")
+    return [scene for scene in scenes if scene.fidelity == "beam" and _alike(scene, main, keys)]
+
+
+def sprung(scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the direct simulations of knits whose contacts give springs, and whose outer crossings are tied."""
+    knits = [scene for scene in scenes if scene.specimen == "knit" and scene.fidelity == "dns"]
+    return [scene for scene in knits if scene.interaction != "tie" and _fits(scene, OUTER_TIED)]
+
+
+def variants_of(main: Scene, scenes: Iterable[Scene]) -> dict[str, Scene]:
+    """Return the first direct simulation of every interaction (`VARIANTS`) that compares with a scene."""
+    alike = _direct(scenes, main, ALIKE)
+    found = {name: [scene for scene in alike if _fits(scene, of)] for name, of in VARIANTS.items()}
+    return {name: fitting[0] for name, fitting in found.items() if fitting}
+
+
+def friction_sweep(scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the direct simulations of that mesh, in course tension, which has most coefficients of friction.
+
+    The first of every coefficient is taken, and ties and rough contact of the same mesh come with them. Without two
+    coefficients there is no sweep.
+    """
+    direct = [scene for scene in scenes if scene.fidelity == "dns" and _fits(scene, COURSE | OUTER_TIED)]
+
+    def sweep(main: Scene) -> dict[tuple, Scene]:
+        found: dict[tuple, Scene] = {}
+        for scene in direct:
+            if _alike(scene, main, ALIKE):
+                found.setdefault((scene.interaction, scene.value("contact.friction")), scene)
+        return found
+
+    def coefficients(found: dict[tuple, Scene]) -> int:
+        return sum(interaction == "isotropic" for interaction, _ in found)
+
+    sweeps = [sweep(scene) for scene in direct if scene.interaction == "isotropic"]
+    largest = max(sweeps, key=coefficients, default={})
+    return list(largest.values()) if coefficients(largest) > 1 else []
+
+
+def pairs(scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the direct simulations of two crossing yarns that slide: their paths have more legs than one."""
+    return [scene for scene in scenes if len(scene.value("load.path") or ()) > 1]
+
+
+def _of_cases(scenes: list[Scene]) -> dict[str, Scene]:
+    """Return the models of every case by the names of the case and the fidelity."""
+    return {
+        f"{case}_{fidelity}": scene
+        for case, of in CASES.items()
+        for fidelity, scene in models_of(scenes, of).items()
+    }
+
+
+def _family(dns: Scene, scenes: list[Scene]) -> dict[str, Scene]:
+    main = [scene for scene in reduced_of(dns, scenes) if _fits(scene, MAIN_MODEL)]
+    first = {scene.fidelity: scene for scene in reversed(main)}
+    return {"dns": dns} | {fidelity: first[fidelity] for fidelity in REDUCED if fidelity in first}
+
+
+def _direct(scenes: Iterable[Scene], main: Scene, keys: tuple[str, ...]) -> list[Scene]:
+    """Return the direct simulations that share values of keys with a scene."""
+    return [scene for scene in scenes if scene.fidelity == "dns" and _alike(scene, main, keys)]
+
+
+def _fits(scene: Scene, of: Mapping[str, Any]) -> bool:
+    """Return whether those keys that a scene of its kind has are as wanted."""
+    return all(scene.value(key) in (value, None) for key, value in of.items())
+
+
+def _alike(scene: Scene, main: Scene, keys: tuple[str, ...]) -> bool:
+    """Return whether two scenes share those values of keys that both have."""
+    pairs = ((scene.value(key), main.value(key)) for key in keys)
+    return all(one == other or one is None or other is None for one, other in pairs)

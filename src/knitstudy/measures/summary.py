@@ -1,0 +1,138 @@
+"""What a result file holds, in a few quantities with their units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import DataFileError
+from knitstudy.loading.history import FORMS
+from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
+
+PROVENANCE = dict.fromkeys(("scene", "scene_hash", "code_version", "numpy", "scipy", "pyamg"), "")
+"""Attributes that say where a result comes from."""
+
+HISTORY = dict.fromkeys(("fidelity", "interaction", "incomplete"), "") | dict.fromkeys(
+    ("dof", "unknowns", "elements"), "1"
+)
+"""Attributes that say what was loaded, and why it ended early if it did, with their units."""
+
+COST = {"wall_seconds": "s", "memory_growth": "bytes"}
+"""Attributes of what a history cost, with their units."""
+
+SURVEYED = ("loop_length", "radius_of_curvature", "gap", "interlock_angle", "leg_angle")
+"""Variables of a geometry that its optimisation changed."""
+
+
+class Quantity(NamedTuple):
+    """A value with its unit, "" for a text."""
+
+    name: str
+    value: float | int | str
+    unit: str = ""
+
+
+def kind_of(dataset: xr.Dataset) -> str:
+    """Return what a dataset is: one of `KINDS`.
+
+    Raises
+    ------
+    DataFileError
+        When it has the variables of none of them.
+    """
+    for kind, (variables, _) in KINDS.items():
+        if all(name in dataset.variables for name in variables):
+            return kind
+    raise DataFileError(
+        f"not a result of this study: it must have the variables of one of {', '.join(KINDS)}, and has"
+        f" {', '.join(map(str, dataset.variables)) or 'none'}"
+    )
+
+
+def summarise(dataset: xr.Dataset) -> list[Quantity]:
+    """Return what a result is, what it says, and where it comes from.
+
+    Raises
+    ------
+    DataFileError
+        When it is not a result of this study.
+    """
+    kind = kind_of(dataset)
+    _, quantities = KINDS[kind]
+    return [Quantity("kind", kind), *_attributes(dataset, PROVENANCE), *quantities(dataset)]
+
+
+def _geometry(dataset: xr.Dataset) -> list[Quantity]:
+    diameter = Quantity("yarn diameter", 2 * dataset["radius"].item(), "m")
+    crossings = Quantity("crossings", dataset.sizes["crossing"], "1")
+    if "loops" not in dataset:
+        return [_variable(dataset, "angle"), _variable(dataset, "length"), diameter, crossings]
+    after = dataset.isel(state=-1) if "state" in dataset.dims else dataset
+    names = ("loops", "rows", "course_spacing", "wale_spacing", *(name for name in SURVEYED if name in after))
+    return [*(_variable(after, name) for name in names), diameter, crossings]
+
+
+def _mesh(dataset: xr.Dataset) -> list[Quantity]:
+    return [
+        Quantity("nodes", dataset.sizes["node"], "1"),
+        Quantity("hexahedra", dataset.sizes["element"], "1"),
+        Quantity("yarns", dataset.sizes["yarn_bound"] - 1, "1"),
+        Quantity("yarn diameter", 2 * dataset["radius"].item(), "m"),
+    ]
+
+
+def _contacts(dataset: xr.Dataset) -> list[Quantity]:
+    force = np.linalg.norm(dataset["force"].to_numpy()[-1], axis=-1)
+    area = dataset["area"].to_numpy()
+    return [
+        Quantity("interaction", dataset.attrs.get("interaction", "unknown")),
+        Quantity("crossings", dataset.sizes["crossing"], "1"),
+        Quantity("crossings that are tied", int(dataset["tied"].sum()), "1"),
+        Quantity("crossings with a contact area at the end", int((area > 0).sum()), "1"),
+        Quantity("contact area at the end", float(area.sum()), "m2"),
+        Quantity("largest force of a crossing at the end", float(force.max()), "N"),
+        Quantity("strain at the end", float(dataset["strain"][-1]), "1"),
+    ]
+
+
+def _history(dataset: xr.Dataset) -> list[Quantity]:
+    last = dataset.isel(increment=-1)
+    loaded = last["displacement"].item() != 0
+    return [
+        *_attributes(dataset, HISTORY),
+        Quantity("increments", dataset.sizes["increment"] - 1, "1"),
+        Quantity("strain at the end", last["strain"].item(), "1"),
+        Quantity("displacement along the load at the end", last["displacement"].item(), "m"),
+        Quantity("force along the load at the end", last["force"].item(), "N"),
+        *([Quantity("secant stiffness", secant_stiffness(dataset), "N/m")] if loaded else []),
+        Quantity("largest out-of-plane displacement of centrelines", largest_out_of_plane(dataset), "m"),
+        *(Quantity(f"{form} energy at the end", last["energy"].sel(form=form).item(), "J") for form in FORMS),
+        Quantity("Newton iterations", int(dataset["newton_iterations"].sum()), "1"),
+        *_attributes(dataset, COST),
+    ]
+
+
+def _variable(dataset: xr.Dataset, name: str) -> Quantity:
+    """Return a variable that is one number."""
+    return Quantity(name.replace("_", " "), dataset[name].item(), dataset[name].attrs.get("units", "1"))
+
+
+def _attributes(dataset: xr.Dataset, units: Mapping[str, str]) -> list[Quantity]:
+    """Return those attributes that a dataset has."""
+    return [
+        Quantity(name.replace("_", " "), np.asarray(dataset.attrs[name]).item(), unit)
+        for name, unit in units.items()
+        if name in dataset.attrs
+    ]
+
+
+KINDS: dict[str, tuple[tuple[str, ...], Callable[[xr.Dataset], list[Quantity]]]] = {
+    "history": (("force", "displacement", "strain", "energy", "centreline_displacement"), _history),
+    "contacts": (("force", "area", "tied", "relative_displacement"), _contacts),
+    "mesh": (("nodes", "hexahedra", "radius"), _mesh),
+    "geometry": (("point_of_contact", "arc_length", "radius"), _geometry),
+}
+"""Variables by which a kind of result is known, and what is said of it."""

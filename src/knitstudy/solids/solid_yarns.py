@@ -1,0 +1,86 @@
+"""Solid yarns of a scene, put together: mesh, ties, contact, and the grips that hold and drive them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knitstudy.crossings.facets import CrossingFacets
+from knitstudy.crossings.tied_crossings import tied_crossings, tied_pieces
+from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pattern import Knit
+from knitstudy.mechanics.elements import ELEMENTS
+from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.solid import Penetration, SolidModel
+from knitstudy.mechanics.stabilisation import Stabilisation
+from knitstudy.mesh.grips import Grips, grips
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.beside_ties import BesideTies
+from knitstudy.solids.tie import Tie, tie_crossings
+from knitstudy.solids.yarn_contact import yarn_contact
+from knitstudy.study.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class SolidYarns:
+    """A specimen of solid yarns.
+
+    Attributes
+    ----------
+    mesh : SweptMesh
+    model : SolidModel
+    tie : Tie
+    facets : CrossingFacets
+    beside : BesideTies or None
+        Watches tied yarns where others are in contact.
+    ends : Grips
+    """
+
+    mesh: SweptMesh
+    model: SolidModel
+    tie: Tie
+    facets: CrossingFacets
+    beside: BesideTies | None
+    ends: Grips
+
+
+def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> SolidYarns:
+    """Return the solid yarns of a scene.
+
+    Raises
+    ------
+    MeshError
+        If an element is folded after the tied nodes were moved, a crossing cannot be tied, or yarns overlap.
+    """
+    tied = tied_crossings(scene, specimen.crossings)
+    tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied)
+    pieces = tied_pieces(mesh, specimen.crossings, tied)
+    model = _model(scene, mesh, tie, pieces)
+    watched = model.contact is not None and tied.any()
+    return SolidYarns(
+        mesh=mesh,
+        model=model,
+        tie=tie,
+        facets=CrossingFacets.of(specimen.crossings, mesh),
+        beside=BesideTies(scene, mesh, tie, pieces) if watched else None,
+        ends=grips(mesh, scene, specimen),
+    )
+
+
+def _model(scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray) -> SolidModel:
+    yarn, size = scene.yarn, scene.mesh.size
+    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
+    corners = tie.nodes[mesh.hexahedra]
+    elements = ELEMENTS.find(scene.mesh.element).build(corners, material, scene.solver.hourglass)
+    dependence = tie.dependence() if len(tie.slave) else None
+    contact = stabilisation = None
+    limits = Penetration()
+    if scene.kind.interaction.touches:
+        contact = yarn_contact(scene, mesh, tie.nodes, pieces)
+        limits = Penetration(scene.contact.penetration * size, scene.contact.augmentations)
+    if scene.solver.stabilisation > 0:
+        volume = np.bincount(mesh.hexahedra.ravel(), np.repeat(elements.volume / 8, 8), len(tie.nodes))
+        kept = volume if dependence is None else dependence.T @ volume
+        stabilisation = Stabilisation.of(scene.solver.stabilisation, yarn.youngs_modulus, size, kept)
+    return SolidModel(tie.nodes, mesh.hexahedra, elements, size, dependence, contact, limits, stabilisation)

@@ -1,0 +1,175 @@
+"""From a scene to its results in one call: what a notebook and the `knitstudy` command use.
+
+The stages are those of the workflow (`stages.table`), with the same files, and the same digests decide what is up to
+date.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.files.netcdf import read_dataset, recorded_digest, write_dataset
+from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.specimen import read_specimen
+from knitstudy.loading.progress import ReportProgress, silent
+from knitstudy.loading.restart import restart_of, run_with
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.stages.plan import Plan
+from knitstudy.stages.table import STAGES, Stage, stage_of
+from knitstudy.study.configuration import CONFIG
+from knitstudy.study.scene import Scene
+
+log = logging.getLogger(__name__)
+
+BeginProgress = Callable[[str], ReportProgress]
+"""Returns what the progress of a stage is reported to, for example `knitstudy.loading.progress.Progress`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """All that a simulation gives, in the formats of docs/architecture.md.
+
+    Attributes
+    ----------
+    scene : Scene
+        What was simulated, under the name that its files have.
+    geometry, history : Dataset
+    mesh : Dataset or None
+        Of solid yarns.
+    contacts : Dataset or None
+        At the crossings of solid yarns; of a reduced model, those that its joints come from.
+    path : Path or None
+        File of the history.
+    """
+
+    scene: Scene
+    geometry: xr.Dataset
+    history: xr.Dataset
+    mesh: xr.Dataset | None = None
+    contacts: xr.Dataset | None = None
+    path: Path | None = None
+
+
+def simulate(
+    scene: Scene,
+    folder: Path | str | None = None,
+    *,
+    config: Path = CONFIG,
+    progress: BeginProgress | None = None,
+    anew: bool = False,
+) -> Results:
+    """Simulate a scene, and before it whatever it takes joints or springs from.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of the configuration (`knitstudy.study.configuration.load_scene`), or a changed one (`Scene.vary`). Other keys
+        under a name of the configuration get a name of their own. If the geometry of a reduced model has changed, so
+        has that of the simulations that its joints and springs come from; their other keys are their own.
+    folder : Path or str, optional
+        Where results are kept, and taken from if they are up to date, for example ``results`` of the checkout; restart
+        files of runs that were ended lie in its folder ``restart``. Without it, all stays in memory.
+    config : Path
+        Configuration folder that names of other scenes refer to.
+    progress : callable, optional
+        Called with the label of a stage, returns what its progress is reported to; for example
+        `knitstudy.loading.progress.Progress`, which prints lines with the time left.
+    anew : bool
+        Simulate the scene even if its result is there.
+
+    Raises
+    ------
+    KnitstudyError
+        What the stages raise; results that were there before stay.
+    """
+    plan = Plan.of(config)
+    scene = plan.labelled(scene)
+    keeper = _Keeper(plan, None if folder is None else Path(folder), progress or _silence)
+    stage = stage_of(scene)
+    history = keeper.obtain(stage, scene, anew)
+    beside = {name: keeper.obtain(*step) for name, step in plan.needs(stage, scene).items()}
+    contacts = beside.get("contacts")
+    if STAGES.find("contacts").of(scene):
+        contacts = keeper.obtain(STAGES.find("contacts"), scene)
+    return Results(
+        scene, beside["geometry"], history, beside.get("mesh"), contacts, keeper.path(stage, scene)
+    )
+
+
+def lay_out(
+    scene: Scene, folder: Path | str | None = None, *, config: Path = CONFIG
+) -> tuple[Scene, Knit | Pair, SweptMesh]:
+    """Return a labelled scene, its knit or pair, and the solid mesh; see `simulate` for the arguments.
+
+    Raises
+    ------
+    ConfigurationError
+        If the scene is not one of solid yarns.
+    """
+    mesh = STAGES.find("mesh")
+    if not mesh.of(scene):
+        raise ConfigurationError(
+            f"scene {scene.name!r}: fidelity is {scene.fidelity!r} but must be dns: beams have no mesh of solid yarns"
+        )
+    plan = Plan.of(config)
+    scene = plan.labelled(scene)
+    keeper = _Keeper(plan, None if folder is None else Path(folder), _silence)
+    specimen = read_specimen(keeper.obtain(STAGES.find("geometry"), scene))
+    return scene, specimen, SweptMesh.from_dataset(keeper.obtain(mesh, scene))
+
+
+@dataclass
+class _Keeper:
+    """Takes results from where they are kept, or makes them."""
+
+    plan: Plan
+    folder: Path | None
+    progress: BeginProgress
+    made: dict[Path, xr.Dataset] = field(default_factory=dict)
+
+    def path(self, stage: Stage, scene: Scene) -> Path | None:
+        """Return the file of a result."""
+        return self.folder / stage.path(scene) if self.folder else None
+
+    def obtain(self, stage: Stage, scene: Scene, anew: bool = False) -> xr.Dataset:
+        """Return a result: from memory, from its file if that is up to date, else made and written."""
+        name = stage.path(scene)
+        if name not in self.made:
+            self.made[name] = self._kept(stage, scene, anew)
+        return self.made[name]
+
+    def _kept(self, stage: Stage, scene: Scene, anew: bool) -> xr.Dataset:
+        path, wanted = self.path(stage, scene), self.plan.digest(stage, scene)
+        if path is not None and path.is_file() and not anew:
+            if recorded_digest(path) == wanted:
+                log.info("%s %s: taken from %s", stage.name, scene.name, path)
+                return read_dataset(path)
+            log.info("%s %s: %s is not up to date and will be replaced", stage.name, scene.name, path)
+        dataset = self._make(stage, scene, wanted)
+        if path is not None:
+            write_dataset(dataset, path, scene.only(stage.document(scene)), wanted)
+            log.info("%s %s: written to %s", stage.name, scene.name, path)
+        return dataset
+
+    def _make(self, stage: Stage, scene: Scene, wanted: str) -> xr.Dataset:
+        needed: dict[str, Any] = {
+            name: self.obtain(*step) for name, step in self.plan.needs(stage, scene).items()
+        }
+        if stage.long:
+            report = self.progress(f"{stage.name} {scene.name}")
+            restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
+            needed["run"] = run_with(restart, report)
+        return stage.load()(scene.only(stage.document(scene)), **needed)
+
+
+def _silence(label: str) -> ReportProgress:
+    """Report nothing, whatever the stage."""
+    return silent
