@@ -12,7 +12,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.exchange.deck import Interaction, facet_faces, specimen_deck
 from knitstudy.exchange.dialects import dialect
 from knitstudy.exchange.inp import write_inp
-from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.materials import Material
 from knitstudy.mesh import Section, Spacing, sweep
 from knitstudy.study.kinds import INTERACTIONS
 

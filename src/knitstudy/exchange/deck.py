@@ -19,7 +19,7 @@ from knitstudy.crossings.tied_crossings import tied_pieces
 from knitstudy.errors import ConfigurationError
 from knitstudy.loading.load_path import load_path
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.yarn_contact import contact_law

@@ -17,7 +17,7 @@ from knitstudy.exchange.dialects.dialect import (
 
 if TYPE_CHECKING:
     from knitstudy.exchange.deck import Deck, Interaction
-    from knitstudy.mechanics.material import Material
+    from knitstudy.mechanics.materials import Material
 
 HOURGLASS = 0.005
 """Hourglass stiffness over shear modulus that a scaling factor of 1 stands for."""

@@ -19,7 +19,7 @@ from knitstudy.exchange.dialects.dialect import (
 
 if TYPE_CHECKING:
     from knitstudy.exchange.deck import Deck, Interaction
-    from knitstudy.mechanics.material import Material
+    from knitstudy.mechanics.materials import Material
 
 HOURGLASS = 0.008
 """Hourglass stiffness of C3D8R over (1 + nu) G: it is fixed, as 0.0005 E."""

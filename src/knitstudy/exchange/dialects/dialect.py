@@ -16,7 +16,7 @@ from knitstudy.registry import Registry
 
 if TYPE_CHECKING:
     from knitstudy.exchange.deck import Deck, Interaction, Step
-    from knitstudy.mechanics.material import Material
+    from knitstudy.mechanics.materials import Material
 
 NUMBER = "%.12e"
 """At most 19 characters: CalculiX reads no more than 20 of a number."""
