@@ -56,6 +56,7 @@ class Checkpoint:
             "load": increment.load,
             "size": increment.size,
             "rate_sizes": np.array([rate.increment for rate in increment.rates]),
+            "updates": np.array(increment.updates),
             "force": increment.response.force,
             "mean_force": increment.response.mean_force,
         }
@@ -85,7 +86,7 @@ class Checkpoint:
         if str(data["key"]) != self.key:
             raise ValueError("it belongs to another scene or another version of the input")
         for name, values in data.items():
-            needed = name in ("force", "load", "size") or name.startswith(("state.", "rate."))
+            needed = name in ("force", "load", "size", "updates") or name.startswith(("state.", "rate."))
             if needed and values.dtype.kind == "f" and np.isnan(values).any():
                 raise ValueError(f"{name} holds values that are not numbers")
         for name, values in data.items():
@@ -101,6 +102,7 @@ class Checkpoint:
             response=Response(data["force"], float(data["mean_force"])),
             size=float(data["size"]),
             rates=tuple(rates),
+            updates=tuple(data["updates"]),
         )
 
     def remove(self) -> None:
