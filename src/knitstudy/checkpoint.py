@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
@@ -14,6 +13,9 @@ from knitstudy.files.replacing import replacing
 from knitstudy.history import Recorder
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
+
+JUDGED = tuple(f"column.{name}" for name in ("load", "strain", "force", "reaction", "energy"))
+"""Columns of a history that gates and tables judge a run by."""
 
 
 class Checkpoint:
@@ -66,14 +68,16 @@ class Checkpoint:
             with np.load(self.path, allow_pickle=False) as archive:
                 data = dict(archive)
             return self._restore(data, recorder)
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        except Exception as error:  # whatever bytes are there: readers of archives raise nearly anything
             raise DataFileError(
-                f"{self.path}: this restart file cannot be used ({error}); delete it to start the scene anew"
+                f"{self.path}: this restart file cannot be used ({error or type(error).__name__}); delete it to start "
+                "the scene anew"
             ) from None
 
     def _restore(self, data: dict[str, np.ndarray], recorder: Recorder) -> Increment:
         if str(data["key"]) != self.key:
             raise ValueError("it belongs to another scene or another version of the input")
+        _require_whole(data)
         for name, values in data.items():
             if name.startswith("column."):
                 recorder.columns[name.removeprefix("column.")] = list(values)
@@ -92,6 +96,26 @@ class Checkpoint:
     def remove(self) -> None:
         """Delete the file: the scene has ended."""
         self.path.unlink(missing_ok=True)
+
+
+def _require_whole(data: dict[str, np.ndarray]) -> None:
+    """Refuse what no run has written: values that are not numbers, and columns of different lengths.
+
+    A gap is infinite, or nan in the history, where nothing is near.
+    """
+    for name, values in data.items():
+        if name.startswith(("state.", "rate", "force", "mean_force", "load", "size", *JUDGED)):
+            if values.dtype.kind == "f" and np.isnan(values).any():
+                raise ValueError(f"{name} holds nan")
+            if values.dtype.kind not in "iufb":
+                raise ValueError(f"{name} holds {values.dtype} and must hold numbers")
+        rows = len(values) if name.startswith("column.") else int(data["index"]) + 1
+        if rows != int(data["index"]) + 1:
+            raise ValueError(f"{name} has {rows} increments and must have {int(data['index']) + 1}")
+        if name.startswith("rate.") and values.shape != data["force"].shape:
+            raise ValueError(f"{name} has the shape {values.shape} and must have {data['force'].shape}")
+    if not 0 <= float(data["load"]) <= 1:
+        raise ValueError(f"load is {float(data['load'])} and must lie between 0 and 1")
 
 
 def _arrays(value: Any, name: str) -> dict[str, np.ndarray]:

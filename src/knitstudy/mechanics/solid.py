@@ -247,6 +247,7 @@ class SolidModel:
         return replace(
             response,
             force=response.force + drag * moved,
+            viscous_force=float(np.linalg.norm((drag * moved).reshape(-1, 3), axis=1).sum()),
             energy=response.energy | {"stabilisation": self._damped(state)},
             stiffness=stiffness,
         )

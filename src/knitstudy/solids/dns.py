@@ -16,6 +16,9 @@ from knitstudy.crossings.facets import CrossingFacets
 from knitstudy.crossings.tied_crossings import tied_crossings, tied_pieces
 from knitstudy.errors import ConvergenceError
 from knitstudy.files.netcdf import write_dataset
+from knitstudy.gates.increment import require_sound
+from knitstudy.gates.limits import ELEMENTS_ACROSS, limits
+from knitstudy.gates.resolution import require_elements_across
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder, Stations
@@ -35,6 +38,7 @@ from knitstudy.mechanics.parallel import serial_blas
 from knitstudy.mechanics.solid import Penetration, SolidModel, SolidState
 from knitstudy.mechanics.stabilisation import Stabilisation
 from knitstudy.mesh.grips import Grips, grips
+from knitstudy.mesh.memory import require_memory_to_simulate
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids import observation
 from knitstudy.solids.beside_ties import BesideTies
@@ -46,9 +50,6 @@ log = logging.getLogger(__name__)
 
 DIRECT_UNKNOWNS = 20_000
 """Up to here a sparse LU is the fastest solver; beyond, its fill is not (see `make bench`)."""
-
-HOURGLASS_SHARE = 0.05
-"""Largest share of hourglass energy in the internal energy: beyond it the stabilisation carries load."""
 
 Watcher = Callable[[Increment], None]
 """Called after every converged increment, for progress."""
@@ -93,8 +94,10 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> Simulation
     Raises
     ------
     MeshError
-        If an element is folded after the tied nodes were moved, a crossing cannot be tied, or yarns overlap.
+        If elements are too large for the yarn, the simulation does not fit into memory, an element is folded after
+        the tied nodes were moved, a crossing cannot be tied, or yarns overlap.
     """
+    _require_resolution(scene, mesh)
     meter = Meter()
     tied = tied_crossings(scene, specimen.crossings)
     tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied)
@@ -113,6 +116,13 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> Simulation
         settings = replace(settings, predictor=1)
         beside = BesideTies(scene, mesh, tie, pieces) if tied.any() else None
     return Simulation(scene, mesh, model, tie, facets, beside, ends, drive, settings, solver, recorder)
+
+
+def _require_resolution(scene: Scene, mesh: SweptMesh) -> None:
+    """Refuse meshes that are too coarse for the yarn, or too fine for the memory."""
+    fewest = limits(scene).elements_across or ELEMENTS_ACROSS[scene.specimen]
+    require_elements_across(scene.yarn.diameter, scene.mesh.size, fewest)
+    require_memory_to_simulate(mesh.nodes.size, mesh.section.size + mesh.section.bandwidth, scene.mesh.size)
 
 
 def _model(scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray) -> SolidModel:
@@ -166,8 +176,8 @@ def run(
     Raises
     ------
     ConvergenceError
-        If the load cannot be reached, yarns penetrate each other or lose contact over an end, or the hourglass
-        control carries load; `checkpoint` and `partial` keep what had converged.
+        If the load cannot be reached, yarns penetrate each other or lose contact over an end, or a gate of
+        `knitstudy.gates` is not passed; `checkpoint` and `partial` keep what had converged.
     """
     simulation = assemble(scene, mesh, specimen)
     recorder = simulation.recorder
@@ -183,7 +193,7 @@ def run(
             ):
                 observation.record(simulation, last)
                 # Before the restart file: a second run must not go on beyond a state that is refused.
-                require_small_hourglass(simulation.model, last, scene.solver.hourglass)
+                require_sound(scene, recorder, last, simulation.model.loaded(last.response))
                 require_apart(simulation, last)
                 if restart:
                     restart.save(last, recorder)
@@ -204,27 +214,6 @@ def run(
     if partial:
         partial.unlink(missing_ok=True)
     return dataset
-
-
-def require_small_hourglass(model: SolidModel, increment: Increment, coefficient: float) -> None:
-    """Refuse a state in which hourglass control carries load.
-
-    In the first tenth of the load, with a hundredth of the energy, rounding and slack may prevail.
-
-    Raises
-    ------
-    ConvergenceError
-        If hourglass energy exceeds `HOURGLASS_SHARE` of the internal energy.
-    """
-    energy = increment.response.energy
-    if not model.loaded(increment.response) or increment.load < 0.1:
-        return
-    if energy["hourglass"] > HOURGLASS_SHARE * energy["internal"]:
-        raise ConvergenceError(
-            f"increment {increment.index}: hourglass energy is {energy['hourglass'] / energy['internal']:.1%} of the "
-            f"internal energy and may be {HOURGLASS_SHARE:.0%}: the mesh is too coarse for solver.hourglass = "
-            f"{coefficient:g}; use a smaller mesh.size, or the usual 0.005"
-        )
 
 
 def require_apart(simulation: Simulation, increment: Increment) -> None:

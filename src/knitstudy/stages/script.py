@@ -19,6 +19,9 @@ from knitstudy.errors import KnitstudyError
 from knitstudy.files.provenance import provenance
 from knitstudy.progress import Progress
 
+INTERRUPTED = 130
+"""Exit status after Ctrl-C: whoever started the study says the rest."""
+
 
 @contextmanager
 def stage(job: Any, restart: Path | None = None) -> Iterator[Progress]:
@@ -50,6 +53,9 @@ def stage(job: Any, restart: Path | None = None) -> Iterator[Progress]:
         print(f"{label}  ...", file=console)
         try:
             yield Progress(label, streams=(console, sys.stderr))
+        except KeyboardInterrupt:
+            print("interrupted", file=sys.stderr)
+            sys.exit(INTERRUPTED)
         except KnitstudyError as error:
             _fail(f"error in {label}: {error}", path, console)
         except Exception as error:

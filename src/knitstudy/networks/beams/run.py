@@ -11,6 +11,7 @@ import xarray as xr
 
 from knitstudy.cost import Meter
 from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.gates.increment import require_sound
 from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder
 from knitstudy.load_path import load_path
@@ -81,6 +82,7 @@ def run(scene: Scene, knit: Knit, progress: Callable[[Increment], None] | None =
                 smallest / scene.yarn.radius,
             )
             require_seen(beams, gaps, record.gap[-1], increment, scene.yarn.radius)
+            require_sound(scene, recorder, increment)
             if progress:
                 progress(increment)
     law = model.contact

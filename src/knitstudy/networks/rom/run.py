@@ -7,6 +7,7 @@ import xarray as xr
 
 from knitstudy.cost import Meter
 from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.gates.increment import require_sound
 from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder
 from knitstudy.load_path import DIRECTIONS, load_path
@@ -86,6 +87,7 @@ def pull(network: Network, scene: Scene, knit: Knit, meter: Meter | None = None)
     with serial_blas():
         for increment in trace(model, drive, settings, LU()):
             recorder.add(increment, network.station_displacement(model, increment.state))
+            require_sound(scene, recorder, increment)
             left = model.couples(increment.state)
             couples.append(left.sum(axis=0))
             magnitudes.append(np.linalg.norm(left, axis=1).sum())
