@@ -24,9 +24,8 @@ def plain_scene():
     x = wale * (t / (2 * np.pi) + 0.24 * np.sin(2 * t))
     points = np.column_stack([x, -height / 2 * np.cos(t), -1.135e-3 * np.cos(2 * t)])
     return Scene.from_dict(
-        {
-            "name": "plain-rom3d",
-            "knit": "plain",
+        {"name": "plain-rom3d", "knit": "plain", "rom": {"contacts_from": "plain-dns"}},
+        defaults={
             "specimen": "knit",
             "fidelity": "rom3d",
             "interaction": "tie",
@@ -38,7 +37,7 @@ def plain_scene():
                 "control_points": points.tolist(),
                 "clearance": 0.02,
             },
-            "pair": {"angle": 90.0, "length": 10e-3, "support": "back"},
+            "pair": {"angle": 90.0, "length": 10e-3, "clearance": 0.02, "support": "back"},
             "yarn": {
                 "diameter": 1.8e-3,
                 "youngs_modulus": 1.3e9,
@@ -54,7 +53,7 @@ def plain_scene():
                 "free": [""] * 12,
                 "samples": 100,
             },
-            "load": {"direction": "course", "strain": 0.05, "lateral": "fixed", "stops": [], "path": []},
+            "load": {"direction": "course", "strain": 0.05, "lateral": "fixed", "stops": []},
             "mesh": {"size": 0.45e-3, "growth": 1.2, "element": "one_point", "beam_size": 0.5e-3},
             "tie": {"tolerance": 0.05},
             "contact": {
@@ -75,7 +74,6 @@ def plain_scene():
                 "linear": "auto",
             },
             "rom": {
-                "contacts_from": "plain-dns",
                 "joint": "rigid",
                 "springs_from": None,
                 "springs": "averaged",
@@ -86,7 +84,7 @@ def plain_scene():
             },
             "beam": {"contact": "point", "section": "rigid", "tie": "rigid", "stiffness": 10.0},
             "outputs": [],
-        }
+        },
     )
 
 

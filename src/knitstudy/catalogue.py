@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.schema import unknown_choice
+from knitstudy.registry import unknown_choice
 
 FRICTION = 0.76
 """Coefficient of friction of Table 1: scenes with another one are variants."""

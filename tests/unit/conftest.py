@@ -9,7 +9,7 @@ DEFAULTS = {
     "fidelity": "dns",
     "interaction": "tie",
     "pattern": {"loop": "loop.yaml", "loops": 3, "rows": 3, "clearance": 0.01},
-    "pair": {"angle": 90.0, "length": 10e-3, "support": "back"},
+    "pair": {"angle": 90.0, "length": 10e-3, "clearance": 0.01, "support": "back"},
     "yarn": {
         "youngs_modulus": 1.3e9,
         "poisson_ratio": 0.42,
@@ -17,7 +17,7 @@ DEFAULTS = {
         "material": "hencky",
     },
     "geometry": {"alpha": 1.0, "beta": 1.0, "gamma": 1.0, "beta_0": 1.0, "samples": 50},
-    "load": {"direction": "course", "strain": 0.05, "lateral": "fixed", "stops": [], "path": []},
+    "load": {"direction": "course", "strain": 0.05, "lateral": "fixed", "stops": []},
     "mesh": {"size": 0.3e-3, "growth": 1.2, "element": "one_point", "beam_size": 0.5e-3},
     "tie": {"tolerance": 0.05},
     "contact": {
@@ -38,7 +38,6 @@ DEFAULTS = {
         "linear": "auto",
     },
     "rom": {
-        "contacts_from": None,
         "joint": "rigid",
         "springs_from": None,
         "springs": "averaged",

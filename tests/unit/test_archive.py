@@ -8,7 +8,6 @@ import xarray as xr
 from knitstudy.errors import DataFileError
 from knitstudy.stages.archive import Archive
 from knitstudy.study.configuration import load_knits, load_scenes
-from knitstudy.study.variation import vary
 
 
 @pytest.fixture
@@ -36,17 +35,17 @@ def test_scenes_of_the_table_keep_their_names(archive, config):
 
 def test_changed_scenes_get_names_of_their_own(archive):
     scene = archive.scenes["dns-a"]
-    varied = archive.labelled(vary(scene, {"load.strain": 0.01}))
+    varied = archive.labelled(scene.vary({"load.strain": 0.01}))
     assert varied.name == f"dns-a-{varied.hash[:8]}"
     assert varied.knit == "plain"
     assert archive.labelled(varied) == varied
-    named = archive.labelled(vary(scene, {"load.strain": 0.01, "name": "mine"}))
+    named = archive.labelled(scene.vary({"load.strain": 0.01, "name": "mine"}))
     assert named.name == "mine"
 
 
 def test_changed_geometries_get_names_of_their_own(archive):
     varied = [
-        archive.labelled(vary(scene, {"pattern.loops": 2}))
+        archive.labelled(scene.vary({"pattern.loops": 2}))
         for scene in (archive.scenes["dns-a"], archive.scenes["rom3d-a"])
     ]
     first, second = map(archive.knit_of, varied)
@@ -75,7 +74,7 @@ def test_file_of_the_same_inputs_is_used_again(archive):
 def test_file_of_other_inputs_is_replaced(archive, tmp_path, asked):
     scene, stage = archive.scenes["dns-a"], Stage()
     archive.keep("dns", scene, stage)
-    other = vary(scene, asked.get("scene", {}))
+    other = scene.vary(asked.get("scene", {}))
     options = {key: value for key, value in asked.items() if key != "scene"}
     if "after" in asked:
         options["after"] = [None, touched(tmp_path / "newer.nc", archive.path("dns", scene), 1)]

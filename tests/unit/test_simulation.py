@@ -9,7 +9,6 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.stages import simulation
 from knitstudy.stages.simulation import Results, lay_out, simulate
 from knitstudy.study.configuration import load_scene
-from knitstudy.study.variation import vary
 
 NOTHING = xr.Dataset()
 
@@ -94,7 +93,7 @@ def test_reduced_model_follows_younger_contacts(config, stages, tmp_path):
 
 def test_changed_knit_reaches_the_sources_and_nothing_else_does(config, stages):
     changes = {"pattern.loops": 4, "mesh.beam_size": 1e-3}
-    simulate(vary(load_scene("rom3d-carried", config), changes), config=config)
+    simulate(load_scene("rom3d-carried", config).vary(changes), config=config)
     for scene in stages["dns"].values():
         assert scene.pattern.loops == 4
         assert scene.mesh.beam_size == 0.5e-3
@@ -122,7 +121,7 @@ def test_beams_in_contact_need_no_other_simulation(config, stages):
 )
 def test_sources_that_do_not_fit(config, stages, changes, message):
     with pytest.raises(ConfigurationError, match=message):
-        simulate(vary(load_scene("rom3d-own", config), changes), config=config)
+        simulate(load_scene("rom3d-own", config).vary(changes), config=config)
     assert "dns" not in stages
 
 

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import click
 
 from knitstudy.cli.options import changed_scene, config_option, set_option
 from knitstudy.cli.output import print_table
-from knitstudy.errors import ConfigurationError
 from knitstudy.study.configuration import STUDIES, load_knits, load_scenes, load_study
+from knitstudy.study.differences import flattened
+from knitstudy.study.keys import describe
 from knitstudy.study.scene import Scene
-from knitstudy.study.variation import flattened
+from knitstudy.study.sections.labels import Labels
 
 
 @click.command(short_help="Is a configuration valid; all keys of a scene.")
@@ -38,7 +38,7 @@ def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None
             raise click.UsageError("--set and --sources are about a scene: name one")
         _check_folder(config if what is None else Path(what))
     else:
-        _print_keys(changed_scene(what, changes, config), config, sources)
+        _print_keys(changed_scene(what, changes, config), sources)
 
 
 def _check_folder(folder: Path) -> None:
@@ -47,21 +47,12 @@ def _check_folder(folder: Path) -> None:
     click.echo(f"{folder}: valid; {len(scenes)} scenes ({studies}), {len(knits)} geometries")
 
 
-def _print_keys(scene: Scene, config: Path, sources: bool) -> None:
-    """Print every key with what `inputs.tsv` says of it; labels are no inputs."""
-    columns = ("unit", "standing", *(("source",) if sources else ()))
-    inputs = _inputs(config / "inputs.tsv")
-    rows = [
-        (key, value, *(inputs.get(key, {}).get(column, "") for column in columns))
-        for key, value in flattened(scene).items()
-    ]
+def _print_keys(scene: Scene, sources: bool) -> None:
+    """Print every key with what its description says of it."""
+    columns = ("unit", "standing", *(("source", "checked") if sources else ()))
+    rows = []
+    for key, value in flattened(scene).items():
+        name, _, field = key.rpartition(".")
+        described = describe(type(scene.sections[name]) if name else Labels, field)
+        rows.append((key, value, *(getattr(described, column) for column in columns)))
     print_table(("key", "value", *columns), rows)
-
-
-def _inputs(path: Path) -> dict[str, dict[str, str]]:
-    """Return what is known of every input, by its key."""
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{path}: cannot be read: {error}") from error
-    return {row["key"]: row for row in csv.DictReader(lines, delimiter="\t")}

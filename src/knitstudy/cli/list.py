@@ -8,16 +8,14 @@ import click
 
 from knitstudy.cli.options import config_option
 from knitstudy.cli.output import plain, print_table
-from knitstudy.study.configuration import STUDIES, default_scene, load_scenes, load_study
-from knitstudy.study.schema import scene_schema
-from knitstudy.study.variation import differences
-
-FIDELITIES = scene_schema()["properties"]["fidelity"]["enum"]
+from knitstudy.study.configuration import STUDIES, default_keys, load_scenes, load_study
+from knitstudy.study.differences import differences
+from knitstudy.study.kinds import FIDELITIES
 
 
 @click.command("list", short_help="Which scenes there are.")
 @click.option("--study", type=click.Choice(STUDIES), help="Only scenes of this study.")
-@click.option("--fidelity", type=click.Choice(FIDELITIES), help="Only scenes of this model.")
+@click.option("--fidelity", type=click.Choice(FIDELITIES.names()), help="Only scenes of this model.")
 @config_option
 def list_scenes(study: str | None, fidelity: str | None, config: Path) -> None:
     """List the scenes of the table, each with the keys that differ from the defaults (SI units).
@@ -29,12 +27,14 @@ def list_scenes(study: str | None, fidelity: str | None, config: Path) -> None:
     knitstudy list --fidelity dns                direct simulations with solid yarns
     knitstudy list | cut -f1                     names alone
     """
-    scenes, base = load_scenes(config), default_scene(config)
+    scenes, defaults = load_scenes(config), default_keys(config)
     studies = {name: load_study(name, config) for name in STUDIES}
     rows = []
     for name, scene in scenes.items():
         inside = [each for each, names in studies.items() if name in names]
         if fidelity in (None, scene.fidelity) and (study is None or study in inside):
-            changed = ", ".join(f"{key}={plain(value)}" for key, value in differences(scene, base).items())
+            changed = ", ".join(
+                f"{key}={plain(value)}" for key, value in differences(scene, defaults).items()
+            )
             rows.append((name, ",".join(inside), changed))
     print_table(("scene", "studies", "differs from defaults"), rows)

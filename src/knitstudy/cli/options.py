@@ -11,7 +11,6 @@ import yaml
 
 from knitstudy.study.configuration import CONFIG, load_scene
 from knitstudy.study.scene import Scene
-from knitstudy.study.variation import vary
 
 
 class Change(click.ParamType):
@@ -70,4 +69,4 @@ set_option = click.option(
 
 def changed_scene(name: str, changes: tuple[tuple[str, Any], ...], config: Path) -> Scene:
     """Return a scene of the table with changed keys."""
-    return vary(load_scene(name, config), dict(changes))
+    return load_scene(name, config).vary(dict(changes))

@@ -17,7 +17,7 @@ def tied_crossings(scene: Scene, crossings: Crossings) -> np.ndarray:
     off there: of the first and last interlock row in course tension, of the first and last column of loops in wale
     tension.
     """
-    if scene.interaction == "tie":
+    if not scene.kind.interaction.touches:
         return np.ones(len(crossings.row), dtype=bool)
     if scene.specimen == "pair" or scene.contact.tied_edges == "none":
         return np.zeros(len(crossings.row), dtype=bool)

@@ -297,4 +297,4 @@ def _steps(scene: Scene, specimen: Knit | Pair) -> tuple[Step, ...]:
 
 def _travel(scene: Scene) -> float:
     """Largest distance (m) that the load moves one yarn of a pair over the other; those of a knit move together."""
-    return max((float(np.linalg.norm(leg)) for leg in scene.load.path), default=0.0)
+    return max((float(np.linalg.norm(leg)) for leg in scene.value("load.path") or ()), default=0.0)

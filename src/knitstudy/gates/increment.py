@@ -8,7 +8,6 @@ import numpy as np
 
 from knitstudy.gates.hourglass import require_small_hourglass
 from knitstudy.gates.ledger import require_closed_ledger
-from knitstudy.gates.limits import limits
 from knitstudy.gates.stabilisation import require_small_stabilisation
 from knitstudy.history import Recorder
 from knitstudy.mechanics.increment import Increment
@@ -31,7 +30,7 @@ def require_sound(scene: Any, recorder: Recorder, increment: Increment, loaded: 
     ConvergenceError
         Naming the increment, what is wrong and by how much, and the key that raises its limit.
     """
-    allowed, energy, index = limits(scene), increment.response.energy, increment.index
+    allowed, energy, index = scene.gates, increment.response.energy, increment.index
     if loaded and "hourglass" in energy:
         require_small_hourglass(energy, increment.load, index, scene.solver.hourglass, allowed.hourglass)
     if loaded and "stabilisation" in energy:

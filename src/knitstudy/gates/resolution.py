@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from knitstudy.errors import MeshError
+
+ELEMENTS_ACROSS: Mapping[str, float] = {"knit": 3.0, "pair": 8.0}
+"""Fewest elements across a yarn by specimen: a knit bends, a pair that is pressed together is only indented."""
 
 
 def require_elements_across(diameter: float, size: float, fewest: float) -> None:

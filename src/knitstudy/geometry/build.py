@@ -16,8 +16,8 @@ def build(scene):
     Parameters
     ----------
     scene : Scene
-        Read are, of a knit, its sections pattern, yarn (diameter) and geometry; of a pair, its section pair,
-        the yarn's diameter and the clearance.
+        Read are, of a knit, its sections pattern, yarn (diameter) and geometry; of a pair, its section pair
+        and the yarn's diameter.
 
     Returns
     -------
@@ -33,7 +33,7 @@ def build(scene):
     """
     if scene.specimen == "pair":
         pair = scene.pair
-        return Pair(scene.yarn.radius, pair.angle, pair.length, scene.pattern.clearance).to_dataset()
+        return Pair(scene.yarn.radius, pair.angle, pair.length, pair.clearance).to_dataset()
     initial = initial_loop(scene)
     loop, optimum = optimise(initial, scene.geometry)
     surveys = survey(initial), survey(loop)

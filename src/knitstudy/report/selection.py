@@ -101,7 +101,7 @@ def models_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene
 
 def reduced_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
     """Return all reduced models made from the contacts of a direct simulation, in the order of the table."""
-    return [scene for scene in scenes if scene.rom.contacts_from == main.name]
+    return [scene for scene in scenes if scene.value("rom.contacts_from") == main.name]
 
 
 def medium_of(main: Scene, scenes: Iterable[Scene]) -> dict[str, Scene]:
@@ -185,16 +185,9 @@ def _direct(scenes: Iterable[Scene], main: Scene, keys: tuple[str, ...]) -> list
 
 
 def _fits(scene: Scene, of: Mapping[str, Any]) -> bool:
-    return all(_value(scene, key) == value for key, value in of.items())
+    """Return whether those keys that a scene of its kind has are as wanted."""
+    return all(scene.value(key) in (value, None) for key, value in of.items())
 
 
 def _values(scene: Scene, keys: tuple[str, ...]) -> tuple:
-    return tuple(_value(scene, key) for key in keys)
-
-
-def _value(scene: Scene, key: str) -> object:
-    """Return the value of a dotted key, or a whole section."""
-    value: object = scene
-    for part in key.split("."):
-        value = getattr(value, part)
-    return value
+    return tuple(scene.value(key) for key in keys)

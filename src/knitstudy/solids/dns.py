@@ -17,8 +17,7 @@ from knitstudy.crossings.tied_crossings import tied_crossings, tied_pieces
 from knitstudy.errors import ConvergenceError
 from knitstudy.files.netcdf import write_dataset
 from knitstudy.gates.increment import require_sound
-from knitstudy.gates.limits import ELEMENTS_ACROSS, limits
-from knitstudy.gates.resolution import require_elements_across
+from knitstudy.gates.resolution import ELEMENTS_ACROSS, require_elements_across
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder, Stations
@@ -120,7 +119,7 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> Simulation
 
 def _require_resolution(scene: Scene, mesh: SweptMesh) -> None:
     """Refuse meshes that are too coarse for the yarn, or too fine for the memory."""
-    fewest = limits(scene).elements_across or ELEMENTS_ACROSS[scene.specimen]
+    fewest = scene.gates.elements_across or ELEMENTS_ACROSS[scene.specimen]
     require_elements_across(scene.yarn.diameter, scene.mesh.size, fewest)
     require_memory_to_simulate(mesh.nodes.size, mesh.section.size + mesh.section.bandwidth, scene.mesh.size)
 
@@ -135,13 +134,14 @@ def _model(scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray) -> Solid
         elements = IncompatibleHexahedron(corners, material)
     dependence = tie.dependence() if len(tie.slave) else None
     contact = stabilisation = None
-    if scene.interaction != "tie":
+    limits = Penetration()
+    if scene.kind.interaction.touches:
         contact = yarn_contact(scene, mesh, tie.nodes, pieces)
+        limits = Penetration(scene.contact.penetration * size, scene.contact.augmentations)
     if scene.solver.stabilisation > 0:
         volume = np.bincount(mesh.hexahedra.ravel(), np.repeat(elements.volume / 8, 8), len(tie.nodes))
         kept = volume if dependence is None else dependence.T @ volume
         stabilisation = Stabilisation.of(scene.solver.stabilisation, yarn.youngs_modulus, size, kept)
-    limits = Penetration(scene.contact.penetration * size, scene.contact.augmentations)
     return SolidModel(tie.nodes, mesh.hexahedra, elements, size, dependence, contact, limits, stabilisation)
 
 

@@ -60,5 +60,5 @@ def contact_law(scene: Scene) -> Coulomb:
     return Coulomb(
         normal=scene.contact.normal_stiffness * unit,
         tangential=scene.contact.tangential_stiffness * unit,
-        friction=np.inf if scene.interaction == "rough" else scene.contact.friction,
+        friction=scene.kind.interaction.friction(scene),
     )

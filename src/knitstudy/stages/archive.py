@@ -13,7 +13,6 @@ from knitstudy.files.netcdf import read_dataset, write_dataset
 from knitstudy.files.provenance import code_version
 from knitstudy.study.configuration import CONFIG, load_knits, load_scenes
 from knitstudy.study.scene import Scene
-from knitstudy.study.variation import vary
 
 log = logging.getLogger(__name__)
 
@@ -54,14 +53,14 @@ class Archive:
             labels["name"] = f"{scene.name}-{scene.hash[:DIGITS]}"
         if knit is not None and knit.geometry_key != scene.geometry_key:
             labels["knit"] = f"{scene.knit}-{scene.geometry_key[:DIGITS]}"
-        return vary(scene, labels)
+        return scene.vary(labels)
 
     def knit_of(self, scene: Scene) -> Scene:
         """Return the scene that the geometry of a labelled scene is laid out from: the same for all that share it."""
         if scene.knit in self.knits:
             return self.knits[scene.knit]
         base = next((knit for knit in self.knits.values() if knit.specimen == scene.specimen), scene)
-        return vary(base, scene.geometry_inputs | {"name": scene.knit, "knit": scene.knit})
+        return base.vary(scene.geometry_inputs | {"name": scene.knit, "knit": scene.knit})
 
     def path(self, stage: str, scene: Scene) -> Path | None:
         """Return where the result of a stage lies."""

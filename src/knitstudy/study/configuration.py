@@ -10,15 +10,18 @@ from __future__ import annotations
 import copy
 import csv
 import re
-from operator import attrgetter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.scene import Scene, set_dotted
-from knitstudy.study.schema import unknown_choice
+from knitstudy.registry import unknown_choice
+from knitstudy.study.differences import flat
+from knitstudy.study.kinds import FIDELITIES, INTERACTIONS
+from knitstudy.study.scene import Scene, all_sections, set_dotted
+from knitstudy.study.sections.labels import Labels
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
 """The checkout's own configuration folder, wherever the current directory is."""
@@ -50,40 +53,64 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
         Naming file, scene, key, value and what is allowed.
     """
     config = Path(config)
-    default_scene(config)  # what is wrong in the defaults is said of the defaults
-    defaults = read_yaml(config / "defaults.yaml")
+    default_keys(config)  # what is wrong in the defaults is said of the defaults
+    defaults = _over_loop(read_yaml(config / "defaults.yaml"), config)
     scenes = {row["scene"]: _scene(row, defaults, config) for row in _read_table(config / "scenes.tsv")}
     check_scenes_together(scenes, str(config / "scenes.tsv"))
     return scenes
 
 
-def default_scene(config: Path = CONFIG) -> Scene:
-    """Return the scene that the defaults and their loop describe."""
+def default_keys(config: Path = CONFIG) -> dict[str, Any]:
+    """Return the defaults by dotted key, those of the loop file among them.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming the file and the key whose default is not known or not allowed.
+    """
     path = Path(config) / "defaults.yaml"
     document = _over_loop(read_yaml(path), Path(config))
-    return Scene.from_dict({"name": "defaults", "knit": "defaults", **document}, str(path))
+    for name, value in document.items():
+        known = all_sections().get(name)
+        if known is None and name not in Labels.model_fields:
+            message = unknown_choice(
+                "unknown key", name, name, sorted({*all_sections(), *Labels.model_fields})
+            )
+            raise ConfigurationError(f"{path}: {message}")
+        if known is not None and not isinstance(value, dict):
+            raise ConfigurationError(f"{path}: {name} is {value!r} but must be a group of keys")
+        for inner in value if known is not None else ():
+            if inner not in known:
+                message = unknown_choice("unknown key", f"{name}.{inner}", str(inner), sorted(known))
+                raise ConfigurationError(f"{path}: {message}")
+    for labels in _kinds():
+        needed = {"rom": {"contacts_from": "defaults"}, "load": {"path": [[0.0, 0.0, 0.0]]}}
+        below = _merged(needed, {name: value for name, value in document.items() if name not in labels})
+        Scene.from_dict({"name": "defaults", "knit": "defaults"} | labels, str(path), below)
+    return flat(document)
+
+
+def _kinds() -> Iterator[dict]:
+    """Yield the labels of one scene of every kind."""
+    for fidelity in FIDELITIES.names():
+        model = FIDELITIES.find(fidelity, "")
+        for interaction in INTERACTIONS.names():
+            if INTERACTIONS.find(interaction, "").touches or model.tied:
+                for specimen in model.specimens:
+                    yield {
+                        "fidelity": fidelity,
+                        "interaction": interaction,
+                        "specimen": specimen,
+                        "outputs": [],
+                    }
 
 
 def load_knits(config: Path = CONFIG) -> dict[str, Scene]:
-    """Return for every knit or pair a scene of what its geometry depends on, with defaults for all else.
-
-    The geometry stage is parametrised by it: another load or mesh of one scene then leaves the geometry as
-    it is.
-    """
-    base = default_scene(config)
-    return {scene.knit: _geometry_scene(scene, base) for scene in load_scenes(config).values()}
-
-
-def _geometry_scene(scene: Scene, base: Scene) -> Scene:
-    """Return the base scene with all that the geometry of a scene depends on."""
-    document = base.to_dict() | {"name": scene.knit, "knit": scene.knit, "interaction": "tie"}
-    for key, value in scene.geometry_inputs.items():
-        set_dotted(document, key, value, f"knit {scene.knit!r}")
-    # A load that the specimen may have, whatever the scene's own is.
-    pair = scene.specimen == "pair"
-    path = [[0.0, 0.0, 0.0]] if pair else []
-    document["load"] |= {"direction": "path" if pair else "course", "path": path, "stops": []}
-    return Scene.from_dict(document, f"knit {scene.knit!r}")
+    """Return for every knit or pair the first scene of it: the geometry of all that share the label is the same."""
+    found: dict[str, Scene] = {}
+    for scene in load_scenes(config).values():
+        found.setdefault(scene.knit, scene)
+    return found
 
 
 def load_scene(name: str, config: Path = CONFIG) -> Scene:
@@ -126,30 +153,31 @@ def check_scenes_together(scenes: dict[str, Scene], where: str) -> None:
                 f"{where}, scene {scene.name!r}: knit is {scene.knit!r}, as in scene {first.name!r}, but"
                 f" {_first_difference(first, scene)}; scenes of one knit share its geometry"
             )
-        if scene.rom.contacts_from is not None:
-            _check_sources(scene, scenes, where)
+        _check_sources(scene, scenes, where)
+
+
+ALIKE = {
+    "rom.contacts_from": ("knit", "interaction", "load.direction"),
+    "rom.springs_from": ("knit", "interaction"),
+}
+"""Keys that a scene shares with the direct simulation that another key of it names."""
 
 
 def _check_sources(scene: Scene, scenes: dict[str, Scene], where: str) -> None:
-    """Check that a reduced model takes joints from a DNS like it, and springs from one of the same interaction."""
-    direct = sorted(other.name for other in scenes.values() if other.fidelity == "dns")
-    alike = {
-        "contacts_from": ("knit", "interaction", "load.direction"),
-        "springs_from": ("knit", "interaction"),
-    }
-    for source, keys in alike.items():
-        name = getattr(scene.rom, source)
+    """Check that a reduced model takes joints from a direct simulation like it, and springs of the same interaction."""
+    for source in scene.kind.fidelity.sources:
+        name = scene.value(source)
         if name is None:
             continue
+        direct = sorted(other.name for other in scenes.values() if other.fidelity == "dns")
         if name not in direct:
-            message = unknown_choice(f"rom.{source} names the unknown dns scene", name, name, direct)
+            message = unknown_choice(f"{source} names the unknown dns scene", name, name, direct)
             raise ConfigurationError(f"{where}, scene {scene.name!r}: {message}")
-        for key in keys:
-            here, there = (attrgetter(key)(each) for each in (scene, scenes[name]))
+        for key in ALIKE.get(source, ("knit",)):
+            here, there = scene.value(key), scenes[name].value(key)
             if here != there:
                 raise ConfigurationError(
-                    f"{where}, scene {scene.name!r}: {key} is {here!r} but must be {there!r} as in rom.{source},"
-                    f" {name!r}"
+                    f"{where}, scene {scene.name!r}: {key} is {here!r} but must be {there!r} as in {source}, {name!r}"
                 )
 
 
@@ -163,12 +191,11 @@ def _first_difference(first: Scene, second: Scene) -> str:
 
 def _scene(row: dict[str, str], defaults: dict, config: Path) -> Scene:
     where = f"{config / 'scenes.tsv'}, scene {row['scene']!r}"
-    overrides: dict[str, Any] = {}
+    own: dict[str, Any] = {}
     for key, cell in row.items():
         if key not in ("scene", "study") and cell.strip():
-            set_dotted(overrides, key, _parse_cell(cell, key, where), where)
-    document = _over_loop(_merged(defaults, overrides), config)
-    return Scene.from_dict({"name": row["scene"], **document}, where)
+            set_dotted(own, key, _parse_cell(cell, key, where), where)
+    return Scene.from_dict({"name": row["scene"]} | own, where, defaults)
 
 
 def _over_loop(document: dict, config: Path) -> dict:

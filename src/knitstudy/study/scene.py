@@ -1,351 +1,351 @@
 """The scene: one validated, frozen description of one simulation.
 
-It is the only thing that a stage is parametrised by. A scene that exists is valid: constructing one with a
-value that is not allowed raises ConfigurationError. All quantities are SI; the type of a field that has a
-dimension names its unit.
+It is the only thing that a stage is parametrised by. A scene that exists is valid: constructing one with a value that
+is not allowed raises ConfigurationError. It has the sections of its kind and no others: its specimen's, its yarn's, and
+those that its fidelity asks for with its interaction. All quantities are SI; the description of a key names its unit.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
-from dataclasses import dataclass, fields
-from typing import Annotated, Any, get_type_hints
-
-import numpy as np
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property
+from types import MappingProxyType
+from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.scene_checks import FULL, check_keys_together
-from knitstudy.study.schema import scene_schema, unknown_choice, validate
+from knitstudy.registry import unknown_choice
+from knitstudy.study.keys import Section, describe, validated
+from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS, Fidelity, Interaction, Specimen
+from knitstudy.study.scene_checks import check_keys_together
+from knitstudy.study.sections.labels import Labels
+from knitstudy.study.sections.yarn import Yarn
 
-Metres = Annotated[float, "m"]
-Pascals = Annotated[float, "Pa"]
-KilogramsPerCubicMetre = Annotated[float, "kg/m3"]
-
-
-@dataclass(frozen=True, eq=False)
-class Pattern:
-    """Size and shape of the knit: ``rows`` rows of interlocks between ``rows`` + 1 yarns of ``loops`` loops.
-
-    ``control_points`` (P, 3) in m describe one loop from sinker centre to sinker centre before optimisation;
-    ``clearance`` is the gap c0 wanted at every crossing, in yarn radii.
-    """
-
-    loops: int
-    rows: int
-    course_spacing: Metres
-    wale_spacing: Metres
-    control_points: Annotated[np.ndarray, "m"]
-    clearance: float
-
-    def __post_init__(self):
-        points = np.array(self.control_points, dtype=float)
-        points.setflags(write=False)
-        object.__setattr__(self, "control_points", points)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Pattern) and _plain(self) == _plain(other)
-
-    def __hash__(self) -> int:
-        return hash(_digest(_plain(self)))
+LABELS = ("name", "knit", "outputs")
+"""Keys that no number depends on."""
 
 
 @dataclass(frozen=True)
-class Yarn:
-    """Circular yarn of one isotropic material."""
+class Kind:
+    """What kind of scene one is, and the sections that it has for that."""
 
-    diameter: Metres
-    youngs_modulus: Pascals
-    poisson_ratio: float
-    density: KilogramsPerCubicMetre
-    material: str
-
-    @property
-    def radius(self) -> float:
-        """Yarn radius in m."""
-        return self.diameter / 2
-
-
-@dataclass(frozen=True)
-class Pair:
-    """Two straight yarns of ``length`` that cross at ``angle`` (degrees) in their middles.
-
-    Held and driven are, by ``support``, the nodes of both "ends", or the surface of the half turned away from the
-    other yarn, the "back".
-    """
-
-    angle: float
-    length: Metres
-    support: str
-
-
-@dataclass(frozen=True)
-class Geometry:
-    """Optimisation of the loop: weights of Eqs. (1) and (3), what may move, and samples a Bezier curve.
-
-    ``free`` lists for every control point the components that may move: "", "z", "yz", "xyz" and so on.
-    """
-
-    alpha: float
-    beta: float
-    gamma: float
-    beta_0: float
-    free: tuple[str, ...]
-    samples: int
-
-    def __post_init__(self):
-        object.__setattr__(self, "free", tuple(self.free))
-
-
-@dataclass(frozen=True)
-class Load:
-    """What drives a specimen: a strain of a knit, or a path of a pair's upper yarn.
-
-    A knit is pulled in ``direction`` to an engineering ``strain``; ``lateral``: driven ends fixed or free in the
-    other components; ``stops``: strains at which an increment has to end. The grips of a pair's upper yarn go from
-    where they are to the displacements of ``path`` one after another, in straight legs that take equal shares of
-    the load factor.
-    """
-
-    direction: str
-    strain: float
-    lateral: str
-    stops: tuple[float, ...]
-    path: Annotated[tuple[tuple[float, float, float], ...], "m"]
-
-    def __post_init__(self):
-        object.__setattr__(self, "stops", tuple(map(float, self.stops)))
-        object.__setattr__(self, "path", tuple(tuple(map(float, leg)) for leg in self.path))
-
-
-@dataclass(frozen=True)
-class Mesh:
-    """Element sizes (solids at crossings, their growth on legs, and beams) and the solid element."""
-
-    size: Metres
-    growth: float
-    element: str
-    beam_size: Metres
-
-
-@dataclass(frozen=True)
-class Tie:
-    """Tied interaction: points nearer than ``tolerance`` facet sizes are tied."""
-
-    tolerance: float
-
-
-@dataclass(frozen=True)
-class Contact:
-    """Contact with friction (Table 1): stiffnesses over E / h, and how it is integrated and enforced.
-
-    A ``penetration`` deeper than this share of h is removed by at most so many ``augmentations`` an increment.
-    ``points`` are Gauss points along each side of a facet; ``tied_edges`` says which crossings stay tied (Fig. 3):
-    of the "outer" interlock rows in course tension and columns in wale tension, or "none".
-    """
-
-    friction: float
-    normal_stiffness: float
-    tangential_stiffness: float
-    penetration: float
-    augmentations: int
-    points: int
-    tied_edges: str
-
-
-@dataclass(frozen=True)
-class Solver:
-    """Newton's method: first number of increments, tolerances, coefficients and linear solver.
-
-    ``hourglass`` is relative to the shear modulus, the viscosity ``stabilisation`` to Young's modulus.
-    """
-
-    increments: int
-    residual_tolerance: float
-    correction_tolerance: float
-    hourglass: float
-    stabilisation: float
-    linear: str
-
-
-@dataclass(frozen=True)
-class Rom:
-    """Reduced order model: the DNS scene that its joints come from (None in other scenes) and their kind.
-
-    ``springs_from`` is another DNS scene whose springs are used; ``springs`` are averaged or of each crossing's own
-    "zones", secants of the relative ``displacement`` of interfaces or centrelines along the ``axes`` of the contact
-    or the global ones, or have the given ``stiffness`` along x, y and z; ``section`` is that of a segment of the planar
-    model which two yarns share.
-    """
-
-    contacts_from: str | None
-    joint: str
-    springs_from: str | None
-    springs: str
-    stiffness: Annotated[tuple[float, ...], "N/m"]
-    axes: str
-    displacement: str
-    section: str
-
-    def __post_init__(self):
-        object.__setattr__(self, "stiffness", tuple(map(float, self.stiffness)))
-
-
-@dataclass(frozen=True)
-class Beam:
-    """Beams in contact: at a "point" of every crossing or along a "line", of "rigid" or "hertz" sections; kind of ties.
-
-    ``stiffness`` is the penalty of rigid sections, over E R of a point and over E of a line.
-    """
-
-    contact: str
-    section: str
-    tie: str
-    stiffness: float
-
-
-@dataclass(frozen=True)
-class Scene:
-    """One simulation; ``to_dict`` and ``from_dict`` translate to and from plain nested mappings."""
-
-    name: str
-    knit: str
-    specimen: str
-    fidelity: str
-    interaction: str
-    pattern: Pattern
-    pair: Pair
-    yarn: Yarn
-    geometry: Geometry
-    load: Load
-    mesh: Mesh
-    tie: Tie
-    contact: Contact
-    solver: Solver
-    rom: Rom
-    beam: Beam
-    outputs: tuple[str, ...]
-
-    def __post_init__(self):
-        object.__setattr__(self, "outputs", tuple(self.outputs))
-        where = f"scene {self.name!r}"
-        validate(self.to_dict(), scene_schema(), where)
-        check_keys_together(self, where)
+    specimen: Specimen
+    interaction: Interaction
+    fidelity: Fidelity
 
     @classmethod
-    def from_dict(cls, document: dict, where: str = "scene") -> Scene:
-        """Build a scene from a nested mapping of all its keys.
+    def of(cls, document: Mapping, where: str) -> Kind:
+        """Return the kind that a document says.
 
         Raises
         ------
         ConfigurationError
-            When a key is unknown, missing or has a value that is not allowed; ``where`` begins the message.
+            Where there is no such kind, or the fidelity does not model that specimen or interaction.
         """
-        validate(document, scene_schema(), where)
-        return _build(cls, document)
+        labels = {name: document[name] for name in Labels.model_fields if name in document}
+        labels = validated(Labels, labels, where)
+        specimen = SPECIMENS.find(labels.specimen, where)
+        interaction = INTERACTIONS.find(labels.interaction, where)
+        fidelity = FIDELITIES.find(labels.fidelity, where)
+        if specimen.name not in fidelity.specimens:
+            others = [n for n in FIDELITIES.names() if specimen.name in FIDELITIES.find(n, where).specimens]
+            raise ConfigurationError(
+                f"{where}: fidelity is {fidelity.name!r} but must be {' or '.join(others)} where specimen is"
+                f" {specimen.name}"
+            )
+        if not (interaction.touches or fidelity.tied):
+            others = [n for n in INTERACTIONS.names() if INTERACTIONS.find(n, where).touches]
+            raise ConfigurationError(
+                f"{where}: interaction is {interaction.name!r} but must be {' or '.join(others)} where fidelity is"
+                f" {fidelity.name}: tied beams are the model of fidelity rom3d"
+            )
+        wrong = [name for name in labels.outputs if name not in fidelity.outputs]
+        if wrong:
+            allowed = ", ".join(fidelity.outputs)
+            raise ConfigurationError(
+                f"{where}: outputs is {list(labels.outputs)} but must be a list out of [{allowed}] where fidelity is"
+                f" {fidelity.name}"
+            )
+        return cls(specimen, interaction, fidelity)
+
+    @cached_property
+    def sections(self) -> Mapping[str, type[Section]]:
+        """Sections by their names."""
+        return {**self.specimen.sections, "yarn": Yarn, **self.fidelity.sections(self.interaction)}
+
+
+class Scene:
+    """One simulation; `to_dict` and `from_dict` translate to and from plain nested mappings.
+
+    Attributes
+    ----------
+    name, knit, specimen, fidelity, interaction : str
+    outputs : tuple of str
+    kind : Kind
+    sections : mapping of str to Section
+        Each is an attribute as well, ``scene.mesh.size``; one that the scene does not have raises AttributeError.
+    """
+
+    def __init__(
+        self,
+        labels: Labels,
+        kind: Kind,
+        sections: Mapping[str, Section],
+        defaults: Mapping = MappingProxyType({}),
+    ) -> None:
+        values = {name: getattr(labels, name) for name in Labels.model_fields}
+        self.__dict__.update(values, kind=kind, sections=dict(sections), _defaults=defaults)
+
+    @classmethod
+    def from_dict(
+        cls, document: Mapping, where: str = "scene", defaults: Mapping = MappingProxyType({})
+    ) -> Scene:
+        """Build a scene from a nested mapping of its keys.
+
+        Parameters
+        ----------
+        document : mapping
+            Keys that the scene must have by its kind.
+        where : str
+            File or scene that they come from; begins the message.
+        defaults : mapping
+            Values of keys that are not in the document, for scenes of any kind: what its kind has no key for is left
+            out. The scene remembers them, so that `replace` can make it one of another kind.
+
+        Raises
+        ------
+        ConfigurationError
+            When a key is unknown, missing, of another kind of scene or has a value that is not allowed.
+        """
+        document = {name: defaults[name] for name in Labels.model_fields if name in defaults} | dict(document)
+        kind = Kind.of(document, where)
+        names = {name: document[name] for name in Labels.model_fields if name in document}
+        for name in document:
+            if name not in kind.sections and name not in Labels.model_fields:
+                raise ConfigurationError(f"{where}: {not_of_kind(kind, name)}")
+        sections = {}
+        for name, section in kind.sections.items():
+            required = any(field.is_required() for field in section.model_fields.values())
+            if required and name not in document and name not in defaults:
+                raise ConfigurationError(f"{where}: the key {name!r} is missing")
+            own, below = document.get(name, {}), defaults.get(name, {})
+            for inner in own if isinstance(own, Mapping) else ():
+                if inner not in section.model_fields and inner in (known_keys(name) or {}):
+                    raise ConfigurationError(f"{where}: {not_of_kind(kind, f'{name}.{inner}')}")
+            if isinstance(own, Mapping):
+                own = {key: below[key] for key in section.model_fields if key in below} | dict(own)
+            sections[name] = validated(section, own, where, f"{name}.")
+        scene = cls(validated(Labels, names, where), kind, sections, defaults)
+        check_keys_together(scene, where)
+        return scene
+
+    def __getattr__(self, name: str) -> Section:
+        sections = self.__dict__.get("sections", {})
+        if name in sections:
+            return sections[name]
+        raise AttributeError(f"the scene has no section {name!r}, only {', '.join(sections)}")
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"a scene cannot be changed ({name}); `Scene.replace` returns another one")
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Scene) and self.to_dict() == other.to_dict()
+
+    def __hash__(self) -> int:
+        return hash(json.dumps(self.to_dict(), sort_keys=True))
+
+    def __repr__(self) -> str:
+        return f"Scene({self.name!r}: {self.fidelity}, {self.specimen}, {self.interaction})"
 
     def to_dict(self) -> dict:
         """Return the scene as nested mappings of numbers, text and lists."""
-        return _plain(self)
+        labels = {name: _plain(getattr(self, name)) for name in Labels.model_fields}
+        return labels | {name: section.model_dump(mode="json") for name, section in self.sections.items()}
+
+    def value(self, key: str) -> Any:
+        """Return the value of a dotted key or a section; None where a scene of this kind has none."""
+        found: Any = self
+        for part in key.split("."):
+            found = getattr(found, part, None)
+        return found
+
+    def read(self, keys: Iterable[str]) -> dict:
+        """Return what sections and dotted keys say, as plain nested mappings: what a result depends on.
+
+        Keys that were added with a default (see `study.keys.key`) are left out at that default, so that adding one
+        changes nothing; sections that the scene does not have are left out as well.
+        """
+        document = self.to_dict()
+        found: dict = {}
+        for name in keys:
+            section, _, inner = name.partition(".")
+            if section in self.sections:
+                fields = type(self.sections[section]).model_fields
+                for field in [inner] if inner else fields:
+                    value = document[section].get(field)
+                    added = field in fields and not fields[field].is_required()
+                    if field in fields and not (added and value == _plain(fields[field].default)):
+                        found.setdefault(section, {})[field] = value
+            elif section in Labels.model_fields:
+                found[section] = document[section]
+        return found
+
+    def only(self, keys: Iterable[str]) -> Scene:
+        """Return the scene as a stage sees it that reads some keys: another one is an AttributeError there."""
+        wanted = [name.split(".") for name in keys]
+        sections = {}
+        for name, section in self.sections.items():
+            here = [parts[1:] for parts in wanted if parts[0] == name]
+            if here and [] in here:
+                sections[name] = section
+            elif here:
+                chosen = {part for (part,) in here}
+                values = {field: value for field, value in section if field in chosen}
+                sections[name] = type(section).model_construct(**values)
+        labels = Labels.model_construct(**{name: getattr(self, name) for name in Labels.model_fields})
+        return Scene(labels, self.kind, sections)
 
     def replace(self, key: str, value: Any) -> Scene:
         """Return a scene with one key changed, for example ``scene.replace("solver.increments", 4)``."""
+        return self.vary({key: value})
+
+    def vary(self, changes: Mapping[str, Any]) -> Scene:
+        """Return a scene with some keys changed, checked once all of them are.
+
+        A scene that becomes one of another kind loses the keys that this has no use for, and takes what it asks for
+        besides from the defaults.
+
+        Parameters
+        ----------
+        changes : mapping of str to value
+            Values by dotted key, for example ``{"load.strain": 0.01, "mesh.size": 0.45e-3}``; SI units.
+
+        Raises
+        ------
+        ConfigurationError
+            When a key is unknown or a value is not allowed.
+        """
+        where, own = f"scene {self.name!r}", {}
+        for key, value in changes.items():
+            set_dotted(own, key, value, where)
         document = self.to_dict()
-        set_dotted(document, key, value, f"scene {self.name!r}")
-        return Scene.from_dict(document, f"scene {self.name!r}")
+        kind = Kind.of(document | {name: own[name] for name in own if name in Labels.model_fields}, where)
+        stays = {
+            name: {key: value for key, value in inside.items() if key in kind.sections[name].model_fields}
+            if isinstance(inside, dict)
+            else inside
+            for name, inside in document.items()
+            if name in kind.sections or name in Labels.model_fields
+        }
+        for name, inside in own.items():
+            stays[name] = stays.get(name, {}) | inside if isinstance(inside, dict) else inside
+        return Scene.from_dict(stays, where, self._defaults)
 
     def scaled(self, length: float = 1.0, stiffness: float = 1.0) -> Scene:
-        """Return the same scene in other units: lengths times ``length``, moduli times ``stiffness``.
+        """Return the same scene in other units: lengths times `length`, moduli times `stiffness`.
 
         The density is left alone: no result of a quasi-static scene depends on it.
         """
-        return _scaled(self, {"m": length, "Pa": stiffness, "N/m": stiffness * length})
+        factors = {"m": length, "Pa": stiffness, "N/m": stiffness * length}
+        document = self.to_dict()
+        for name, section in self.sections.items():
+            for field in type(section).model_fields:
+                factor = factors.get(describe(type(section), field).unit)
+                if factor is not None:
+                    document[name][field] = _times(document[name][field], factor)
+        return Scene.from_dict(document, f"scene {self.name!r}")
 
     @property
     def geometry_inputs(self) -> dict[str, Any]:
-        """All that the geometry depends on, by dotted key: of a knit pattern, yarn diameter and optimisation."""
-        document = self.to_dict()
-        if self.specimen == "pair":
-            keys = [("pair", "angle"), ("pair", "length"), ("pattern", "clearance")]
-        else:
-            keys = [(section, key) for section in ("pattern", "geometry") for key in document[section]]
-        inputs = {
-            f"{section}.{key}": document[section][key] for section, key in [*keys, ("yarn", "diameter")]
+        """All that the geometry depends on, by dotted key."""
+        document = self.read(self.kind.specimen.geometry)
+        keys = {
+            f"{name}.{field}": value for name, inside in document.items() for field, value in inside.items()
         }
-        return {"specimen": self.specimen} | inputs
+        return {"specimen": self.specimen} | keys
 
     @property
     def geometry_key(self) -> str:
         """Hash of all that the geometry depends on."""
-        return _digest(self.geometry_inputs)
+        return digest(self.geometry_inputs)
 
     @property
     def hash(self) -> str:
-        """Hash of everything that determines the result: no labels, outputs or groups that it does not use."""
-        left_out = {"name", "knit", "outputs"}
-        left_out |= {"pair"} if self.specimen == "knit" else {"geometry"}
-        left_out |= {"contact"} if self.interaction == "tie" else set()
-        left_out |= {"beam"} if self.fidelity != "beam" else set()
-        left_out |= {"rom"} if self.fidelity in FULL else set()
-        document = self.to_dict()
-        return _digest({key: document[key] for key in document if key not in left_out})
+        """Hash of everything that determines the result: all keys but the labels."""
+        kinds = [name for name in Labels.model_fields if name not in LABELS]
+        return digest(self.read([*kinds, *self.sections]))
 
 
 def set_dotted(document: dict, key: str, value: Any, where: str) -> None:
-    """Set a nested key by its dotted name, in place; ConfigurationError when there is no such group."""
-    *groups, last = key.split(".")
-    schema = scene_schema()
-    for group in groups:
-        schema = schema.get("properties", {})
-        if schema.get(group, {}).get("type") != "object":
-            allowed = sorted(name for name, entry in schema.items() if entry.get("type") == "object")
-            raise ConfigurationError(f"{where}: {unknown_choice('unknown key', key, group, allowed)}")
-        schema = schema[group]
-        document = document.setdefault(group, {})
-    document[last] = value
+    """Set a nested key by its dotted name, in place; ConfigurationError when there is no such key."""
+    section, dot, field = key.partition(".")
+    if (dot and known_keys(section) is None) or "." in field:
+        allowed = sorted(all_sections())
+        raise ConfigurationError(f"{where}: {unknown_choice('unknown key', key, section, allowed)}")
+    if not dot:
+        document[key] = value
+        return
+    inside = document.setdefault(section, {})
+    if not isinstance(inside, dict):
+        raise ConfigurationError(f"{where}: {section} is {inside!r} but must be a group of keys")
+    inside[field] = value
 
 
-def _build(cls: type, document: dict) -> Any:
-    """Build a dataclass and the sections inside it from a valid document."""
-    types = get_type_hints(cls)
-    values = dict(document)
-    for name, value in document.items():
-        if dataclasses.is_dataclass(types[name]):
-            values[name] = _build(types[name], value)
-        elif types[name] is float:  # 905 and 905.0 are one value, with one hash
-            values[name] = float(value)
-    return cls(**values)
+def all_sections() -> dict[str, dict[str, type[Section]]]:
+    """Return the keys of every section of any kind of scene, each with the class that describes it."""
+    return _sections_of(SPECIMENS.names(), INTERACTIONS.names(), FIDELITIES.names())
+
+
+@cache
+def _sections_of(
+    specimens: tuple, interactions: tuple, fidelities: tuple
+) -> dict[str, dict[str, type[Section]]]:
+    found: dict[str, dict[str, type[Section]]] = {}
+    classes = [item for name in specimens for item in SPECIMENS.find(name, "").sections.items()]
+    classes.append(("yarn", Yarn))
+    for name in fidelities:
+        for other in interactions:
+            interaction = INTERACTIONS.find(other, "")
+            if interaction.touches or FIDELITIES.find(name, "").tied:
+                classes += FIDELITIES.find(name, "").sections(interaction).items()
+    for section, described in classes:
+        keys = found.setdefault(section, {})
+        for field in described.model_fields:
+            keys.setdefault(field, described)
+    return found
+
+
+def known_keys(section: str) -> dict[str, type[Section]] | None:
+    """Return the keys of a section of any kind of scene; None if there is no such section."""
+    return all_sections().get(section)
+
+
+def not_of_kind(kind: Kind, key: str) -> str:
+    """Return the message for a key that a scene does not have: unknown, or of another kind."""
+    section, _, field = key.partition(".")
+    known = all_sections()
+    if section not in known:
+        allowed = sorted({*known, *Labels.model_fields})
+        return unknown_choice("unknown key", key, section, allowed)
+    if field and field not in known[section]:
+        return unknown_choice("unknown key", key, field, sorted(known[section]))
+    return (
+        f"{key} is no key of a scene whose specimen is {kind.specimen.name}, fidelity {kind.fidelity.name} and"
+        f" interaction {kind.interaction.name}; leave it out"
+    )
 
 
 def _plain(value: Any) -> Any:
-    """Return a dataclass, array or tuple as mappings, lists, numbers and text."""
-    if dataclasses.is_dataclass(value):
-        return {item.name: _plain(getattr(value, item.name)) for item in fields(value)}
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    return [_plain(item) for item in value] if isinstance(value, tuple) else value
-
-
-def _scaled(section: Any, factors: dict[str, float]) -> Any:
-    """Return a section with every quantity times the factor of its unit, sections inside it included."""
-    types = get_type_hints(type(section), include_extras=True)
-    changes = {}
-    for item in fields(section):
-        value = getattr(section, item.name)
-        unit = getattr(types[item.name], "__metadata__", (None,))[0]
-        if dataclasses.is_dataclass(value):
-            changes[item.name] = _scaled(value, factors)
-        elif unit in factors:
-            changes[item.name] = _times(value, factors[unit])
-    return dataclasses.replace(section, **changes)
+    return [_plain(each) for each in value] if isinstance(value, tuple) else value
 
 
 def _times(value: Any, factor: float) -> Any:
-    """Return a number, array or nested tuple of numbers times a factor."""
-    return tuple(_times(item, factor) for item in value) if isinstance(value, tuple) else value * factor
+    """Return a number or a nested list of numbers times a factor."""
+    return [_times(item, factor) for item in value] if isinstance(value, list) else value * factor
 
 
-def _digest(document: Any) -> str:
+def digest(document: Any) -> str:
     """Return a short hash of plain data; numbers enter with all their digits."""
     return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:16]

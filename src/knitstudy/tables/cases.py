@@ -117,16 +117,12 @@ def label_of(scene: Scene) -> str:
     if scene.fidelity == "beam":
         ties = ", pinned" if scene.beam.tie == "pinned" else ""
         return f"{name}, {scene.beam.contact} contact, {SECTIONS[scene.beam.section]}{ties}"
-    rom = scene.rom
-    words = [
-        VARIANTS[value]
-        for value in (rom.joint, rom.springs, rom.displacement, rom.section)
-        if value in VARIANTS
-    ]
-    if rom.springs_from:
+    keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section")
+    words = [VARIANTS[value] for value in map(scene.value, keys) if value in VARIANTS]
+    if scene.value("rom.springs_from"):
         words.append(CARRIED)
-    if rom.stiffness:
+    if scene.value("rom.stiffness"):
         words.append(GIVEN)
-    elif rom.axes == "global":
+    elif scene.value("rom.axes") == "global":
         words.append(ALONG_AXES)
     return ", ".join([name, *words])

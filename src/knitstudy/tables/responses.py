@@ -51,12 +51,7 @@ def _keys(scene: Scene, history: xr.Dataset) -> dict:
     solid = meets and scene.fidelity == "dns"
     slides = meets and scene.interaction == "isotropic"
     sprung = scene.interaction != "tie" and scene.fidelity == "rom3d"
-    size = {
-        "dns": scene.mesh.size,
-        "rom3d": scene.mesh.beam_size,
-        "rom2d": element_length(history),
-        "beam": scene.mesh.beam_size,
-    }
+    size = scene.value("mesh.size") or scene.value("mesh.beam_size") or element_length(history)
     return {
         "specimen": f"{scene.pattern.loops} x {scene.pattern.rows} knit",
         "fidelity": scene.fidelity,
@@ -66,7 +61,7 @@ def _keys(scene: Scene, history: xr.Dataset) -> dict:
         "friction coefficient [1]": scene.contact.friction if slides else np.nan,
         "contact stiffness over E / h [1]": scene.contact.normal_stiffness if solid else np.nan,
         "augmentations allowed [1]": scene.contact.augmentations if solid else np.nan,
-        "contacts from": scene.rom.contacts_from,
+        "contacts from": scene.value("rom.contacts_from"),
         "joint": scene.rom.joint if scene.fidelity == "rom3d" else None,
         "springs": _springs(scene) if sprung else None,
         "springs from": scene.rom.springs_from or scene.rom.contacts_from
@@ -78,7 +73,7 @@ def _keys(scene: Scene, history: xr.Dataset) -> dict:
         "beam contact": scene.beam.contact if scene.fidelity == "beam" else None,
         "beam section": scene.beam.section if scene.fidelity == "beam" else None,
         "beam ties": scene.beam.tie if scene.fidelity == "beam" else None,
-        "mesh size [m]": size[scene.fidelity],
+        "mesh size [m]": size,
     }
 
 

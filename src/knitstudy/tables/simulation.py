@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.gates.limits import Limits
 from knitstudy.study.scene import Scene
 
 Row = tuple[str, str, float, float]
@@ -61,7 +60,7 @@ def _solution(dns: xr.Dataset, scene: Scene) -> list[Row]:
         ("Krylov iterations", "1", dns["krylov_iterations"].sum(), np.nan),
         ("set-ups of the preconditioner", "1", dns.attrs["linear_setups"], np.nan),
         ("largest gap of the energy ledger over external work", "1", ledger_gap(dns), LEDGER),
-        ("largest hourglass over internal energy", "1", hourglass_share(dns), Limits.hourglass),
+        ("largest hourglass over internal energy", "1", hourglass_share(dns), scene.gates.hourglass),
     ]
 
 

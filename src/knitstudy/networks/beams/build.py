@@ -94,8 +94,7 @@ def beam_contact(scene: Scene, knit: Knit, curves: Curves, touching: np.ndarray)
     law = Power(penalty)
     if scene.beam.section == "hertz":
         law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius, mode)
-    friction = np.inf if scene.interaction == "rough" else scene.contact.friction
-    return BeamContact(curves, pairs, yarn.radius, law, penalty, friction)
+    return BeamContact(curves, pairs, yarn.radius, law, penalty, scene.kind.interaction.friction(scene))
 
 
 def _penalty(scene: Scene, mode: str) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.cost import Meter
-from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.errors import ConvergenceError
 from knitstudy.gates.increment import require_sound
 from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder
@@ -47,14 +47,11 @@ def run(scene: Scene, knit: Knit, progress: Callable[[Increment], None] | None =
 
     Raises
     ------
-    ConfigurationError
-        If the scene asks for something that beams in contact do not offer.
     GeometryError
         If no beams can be made of the yarns.
     ConvergenceError
         If the load cannot be reached, or yarns penetrate each other where no contact is computed.
     """
-    _require_beams(scene)
     meter = Meter()
     beams = build(scene, knit)
     network, model = beams.network, beams.model
@@ -133,18 +130,3 @@ def require_seen(
         f"increment {increment.index}: {where} penetrate each other by {depth:.3g} m, unseen by the beams' contact; "
         f"allowed is {UNSEEN * radius:.3g} m. Use a smaller load.strain or beam.contact 'line'"
     )
-
-
-def _require_beams(scene: Scene) -> None:
-    """Refuse what would otherwise be left out in silence."""
-    allowed = {
-        "fidelity": (scene.fidelity, ("beam",)),
-        "specimen": (scene.specimen, ("knit",)),
-        "solver.linear": (scene.solver.linear, ("auto", "lu")),
-        "solver.stabilisation": (scene.solver.stabilisation, (0,)),
-    }
-    for key, (value, values) in allowed.items():
-        if value not in values:
-            raise ConfigurationError(
-                f"{key} is {value!r}: beams in contact of scene {scene.name} allow {' and '.join(map(str, values))}"
-            )

@@ -10,7 +10,7 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.gates.increment import require_sound
 from knitstudy.geometry.pattern import Knit
 from knitstudy.history import Recorder
-from knitstudy.load_path import DIRECTIONS, load_path
+from knitstudy.load_path import load_path
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.newton import trace
@@ -43,7 +43,7 @@ def run(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset
     Raises
     ------
     ConfigurationError
-        If the scene asks for something that beams do not offer, or for springs that the contacts do not give.
+        If the scene asks for springs that the contacts do not give.
     DataFileError
         If the contacts are those of another knit, or not all crossings have one.
     GeometryError
@@ -51,7 +51,6 @@ def run(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset
     ConvergenceError
         If the load cannot be reached.
     """
-    _require_beams(scene)
     _require_all_crossings(contacts, knit)
     meter = Meter()
     network = build(scene, knit, contacts, springs_from)
@@ -132,20 +131,6 @@ def build(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Datas
     stops = gripped_arcs(knit, scene.load.direction)
     arms = "printed" if scene.rom.joint == "printed" else "rigid"
     return rom3d.build(knit, points, scene.mesh.beam_size, arms, joints, stops)
-
-
-def _require_beams(scene: Scene) -> None:
-    """Refuse what would otherwise be left out in silence."""
-    allowed = {
-        "fidelity": (scene.fidelity, ("rom2d", "rom3d")),
-        "load.direction": (scene.load.direction, DIRECTIONS),
-        "solver.linear": (scene.solver.linear, ("auto", "lu")),
-    }
-    for key, (value, values) in allowed.items():
-        if value not in values:
-            raise ConfigurationError(
-                f"{key} is {value!r}: a reduced model of scene {scene.name} allows {' and '.join(values)}"
-            )
 
 
 def _require_all_crossings(contacts: xr.Dataset, knit: Knit) -> None:

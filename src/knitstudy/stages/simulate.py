@@ -26,14 +26,13 @@ from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.networks.beams import run as beams
 from knitstudy.networks.rom import run as rom
 from knitstudy.progress import ReportProgress, silent
+from knitstudy.registry import unknown_choice
 from knitstudy.restart import forget_others, restart_path
 from knitstudy.solids import dns
 from knitstudy.stages.archive import Archive
 from knitstudy.stages.imports import modules_behind
 from knitstudy.study.configuration import CONFIG, check_scenes_together
 from knitstudy.study.scene import Scene
-from knitstudy.study.schema import unknown_choice
-from knitstudy.study.variation import vary
 
 BeginProgress = Callable[[str], ReportProgress]
 """Returns what the progress of a stage is reported to, for example `knitstudy.progress.Progress`."""
@@ -78,7 +77,7 @@ def simulate(
     ----------
     scene : Scene
         Of the table (`knitstudy.study.configuration.load_scene`), or a changed one (`Scene.replace`,
-        `study.variation.vary`). Other keys under a name of the table get a name of their own. If the geometry of
+        `Scene.vary`). Other keys under a name of the table get a name of their own. If the geometry of
         a reduced model has changed, so has that of the simulations that its joints and springs come from; their other
         keys are those of the table.
     folder : Path or str, optional
@@ -197,7 +196,7 @@ def _sources(scene: Scene, archive: Archive) -> dict[str, Scene]:
             message = unknown_choice(f"rom.{key} names the unknown dns scene", name, name, sorted(direct))
             raise ConfigurationError(f"scene {scene.name!r}: {message}")
     geometry = scene.geometry_inputs | {"knit": scene.knit}
-    alike = {name: vary(direct[name], geometry) for name in named.values()}
+    alike = {name: direct[name].vary(geometry) for name in named.values()}
     check_scenes_together(alike | {scene.name: scene}, "configuration")
     return {key: archive.labelled(alike[name]) for key, name in named.items()}
 

@@ -1,0 +1,253 @@
+"""The stages, each declared once: what it reads of a scene, what it needs, its function, and what it leaves.
+
+Rules of the workflow, `simulate`, the command and the benchmarks all take them from here. A stage of one's own is added
+with `STAGES.register`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from knitstudy.mechanics.elements.registry import ELEMENTS
+from knitstudy.mechanics.materials.registry import MATERIALS
+from knitstudy.registry import Registry
+
+if TYPE_CHECKING:
+    from knitstudy.study.scene import Scene
+
+Needs = Mapping[str, tuple[str, "Scene"]]
+"""Results by the names that a function calls them: the stage that leaves each, and of which scene."""
+
+KIND = ("specimen", "fidelity", "interaction")
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A step from a scene to its results.
+
+    Attributes
+    ----------
+    name : str
+        Of the stage and of its rule.
+    does : str
+        What it does, for people; ``{scene}`` stands for the scene.
+    of : callable
+        Whether a scene has this stage.
+    reads : tuple of str
+        Sections and dotted keys of the scene that its result depends on; the function sees no others.
+    outputs : tuple of str
+        Entries of the scene's outputs that its result depends on.
+    needs : callable
+        `Needs` of a scene; its second argument returns the scene that one of its keys names.
+    function : str
+        ``module:function``, called with the scene, the datasets that it needs by name, and for long stages ``run``
+        (see `knitstudy.loading`); it returns a dataset. Where the stage leaves another format, it is called with
+        ``path`` and writes that file.
+    code : callable
+        Modules that the function finds by names in the scene, whose code the result depends on as well.
+    leaves : str
+        Path of its result under the folder of results, with ``{scene}`` or ``{knit}``.
+    wanted : callable
+        Whether a study asks for it of a scene, beside what other stages need.
+    long : bool
+        Whether it takes a restart file, a place for a partial history, and progress.
+    memory : int
+        Megabytes that it may take.
+    priority : int
+        Order among what is ready.
+    """
+
+    name: str
+    does: str
+    of: Callable[[Scene], bool]
+    reads: tuple[str, ...]
+    function: str
+    leaves: str
+    needs: Callable[[Scene, Callable[[str], Scene]], Needs] = lambda scene, named: {}
+    outputs: tuple[str, ...] = ()
+    code: Callable[[Scene], tuple[str, ...]] = lambda scene: ()
+    wanted: Callable[[Scene], bool] = lambda scene: False
+    long: bool = False
+    memory: int = 1000
+    priority: int = 0
+
+    @property
+    def module(self) -> str:
+        """Dotted name of the module of its function."""
+        return self.function.partition(":")[0]
+
+    def load(self) -> Callable:
+        """Return its function."""
+        module, _, name = self.function.partition(":")
+        return getattr(import_module(module), name)
+
+    def path(self, scene: Scene) -> Path:
+        """Return where it leaves its result, under the folder of results."""
+        return Path(self.leaves.format(scene=scene.name, knit=scene.knit))
+
+    def document(self, scene: Scene) -> dict:
+        """Return what it reads of a scene: what the digest and the parameters of its rule are made of."""
+        document = scene.read(self.reads)
+        if self.outputs:
+            document["outputs"] = [name for name in self.outputs if name in scene.outputs]
+        return document
+
+
+STAGES: Registry[Stage] = Registry("stage")
+
+
+def stage_of(scene: Scene) -> Stage:
+    """Return the stage that simulates a scene."""
+    return STAGES.find(scene.kind.fidelity.stage, f"scene {scene.name!r}")
+
+
+def _solid(scene: Scene) -> bool:
+    return scene.fidelity == "dns"
+
+
+def _laws(scene: Scene) -> tuple[str, ...]:
+    """Return the modules of the element, the material and the interaction of solid yarns."""
+    contact = ("knitstudy.solids.yarn_contact",) if scene.kind.interaction.touches else ()
+    return (ELEMENTS.module(scene.mesh.element), MATERIALS.module(scene.yarn.material), *contact)
+
+
+STAGES.register(
+    Stage(
+        name="geometry",
+        does="Lay out {knit}",
+        of=lambda scene: True,
+        reads=(
+            "specimen",
+            "pattern",
+            "pair.angle",
+            "pair.length",
+            "pair.clearance",
+            "yarn.diameter",
+            "geometry",
+        ),
+        function="knitstudy.geometry.build:build",
+        leaves="geometry/{knit}.nc",
+        memory=500,
+    )
+)
+STAGES.register(
+    Stage(
+        name="mesh",
+        does="Mesh the yarns of {scene}",
+        of=_solid,
+        reads=("mesh.size", "mesh.growth"),
+        needs=lambda scene, named: {"geometry": ("geometry", scene)},
+        function="knitstudy.mesh.specimen:mesh",
+        leaves="mesh/{scene}.nc",
+    )
+)
+STAGES.register(
+    Stage(
+        name="dns",
+        does="Load {scene}",
+        of=_solid,
+        reads=(*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver", "gates"),
+        outputs=("fields",),
+        needs=lambda scene, named: {"geometry": ("geometry", scene), "mesh": ("mesh", scene)},
+        function="knitstudy.solids.dns:simulate",
+        code=_laws,
+        leaves="dns/{scene}.nc",
+        wanted=lambda scene: True,
+        long=True,
+        memory=4000,
+        priority=10,  # on the longest path: before whatever else is ready
+    )
+)
+STAGES.register(
+    Stage(
+        name="contacts",
+        does="Find the contacts of {scene}",
+        of=_solid,
+        reads=(),
+        needs=lambda scene, named: {"geometry": ("geometry", scene), "history": ("dns", scene)},
+        function="knitstudy.crossings.contacts:contacts",
+        leaves="contacts/{scene}.nc",
+        wanted=lambda scene: True,
+    )
+)
+
+
+def _joined(scene: Scene, named: Callable[[str], Scene]) -> Needs:
+    """Return the contacts that a reduced model takes its joints from, and those of other springs if it asks for them."""
+    sources = {"contacts": "rom.contacts_from", "springs": "rom.springs_from"}
+    found = {name: ("contacts", named(key)) for name, key in sources.items() if scene.value(key)}
+    return {"geometry": ("geometry", scene)} | found
+
+
+STAGES.register(
+    Stage(
+        name="rom",
+        does="Pull the reduced model {scene}",
+        of=lambda scene: scene.fidelity in ("rom2d", "rom3d"),
+        reads=(*KIND, "pattern", "yarn", "load", "mesh", "solver", "gates", "rom"),
+        needs=_joined,
+        function="knitstudy.networks.rom.run:simulate",
+        leaves="rom/{scene}.nc",
+        wanted=lambda scene: True,
+        long=True,
+        memory=500,
+    )
+)
+STAGES.register(
+    Stage(
+        name="beams",
+        does="Pull the beams in contact of {scene}",
+        of=lambda scene: scene.fidelity == "beam",
+        reads=(*KIND, "pattern", "yarn", "load", "mesh", "contact", "solver", "gates", "beam"),
+        needs=lambda scene, named: {"geometry": ("geometry", scene)},
+        function="knitstudy.networks.beams.run:simulate",
+        leaves="beams/{scene}.nc",
+        wanted=lambda scene: True,
+        long=True,
+    )
+)
+STAGES.register(
+    Stage(
+        name="mesh_vtu",
+        does="Write the mesh of {scene} for ParaView",
+        of=_solid,
+        reads=(),
+        needs=lambda scene, named: {"mesh": ("mesh", scene)},
+        function="knitstudy.exchange.vtu:write_mesh",
+        leaves="mesh/{scene}.vtu",
+        wanted=lambda scene: "vtu" in scene.outputs,
+    )
+)
+STAGES.register(
+    Stage(
+        name="dns_vtu",
+        does="Write the deformed yarns of {scene} for ParaView",
+        of=lambda scene: _solid(scene) and "fields" in scene.outputs,
+        reads=(*KIND, "load", "tie", "contact"),
+        needs=lambda scene, named: {
+            "geometry": ("geometry", scene),
+            "mesh": ("mesh", scene),
+            "history": ("dns", scene),
+        },
+        function="knitstudy.exchange.vtu:write_deformed",
+        leaves="dns/{scene}.vtu",
+        wanted=lambda scene: {"fields", "vtu"} <= set(scene.outputs),
+    )
+)
+for dialect in ("abaqus", "calculix"):
+    STAGES.register(
+        Stage(
+            name=f"deck_{dialect}",
+            does=f"Write the {dialect} deck of {{scene}}",
+            of=_solid,
+            reads=(*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver", "gates"),
+            needs=lambda scene, named: {"geometry": ("geometry", scene), "mesh": ("mesh", scene)},
+            function=f"knitstudy.exchange.inp:write_{dialect}",
+            leaves=f"mesh/{{scene}}.{dialect}.inp",
+            wanted=lambda scene: "deck" in scene.outputs,
+        )
+    )

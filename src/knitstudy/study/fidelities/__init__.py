@@ -1,0 +1,1 @@
+"""Fidelities, one file each: which models there are, and which keys each of them has."""

@@ -1,0 +1,1 @@
+"""Interactions between yarns, one file each (section 2.2 of the paper)."""

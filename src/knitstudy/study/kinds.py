@@ -1,0 +1,107 @@
+"""Kinds of scenes: specimens, interactions and fidelities, each a file that registers itself.
+
+What kind a scene is says which sections it has: a tied scene has no friction, a knit has no angle. A kind of one's own
+is registered by a module that the configuration names under ``plugins`` (see config/README.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+
+from knitstudy.registry import Registry
+from knitstudy.study.keys import Section
+
+if TYPE_CHECKING:
+    from knitstudy.study.scene import Scene
+
+Sections = Mapping[str, type[Section]]
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """What is simulated.
+
+    Attributes
+    ----------
+    name, meaning : str
+    sections : mapping of str to subclass of Section
+    geometry : tuple of str
+        Sections and dotted keys that its geometry depends on.
+    """
+
+    name: str
+    meaning: str
+    sections: Sections
+    geometry: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Interaction:
+    """How yarns act on each other.
+
+    Attributes
+    ----------
+    name, meaning : str
+    friction : callable or None
+        Coefficient of friction of a scene, inf where nothing slips; None where yarns are tied instead.
+    keys : subclass of Section or None
+        What the section ``contact`` has beside the keys of the fidelity.
+    """
+
+    name: str
+    meaning: str
+    friction: Callable[[Scene], float] | None
+    keys: type[Section] | None = None
+
+    @property
+    def touches(self) -> bool:
+        """Whether yarns are in contact, but for those that stay tied."""
+        return self.friction is not None
+
+    def contact(self, base: type[Section]) -> type[Section]:
+        """Return the section ``contact`` of a fidelity that asks for the keys of `base`."""
+        return base if self.keys is None else _joined(self.keys, base)
+
+
+@cache
+def _joined(keys: type[Section], base: type[Section]) -> type[Section]:
+    return type(base.__name__, (keys, base), {"__doc__": base.__doc__})
+
+
+@dataclass(frozen=True)
+class Fidelity:
+    """A model of a specimen.
+
+    Attributes
+    ----------
+    name, meaning : str
+    specimens : tuple of str
+        What it can model.
+    sections : callable
+        Sections that a scene with some `Interaction` has, beside those of its specimen and of its yarn.
+    stage : str
+        Stage that simulates it.
+    sources : tuple of str
+        Dotted keys that name direct simulations which it takes something from.
+    outputs : tuple of str
+        What a scene may ask to be written besides.
+    tied : bool
+        Whether it can model yarns that are all tied.
+    """
+
+    name: str
+    meaning: str
+    specimens: tuple[str, ...]
+    sections: Callable[[Interaction], Sections]
+    stage: str
+    sources: tuple[str, ...] = ()
+    outputs: tuple[str, ...] = ()
+    tied: bool = True
+
+
+SPECIMENS: Registry[Specimen] = Registry("specimen", "knitstudy.study.specimens")
+INTERACTIONS: Registry[Interaction] = Registry("interaction", "knitstudy.study.interactions")
+FIDELITIES: Registry[Fidelity] = Registry("fidelity", "knitstudy.study.fidelities")

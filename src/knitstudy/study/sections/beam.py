@@ -1,0 +1,48 @@
+"""The knit as beams in contact (section 3.3, Fig. 12b)."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from knitstudy.study.keys import Section, key
+
+
+class Beam(Section):
+    """Contact at a "point" of every crossing or along a "line", of "rigid" or "hertz" sections; kind of ties.
+
+    `stiffness` is the penalty of rigid sections, over E R of a point and over E of a line.
+    """
+
+    contact: Literal["point", "line"] = key(
+        "point (the closest points of a crossing) or line (points along the yarns)",
+        standing="inferred",
+        source="section 3.3: only one contact node is captured for beams that are not parallel",
+        checked="point and line (scenes beam-*)",
+    )
+
+    section: Literal["rigid", "hertz"] = key(
+        "rigid (a penalty) or hertz (the approach of two crossed cylinders)",
+        standing="inferred",
+        source="section 3.3: the deformation of the cross-section is ignored",
+        checked="rigid and hertz (scenes beam-*)",
+    )
+
+    tie: Literal["rigid", "pinned"] = key(
+        "rigid or pinned (sections may turn): crossings along the edges that are tied",
+        standing="assumed",
+        source=(
+            "section 2.3 ties the outer rows; a tied patch of solids lets sections turn nearly "
+            "freely, beams that are joined do not"
+        ),
+        checked="rigid and pinned (scenes beam-pinned-*)",
+    )
+
+    stiffness: float = key(
+        "a number > 0 and <= 1e12, times E R of a point or E of a line",
+        unit="E R, or E",
+        standing="assumed",
+        source="nothing printed; hard contact",
+        checked="10 and 100 (scenes beam-*)",
+        gt=0,
+        le=1e12,
+    )

@@ -1,0 +1,79 @@
+"""What drives a specimen."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field, model_validator
+
+from knitstudy.study.keys import Section, key
+
+
+class Tension(Section):
+    """A knit is pulled in `direction` to an engineering `strain` (section 2.3, Fig. 3).
+
+    `lateral`: driven ends fixed or free in the other components; `stops`: strains at which an increment has to end.
+    """
+
+    direction: Literal["course", "wale"] = key(
+        "course or wale",
+        standing="stated",
+        source=(
+            "section 2.3: course and wale tension; in wale tension sinker arcs of the bottom yarn are"
+            " held and head arcs of the top yarn driven"
+        ),
+        checked="both",
+    )
+
+    strain: float = key(
+        "a number > 0 and <= 0.5 (0.05 is 5 %)",
+        standing="stated",
+        source="section 3.1: 5 % course strain",
+        checked="0 to 5 %",
+        gt=0,
+        le=0.5,
+    )
+
+    lateral: Literal["fixed", "free"] = key(
+        "fixed or free: the other components of the driven ends",
+        standing="assumed",
+        source=(
+            "prescribed displacements on the driven side; lateral components held, a variant leaves them free"
+        ),
+        checked="fixed; free: force -3.3 % (docs/sensitivity.md)",
+    )
+
+    stops: tuple[Annotated[float, Field(gt=0)], ...] = key(
+        "a list of strains that rise, for example [0.01, 0.02], or []",
+        standing="choice",
+        source="numerical; where increments end, so that figures show the strains of Fig. 7c",
+        checked="none",
+    )
+
+    @model_validator(mode="after")
+    def _stops_rise(self) -> Tension:
+        bounds = (0.0, *self.stops, self.strain)
+        if any(later <= earlier for earlier, later in pairwise(bounds)):
+            raise ValueError(
+                f"stops is {list(self.stops)} but must rise between 0 and load.strain, {self.strain:g}"
+            )
+        return self
+
+
+class Path(Section):
+    """The grips of the upper yarn of a pair go to the displacements of `path` one after another.
+
+    They go in straight legs that take equal shares of the load factor, the first from where they are.
+    """
+
+    lateral: ClassVar = "fixed"
+
+    path: tuple[tuple[float, float, float], ...] = key(
+        "a list of one displacement x, y, z in m or more",
+        unit="m",
+        standing="choice",
+        source="of a case of verification; none for a knit",
+        checked="none",
+        min_length=1,
+    )

@@ -1,0 +1,1 @@
+"""Specimens, one file each."""
