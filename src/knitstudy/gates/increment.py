@@ -33,7 +33,7 @@ def require_sound(scene: Any, recorder: Recorder, increment: Increment, loaded: 
     allowed, energy, index = scene.gates, increment.response.energy, increment.index
     if loaded and "hourglass" in energy:
         require_small_hourglass(energy, increment.load, index, scene.solver.hourglass, allowed.hourglass)
-    if loaded and "stabilisation" in energy:
+    if loaded and getattr(scene.solver, "stabilisation", 0) > 0:
         require_small_stabilisation(
             energy,
             increment.response.viscous_force,

@@ -41,6 +41,7 @@ from knitstudy.mesh.memory import require_memory_to_simulate
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids import observation
 from knitstudy.solids.beside_ties import BesideTies
+from knitstudy.solids.free_yarns import free_yarns
 from knitstudy.solids.tie import Tie, tie_crossings
 from knitstudy.solids.yarn_contact import yarn_contact
 from knitstudy.study.scene import Scene
@@ -101,9 +102,9 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> Simulation
     tied = tied_crossings(scene, specimen.crossings)
     tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied)
     pieces = tied_pieces(mesh, specimen.crossings, tied)
-    model = _model(scene, mesh, tie, pieces)
-    motion = load_path(scene, specimen)
     ends = grips(mesh, scene, specimen)
+    model = _model(scene, mesh, tie, pieces, ends)
+    motion = load_path(scene, specimen)
     drive, driven = _drive(scene, tie, motion, ends)
     stations = Stations(mesh.yarn_of_slice, mesh.arc_length, mesh.centres)
     recorder = Recorder(stations, driven, motion.axis, motion.at, motion.length, meter=meter)
@@ -124,7 +125,7 @@ def _require_resolution(scene: Scene, mesh: SweptMesh) -> None:
     require_memory_to_simulate(mesh.nodes.size, mesh.section.size + mesh.section.bandwidth, scene.mesh.size)
 
 
-def _model(scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray) -> SolidModel:
+def _model(scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray, ends: Grips) -> SolidModel:
     yarn, size = scene.yarn, scene.mesh.size
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
     corners = tie.nodes[mesh.hexahedra]
@@ -133,16 +134,20 @@ def _model(scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray) -> Solid
     else:
         elements = IncompatibleHexahedron(corners, material)
     dependence = tie.dependence() if len(tie.slave) else None
-    contact = stabilisation = None
+    each = elements.volume.reshape(-1, len(corners)).sum(axis=0)  # of its integration points
+    volume = np.bincount(mesh.hexahedra.ravel(), np.repeat(each / 8, 8), len(tie.nodes))
+    contact = stabilisation = free = None
     limits = Penetration()
     if scene.kind.interaction.touches:
         contact = yarn_contact(scene, mesh, tie.nodes, pieces)
         limits = Penetration(scene.contact.penetration * size, scene.contact.augmentations)
+        free = free_yarns(mesh, tie, ends, volume, yarn.youngs_modulus, size)
     if scene.solver.stabilisation > 0:
-        volume = np.bincount(mesh.hexahedra.ravel(), np.repeat(elements.volume / 8, 8), len(tie.nodes))
         kept = volume if dependence is None else dependence.T @ volume
         stabilisation = Stabilisation.of(scene.solver.stabilisation, yarn.youngs_modulus, size, kept)
-    return SolidModel(tie.nodes, mesh.hexahedra, elements, size, dependence, contact, limits, stabilisation)
+    return SolidModel(
+        tie.nodes, mesh.hexahedra, elements, size, dependence, contact, limits, stabilisation, free
+    )
 
 
 def run(

@@ -244,7 +244,7 @@ for dialect in ("abaqus", "calculix"):
             name=f"deck_{dialect}",
             does=f"Write the {dialect} deck of {{scene}}",
             of=_solid,
-            reads=(*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver", "gates"),
+            reads=(*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver"),
             needs=lambda scene, named: {"geometry": ("geometry", scene), "mesh": ("mesh", scene)},
             function=f"knitstudy.exchange.inp:write_{dialect}",
             leaves=f"mesh/{{scene}}.{dialect}.inp",

@@ -36,17 +36,19 @@ class YarnScale:
             self._factors = list(pool.map(lambda y: self._factor(matrix, y), range(len(self._nodes) - 1)))
 
     def _factor(self, matrix: sp.bsr_matrix, yarn: int) -> np.ndarray:
-        band = self._band(matrix, *self._nodes[yarn : yarn + 2])
-        factorise_band = lapack.spbtrf if self._dtype == np.float32 else lapack.dpbtrf
-        factor, info = factorise_band(band, lower=1, overwrite_ab=1)
-        if info != 0:
-            raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {info})")
-        return factor
+        for dtype in (self._dtype, np.float64):
+            # In single precision a yarn that hardly anything holds cannot be told from one that nothing holds.
+            band = self._band(matrix, *self._nodes[yarn : yarn + 2], dtype)
+            factorise_band = lapack.spbtrf if dtype == np.float32 else lapack.dpbtrf
+            factor, info = factorise_band(band, lower=1, overwrite_ab=1)
+            if info == 0:
+                return factor
+        raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {info})")
 
-    def _band(self, matrix: sp.bsr_matrix, first: int, last: int) -> np.ndarray:
+    def _band(self, matrix: sp.bsr_matrix, first: int, last: int, dtype: type) -> np.ndarray:
         """Return the lower band (bandwidth + 1, unknowns) of nodes first .. last in LAPACK's order."""
         width = 3 * (self._bandwidth + 1)
-        band = np.zeros((last - first) * 3 * width, dtype=self._dtype)
+        band = np.zeros((last - first) * 3 * width, dtype=dtype)
         for low in range(first, last, 2048):  # bounds the index arrays
             high = min(low + 2048, last)
             entries = slice(matrix.indptr[low], matrix.indptr[high])
@@ -78,8 +80,8 @@ class YarnScale:
     def solve(self, residual: np.ndarray) -> np.ndarray:
         """Return the correction of all yarns for a residual (size,)."""
         result = np.empty_like(residual)
-        solve_band = lapack.spbtrs if self._dtype == np.float32 else lapack.dpbtrs
         for yarn, factor in enumerate(self._factors):
             part = slice(*self._bounds[yarn : yarn + 2])
-            result[part] = solve_band(factor, residual[part].astype(self._dtype), lower=1)[0]
+            solve_band = lapack.spbtrs if factor.dtype == np.float32 else lapack.dpbtrs
+            result[part] = solve_band(factor, residual[part].astype(factor.dtype), lower=1)[0]
         return result
