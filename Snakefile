@@ -9,12 +9,7 @@ configfile: workflow.source_path("config/config.yaml")
 
 
 include: "workflow/rules/common.smk"
-include: "workflow/rules/geometry.smk"
-include: "workflow/rules/mesh.smk"
-include: "workflow/rules/dns.smk"
-include: "workflow/rules/contacts.smk"
-include: "workflow/rules/rom.smk"
-include: "workflow/rules/beams.smk"
+include: "workflow/rules/stages.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/report.smk"
@@ -23,9 +18,7 @@ include: "workflow/rules/report.smk"
 rule all:
     default_target: True
     input:
-        histories(STUDY),
-        meshes(STUDY),
-        deformed(STUDY),
+        wanted(STUDY),
         FIGURES,
         TABLES,
         REPORT,

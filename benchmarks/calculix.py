@@ -25,12 +25,15 @@ from knitstudy.exchange.deck import CONSTRAINTS, specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.build import build
 from knitstudy.geometry.pattern import Knit
+from knitstudy.loading.problem import Problem
 from knitstudy.mechanics.calculix_hexahedron import CalculixHexahedron
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.solids import dns
+from knitstudy.solids.solid_yarns import SolidYarns
 from knitstudy.study.configuration import load_scene
+from knitstudy.study.scene import Scene
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,13 +57,14 @@ def main() -> None:
     if options.increments:
         scene = scene.replace("solver.increments", options.increments)
     knit = Knit.from_dataset(build(scene))
-    simulation = dns.assemble(scene, mesh_knit(knit, scene.mesh.size, scene.mesh.growth), knit)
+    yarns = dns.assemble(scene, mesh_knit(knit, scene.mesh.size, scene.mesh.growth), knit)
+    problem = dns.problem_of(yarns, scene, knit)
     pulls = [
-        _here(simulation, "this code, CalculiX's hourglass control", _with_calculix_element(simulation)),
-        _here(simulation, f"this code, hourglass coefficient {scene.solver.hourglass}", simulation.model),
-        *(_there(simulation, knit, kind, options.threads) for kind in CONSTRAINTS),
+        _here(problem, "this code, CalculiX's hourglass control", _with_calculix_element(yarns.model)),
+        _here(problem, f"this code, hourglass coefficient {scene.solver.hourglass}", yarns.model),
+        *(_there(yarns, scene, knit, kind, options.threads) for kind in CONSTRAINTS),
     ]
-    text = _table(simulation, knit, pulls, options.threads)
+    text = _table(problem, knit, pulls, options.threads)
     print(text, end="")
     if options.log:
         Path(options.log).write_text(text, encoding="utf-8")
@@ -81,15 +85,14 @@ def _options() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _with_calculix_element(simulation: dns.Simulation) -> SolidModel:
-    model = simulation.model
+def _with_calculix_element(model: SolidModel) -> SolidModel:
     elements = CalculixHexahedron(model.nodes[model.hexahedra], model.elements.material)
     return SolidModel(model.nodes, model.hexahedra, elements, model.length, model.dependence)
 
 
-def _here(simulation: dns.Simulation, label: str, model: SolidModel) -> Pull:
+def _here(problem: Problem, label: str, model: SolidModel) -> Pull:
     started = time.perf_counter()
-    path = list(_forces(simulation, model))
+    path = list(_forces(problem, model))
     return Pull(
         label=label,
         force=np.array([force for force, _ in path]),
@@ -98,16 +101,17 @@ def _here(simulation: dns.Simulation, label: str, model: SolidModel) -> Pull:
     )
 
 
-def _forces(simulation: dns.Simulation, model: SolidModel):
+def _forces(problem: Problem, model: SolidModel):
     """Reaction and iterations of every increment; increments are dropped as soon as they are read."""
-    pulled = simulation.drive.fixed[simulation.drive.value[-1] != 0]
-    for increment in trace(model, simulation.drive, simulation.settings, simulation.solver):
+    prescribed = problem.prescribed
+    pulled = prescribed.fixed[prescribed.value[-1] != 0]
+    for increment in trace(model, prescribed, problem.settings, problem.solver):
         if increment.index:
             yield float(increment.response.force[pulled].sum()), increment.newton_iterations
 
 
-def _there(simulation: dns.Simulation, knit: Knit, constraints: str, threads: int) -> Pull:
-    deck = specimen_deck(simulation.scene, knit, simulation.mesh, simulation.tie, constraints)
+def _there(yarns: SolidYarns, scene: Scene, knit: Knit, constraints: str, threads: int) -> Pull:
+    deck = specimen_deck(scene, knit, yarns.mesh, yarns.tie, constraints)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "deck.inp"
         write_inp(dataclasses.replace(deck, fields=False), path, "calculix")
@@ -122,8 +126,8 @@ def _there(simulation: dns.Simulation, knit: Knit, constraints: str, threads: in
     )
 
 
-def _table(simulation: dns.Simulation, knit: Knit, pulls: list[Pull], threads: int) -> str:
-    scene, settings = simulation.scene, simulation.settings
+def _table(problem: Problem, knit: Knit, pulls: list[Pull], threads: int) -> str:
+    scene, settings = problem.scene, problem.settings
     cost = pd.DataFrame(
         {
             "force [N]": [pull.force[-1] for pull in pulls],
@@ -140,7 +144,7 @@ def _table(simulation: dns.Simulation, knit: Knit, pulls: list[Pull], threads: i
     return "\n".join(
         [
             f"{scene.name}, {knit.loops} x {knit.rows}, strain {scene.load.strain:g}, {settings.increments} increments",
-            f"{simulation.mesh.nodes.size} degrees of freedom, h = {1e3 * scene.mesh.size:g} mm",
+            f"{problem.attributes['dof']} degrees of freedom, h = {1e3 * scene.mesh.size:g} mm",
             f"{threads} threads in CalculiX; differences from the last row",
             "",
             cost.to_string(float_format="{:.7g}".format),

@@ -26,7 +26,7 @@ from knitstudy.errors import ConvergenceError, KnitstudyError
 from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
-from knitstudy.load_path import DIRECTIONS
+from knitstudy.loading.load_path import DIRECTIONS
 from knitstudy.solids import dns
 from knitstudy.solids.tie import tie_crossings
 from knitstudy.solids.yarn_contact import contact_law

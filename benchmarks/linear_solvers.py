@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from knits import load
 from measure import ready
 
-from knitstudy.mechanics.constraints import Pinning
+from knitstudy.mechanics.constraints import DirichletElimination
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.parallel import serial_blas
 from knitstudy.solids import dns
@@ -22,24 +22,24 @@ def write_tangents(scene: str, folder: str) -> dict:
     """Write the pinned tangent and the residual of the next increment, at no strain and at full strain."""
     wanted = load_scene(scene)
     knit, mesh = load(folder)
-    simulation = dns.assemble(wanted, mesh, knit)
+    problem = dns.problem(wanted, mesh, knit)
     with serial_blas():
-        for increment in trace(simulation.model, simulation.drive, simulation.settings, simulation.solver):
+        for increment in trace(problem.model, problem.prescribed, problem.settings, problem.solver):
             if increment.load in (0.0, 1.0):
                 _write(
-                    simulation, increment.state, Path(folder) / f"{'start' if increment.load == 0 else 'end'}"
+                    problem, increment.state, Path(folder) / f"{'start' if increment.load == 0 else 'end'}"
                 )
     return {}
 
 
-def _write(simulation, state, path: Path) -> None:
-    drive, model = simulation.drive, simulation.model
+def _write(problem, state, path: Path) -> None:
+    prescribed, model = problem.prescribed, problem.model
     response = model.respond(state, stiffness=True)
     pull = np.zeros(model.size)
-    pull[drive.fixed] = drive.value / simulation.settings.increments
+    pull[prescribed.fixed] = prescribed.value / problem.settings.increments
     rhs = -(response.force + response.stiffness @ pull)
-    rhs[drive.fixed] = 0
-    Pinning(response.stiffness, drive.fixed).apply(response.stiffness)
+    rhs[prescribed.fixed] = 0
+    DirichletElimination(response.stiffness, prescribed.fixed).apply(response.stiffness)
     path.mkdir()
     for name in ("data", "indices", "indptr"):
         np.save(path / f"{name}.npy", getattr(response.stiffness, name))
@@ -49,7 +49,7 @@ def _write(simulation, state, path: Path) -> None:
 def solve(scene: str, folder: str, state: str, solver: str) -> dict:
     """Solve one of the systems to `TOLERANCE` with a solver of the scene's choice, set-up included."""
     knit, mesh = load(folder)
-    simulation = dns.assemble(load_scene(scene).replace("solver.linear", solver), mesh, knit)
+    problem = dns.problem(load_scene(scene).replace("solver.linear", solver), mesh, knit)
     place = Path(folder) / state
     data, indices, indptr, rhs = (
         np.load(place / f"{name}.npy") for name in ("data", "indices", "indptr", "rhs")
@@ -57,12 +57,12 @@ def solve(scene: str, folder: str, state: str, solver: str) -> dict:
     matrix = sp.bsr_matrix((data, indices, indptr), shape=(len(rhs), len(rhs)))
     ready()
     with serial_blas():
-        simulation.solver.use(matrix)
-        solution = simulation.solver.solve(rhs, TOLERANCE)
+        problem.solver.use(matrix)
+        solution = problem.solver.solve(rhs, TOLERANCE)
     residual = np.linalg.norm(rhs - matrix @ solution.x) / np.linalg.norm(rhs)
     return {
         "dof": mesh.nodes.size,
         "krylov_iterations": solution.iterations,
-        "setup_s": simulation.solver.setup_seconds,
+        "setup_s": problem.solver.setup_seconds,
         "residual": float(residual),
     }

@@ -14,7 +14,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from knitstudy.cost import Meter
+from knitstudy.loading.cost import Meter
 
 HERE = Path(__file__).resolve().parent
 

@@ -22,7 +22,7 @@ from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.files.csv_table import write_table
-from knitstudy.load_path import DIRECTIONS
+from knitstudy.loading.load_path import DIRECTIONS
 from knitstudy.solids import dns
 from knitstudy.study.configuration import load_scene, load_scenes
 
@@ -117,8 +117,8 @@ def _peer(options: argparse.Namespace, folder: Path):
         yield {"benchmark": kind, "case": f"CalculiX, {scene.name}: not installed"}
         return
     knit, mesh = knits.load(str(folder))
-    simulation = dns.assemble(scene, mesh, knit)
-    deck = replace(specimen_deck(scene, knit, mesh, simulation.tie, "equations"), fields=False)
+    yarns = dns.assemble(scene, mesh, knit)
+    deck = replace(specimen_deck(scene, knit, mesh, yarns.tie, "equations"), fields=False)
     write_inp(deck, folder / "peer.inp", "calculix")
     run = calculix.run(folder / "peer.inp", options.threads)
     yield {

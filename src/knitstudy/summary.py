@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.history import FORMS
+from knitstudy.loading.history import FORMS
 from knitstudy.tables.response import largest_out_of_plane, secant_stiffness
 
 PROVENANCE = dict.fromkeys(("scene", "scene_hash", "code_version", "numpy", "scipy", "pyamg"), "")

@@ -1,13 +1,16 @@
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
-from knitstudy.checkpoint import Checkpoint
 from knitstudy.errors import DataFileError
-from knitstudy.history import Recorder, Stations
+from knitstudy.loading.checkpoint import Checkpoint
+from knitstudy.loading.history import Recorder, Stations
+from knitstudy.loading.load_path import Motion
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
+
+STILL = {"centreline_displacement": np.zeros((1, 3))}
 
 
 @dataclass(frozen=True)
@@ -20,9 +23,7 @@ def recorder():
     return Recorder(
         stations,
         driven=np.array([[0, 1, 2]]),
-        axis=0,
-        travel=lambda load: load * np.array([2.0, 0, 0]),
-        length=10.0,
+        motion=Motion(np.array([[2.0, 0, 0]]), (1.0,), (), axis=0, length=10.0),
     )
 
 
@@ -37,7 +38,7 @@ def increment(index, load):
 def saved(tmp_path):
     file, record = Checkpoint(tmp_path / "run" / "a.npz", "key", State), recorder()
     for index, load in enumerate((0.0, 0.25, 0.5)):
-        record.add(increment(index, load), np.zeros((1, 3)))
+        record.add(increment(index, load), STILL)
         file.save(increment(index, load), record)
     return file, record
 
@@ -51,8 +52,8 @@ def test_a_restart_gives_back_increment_and_history(saved):
     np.testing.assert_array_equal(back.rates[0].step, np.ones(3))
     for name, values in record.columns.items():
         np.testing.assert_array_equal(fresh.columns[name], values)
-    fresh.add(increment(3, 0.75), np.zeros((1, 3)))
-    record.add(increment(3, 0.75), np.zeros((1, 3)))
+    fresh.add(increment(3, 0.75), STILL)
+    record.add(increment(3, 0.75), STILL)
     assert fresh.to_dataset()["energy"].equals(record.to_dataset()["energy"])
 
 
@@ -80,3 +81,59 @@ def test_trapezoidal_work(saved):
     _, record = saved
     external = record.to_dataset()["energy"].sel(form="external")
     np.testing.assert_allclose(external, [0, 0.25, 1.0])
+
+
+@dataclass(frozen=True)
+class Inner:
+    gap: np.ndarray
+    count: int
+
+
+@dataclass(frozen=True)
+class Nested:
+    """All that a state may hold."""
+
+    inner: Inner
+    maybe: Inner | None
+    weight: float | None
+    touches: bool
+    name: str
+    pair: tuple[Inner, Inner]
+    steps: tuple[float, ...]
+    nothing: tuple[int, ...] = ()
+
+
+@pytest.mark.parametrize("present", [True, False])
+def test_a_state_is_any_dataclass(tmp_path, present):
+    inner = Inner(np.array([[0.5, np.inf]]), 3)
+    state = Nested(
+        inner, inner if present else None, 0.25 if present else None, True, "a", (inner, inner), (1.0, 2.0)
+    )
+    file = Checkpoint(tmp_path / "a.npz", "key", Nested)
+    file.save(replace(increment(1, 0.5), state=state), recorder())
+    back = file.load(recorder()).state
+    for one in (back.inner, *back.pair, *([back.maybe] if present else [])):
+        np.testing.assert_array_equal(one.gap, inner.gap)
+        assert one.count == 3
+    assert present == (back.maybe is not None)
+    assert (back.weight, back.touches, back.name) == (state.weight, True, "a")
+    assert (back.steps, back.nothing) == ((1.0, 2.0), ())
+
+
+def test_a_state_that_no_file_can_keep_is_refused(tmp_path):
+    state = State({"a": np.zeros(3)})
+    with pytest.raises(TypeError, match=r"state\.displacement is a dict"):
+        Checkpoint(tmp_path / "a.npz", "key", State).save(replace(increment(1, 0.5), state=state), recorder())
+
+
+@pytest.mark.parametrize("name", ["state.displacement", "rate.0", "force"])
+def test_values_that_are_not_numbers_are_refused(saved, name):
+    file, _ = saved
+    with np.load(file.path) as archive:
+        data = dict(archive)
+    data[name] = np.full_like(data[name], np.nan)
+    np.savez(file.path, **data)
+    with pytest.raises(
+        DataFileError, match=rf"a\.npz: .*{name} holds values that are not numbers.*delete it"
+    ):
+        file.load(recorder())

@@ -1,8 +1,9 @@
 import numpy as np
 from tubes import crossing
 
-from knitstudy.checkpoint import Checkpoint
-from knitstudy.history import Recorder, Stations
+from knitstudy.loading.checkpoint import Checkpoint
+from knitstudy.loading.history import Recorder, Stations
+from knitstudy.loading.load_path import Motion
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
@@ -24,9 +25,7 @@ def test_a_restart_gives_back_what_contact_points_remember(tmp_path):
     recorder = Recorder(
         Stations(np.zeros(1, int), np.zeros(1), np.zeros((1, 3))),
         driven=np.array([[0, 1, 2]]),
-        axis=0,
-        travel=lambda load: np.zeros(3),
-        length=1.0,
+        motion=Motion(np.zeros((1, 3)), (1.0,), (), axis=0, length=1.0),
     )
     increment = Increment(1, 0.5, state, Response(np.zeros(3), 1.0), 0.5)
     file = Checkpoint(tmp_path / "a.npz", "key", SolidState)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.mechanics.constraints import Pinning, without
+from knitstudy.mechanics.constraints import DirichletElimination, without
 
 
 def stiffness(kind, seed=0):
@@ -18,7 +18,7 @@ def test_pinned_unknowns_leave_the_others_alone(kind):
     matrix = stiffness(kind)
     before = matrix.toarray()
     level = np.mean(np.abs(before.diagonal()))
-    Pinning(matrix, fixed).apply(matrix)
+    DirichletElimination(matrix, fixed).apply(matrix)
     after = matrix.toarray()
     free = np.setdiff1d(np.arange(9), fixed)
     np.testing.assert_array_equal(after[np.ix_(free, free)], before[np.ix_(free, free)])
@@ -29,14 +29,14 @@ def test_pinned_unknowns_leave_the_others_alone(kind):
 
 def test_one_pattern_serves_many_matrices():
     first, second = stiffness("bsr", 1), stiffness("bsr", 2)
-    pinning = Pinning(first, np.array([0]))
+    pinning = DirichletElimination(first, np.array([0]))
     pinning.apply(second)
     assert not second.toarray()[0, 1:].any()
 
 
 def test_fits_only_its_own_pattern():
     first, same = stiffness("bsr", 1), stiffness("bsr", 2)
-    pinning = Pinning(first, np.array([0]))
+    pinning = DirichletElimination(first, np.array([0]))
     assert pinning.fits(same)
     dense = same.toarray()
     dense[:3, 6:] = dense[6:, :3] = 1.0

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from knitstudy.crossings.facets import REACH, CrossingFacets
-from knitstudy.crossings.record import COLUMNS, crossing_forces, touching_points
+from knitstudy.crossings.record import crossing_forces, touching_points
 from knitstudy.geometry.pair import Pair
+from knitstudy.loading.columns import HISTORY
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
@@ -100,12 +101,13 @@ def touching(mesh, facets):
 
 def test_columns_are_those_of_the_format(touching):
     _, columns = touching
-    assert tuple(columns) == tuple(COLUMNS)
+    names = [name for name in HISTORY.table if name.startswith("contact_") and name != "contact_increment"]
+    assert {f"contact_{name}" for name in columns} == set(names)
     count = len(columns["yarn"])
     assert count > 10
-    size = {"xyz": 3, "grid": 2}
-    for name, (dims, _, _) in COLUMNS.items():
-        assert columns[name].shape == (count, *(size[dim] for dim in dims)), name
+    size = {"point": count, "xyz": 3, "grid": 2}
+    for name, values in columns.items():
+        assert values.shape == tuple(size[dim] for dim in HISTORY[f"contact_{name}"].dims), name
 
 
 def test_points_stick_and_slip_on_both_yarns(touching):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.cost import Meter
+from knitstudy.loading.cost import Meter
 
 
 def test_growth_counts_memory_that_was_freed_again():

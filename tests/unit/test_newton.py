@@ -7,7 +7,7 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.mechanics.newton import trace
@@ -51,7 +51,7 @@ def cubic():
     return Chain(4, lambda e: e + e**3, lambda e: 1 + 3 * e**2)
 
 
-PULL = Drive(np.array([0, 3]), np.array([0.0, 3.0]))
+PULL = PrescribedDisplacement(np.array([0, 3]), np.array([0.0, 3.0]))
 
 
 def test_reaches_full_load_in_the_increments_asked_for():
@@ -63,7 +63,7 @@ def test_reaches_full_load_in_the_increments_asked_for():
 
 def test_increments_end_at_stops_and_corners():
     """Out and back: nothing of the path between corners is cut off, and no rate is carried around one."""
-    path = Drive(np.array([0, 3]), np.array([[0, 3.0], [0, -1.5]]), (0.5, 1.0), (0.3,))
+    path = PrescribedDisplacement(np.array([0, 3]), np.array([[0, 3.0], [0, -1.5]]), (0.5, 1.0), (0.3,))
     increments = list(trace(cubic(), path, Settings(increments=4), LU()))
     assert [i.load for i in increments] == [0, 0.25, 0.3, 0.5, 0.75, 1]
     np.testing.assert_allclose([i.state.x[3] for i in increments], [0, 1.5, 1.8, 3, 0.75, -1.5], atol=1e-12)
@@ -103,14 +103,14 @@ def test_says_where_a_path_ends_and_keeps_what_converged():
 def test_line_search_tames_a_step_that_overshoots():
     """Full Newton steps on arctan diverge from here; shortened ones arrive."""
     chain = Chain(3, lambda e: np.arctan(3 * (e - 1)) + np.arctan(3.0), lambda e: 3 / (1 + 9 * (e - 1) ** 2))
-    drive = Drive(np.array([0, 2]), np.array([0.0, 5.0]))
+    drive = PrescribedDisplacement(np.array([0, 2]), np.array([0.0, 5.0]))
     *_, end = trace(chain, drive, Settings(increments=1), LU())
     np.testing.assert_allclose(end.state.x, [0, 2.5, 5], atol=1e-6)
 
 
 def test_a_free_mechanism_is_an_error():
     chain = Chain(3, lambda e: e, np.ones_like)
-    loose = Drive(np.array([], dtype=int), np.array([]))
+    loose = PrescribedDisplacement(np.array([], dtype=int), np.array([]))
     with pytest.raises(ConvergenceError):
         list(trace(chain, loose, Settings(increments=1, cutbacks=1), LU()))
 

@@ -5,8 +5,8 @@ import re
 
 import pytest
 
-from knitstudy import progress as module
-from knitstudy.progress import Progress
+from knitstudy.loading import progress as module
+from knitstudy.loading.progress import Progress
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 """A run goes on only from its own restart file."""
 
-from knitstudy.restart import forget_others, restart_path
+from knitstudy.loading.restart import forget_others, restart_path
 from knitstudy.study.configuration import load_scene
 
 

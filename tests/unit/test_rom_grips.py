@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from knitstudy.geometry.arcs import head_arcs, inside, sinker_arcs
-from knitstudy.load_path import Motion
+from knitstudy.loading.load_path import Motion
 from knitstudy.networks.rom.grips import grips, tension
-from knitstudy.networks.rom.run import build, run
+from knitstudy.networks.rom.run import assemble, run
 
 
 @pytest.fixture(scope="session")
@@ -22,7 +22,7 @@ def gripped(network, knit):
 
 @pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])
 def test_arcs_of_the_outer_yarns_are_gripped_from_end_to_end(scene, knit, contacts, fidelity):
-    network = build(scene.replace("fidelity", fidelity), knit, contacts)
+    network = assemble(scene.replace("fidelity", fidelity), knit, contacts)
     arc_length, yarn = network.stations.arc_length, network.stations.yarn
     for part, number, arcs in zip(
         gripped(network, knit), (0, knit.rows), (sinker_arcs(knit), head_arcs(knit)), strict=True
@@ -35,7 +35,7 @@ def test_arcs_of_the_outer_yarns_are_gripped_from_end_to_end(scene, knit, contac
 
 def test_corners_of_missing_rows_are_gripped_in_the_plane(scene, knit, contacts):
     """Two corners at every sinker of the bottom yarn and at every head of the top yarn, and the ends of the bottom."""
-    network = build(scene.replace("fidelity", "rom2d"), knit, contacts)
+    network = assemble(scene.replace("fidelity", "rom2d"), knit, contacts)
     held, driven = (np.unique(network.station_node[part]) for part in gripped(network, knit))
     assert len(held) == 2 * 3 + 2
     assert len(driven) == 2 * 3
@@ -45,7 +45,7 @@ def test_corners_of_missing_rows_are_gripped_in_the_plane(scene, knit, contacts)
 
 @pytest.mark.parametrize(("lateral", "given"), [("fixed", [0, 1, 2, 3, 4, 5]), ("free", [1, 3, 5])])
 def test_driven_arcs_move_along_y(scene, knit, contacts, lateral, given):
-    network = build(scene, knit, contacts)
+    network = assemble(scene, knit, contacts)
     ends = grips(network, knit, "wale")
     drive = tension(ends, Motion(np.array([[0, 2e-3, 0]]), (1.0,), (), axis=1, length=1.0), lateral)
     value = np.full(6 * len(network.nodes), np.nan)

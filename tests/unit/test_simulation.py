@@ -46,11 +46,11 @@ def stages(monkeypatch):
         calls.setdefault("dns", {})[scene.name] = scene
         return Results(scene, NOTHING, NOTHING, contacts=NOTHING.assign_attrs(of=scene.name))
 
-    def reduced(scene, specimen, contacts, springs_from):
+    def reduced(scene, specimen, contacts, springs_from, how):
         calls["rom"] = contacts.attrs["of"], None if springs_from is None else springs_from.attrs["of"]
         return xr.Dataset()
 
-    def beams(scene, specimen, watch):
+    def beams(scene, specimen, how):
         calls["beams"] = scene.name
         return xr.Dataset()
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from knitstudy.history import FORMS
+from knitstudy.loading.history import FORMS
 from knitstudy.tables import catalogue
 from knitstudy.tables.simulation import hourglass_share, ledger_gap
 

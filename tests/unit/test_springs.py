@@ -8,7 +8,7 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
 from knitstudy.networks.rom.joints import Joints, spring_joints
 from knitstudy.networks.rom.points import contact_points
-from knitstudy.networks.rom.run import build, run
+from knitstudy.networks.rom.run import assemble, run
 from knitstudy.networks.rom.springs import springs
 
 STIFFNESS = np.array([80e3, 60e3, 900e3])
@@ -116,7 +116,7 @@ def test_given_springs_stand_where_yarns_touch(scene, knit, touching):
     """Whatever the contacts say of stiffness, and where no average is defined."""
     printed = [84.5e3, 67.6e3, 952.1e3]
     backwards = with_values(touching, "force", -touching["force"].to_numpy())
-    springs = build(scene.replace("rom.stiffness", printed), knit, backwards).springs
+    springs = assemble(scene.replace("rom.stiffness", printed), knit, backwards).springs
     np.testing.assert_allclose(springs.stiffness, np.tile(np.diag(printed), (12, 1, 1)))
 
 
@@ -135,13 +135,13 @@ def test_contacts_without_forces_are_refused(contacts, touching):
 def test_springs_and_points_of_the_model_follow_the_contacts(scene, knit, touching, joint):
     """What moves in the contacts moves in the model, and nothing else does."""
     scene = scene.replace("rom.joint", joint).replace("rom.springs", "zones")
-    before = build(scene, knit, touching)
+    before = assemble(scene, knit, touching)
     force = touching["force"].to_numpy().copy()
     force[-1, 14] *= [2.0, 3.0, 4.0]
     centroid = touching["centroid"].to_numpy().copy()
     centroid[14] += [5e-5, -3e-5, 4e-5]
     moved = with_values(with_values(touching, "force", force), "centroid", centroid)
-    after = build(scene, knit, moved)
+    after = assemble(scene, knit, moved)
 
     number = int(np.flatnonzero(np.flatnonzero(before.joints.sprung) == 14)[0])
     ratio = np.divide(*(np.diagonal(model.springs.stiffness, axis1=1, axis2=2) for model in (after, before)))
@@ -174,7 +174,7 @@ def test_open_crossings_have_no_joint(scene, knit, touching):
     history = run(scene, knit, with_values(touching, "zones", zones))
     assert history.attrs["open_crossings"] == 2
     assert np.isnan(history["joint_stiffness"][12:14]).all()
-    network = build(scene, knit, with_values(touching, "zones", zones))
+    network = assemble(scene, knit, with_values(touching, "zones", zones))
     assert len(network.springs.ends) == 10
     assert len(network.nodes) == network.beam_nodes - 24
 
@@ -191,13 +191,13 @@ def test_springs_from_elsewhere_must_be_asked_for(scene, knit, touching):
 def test_planar_model_needs_no_springs(scene, knit):
     planar = scene.replace("fidelity", "rom2d")
     plain = contacts_of_crossings(knit)
-    assert len(build(planar, knit, plain).springs.ends) == 0
-    doubled = build(planar.replace("rom.section", "doubled"), knit, plain)
+    assert len(assemble(planar, knit, plain).springs.ends) == 0
+    doubled = assemble(planar.replace("rom.section", "doubled"), knit, plain)
     assert (doubled.yarns_side_by_side == 2).sum() == 18
 
 
 def test_axes_of_the_springs_are_those_of_the_scene(scene, knit, touching):
-    stiffness = build(scene.replace("rom.axes", "contact"), knit, touching).springs.stiffness
+    stiffness = assemble(scene.replace("rom.axes", "contact"), knit, touching).springs.stiffness
     normal = touching["normal"].to_numpy()[12:24]
     along = np.einsum("kij,kj->ki", stiffness, normal)
     level = np.abs(stiffness).max()

@@ -8,7 +8,7 @@ from synthetic import contact_history, geometry, history
 from knitstudy.crossings import contacts
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.pair import Pair
-from knitstudy.history import FORMS
+from knitstudy.loading.history import FORMS
 from knitstudy.mesh.pair import mesh_pair
 from knitstudy.summary import kind_of, summarise
 

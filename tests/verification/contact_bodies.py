@@ -9,7 +9,7 @@ from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.surface import Grid
 from knitstudy.mechanics.hexahedron import OnePointHexahedron
-from knitstudy.mechanics.increment import Drive
+from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mechanics.material import Material
 from knitstudy.mechanics.solid import Penetration, SolidModel
 from knitstudy.mesh.roll import Targets
@@ -154,7 +154,7 @@ def drive(held, driven, path, **options):
     values = np.zeros((len(path), 3 * (len(held) + len(driven))))
     values[:, 3 * len(held) :] = np.tile(path, (1, len(driven)))
     corners = tuple((np.arange(len(path)) + 1) / len(path))
-    return Drive(unknowns(np.concatenate([held, driven])), values, corners, **options)
+    return PrescribedDisplacement(unknowns(np.concatenate([held, driven])), values, corners, **options)
 
 
 def reaction(increment, nodes):

@@ -11,7 +11,7 @@ from knitstudy.mechanics.beam_contact.curves import Curves
 from knitstudy.mechanics.beam_contact.law import Power, hertz
 from knitstudy.mechanics.beam_contact.model import TouchingBeams
 from knitstudy.mechanics.beam_model import BeamModel
-from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp
@@ -101,7 +101,7 @@ class Beams:
         spin = np.zeros((len(legs), 1)) if spins is None else np.asarray(spins, dtype=float)[:, None]
         value[:, len(held) :] = np.tile(np.concatenate([legs, spin * axis], axis=1), 2)
         corners = tuple((np.arange(len(legs)) + 1) / len(legs))
-        return Drive(np.concatenate([held, driven.ravel()]), value, corners)
+        return PrescribedDisplacement(np.concatenate([held, driven.ravel()]), value, corners)
 
     def trace(self, legs, increments=10, spins=None, **settings):
         """Model and all increments of a path."""

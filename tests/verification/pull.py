@@ -5,14 +5,17 @@ converged, as a power cut would.
 """
 
 import json
+import logging
 import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 from knitstudy.files.netcdf import write_dataset
 from knitstudy.geometry.build import build
 from knitstudy.geometry.pattern import Knit
+from knitstudy.loading.run import Run
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.solids import dns
 from knitstudy.study.configuration import load_scene
@@ -47,13 +50,19 @@ def main(name, history, checkpoint, *options):
         else:
             scene = scene.replace(key, json.loads(value))
 
-    def watch(increment):
-        print("increment", increment.index, flush=True)
-        if increment.index == kill:
+    # The log of the loop, a line an increment.
+    logging.basicConfig(stream=sys.stdout, format="%(message)s")
+    logging.getLogger("knitstudy.loading.follow").setLevel(logging.INFO)
+    done = -1
+
+    def watch(load, place):
+        nonlocal done
+        done += 1
+        if done == kill:
             os.kill(os.getpid(), signal.SIGKILL)
 
     knit, mesh = knit_and_mesh(scene)
-    write_dataset(dns.run(scene, mesh, knit, checkpoint=checkpoint, progress=watch), history)
+    write_dataset(dns.run(scene, mesh, knit, Run(restart=Path(checkpoint), progress=watch)), history)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.geometry.build import build as build_geometry
 from knitstudy.geometry.pattern import Knit
-from knitstudy.load_path import load_path
+from knitstudy.loading.load_path import load_path
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.newton import trace
@@ -57,7 +57,7 @@ def test_every_yarn_is_in_balance(scenes, loop_knit, direction, verify):
     drive = tension(ends, load_path(scene.replace("load.strain", 0.01), loop_knit), "fixed")
     *_, last = trace(model, drive, Settings(increments=4, residual_tolerance=1e-9, predictor=1), LU())
     crossings = loop_knit.crossings
-    exerted = CrossingRecord(beams, crossings, scene).add(last.state)["crossing_force"]
+    exerted = CrossingRecord(beams, crossings, scene).columns(last.state)["crossing_force"]
     assert np.all(np.linalg.norm(exerted[beams.tied], axis=1) > 0)
     node_force = last.response.force.reshape(-1, 6)[:, :3]
     gripped = np.union1d(ends.held, ends.driven)

@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_model import BeamModel
-from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.spring import LinearSprings
@@ -32,7 +32,9 @@ def drawn(model, way):
     last = len(model.nodes) - 1
     fixed = np.concatenate([np.arange(6), 6 * last + np.arange(6)])
     value = np.concatenate([np.zeros(6), way, np.zeros(3)])
-    *_, end = trace(model, Drive(fixed, value), Settings(increments=4, residual_tolerance=1e-8), LU())
+    *_, end = trace(
+        model, PrescribedDisplacement(fixed, value), Settings(increments=4, residual_tolerance=1e-8), LU()
+    )
     return end.state
 
 

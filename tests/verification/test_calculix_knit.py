@@ -13,7 +13,7 @@ from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.calculix_hexahedron import CalculixHexahedron
 from knitstudy.mechanics.hexahedron import OnePointHexahedron
-from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.material import Material
 from knitstudy.mechanics.newton import trace
@@ -71,7 +71,7 @@ def pulled_here(knit, mesh, tie, element, *options):
     held, driven = (3 * number[mesh.end_nodes(side)][:, None] + np.arange(3) for side in ("left", "right"))
     value = np.zeros((len(driven), 3))
     value[:, 0] = STRAIN * knit.loops * knit.loop.wale_spacing
-    drive = Drive(
+    drive = PrescribedDisplacement(
         np.concatenate([held.ravel(), driven.ravel()]), np.append(np.zeros(held.size), value.ravel())
     )
     path = trace(model, drive, Settings(increments=INCREMENTS), LU())

@@ -9,7 +9,7 @@ from hexahedral_block import unknowns
 from scipy.optimize import brentq
 
 from knitstudy.mechanics.contact.friction import SLIP
-from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.newton import trace
 
@@ -88,7 +88,7 @@ def test_capstan(friction, turn, way, slow, full, verify):
     value = [np.repeat(each[:, None] * tangents, 4, axis=0).ravel() for each in (apart, apart + way * SLIDE)]
     still = np.concatenate([unknowns(np.arange(first[1])), np.setdiff1d(unknowns(nodes)[1::3], gripped)])
     fixed = np.concatenate([still, gripped])
-    motion = Drive(fixed, np.pad(value, ((0, 0), (len(still), 0))), (0.5, 1.0))
+    motion = PrescribedDisplacement(fixed, np.pad(value, ((0, 0), (len(still), 0))), (0.5, 1.0))
     settings = Settings(increments=8, residual_tolerance=1e-7, correction_tolerance=1e-6)
     *_, end = trace(model, motion, settings, LU())
     assert np.all(end.response.status[:, 2] == SLIP)

@@ -10,7 +10,7 @@ from hexahedral_block import unknowns
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.hexahedron import OnePointHexahedron
-from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU, factorise
 from knitstudy.mechanics.material import Material
 from knitstudy.mechanics.model import Response
@@ -156,7 +156,7 @@ class Cylinders:
         value = np.zeros((len(self.still), 3))
         value[np.isin(self.still, self.upper), 2] = -PRESS
         settings = Settings(increments=increments, residual_tolerance=1e-7, correction_tolerance=1e-5)
-        *_, end = trace(self, Drive(unknowns(self.still), value.ravel()), settings, LU())
+        *_, end = trace(self, PrescribedDisplacement(unknowns(self.still), value.ravel()), settings, LU())
         return abs(end.response.node_force[self.upper, 2].sum())
 
 

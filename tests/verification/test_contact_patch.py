@@ -5,7 +5,7 @@ from contact_bodies import Body, law, together
 from hexahedral_block import unknowns
 
 from knitstudy.mechanics.contact.surface import Grid
-from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.newton import trace
 
@@ -41,7 +41,7 @@ def pressures(inner, outer, turn, points):
     moved = np.flatnonzero((radius < INNER + 1e-9) | (radius > OUTER - 1e-9))
     way = nodes[moved] * [1, 1, 0] * (SHRINK * np.where(radius[moved] < 1, 1, -1) / radius[moved])[:, None]
     flat = unknowns(np.setdiff1d(np.arange(len(nodes)), moved))[2::3]
-    motion = Drive(
+    motion = PrescribedDisplacement(
         np.concatenate([unknowns(moved), flat]), np.concatenate([way.ravel(), np.zeros(len(flat))])
     )
     *_, end = trace(model, motion, EXACT, LU())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.constraints import Pinning
+from knitstudy.mechanics.constraints import DirichletElimination
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mesh.knit import mesh_knit
@@ -15,21 +15,22 @@ from knitstudy.solids import dns
 def cell(plain_scene, knit_of):
     scene = plain_scene.replace("pattern.loops", 1).replace("pattern.rows", 1).replace("mesh.size", 0.6e-3)
     knit = knit_of(scene)
-    return dns.assemble(scene, mesh_knit(knit, scene.mesh.size), knit)
+    yarns = dns.assemble(scene, mesh_knit(knit, scene.mesh.size), knit)
+    return yarns, dns.problem_of(yarns, scene, knit)
 
 
-def tangent(cell, displacement=0.0):
+def tangent(problem, displacement=0.0):
     """Pinned tangent, and the pull of the driven ends through it."""
-    state = cell.model.start()
+    state = problem.model.start()
     if displacement:
-        step = displacement * np.random.default_rng(0).normal(size=cell.model.size)
-        state = cell.model.advance(state, step)
-    matrix = cell.model.respond(state, stiffness=True).stiffness
-    guess = np.zeros(cell.model.size)
-    guess[cell.drive.fixed] = cell.drive.value
+        step = displacement * np.random.default_rng(0).normal(size=problem.model.size)
+        state = problem.model.advance(state, step)
+    matrix = problem.model.respond(state, stiffness=True).stiffness
+    guess = np.zeros(problem.model.size)
+    guess[problem.prescribed.fixed] = problem.prescribed.value
     rhs = -(matrix @ guess)
-    rhs[cell.drive.fixed] = 0
-    Pinning(matrix, cell.drive.fixed).apply(matrix)
+    rhs[problem.prescribed.fixed] = 0
+    DirichletElimination(matrix, problem.prescribed.fixed).apply(matrix)
     return matrix, rhs
 
 
@@ -40,9 +41,10 @@ def solution(solver, matrix, rhs, tolerance=1e-10):
 
 @pytest.mark.parametrize("name", ["three_scale", "amg"])
 def test_agrees_with_lu(cell, name, verify):
-    matrix, rhs = tangent(cell)
+    yarns, problem = cell
+    matrix, rhs = tangent(problem)
     exact = solution(LU(), matrix, rhs).x
-    found = solution(dns.linear_solver(name, cell.model, cell.mesh, cell.tie, cell.drive), matrix, rhs)
+    found = solution(dns.linear_solver(name, yarns, problem.prescribed), matrix, rhs)
     residual = np.linalg.norm(rhs - matrix @ found.x) / np.linalg.norm(rhs)
     verify.at_most(f"{name}: true relative residual, 1e-10 asked for", residual, 1.01e-10)
     error = np.abs(found.x - exact).max() / np.abs(exact).max()
@@ -50,28 +52,29 @@ def test_agrees_with_lu(cell, name, verify):
 
 
 def test_three_scales_need_few_iterations(cell, verify):
-    matrix, rhs = tangent(cell)
-    solver = dns.linear_solver("three_scale", cell.model, cell.mesh, cell.tie, cell.drive)
+    yarns, problem = cell
+    matrix, rhs = tangent(problem)
+    solver = dns.linear_solver("three_scale", yarns, problem.prescribed)
     verify.at_most("three scales: iterations to 1e-10", solution(solver, matrix, rhs).iterations, 30, "few")
 
 
 def test_an_old_preconditioner_serves_a_new_matrix(cell):
-    solver = dns.linear_solver("three_scale", cell.model, cell.mesh, cell.tie, cell.drive)
-    solution(solver, *tangent(cell))
-    matrix, rhs = tangent(cell, displacement=1e-6)
+    yarns, problem = cell
+    solver = dns.linear_solver("three_scale", yarns, problem.prescribed)
+    solution(solver, *tangent(problem))
+    matrix, rhs = tangent(problem, displacement=1e-6)
     later = solution(solver, matrix, rhs)
     assert solver.setups == 1
     assert np.linalg.norm(rhs - matrix @ later.x) <= 1.01e-10 * np.linalg.norm(rhs)
 
 
 def test_the_preconditioner_is_symmetric(cell):
-    matrix, _ = tangent(cell)
-    preconditioner = dns.linear_solver(
-        "three_scale", cell.model, cell.mesh, cell.tie, cell.drive
-    ).preconditioner
+    yarns, problem = cell
+    matrix, _ = tangent(problem)
+    preconditioner = dns.linear_solver("three_scale", yarns, problem.prescribed).preconditioner
     preconditioner.update(matrix)
-    a, b = np.random.default_rng(1).normal(size=(2, cell.model.size))
-    a[cell.drive.fixed] = b[cell.drive.fixed] = 0
+    a, b = np.random.default_rng(1).normal(size=(2, problem.model.size))
+    a[problem.prescribed.fixed] = b[problem.prescribed.fixed] = 0
     left, right = b @ preconditioner.apply(matrix, a), a @ preconditioner.apply(matrix, b)
     # Single precision factors of yarns a thousand times stiffer in stretch than in bending.
     assert left == pytest.approx(right, rel=1e-3)
@@ -86,7 +89,8 @@ class Jacobi:
 
 
 def test_an_indefinite_matrix_is_an_error(cell):
-    matrix, rhs = tangent(cell)
+    _, problem = cell
+    matrix, rhs = tangent(problem)
     shifted = matrix.copy()
     shifted.data *= -1
     with pytest.raises(ConvergenceError, match="not positive definite"):
@@ -94,6 +98,7 @@ def test_an_indefinite_matrix_is_an_error(cell):
 
 
 def test_too_many_iterations_are_an_error(cell):
-    matrix, rhs = tangent(cell)
+    _, problem = cell
+    matrix, rhs = tangent(problem)
     with pytest.raises(ConvergenceError, match="iterations reached a relative residual"):
         solution(Krylov(Jacobi()), matrix, rhs)

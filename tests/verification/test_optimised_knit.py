@@ -7,7 +7,7 @@ from knitstudy.geometry.build import build
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.networks.rom.run import build as build_beams
+from knitstudy.networks.rom.run import assemble
 from knitstudy.study.configuration import load_scene
 
 
@@ -51,5 +51,5 @@ def test_calibration(geometry, verify):
 def test_sizes_of_table_5(scene, knit, verify):
     mesh = mesh_knit(knit, scene.mesh.size, scene.mesh.growth)
     verify.within("3 x 3 knit of solids, 0.3 mm: DOF", mesh.nodes.size, 189_513, 0.05)
-    network = build_beams(load_scene("rom3d-tie-course"), knit, contacts_of_crossings(knit))
+    network = assemble(load_scene("rom3d-tie-course"), knit, contacts_of_crossings(knit))
     verify.within("3 x 3 knit, 3D model, 0.5 mm: DOF", 6 * network.beam_nodes, 5_994, 0.05)

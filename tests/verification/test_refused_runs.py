@@ -9,6 +9,7 @@ from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.files.netcdf import read_dataset
 from knitstudy.geometry.build import build
 from knitstudy.geometry.specimen import read_specimen
+from knitstudy.loading.run import Run
 from knitstudy.mesh.specimen import mesh_specimen
 from knitstudy.solids import dns
 from knitstudy.study.configuration import load_scene
@@ -58,25 +59,25 @@ def test_what_had_converged_is_kept(case, tmp_path):
     changes, message = REFUSED[case]
     scene, mesh, specimen = pair(changes)
     seen = []
-    files = {"checkpoint": tmp_path / "run.npz", "partial": tmp_path / "run.nc"}
+    files = {"restart": tmp_path / "run.npz", "partial": tmp_path / "run.nc"}
     with pytest.raises(ConvergenceError, match=message) as refused:
-        dns.run(scene, mesh, specimen, progress=seen.append, **files)
+        dns.run(scene, mesh, specimen, Run(**files, progress=lambda load, place: seen.append(load)))
     kept = read_dataset(files["partial"])
     assert str(refused.value).endswith(
-        f"The history up to load factor {seen[-1].load:.4g} is in {files['partial']}"
+        f"The history up to load factor {seen[-1]:.4g} is in {files['partial']}"
     )
     assert str(refused.value).startswith(kept.attrs["incomplete"].rstrip("."))
     assert kept.attrs["scene_hash"] == scene.hash
-    np.testing.assert_array_equal(kept["load"], [increment.load for increment in seen])
-    assert 0 < seen[-1].load < 1
+    np.testing.assert_array_equal(kept["load"], seen)
+    assert 0 < seen[-1] < 1
     assert np.isfinite(kept["force"]).all()
 
     again = []
     with pytest.raises(ConvergenceError, match=message):
-        dns.run(scene, mesh, specimen, progress=again.append, **files)
+        dns.run(scene, mesh, specimen, Run(**files, progress=lambda load, place: again.append(load)))
     # What had converged is not computed again, and still there.
-    assert all(increment.index > seen[-1].index for increment in again)
-    assert read_dataset(files["partial"])["load"][len(seen) - 1] == seen[-1].load
+    assert all(load >= seen[-1] for load in again)
+    assert read_dataset(files["partial"])["load"][len(seen) - 1] == seen[-1]
 
 
 def test_a_remedy_makes_the_run_whole(tmp_path):
@@ -85,7 +86,7 @@ def test_a_remedy_makes_the_run_whole(tmp_path):
     scene, mesh, specimen = pair(changes | {"contact.augmentations": 10})
     partial = tmp_path / "run.nc"
     partial.write_text("of an earlier run")
-    history = dns.run(scene, mesh, specimen, partial=partial)
+    history = dns.run(scene, mesh, specimen, Run(partial=partial))
     assert not partial.exists()
     assert "incomplete" not in history.attrs
     assert history["augmentations"].max() > 0
@@ -97,10 +98,10 @@ def test_a_state_that_hourglass_control_carries_is_in_no_restart_file(tmp_path):
     scene, mesh, specimen = pair(
         {"interaction": "tie", "load.path": [[0, 0, -90e-6]], "solver.hourglass": 0.5, "solver.increments": 1}
     )
-    files = {"checkpoint": tmp_path / "run.npz", "partial": tmp_path / "run.nc"}
+    files = {"restart": tmp_path / "run.npz", "partial": tmp_path / "run.nc"}
     for _ in range(2):
         with pytest.raises(ConvergenceError, match=r"hourglass energy is .* of the internal energy"):
-            dns.run(scene, mesh, specimen, **files)
+            dns.run(scene, mesh, specimen, Run(**files))
 
 
 def test_yarns_that_overlap_at_the_start(tmp_path):
@@ -111,5 +112,5 @@ def test_yarns_that_overlap_at_the_start(tmp_path):
     overlapping = replace(mesh, nodes=mesh.nodes - nearer * np.outer(upper, [0, 0, 1]))
     message = r"surfaces overlap by 1\.\d+e-05 m before anything moves; allowed is 6e-06 m.*pattern.clearance"
     with pytest.raises(MeshError, match=message):
-        dns.run(scene, overlapping, specimen, checkpoint=tmp_path / "run.npz", partial=tmp_path / "run.nc")
+        dns.run(scene, overlapping, specimen, Run(tmp_path / "run.npz", tmp_path / "run.nc"))
     assert not list(tmp_path.iterdir())

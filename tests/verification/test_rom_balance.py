@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from dead_loads import balance
 
-from knitstudy.load_path import load_path
+from knitstudy.loading.follow import follow
+from knitstudy.loading.load_path import load_path
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Settings
@@ -14,7 +15,7 @@ from knitstudy.networks.rom import honeycomb, rom3d
 from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
 from knitstudy.networks.rom.grips import grips, tension
 from knitstudy.networks.rom.points import contact_points
-from knitstudy.networks.rom.run import build, pull, run
+from knitstudy.networks.rom.run import assemble, problem_of, run
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +79,7 @@ def test_spring_joints_leave_just_the_couples_that_are_accounted_for(
     """Springs at P leave a couple of second order in their stretch, between the points C one of first order."""
     scene = plain_scene.replace("interaction", "isotropic").replace("load.direction", direction)
     scene = scene.replace("rom.joint", joint).replace("mesh.beam_size", 2e-3).replace("rom.axes", "global")
-    network = build(scene, knit, sprung_contacts)
+    network = assemble(scene, knit, sprung_contacts)
     model = network.model(scene.yarn.diameter, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
     ends = grips(network, knit, direction)
     *_, last = trace(
@@ -95,7 +96,7 @@ def test_spring_joints_leave_just_the_couples_that_are_accounted_for(
     verify.at_most(f"spring joints, {joint}, {direction}: moments less their couples", error, 1e-9)
     size = np.linalg.norm(model.couples(last.state), axis=1).sum() / level_of_moment
     assert size < 2e-3 if joint == "rigid" else size > 2e-2
-    recorded = pull(network, scene, knit)
+    recorded = follow(problem_of(network, scene, knit))
     np.testing.assert_allclose(recorded["joint_couple_magnitude"][-1] / level_of_moment, size, rtol=1e-4)
     np.testing.assert_allclose(recorded["joint_couple"][-1], couple, atol=1e-6 * level_of_moment)
 
@@ -186,7 +187,8 @@ def test_force_of_the_honeycomb_converges_with_elements_a_segment(plain_scene, k
     scene = plain_scene.replace("solver.increments", 1).replace("load.strain", 0.002)
     counts = np.array([1, 2, 4, 8, 16])
     force = [
-        float(pull(honeycomb.build(knit, contacts, int(count)), scene, knit)["force"][-1]) for count in counts
+        float(follow(problem_of(honeycomb.build(knit, contacts, int(count)), scene, knit))["force"][-1])
+        for count in counts
     ]
     change = np.abs(np.diff(force))
     assert -np.polyfit(np.log(counts[1:-1]), np.log(change[1:]), 1)[0] == pytest.approx(2.0, abs=0.2)

@@ -8,7 +8,7 @@ from hexahedral_block import block, connect, solid, unknowns
 
 from knitstudy.mechanics.hexahedron import CORNERS, GRADIENTS, OnePointHexahedron, jacobians
 from knitstudy.mechanics.incompatible import IncompatibleHexahedron
-from knitstudy.mechanics.increment import Drive, Settings
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.material import LAWS, VOIGT, Material
 from knitstudy.mechanics.model import Memoryless
@@ -31,7 +31,7 @@ def test_patch(name, law, verify):
     model = solid(nodes, hexahedra, law, ELEMENTS[name])
     gradient = np.array([[0.05, 0.02, -0.03], [0.04, -0.06, 0.01], [0.02, 0.03, 0.08]])
     affine = nodes @ gradient.T
-    drive = Drive(unknowns(outside), affine[outside].ravel())
+    drive = PrescribedDisplacement(unknowns(outside), affine[outside].ravel())
     *_, end = trace(model, drive, EXACT, LU())
     error = np.abs(end.state.displacement - affine).max() / np.abs(affine).max()
     verify.at_most(f"patch test, {name}, {law}: displacement", error, 1e-10)
@@ -155,7 +155,7 @@ def test_manufactured_solution(name, verify, full):
         exact, _ = manufactured(nodes)
         loaded = Loaded(model, consistent_load(model, material), SolidState(exact))
         fixed = unknowns(outside)
-        *_, end = trace(loaded, Drive(fixed, np.zeros(len(fixed))), EXACT, LU())
+        *_, end = trace(loaded, PrescribedDisplacement(fixed, np.zeros(len(fixed))), EXACT, LU())
         errors.append(np.sqrt(np.mean((end.state.displacement - exact) ** 2)))
     order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
     verify.at_least(f"manufactured solution, {name}: order of displacements", order, 1.8, "2")
@@ -175,7 +175,7 @@ def test_pure_bending(verify, full):
     value = np.concatenate([np.zeros(len(held)), -angle * (z[right] - 0.5)])
     # In a long bar the forces that balance are small beside those of the elements: rounding ends at 2e-12.
     settings = dataclasses.replace(EXACT, residual_tolerance=1e-10)
-    *_, end = trace(model, Drive(np.concatenate([held, 3 * right]), value), settings, LU())
+    *_, end = trace(model, PrescribedDisplacement(np.concatenate([held, 3 * right]), value), settings, LU())
     moment = -end.response.force[3 * right] @ (z[right] - 0.5)
     theory = 1300.0 / 12 * angle / x.max()  # E I kappa
     verify.within("pure bending, six one-point elements high: moment", moment, theory, 0.04)

@@ -1,5 +1,6 @@
 """Direct simulation of a tied knit: energies, convergence of Newton's method, repeatability, units."""
 
+import re
 import signal
 
 import numpy as np
@@ -82,9 +83,9 @@ def test_the_reference_element_has_no_hourglass_modes(cell):
 def test_newton_converges_quadratically(cell, verify):
     """With exact tangents and exact solves the number of digits doubles, up to rounding."""
     knit, mesh = knit_and_mesh(cell)
-    simulation = dns.assemble(changed(cell, solver__linear="lu"), mesh, knit)
+    problem = dns.problem(changed(cell, solver__linear="lu"), mesh, knit)
     settings = Settings(increments=1, residual_tolerance=1e-9, correction_tolerance=1e-6, exact=True)
-    *_, end = trace(simulation.model, simulation.drive, settings, simulation.solver)
+    *_, end = trace(problem.model, problem.prescribed, settings, problem.solver)
     # Residuals at rounding say nothing about the method.
     digits = np.log([r for r in end.residuals if r > 1e-10])[-4:]
     exponents = np.diff(digits)[1:] / np.diff(digits)[:-1]
@@ -97,10 +98,10 @@ def test_tie_follows_rigid_rotations(cell, verify):
     from knitstudy.mechanics.solid import SolidState
 
     knit, mesh = knit_and_mesh(cell)
-    simulation = dns.assemble(cell, mesh, knit)
+    yarns = dns.assemble(cell, mesh, knit)
     rotation = exp(np.array([0.4, -1.2, 0.9]))
-    nodes = simulation.tie.nodes[simulation.tie.kept]
-    force = simulation.model.respond(SolidState(nodes @ rotation.T - nodes), stiffness=False).force
+    nodes = yarns.tie.nodes[yarns.tie.kept]
+    force = yarns.model.respond(SolidState(nodes @ rotation.T - nodes), stiffness=False).force
     level = cell.yarn.youngs_modulus * cell.mesh.size**2
     verify.at_most("rigid rotation of a tied cell: force over E h^2", np.abs(force).max() / level, 1e-10)
 
@@ -127,7 +128,7 @@ def test_force_repeats(tmp_path, full, verify):
     two, done = pull_apart(tmp_path, 2, *options)
     assert done.returncode == 0, done.stderr
     # The log goes on at the next increment.
-    assert done.stdout.split() == "increment 4 increment 5 increment 6".split()
+    assert re.findall(r"^increment (\d+)", done.stdout, re.MULTILINE) == ["4", "5", "6"]
     verify.at_most(
         "force, 1 thread against 2 threads killed and restarted", largest_difference(one, two), 1e-6
     )

@@ -2,6 +2,23 @@ include: "sources.smk"
 
 
 DRAWN = possible(FIGURE_ENTRIES)
+if workflow.is_main_process:
+    note_entries("figures", FIGURE_ENTRIES, DRAWN, figure_module, "knitstudy.figures.saving")
+
+
+def needs_of_figure(wildcards):
+    """Return the files that a figure is drawn from by what they are; stop where it cannot be drawn."""
+    name = wildcards.figure
+    try:
+        needs = [need for need in figure_entry(name).needs if need != "scenes"]
+        if name not in DRAWN:
+            raise ConfigurationError(
+                f"figure {name!r} needs {', '.join(needs)}: study {config['study']!r} lacks a scene for one of them"
+            )
+    except KnitstudyError as error:
+        stop(error)
+    return files_of(DRAWN[name])
+
 
 # Files that `all` asks for from this part.
 FIGURES = expand("results/figures/{figure}.{suffix}", figure=DRAWN, suffix=("png", "pdf"))
@@ -10,7 +27,7 @@ FIGURES = expand("results/figures/{figure}.{suffix}", figure=DRAWN, suffix=("png
 rule figure:
     input:
         unpack(needs_of_figure),
-        code=lambda wildcards: code(figure_module(wildcards.figure), "knitstudy.figures.saving"),
+        digest=f"{freshness.FOLDER}/figures/{{figure}}",
     output:
         png=report(
             update("results/figures/{figure}.png"),

@@ -1,9 +1,11 @@
 # What figures, tables and the report of a study are made from.
-from knitstudy.errors import ConfigurationError
+import hashlib
+
 from knitstudy.figures.catalogue import FIGURES as FIGURE_ENTRIES
 from knitstudy.figures.catalogue import entry as figure_entry
 from knitstudy.figures.catalogue import module as figure_module
 from knitstudy.report.selection import roles_of
+from knitstudy.stages.code import code_digest
 from knitstudy.tables.catalogue import TABLES as TABLE_ENTRIES
 from knitstudy.tables.catalogue import module as table_module
 
@@ -14,44 +16,54 @@ REFERENCE = {
 }
 
 
-def results_of(roles):
-    """Return the results of scenes by what figures call them; those of several scenes are lists."""
-    files = {}
-    for role, found in roles.items():
-        scenes = found if isinstance(found, list) else [found]
-        direct = [scene for scene in scenes if scene.fidelity == "dns"]
-        paths = {role: histories(scenes)}
+def steps_of(roles):
+    """Return the results of scenes by what figures call them, as stages and scenes; those of several scenes are lists."""
+    found = {}
+    for role, scenes in roles.items():
+        several = scenes if isinstance(scenes, list) else [scenes]
+        direct = [scene for scene in several if scene.fidelity == "dns"]
+        steps = {role: [(stage_of(scene), scene) for scene in several]}
         if direct:
             prefix = "" if role == "dns" else f"{role}_"
-            paths[f"{prefix}contacts"] = [f"results/contacts/{scene.name}.nc" for scene in direct]
-            paths[f"{prefix}geometry"] = [f"results/geometry/{scene.knit}.nc" for scene in direct]
-            paths[f"{prefix}mesh"] = [f"results/mesh/{scene.name}.nc" for scene in direct]
-        files |= paths if isinstance(found, list) else {name: path[0] for name, path in paths.items()}
-    return files
-
-
-def possible(entries):
-    """Return the files that each figure or table needs by what they are, of those that the study can make."""
-    found = {}
-    for name, entry in entries.items():
-        files = results_of(roles_of(STUDY, entry.of)) | REFERENCE
-        if set(entry.needs) <= {*files, "scenes"}:
-            found[name] = {need: files[need] for need in (*entry.needs, *entry.may) if need in files}
+            for name in ("contacts", "geometry", "mesh"):
+                steps[f"{prefix}{name}"] = [(STAGES.find(name), scene) for scene in direct]
+        found |= steps if isinstance(scenes, list) else {name: each[0] for name, each in steps.items()}
     return found
 
 
-def needs_of_figure(wildcards):
-    """Return the files that a figure is drawn from by what they are; stop where it cannot be drawn."""
-    name = wildcards.figure
-    try:
-        needs = [need for need in figure_entry(name).needs if need != "scenes"]
-        if name not in DRAWN:
-            raise ConfigurationError(
-                f"figure {name!r} needs {', '.join(needs)}: study {config['study']!r} lacks a scene for one of them"
-            )
-    except KnitstudyError as error:
-        stop(error)
-    return DRAWN[name]
+def possible(entries):
+    """Return what each figure or table is made from by what it is, of those that the study can make."""
+    found = {}
+    for name, entry in entries.items():
+        steps = steps_of(roles_of(STUDY, entry.of)) | REFERENCE
+        if set(entry.needs) <= {*steps, "scenes"}:
+            found[name] = {need: steps[need] for need in (*entry.needs, *entry.may) if need in steps}
+    return found
+
+
+def files_of(needs):
+    """Return the files of what something is made from; no time of theirs counts."""
+    files = {}
+    for name, found in needs.items():
+        if isinstance(found, str):
+            files[name] = ancient(found)
+        elif isinstance(found, tuple):
+            files[name] = ancient(f"{RESULTS}/{found[0].path(found[1])}")
+        else:
+            files[name] = [ancient(f"{RESULTS}/{stage.path(scene)}") for stage, scene in found]
+    return files
+
+
+def digests_of(needs):
+    """Return the digests of what something is made from."""
+    digests = {}
+    for name, found in needs.items():
+        if isinstance(found, str):
+            digests[name] = hashlib.sha256(Path(found).read_bytes()).hexdigest()[:16]
+        else:
+            for step in [found] if isinstance(found, tuple) else found:
+                digests[f"{name} {step[1].name}"] = PLAN.digest(*step)
+    return digests
 
 
 def scenes_for(entry):
@@ -61,7 +73,7 @@ def scenes_for(entry):
         return {}
     scenes = {}
     for role, found in roles_of(STUDY, entry.of).items():
-        if not asked & results_of({role: found}).keys():
+        if not asked & steps_of({role: found}).keys():
             continue
         if isinstance(found, list):
             scenes |= {scene.name: scene.to_dict() for scene in found}
@@ -70,9 +82,22 @@ def scenes_for(entry):
     return scenes
 
 
+def reads_of_scenes(entry):
+    """Return what a figure or table can read of its scenes: keys that were added since say nothing at their defaults."""
+    return {name: PLAN.scenes[found["name"]].read(found) for name, found in scenes_for(entry).items()}
+
+
+def note_entries(folder, entries, made_from, module_of, *code):
+    """Note the digests of figures or tables."""
+    for name, needs in made_from.items():
+        reads = {"title": entries[name].title, "scenes": reads_of_scenes(entries[name])}
+        wanted = freshness.digest_of_files(reads, code_digest(module_of(name), *code), digests_of(needs))
+        freshness.note(f"{folder}/{name}", wanted)
+
+
 def data_of_study():
     """Return every netCDF file of the study, in the order of its stages."""
-    direct = [scene for scene in STUDY if scene.fidelity == "dns"]
-    geometry = dict.fromkeys(f"results/geometry/{scene.knit}.nc" for scene in STUDY)
-    details = [f"results/{stage}/{scene.name}.nc" for stage in ("mesh", "contacts") for scene in direct]
-    return [*geometry, *details, *histories(STUDY)]
+    order = ("geometry", "mesh", "contacts", "dns", "rom", "beams")
+    steps = [step for step in PLAN.steps(STUDY) if step[0].leaves.endswith(".nc")]
+    place = {name: number for number, name in enumerate(order)}
+    return sorted(steps, key=lambda step: place.get(step[0].name, len(order)))

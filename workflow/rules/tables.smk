@@ -1,4 +1,6 @@
 BUILT = possible(TABLE_ENTRIES)
+if workflow.is_main_process:
+    note_entries("tables", TABLE_ENTRIES, BUILT, table_module)
 
 # Files that `all` asks for from this part.
 TABLES = expand("results/tables/{table}.csv", table=BUILT)
@@ -6,8 +8,8 @@ TABLES = expand("results/tables/{table}.csv", table=BUILT)
 
 rule table:
     input:
-        unpack(lambda wildcards: BUILT[wildcards.table]),
-        code=lambda wildcards: code(table_module(wildcards.table)),
+        unpack(lambda wildcards: files_of(BUILT[wildcards.table])),
+        digest=f"{freshness.FOLDER}/tables/{{table}}",
     output:
         report(
             update("results/tables/{table}.csv"),

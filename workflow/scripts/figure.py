@@ -3,10 +3,10 @@
 from knitstudy.figures.catalogue import draw
 from knitstudy.figures.saving import save
 from knitstudy.report.sources import read_sources
-from knitstudy.stages.script import stage
+from knitstudy.stages.script import frame
 from knitstudy.study.scene import Scene
 
-with stage(snakemake):
+with frame(snakemake):
     sources = read_sources(snakemake.input.items())
     scenes = {role: Scene.from_dict(keys) for role, keys in snakemake.params.scenes.items()}
     figure = draw(snakemake.wildcards.figure, **sources, scenes=scenes)

@@ -6,10 +6,10 @@ from knitstudy.files.csv_table import read_table
 from knitstudy.files.replacing import replacing
 from knitstudy.report.origin import origins
 from knitstudy.report.page import render
-from knitstudy.stages.script import stage
+from knitstudy.stages.script import frame
 from knitstudy.study.configuration import read_yaml
 
-with stage(snakemake):
+with frame(snakemake):
     page = render(
         template=Path(snakemake.input.template),
         captions=read_yaml(Path(snakemake.input.captions)),

@@ -2,11 +2,11 @@
 
 from knitstudy.files.csv_table import write_table
 from knitstudy.report.sources import read_sources
-from knitstudy.stages.script import stage
+from knitstudy.stages.script import frame
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import build
 
-with stage(snakemake):
+with frame(snakemake):
     sources = read_sources(snakemake.input.items())
     scenes = {role: Scene.from_dict(keys) for role, keys in snakemake.params.scenes.items()}
     write_table(build(snakemake.wildcards.table, **sources, scenes=scenes), snakemake.output[0])

@@ -13,7 +13,7 @@ import click
 
 from knitstudy.cli.options import changed_scene, config_option, output_option, set_option
 from knitstudy.cli.output import print_table
-from knitstudy.progress import Progress
+from knitstudy.loading.progress import Progress
 
 STAGES = ("knitstudy.stages.archive", "knitstudy.solids.dns")
 """Loggers that say which stages ran, and whether a run goes on where another one ended."""

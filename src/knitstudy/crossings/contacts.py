@@ -12,12 +12,19 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from knitstudy.crossings.kinematics import VARIABLES as KINEMATICS
 from knitstudy.crossings.kinematics import kinematics
 from knitstudy.crossings.zones import count_zones
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.pattern import Crossings, Knit
+from knitstudy.geometry.specimen import read_specimen
+from knitstudy.loading.columns import CONTACTS
 from knitstudy.mechanics.contact.interaction import PASS_SHARE
+from knitstudy.study.scene import Scene
+
+
+def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
+    """Return the contacts of a scene from its geometry and its history; see `extract`."""
+    return extract(read_specimen(geometry), history)
 
 
 def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
@@ -66,12 +73,7 @@ def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
     _put_ties(values, history, tied)
     values |= {name: history[name].to_numpy() for name in ("yarn_force", "yarn_moment") if name in history}
     return xr.Dataset(
-        {"strain": history["strain"]}
-        | {
-            name: (dims, values[name], {"units": unit, "long_name": meaning})
-            for name, (dims, unit, meaning) in _VARIABLES.items()
-            if name in values
-        },
+        {"strain": history["strain"]} | CONTACTS.variables(values),
         coords={"xyz": list("xyz")},
         attrs={
             name: history.attrs[name]
@@ -241,40 +243,3 @@ _POINT_COLUMNS = (
     "slip",
     "sticks",
 )
-
-_TIME = ("increment", "crossing")
-
-_VARIABLES = {
-    "row": ("crossing", "1", "interlock row"),
-    "column": ("crossing", "1", "loop column"),
-    "zone": ("crossing", "1", "0 left lower, 1 right lower, 2, 3 upper"),
-    "yarn": (("crossing", "side"), "1", "the lower row's yarn, the upper row's"),
-    "arc_length": (("crossing", "side"), "m", "of the crossing along its yarns"),
-    "centroid": (("crossing", "xyz"), "m", "undeformed centroid of the contact area"),
-    "normal": (("crossing", "xyz"), "1", "from the lower row's yarn to the upper row's, undeformed"),
-    "area": ("crossing", "m2", "contact area at the last increment"),
-    "tied": ("crossing", "1", "1 where the crossing is tied"),
-    "force": ((*_TIME, "xyz"), "N", "on the lower row's yarn"),
-    "normal_resultant": ((*_TIME, "xyz"), "N", "of the pressure on the lower row's yarn"),
-    "tangential_resultant": ((*_TIME, "xyz"), "N", "of the friction on the lower row's yarn"),
-    "centroid_displacement": ((*_TIME, "side", "xyz"), "m", "of the facets at the crossing"),
-    "relative_displacement": ((*_TIME, "xyz"), "m", "of the upper row's side to the lower row's"),
-    "zones": (_TIME, "1", "connected groups of touching facets"),
-    "contact_area": (_TIME, "m2", "mean of the two sides"),
-    "contact_centroid": ((*_TIME, "xyz"), "m", "where the pressure is now"),
-    "contact_normal": (
-        (*_TIME, "xyz"),
-        "1",
-        "mean under pressure, from the lower row's yarn to the upper row's",
-    ),
-    "slip": (_TIME, "m", "mean length slipped since first contact"),
-    "stick_share": (_TIME, "1", "share of the contact area that sticks"),
-    "largest_pressure": (_TIME, "Pa", "largest pressure"),
-    "yarn_force": (("increment", "yarn_number", "xyz"), "N", "net force of all interactions on a yarn"),
-    "yarn_moment": (
-        ("increment", "yarn_number", "xyz"),
-        "N m",
-        "their moment about the mean of its centreline",
-    ),
-    **KINEMATICS,
-}

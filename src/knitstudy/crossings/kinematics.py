@@ -67,7 +67,7 @@ def kinematics(
     relative: np.ndarray,
     contact: np.ndarray,
 ) -> dict[str, np.ndarray]:
-    """Return the columns of `VARIABLES`.
+    """Return what is derived, by names of `loading.columns.CONTACTS`.
 
     Parameters
     ----------
@@ -208,43 +208,3 @@ def since_first(values: np.ndarray) -> np.ndarray:
     known = np.isfinite(values)
     first = np.take_along_axis(values, np.argmax(known, axis=0)[None], axis=0)
     return values - first
-
-
-_SIDES = ("increment", "crossing", "side")
-
-VARIABLES = {
-    "section_rotation": ((*_SIDES, "xyz"), "rad", "rotation vector of the yarn's section"),
-    "relative_rotation": (
-        ("increment", "crossing", "xyz"),
-        "rad",
-        "rotation vector of the upper row's section against the lower row's",
-    ),
-    "tilt": (_SIDES, "rad", "angle between the yarn's axis before and now"),
-    "spin": (_SIDES, "rad", "twist of the section about the yarn's own axis"),
-    "segment_contraction": (
-        (*_SIDES, "neighbour"),
-        "1",
-        "loss of length of the chord to the crossing before and to the one after it on the yarn",
-    ),
-    "section_contraction": (_SIDES, "1", "loss of area of the yarn's section"),
-    "axial_stretch": (_SIDES, "1", "stretch of the section along the yarn"),
-    "normal_stretch": (_SIDES, "1", "stretch of the section along the line of the closest points"),
-    "across_stretch": (_SIDES, "1", "stretch of the section across that line"),
-    "centreline_relative_displacement": (
-        ("increment", "crossing", "xyz"),
-        "m",
-        "of the upper row's centreline to the lower row's at the crossing",
-    ),
-    "sliding": (
-        _SIDES,
-        "m",
-        "way of the upper row's surface over the lower row's along the yarn since first contact",
-    ),
-    "contact_travel": (_SIDES, "m", "way of the contact area along the yarn since first contact"),
-    "contact_spin": (
-        _SIDES,
-        "rad",
-        "angle of the contact area about the yarn's centreline since first contact",
-    ),
-}
-"""Dimensions, unit and meaning of what is derived."""

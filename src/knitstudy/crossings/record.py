@@ -9,27 +9,9 @@ from knitstudy.mechanics.contact.friction import OPEN, STICK
 from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
 from knitstudy.mechanics.contact.points import ContactPoints
 
-COLUMNS = {
-    "crossing": ((), "1", "nearest crossing of the two yarns, -1 away from all"),
-    "side": ((), "1", "0: on the lower row's yarn, 1: on the upper row's"),
-    "yarn": ((), "1", "yarn that carries the point"),
-    "target": ((), "1", "yarn that it touches"),
-    "cell": (("grid",), "1", "its facet: layer along the yarn, place around it"),
-    "position": (("xyz",), "m", "current position"),
-    "reference": (("xyz",), "m", "undeformed position"),
-    "area": ((), "m2", "undeformed area that the point stands for"),
-    "normal": (("xyz",), "1", "outward normal of the touched surface"),
-    "pressure": ((), "Pa", "contact pressure"),
-    "traction": (("xyz",), "Pa", "tangential traction on the yarn that carries the point"),
-    "gap": ((), "m", "gap, negative where surfaces penetrate each other"),
-    "slip": ((), "m", "length slipped since the point first touched"),
-    "sticks": ((), "1", "1 sticks, 0 slips"),
-}
-"""Dimensions besides `point`, unit and meaning of what is kept."""
-
 
 def touching_points(contact: Contact, points: ContactPoints, facets: CrossingFacets) -> dict[str, np.ndarray]:
-    """Return the columns of all points that touch, in the order of `COLUMNS`.
+    """Return the columns of all points that touch, by the names that `loading.columns` has after ``contact_``.
 
     Parameters
     ----------

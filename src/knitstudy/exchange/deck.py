@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from knitstudy.crossings.tied_crossings import tied_pieces
 from knitstudy.errors import ConfigurationError
-from knitstudy.load_path import load_path
+from knitstudy.loading.load_path import load_path
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.sweep import SweptMesh

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
 import numpy as np
+import xarray as xr
 
+from knitstudy.crossings.tied_crossings import tied_crossings
 from knitstudy.errors import MeshError
 from knitstudy.files.replacing import replacing
+from knitstudy.geometry.specimen import read_specimen
 from knitstudy.mesh.quality import scaled_jacobian
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.tie import tie_crossings
+from knitstudy.study.scene import Scene
 
 
 def write_vtu(
@@ -68,3 +74,18 @@ def _with_rows(fields: Mapping[str, np.ndarray], rows: int, what: str) -> dict[s
         if values.ndim == 0 or values.shape[0] != rows:
             raise MeshError(f"field {name!r} has the shape {values.shape}; the {rows} {what} need a row each")
     return arrays
+
+
+def write_mesh(scene: Scene, path: Path | str, mesh: xr.Dataset) -> None:
+    """Write the mesh of a scene."""
+    write_vtu(SweptMesh.from_dataset(mesh), path)
+
+
+def write_deformed(
+    scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dataset
+) -> None:
+    """Write the mesh of a scene with its tied nodes in place, and their displacement at full load."""
+    specimen, swept = read_specimen(geometry), SweptMesh.from_dataset(mesh)
+    tie = tie_crossings(swept, specimen, scene.tie.tolerance, tied_crossings(scene, specimen.crossings))
+    fields = {"displacement": history["node_displacement"].to_numpy()}
+    write_vtu(replace(swept, nodes=tie.nodes), path, fields)

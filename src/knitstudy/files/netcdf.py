@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import netCDF4
 import xarray as xr
 
 from knitstudy.errors import DataFileError
@@ -16,7 +17,9 @@ if TYPE_CHECKING:
     from knitstudy.study.scene import Scene
 
 
-def write_dataset(dataset: xr.Dataset, path: Path | str, scene: Scene | None = None) -> None:
+def write_dataset(
+    dataset: xr.Dataset, path: Path | str, scene: Scene | None = None, digest: str | None = None
+) -> None:
     """Write a dataset as netCDF 4 with provenance attributes.
 
     Parameters
@@ -27,16 +30,17 @@ def write_dataset(dataset: xr.Dataset, path: Path | str, scene: Scene | None = N
         Where to; the file appears whole or not at all.
     scene
         When given, its name and hash are recorded.
+    digest
+        Of all that the result depends on: with the same one it is used again.
 
     Raises
     ------
     DataFileError
         When the file cannot be written.
     """
-    attributes = provenance()
-    if scene is not None:
-        attributes |= {"scene": scene.name, "scene_hash": scene.hash}
-    dataset = dataset.assign_attrs(attributes)
+    named = {} if scene is None else {"scene": scene.name, "scene_hash": scene.hash}
+    known = {} if digest is None else {"digest": digest}
+    dataset = dataset.assign_attrs(provenance() | named | known)
     # Compression at its lowest level: fields shrink by a third or more, writing stays as fast.
     encoding = {
         name: {"zlib": True, "complevel": 1, "shuffle": True}
@@ -78,3 +82,12 @@ def read_dataset(path: Path | str, needs: Iterable[str] = ()) -> xr.Dataset:
         present = ", ".join(sorted(map(str, dataset.variables)))
         raise DataFileError(f"{path}: has no variable {missing[0]!r}, only {present}; {remedy}")
     return dataset
+
+
+def recorded_digest(path: Path | str) -> str:
+    """Return the digest that a file was written with; nothing where it has none or cannot be read."""
+    try:
+        with netCDF4.Dataset(path) as file:
+            return str(getattr(file, "digest", ""))
+    except OSError:
+        return ""

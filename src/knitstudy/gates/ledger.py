@@ -7,13 +7,15 @@ pressure of each), or forces that no form accounts for.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.history import Recorder
 
-SAMPLES = 65
-"""Points on the rest of the load path, whose length is summed over them."""
+if TYPE_CHECKING:
+    from knitstudy.loading.history import Recorder
+    from knitstudy.loading.load_path import Motion
 
 
 def require_closed_ledger(recorder: Recorder, index: int, limit: float) -> None:
@@ -52,20 +54,19 @@ def expected_work(recorder: Recorder) -> float:
 
     The force is taken to go on growing as in the last increment, and not to fall.
     """
-    columns = recorder.columns
+    columns, motion = recorder.columns, recorder.motion
     done = max(abs(energy[0]) for energy in columns["energy"])
-    left = _way(recorder, columns["load"][-1], 1.0)
+    left = _way(motion, columns["load"][-1], 1.0)
     if len(columns["load"]) < 2 or left == 0.0:
         return done
     force, before = (float(np.linalg.norm(columns["reaction"][i])) for i in (-1, -2))
-    went = _way(recorder, columns["load"][-2], columns["load"][-1])
+    went = _way(motion, columns["load"][-2], columns["load"][-1])
     slope = max(force - before, 0.0) / went if went > 0 else 0.0
     return done + left * (force + 0.5 * slope * left)
 
 
-def _way(recorder: Recorder, start: float, end: float) -> float:
+def _way(motion: Motion, start: float, end: float) -> float:
     """Return the length of the driven side's path between two load factors [m]."""
-    if end <= start:
-        return 0.0
-    places = np.array([recorder.travel(load) for load in np.linspace(start, end, SAMPLES)])
+    loads = [start, *(corner for corner in motion.corners if start < corner < end), end]
+    places = np.array([motion.at(load) for load in loads])
     return float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())

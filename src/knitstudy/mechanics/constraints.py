@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 
 
-class Pinning:
+class DirichletElimination:
     """Removes prescribed unknowns from matrices of one sparsity pattern, in place.
 
     Their rows and columns become zero and their diagonal entries the mean stiffness, so that the matrix keeps

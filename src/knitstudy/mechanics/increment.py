@@ -14,7 +14,7 @@ PHASES = ("elements", "assembly", "constraints", "setup", "solve")
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
+class PrescribedDisplacement:
     """Prescribed unknowns along the load path.
 
     Attributes

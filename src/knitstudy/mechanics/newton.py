@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.constraints import Pinning, without
-from knitstudy.mechanics.increment import PHASES, Drive, Increment, Rate, Settings
+from knitstudy.mechanics.constraints import DirichletElimination, without
+from knitstudy.mechanics.increment import PHASES, Increment, PrescribedDisplacement, Rate, Settings
 from knitstudy.mechanics.linear.solver import LinearSolver
 from knitstudy.mechanics.model import Model, Response
 
@@ -31,7 +31,7 @@ class _Failed(Exception):
 
 def trace(
     model: Model,
-    drive: Drive,
+    drive: PrescribedDisplacement,
     settings: Settings,
     solver: LinearSolver,
     resume: Increment | None = None,
@@ -102,11 +102,13 @@ def trace(
 class _Path:
     """One increment of the load path at a time."""
 
-    def __init__(self, model: Model, drive: Drive, settings: Settings, solver: LinearSolver) -> None:
+    def __init__(
+        self, model: Model, drive: PrescribedDisplacement, settings: Settings, solver: LinearSolver
+    ) -> None:
         self.model, self.drive, self.settings, self.solver = model, drive, settings, solver
         self.free = np.ones(model.size, dtype=bool)
         self.free[drive.fixed] = False
-        self.pinning: Pinning | None = None
+        self.pinning: DirichletElimination | None = None
         self.newton_iterations = 0
         self.krylov_iterations = 0
         self.seconds = dict.fromkeys(PHASES, 0.0)
@@ -220,7 +222,7 @@ class _Path:
         started = time.perf_counter()
         stiffness, fixed = response.stiffness, self.drive.fixed
         if self.pinning is None or not self.pinning.fits(stiffness):
-            self.pinning = Pinning(stiffness, fixed)
+            self.pinning = DirichletElimination(stiffness, fixed)
         self.pinning.apply(stiffness)
         unsymmetric = response.unsymmetric
         if unsymmetric is not None:

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import xarray as xr
+
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.specimen import read_specimen
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.mesh.pair import mesh_pair
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.study.scene import Scene
 
 
 def mesh_specimen(specimen: Knit | Pair, size: float, growth: float) -> SweptMesh:
     """Mesh a knit or a pair of yarns; see `mesh_knit` and `mesh_pair` for the sizes and the errors."""
     mesh = mesh_pair if isinstance(specimen, Pair) else mesh_knit
     return mesh(specimen, size, growth)
+
+
+def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
+    """Return the solid mesh of a scene, from its geometry; both in the formats of docs/architecture.md."""
+    return mesh_specimen(read_specimen(geometry), scene.mesh.size, scene.mesh.growth).to_dataset()

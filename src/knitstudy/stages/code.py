@@ -1,37 +1,49 @@
-"""Which modules of this package a result depends on, read from their import statements.
+"""The code that a result depends on: modules found from import statements, compared without comments.
 
-A workflow rule lists these files as inputs: editing one of them runs the rule again, editing any other does
-not.
+A result is up to date as long as the syntax trees of these modules, docstrings apart, are the same: a better comment
+runs nothing again.
 """
 
 from __future__ import annotations
 
 import ast
+import hashlib
 from collections.abc import Iterator
+from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
 from knitstudy.errors import ConfigurationError
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
-CARRIERS = frozenset({"knitstudy"}) | frozenset(
-    f"knitstudy.{name}"
-    for name in (
-        "errors",
-        "files.csv_table",
-        "files.netcdf",
-        "files.provenance",
-        "files.replacing",
-        "progress",
-        "restart",
-        "stages.imports",
-        "stages.script",
-        "study.configuration",
-        "study.scene",
-        "study.schema",
-    )
-)
-"""Modules that carry inputs and results but change no number: editing them runs no simulation again."""
+CARRIERS = ("errors", "registry", "files", "stages", "study", "loading.progress", "loading.restart")
+"""Rooms and modules that carry inputs and results but change no number: editing them runs no simulation again."""
+
+
+@cache
+def code_digest(*names: str) -> str:
+    """Return a digest of modules and of all that they import; see `modules_behind`."""
+    digest = hashlib.sha256()
+    for path in modules_behind(*names):
+        digest.update(f"{path.name} {tree_digest(path)}\n".encode())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def tree_digest(path: Path) -> str:
+    """Return a digest of a file's syntax tree without docstrings: comments and layout do not count."""
+    tree = ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            # Wherever a text stands alone it documents: of fields and constants as well.
+            node.body = [each for each in node.body if not _is_text(each)] or [ast.Pass()]
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()
+
+
+def _is_text(node: ast.stmt) -> bool:
+    value = node.value if isinstance(node, ast.Expr) else None
+    return isinstance(value, ast.Constant) and isinstance(value.value, str)
 
 
 def modules_behind(*names: str) -> list[Path]:
@@ -40,7 +52,8 @@ def modules_behind(*names: str) -> list[Path]:
     Parameters
     ----------
     *names
-        Dotted module names, for example ``knitstudy.mesh.build``.
+        Dotted module names, for example ``knitstudy.mesh.sweep``; a module from outside of the package stands for its
+        own file and what it imports of the package.
 
     Returns
     -------
@@ -56,15 +69,26 @@ def modules_behind(*names: str) -> list[Path]:
     waiting = list(names)
     while waiting:
         name = waiting.pop()
-        if name in found or name in CARRIERS:
+        if name in found or _carries(name):
             continue
         path = _path_of(name)
         if path is None:
             raise ConfigurationError(f"the package has no module {name!r}")
         found[name] = path
-        waiting.extend(_imported(path))
+        waiting.extend(_imports(path))
         waiting.extend(_packages_around(name))
     return sorted(set(found.values()))
+
+
+def _carries(name: str) -> bool:
+    return name == "knitstudy" or any(
+        name == f"knitstudy.{carrier}" or name.startswith(f"knitstudy.{carrier}.") for carrier in CARRIERS
+    )
+
+
+@cache
+def _imports(path: Path) -> tuple[str, ...]:
+    return tuple(_imported(path))
 
 
 def _imported(path: Path) -> Iterator[str]:
@@ -82,7 +106,7 @@ def _imported(path: Path) -> Iterator[str]:
 
 def _absolute(node: ast.ImportFrom, path: Path) -> str:
     """Return the dotted name of the module that a statement imports from, relative or not."""
-    if node.level == 0:
+    if node.level == 0 or not path.is_relative_to(PACKAGE):
         return node.module or ""
     package = ("knitstudy", *path.relative_to(PACKAGE).parent.parts)
     around = package[: len(package) - node.level + 1]
@@ -104,6 +128,9 @@ def _packages_around(name: str) -> list[str]:
 
 
 def _path_of(name: str) -> Path | None:
+    if name.split(".")[0] != "knitstudy":
+        spec = find_spec(name)
+        return Path(spec.origin) if spec and spec.origin else None
     if name == "knitstudy":
         return PACKAGE / "__init__.py"
     base = PACKAGE.joinpath(*name.split(".")[1:])

@@ -17,14 +17,45 @@ from typing import Any, TextIO
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files.provenance import provenance
-from knitstudy.progress import Progress
+
+RESTARTS = Path("run")
+"""Folder of restart files, by stage."""
+
+
+def run_stage(job: Any) -> None:
+    """Run the stage that has the name of a rule: from the files that it needs to the one that it leaves.
+
+    Parameters
+    ----------
+    job
+        The ``snakemake`` object of a script. Its params are the labels of the scene, and what the stage reads of it; the
+        digest is formed from what is computed with: code and files as they are now.
+    """
+    load_plugins(job.config.get("plugins", ()))
+    stage = STAGES.find(job.rule)
+    document = dict(job.params.reads)
+    scene = Scene.seen(dict(job.params.scene) | document)
+    files = {name: path for name, path in job.input.items() if name != "digest"}
+    made_from = {name: recorded_digest(path) for name, path in files.items()}
+    wanted = digest_of(stage, document, scene, made_from)
+    restart = restart_of(RESTARTS / stage.name, scene.name, wanted) if stage.long else None
+    with frame(job, restart) as progress:
+        needed = {name: read_dataset(path) for name, path in files.items()}
+        if stage.long:
+            needed["run"] = run_with(restart, progress)
+        target = Path(job.output[0])
+        if target.suffix == ".nc":
+            write_dataset(stage.load()(scene, **needed), target, scene, wanted)
+        else:
+            stage.load()(scene, path=target, **needed)
+
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C: whoever started the study says the rest."""
 
 
 @contextmanager
-def stage(job: Any, restart: Path | None = None) -> Iterator[Progress]:
+def frame(job: Any, restart: Path | None = None) -> Iterator[Progress]:
     """Run the body of a Snakemake script with everything it prints in the log file of its rule.
 
     Standard output and standard error go to the log at the level of file descriptors, so that messages of

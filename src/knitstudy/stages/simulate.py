@@ -1,41 +1,36 @@
 """From a scene to its results in one call: what a notebook and the `knitstudy` command use.
 
-The stages are those of the workflow, in the same order and with the same files: geometry -> mesh -> dns -> contacts of
-solid yarns, from whose contacts -> rom reduced models, and geometry -> beams of yarns that are beams in contact.
+The stages are those of the workflow (`stages.table`), with the same files, and the same digests decide what is up to
+date.
 """
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
-from math import ceil
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
-from knitstudy.crossings import contacts
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.build import build
+from knitstudy.files.netcdf import read_dataset, recorded_digest, write_dataset
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.geometry.specimen import read_specimen
-from knitstudy.mechanics.increment import Increment
-from knitstudy.mesh.specimen import mesh_specimen
+from knitstudy.loading.progress import ReportProgress, silent
+from knitstudy.loading.restart import restart_of, run_with
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.networks.beams import run as beams
-from knitstudy.networks.rom import run as rom
-from knitstudy.progress import ReportProgress, silent
-from knitstudy.registry import unknown_choice
-from knitstudy.restart import forget_others, restart_path
-from knitstudy.solids import dns
-from knitstudy.stages.archive import Archive
-from knitstudy.stages.imports import modules_behind
-from knitstudy.study.configuration import CONFIG, check_scenes_together
+from knitstudy.stages.plan import Plan
+from knitstudy.stages.table import STAGES, Stage, stage_of
+from knitstudy.study.configuration import CONFIG
 from knitstudy.study.scene import Scene
 
+log = logging.getLogger(__name__)
+
 BeginProgress = Callable[[str], ReportProgress]
-"""Returns what the progress of a stage is reported to, for example `knitstudy.progress.Progress`."""
+"""Returns what the progress of a stage is reported to, for example `knitstudy.loading.progress.Progress`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,18 +71,17 @@ def simulate(
     Parameters
     ----------
     scene : Scene
-        Of the table (`knitstudy.study.configuration.load_scene`), or a changed one (`Scene.replace`,
-        `Scene.vary`). Other keys under a name of the table get a name of their own. If the geometry of
-        a reduced model has changed, so has that of the simulations that its joints and springs come from; their other
-        keys are those of the table.
+        Of the configuration (`knitstudy.study.configuration.load_scene`), or a changed one (`Scene.vary`). Other keys
+        under a name of the configuration get a name of their own. If the geometry of a reduced model has changed, so
+        has that of the simulations that its joints and springs come from; their other keys are their own.
     folder : Path or str, optional
-        Where results are kept, and taken from if they belong to the same inputs, for example ``results`` of the
-        checkout; restart files of runs that were ended lie in its folder ``restart``. Without it, all stays in memory.
+        Where results are kept, and taken from if they are up to date, for example ``results`` of the checkout; restart
+        files of runs that were ended lie in its folder ``restart``. Without it, all stays in memory.
     config : Path
         Configuration folder that names of other scenes refer to.
     progress : callable, optional
         Called with the label of a stage, returns what its progress is reported to; for example
-        `knitstudy.progress.Progress`, which prints lines with the time left.
+        `knitstudy.loading.progress.Progress`, which prints lines with the time left.
     anew : bool
         Simulate the scene even if its result is there.
 
@@ -96,9 +90,18 @@ def simulate(
     KnitstudyError
         What the stages raise; results that were there before stay.
     """
-    archive = Archive.of(folder, config)
-    run = {"dns": _direct, "beam": _beams}.get(scene.fidelity, _reduced)
-    return run(archive.labelled(scene), archive, progress or _silence, anew)
+    plan = Plan.of(config)
+    scene = plan.labelled(scene)
+    keeper = _Keeper(plan, None if folder is None else Path(folder), progress or _silence)
+    stage = stage_of(scene)
+    history = keeper.obtain(stage, scene, anew)
+    beside = {name: keeper.obtain(*step) for name, step in plan.needs(stage, scene).items()}
+    contacts = beside.get("contacts")
+    if STAGES.find("contacts").of(scene):
+        contacts = keeper.obtain(STAGES.find("contacts"), scene)
+    return Results(
+        scene, beside["geometry"], history, beside.get("mesh"), contacts, keeper.path(stage, scene)
+    )
 
 
 def lay_out(
@@ -111,119 +114,60 @@ def lay_out(
     ConfigurationError
         If the scene is not one of solid yarns.
     """
-    if scene.fidelity != "dns":
+    mesh = STAGES.find("mesh")
+    if not mesh.of(scene):
         raise ConfigurationError(
             f"scene {scene.name!r}: fidelity is {scene.fidelity!r} but must be dns: beams have no mesh of solid yarns"
         )
-    archive = Archive.of(folder, config)
-    scene = archive.labelled(scene)
-    specimen = read_specimen(_geometry(scene, archive))
-    return scene, specimen, SweptMesh.from_dataset(_mesh(scene, specimen, archive))
+    plan = Plan.of(config)
+    scene = plan.labelled(scene)
+    keeper = _Keeper(plan, None if folder is None else Path(folder), _silence)
+    specimen = read_specimen(keeper.obtain(STAGES.find("geometry"), scene))
+    return scene, specimen, SweptMesh.from_dataset(keeper.obtain(mesh, scene))
 
 
-def _geometry(scene: Scene, archive: Archive) -> xr.Dataset:
-    knit = archive.knit_of(scene)
-    return archive.keep("geometry", knit, partial(build, knit))
+@dataclass
+class _Keeper:
+    """Takes results from where they are kept, or makes them."""
 
+    plan: Plan
+    folder: Path | None
+    progress: BeginProgress
+    made: dict[Path, xr.Dataset] = field(default_factory=dict)
 
-def _mesh(scene: Scene, specimen: Knit | Pair, archive: Archive) -> xr.Dataset:
-    return archive.keep(
-        "mesh", scene, lambda: mesh_specimen(specimen, scene.mesh.size, scene.mesh.growth).to_dataset()
-    )
+    def path(self, stage: Stage, scene: Scene) -> Path | None:
+        """Return the file of a result."""
+        return self.folder / stage.path(scene) if self.folder else None
 
+    def obtain(self, stage: Stage, scene: Scene, anew: bool = False) -> xr.Dataset:
+        """Return a result: from memory, from its file if that is up to date, else made and written."""
+        name = stage.path(scene)
+        if name not in self.made:
+            self.made[name] = self._kept(stage, scene, anew)
+        return self.made[name]
 
-def _direct(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool) -> Results:
-    """Load solid yarns, and find what acts at their crossings."""
-    geometry = _geometry(scene, archive)
-    specimen = read_specimen(geometry)
-    mesh = _mesh(scene, specimen, archive)
+    def _kept(self, stage: Stage, scene: Scene, anew: bool) -> xr.Dataset:
+        path, wanted = self.path(stage, scene), self.plan.digest(stage, scene)
+        if path is not None and path.is_file() and not anew:
+            if recorded_digest(path) == wanted:
+                log.info("%s %s: taken from %s", stage.name, scene.name, path)
+                return read_dataset(path)
+            log.info("%s %s: %s is not up to date and will be replaced", stage.name, scene.name, path)
+        dataset = self._make(stage, scene, wanted)
+        if path is not None:
+            write_dataset(dataset, path, scene.only(stage.document(scene)), wanted)
+            log.info("%s %s: written to %s", stage.name, scene.name, path)
+        return dataset
 
-    def load() -> xr.Dataset:
-        checkpoint = _checkpoint(scene, archive)
-        return dns.run(
-            scene,
-            SweptMesh.from_dataset(mesh),
-            specimen,
-            checkpoint=checkpoint,
-            partial=checkpoint and checkpoint.with_suffix(".nc"),
-            progress=_watcher(scene, progress(f"dns {scene.name}")),
-        )
-
-    needs = ["node_displacement"] if "fields" in scene.outputs else []
-    history = archive.keep("dns", scene, load, needs=needs, anew=anew)
-    path = archive.path("dns", scene)
-    found = archive.keep("contacts", scene, partial(contacts.extract, specimen, history), after=[path])
-    return Results(scene, geometry, history, mesh, found, path)
-
-
-def _beams(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool) -> Results:
-    """Load a knit of beams in contact."""
-    geometry = _geometry(scene, archive)
-    watch = _watcher(scene, progress(f"beams {scene.name}"))
-    history = archive.keep(
-        "beams", scene, lambda: beams.run(scene, read_specimen(geometry), watch), anew=anew
-    )
-    return Results(scene, geometry, history, path=archive.path("beams", scene))
-
-
-def _reduced(scene: Scene, archive: Archive, progress: BeginProgress, anew: bool) -> Results:
-    """Load a network of beams whose joints, and perhaps springs, come from direct simulations."""
-    sources = _sources(scene, archive)
-    found = {key: _direct(source, archive, progress, anew=False) for key, source in sources.items()}
-    joints, springs = found["contacts_from"], found.get("springs_from")
-    history = archive.keep(
-        "rom",
-        scene,
-        lambda: rom.run(
-            scene, read_specimen(joints.geometry), joints.contacts, springs.contacts if springs else None
-        ),
-        after=[archive.path("contacts", source) for source in sources.values()],
-        anew=anew,
-    )
-    return Results(scene, joints.geometry, history, contacts=joints.contacts, path=archive.path("rom", scene))
-
-
-def _sources(scene: Scene, archive: Archive) -> dict[str, Scene]:
-    """Return the direct simulations that a reduced model takes something from, with the geometry of that model."""
-    named = {
-        key: name
-        for key in ("contacts_from", "springs_from")
-        if (name := getattr(scene.rom, key)) is not None
-    }
-    direct = {name: other for name, other in archive.scenes.items() if other.fidelity == "dns"}
-    for key, name in named.items():
-        if name not in direct:
-            message = unknown_choice(f"rom.{key} names the unknown dns scene", name, name, sorted(direct))
-            raise ConfigurationError(f"scene {scene.name!r}: {message}")
-    geometry = scene.geometry_inputs | {"knit": scene.knit}
-    alike = {name: direct[name].vary(geometry) for name in named.values()}
-    check_scenes_together(alike | {scene.name: scene}, "configuration")
-    return {key: archive.labelled(alike[name]) for key, name in named.items()}
-
-
-def _checkpoint(scene: Scene, archive: Archive) -> Path | None:
-    """Return the restart file of a scene; those of the same scene with other inputs are of no use any more."""
-    if archive.folder is None:
-        return None
-    inputs = [archive.path("geometry", archive.knit_of(scene)), archive.path("mesh", scene)]
-    checkpoint = restart_path(
-        archive.folder / "restart", scene, [*inputs, *modules_behind("knitstudy.solids.dns")]
-    )
-    forget_others(checkpoint)
-    return checkpoint
-
-
-def _watcher(scene: Scene, report: ReportProgress) -> Callable[[Increment], None]:
-    """Return what reports the share and the place of every increment."""
-    legs = len(scene.load.path)
-
-    def watch(increment: Increment) -> None:
-        load = increment.load
-        report(
-            load, f"leg {ceil(load * legs)} of {legs}" if legs else f"strain {load * scene.load.strain:.2%}"
-        )
-
-    return watch
+    def _make(self, stage: Stage, scene: Scene, wanted: str) -> xr.Dataset:
+        needed: dict[str, Any] = {
+            name: self.obtain(*step) for name, step in self.plan.needs(stage, scene).items()
+        }
+        if stage.long:
+            report = self.progress(f"{stage.name} {scene.name}")
+            restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
+            needed["run"] = run_with(restart, report)
+        return stage.load()(scene.only(stage.document(scene)), **needed)
 
 
 def _silence(label: str) -> ReportProgress:

@@ -192,20 +192,23 @@ class Scene:
                 found[section] = document[section]
         return found
 
-    def only(self, keys: Iterable[str]) -> Scene:
-        """Return the scene as a stage sees it that reads some keys: another one is an AttributeError there."""
-        wanted = [name.split(".") for name in keys]
-        sections = {}
-        for name, section in self.sections.items():
-            here = [parts[1:] for parts in wanted if parts[0] == name]
-            if here and [] in here:
-                sections[name] = section
-            elif here:
-                chosen = {part for (part,) in here}
-                values = {field: value for field, value in section if field in chosen}
-                sections[name] = type(section).model_construct(**values)
-        labels = Labels.model_construct(**{name: getattr(self, name) for name in Labels.model_fields})
-        return Scene(labels, self.kind, sections)
+    def only(self, document: Mapping) -> Scene:
+        """Return the scene as a stage sees it that has `read` a document: another key is an AttributeError there."""
+        return Scene.seen(
+            {name: _plain(getattr(self, name)) for name in Labels.model_fields} | dict(document)
+        )
+
+    @classmethod
+    def seen(cls, document: Mapping) -> Scene:
+        """Return a scene of some of its keys, not checked again; `document` is of `read`, with all labels."""
+        kind = Kind.of(document, "scene")
+        labels = validated(Labels, {name: document[name] for name in Labels.model_fields}, "scene")
+        sections = {
+            name: section.model_construct(**{key: _tuples(value) for key, value in document[name].items()})
+            for name, section in kind.sections.items()
+            if name in document
+        }
+        return cls(labels, kind, sections)
 
     def replace(self, key: str, value: Any) -> Scene:
         """Return a scene with one key changed, for example ``scene.replace("solver.increments", 4)``."""
@@ -339,6 +342,10 @@ def not_of_kind(kind: Kind, key: str) -> str:
 
 def _plain(value: Any) -> Any:
     return [_plain(each) for each in value] if isinstance(value, tuple) else value
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
 def _times(value: Any, factor: float) -> Any:

@@ -44,8 +44,6 @@ class CrossingRecord:
             [each.of(each.value, stations.position) for each in self._stencil], axis=1
         )
         self._rest = middle
-        self.gap: list[np.ndarray] = []
-        self.slip: list[np.ndarray] = []
 
     def _nearest(self, yarn: np.ndarray, arc_length: np.ndarray, crossings: Crossings) -> np.ndarray:
         """Stations (K,) of the lower row's yarn at its tied crossings."""
@@ -57,22 +55,25 @@ class CrossingRecord:
             station[k] = int(np.argmin(distance))
         return station
 
-    def add(self, state: TouchingState) -> dict[str, np.ndarray]:
-        """Keep gaps and slip of a converged state and return its columns for the history.
+    def columns(self, state: TouchingState) -> dict[str, np.ndarray]:
+        """Return the columns of a converged state for the history.
 
         Slip has been committed with the state; forces and gaps are those of its positions.
         """
         contact, places = self._model.contact, self._model.places(state.beams)
         points = self._model.points(state)
-        self.gap.append(contact.crossing_gap(points, self._count))
         slip = np.full(self._count, np.nan)
         slip[~self._tied] = state.history.slip[np.flatnonzero(~self._tied)]
-        self.slip.append(slip)
         force = contact.crossing_force(points, self._count)
         apart = BeamState(places.position, places.rotation)
         station_force = self._apart.respond(apart, stiffness=False).force.reshape(-1, 6)[:, :3]
         force[self._tied] = station_force[self._lower[self._tied]]
-        return {"crossing_force": force, "crossing_displacement": self._displacement(places)}
+        return {
+            "crossing_force": force,
+            "crossing_displacement": self._displacement(places),
+            "crossing_gap": contact.crossing_gap(points, self._count),
+            "crossing_slip": slip,
+        }
 
     def _displacement(self, places: Places) -> np.ndarray:
         """Displacement (K, 2, 3) of the points of both surfaces that faced each other at rest [m]."""
@@ -82,24 +83,3 @@ class CrossingRecord:
             for side, each in enumerate(self._stencil)
         ]
         return np.stack(sides, axis=1) - self._rest[:, None]
-
-    def variables(self) -> dict[str, tuple]:
-        """Return gaps, slip and which crossings are tied, as variables of the history."""
-        by_crossing = ("increment", "crossing")
-        return {
-            "crossing_gap": (
-                by_crossing,
-                np.array(self.gap),
-                {"units": "m", "long_name": "gap of the contact at the crossing"},
-            ),
-            "crossing_slip": (
-                by_crossing,
-                np.array(self.slip),
-                {"units": "m", "long_name": "length slipped since first contact"},
-            ),
-            "crossing_tied": (
-                "crossing",
-                self._tied.astype(np.int8),
-                {"units": "1", "long_name": "1 where the crossing is tied"},
-            ),
-        }

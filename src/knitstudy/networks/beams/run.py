@@ -1,40 +1,62 @@
-"""Pulls a knit of beams in contact and records its history, with the solver and the format of the solids."""
+"""Beams in contact under load: the loop and the history of the solids."""
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from knitstudy.cost import Meter
 from knitstudy.errors import ConvergenceError
 from knitstudy.gates.increment import require_sound
 from knitstudy.geometry.pattern import Knit
-from knitstudy.history import Recorder
-from knitstudy.load_path import load_path
+from knitstudy.loading.cost import Meter
+from knitstudy.loading.follow import follow
+from knitstudy.loading.history import Recorder
+from knitstudy.loading.load_path import load_path
+from knitstudy.loading.problem import Problem
+from knitstudy.loading.run import IN_MEMORY, Run
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.lu import LU
-from knitstudy.mechanics.newton import trace
-from knitstudy.mechanics.parallel import serial_blas
 from knitstudy.networks.beams.build import BeamKnit, build
 from knitstudy.networks.beams.crossings import CrossingRecord
 from knitstudy.networks.beams.neighbours import Gaps
 from knitstudy.networks.rom.grips import grips, tension
 from knitstudy.study.scene import Scene
 
-log = logging.getLogger(__name__)
-
 UNSEEN = 0.01
 """Penetration that no contact has seen, over the radius, beyond which a state is refused."""
 
 
-def run(scene: Scene, knit: Knit, progress: Callable[[Increment], None] | None = None) -> xr.Dataset:
+def simulate(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
     """Return the history of a scene of fidelity "beam".
 
-    Beside the format of docs/architecture.md it holds, by increment and crossing, `crossing_gap` and `crossing_slip`.
+    Parameters
+    ----------
+    scene : Scene
+    geometry : Dataset
+        Of the scene, in the format of docs/architecture.md.
+    run : Run
+
+    Raises
+    ------
+    GeometryError
+        As `problem`.
+    ConvergenceError, DataFileError
+        As `knitstudy.loading.follow.follow`.
+    """
+    return follow(problem(scene, Knit.from_dataset(geometry)), run)
+
+
+def run(scene: Scene, knit: Knit, how: Run = IN_MEMORY) -> xr.Dataset:
+    """Return the history of a scene: `problem`, followed; see `simulate`."""
+    return follow(problem(scene, knit), how)
+
+
+def problem(scene: Scene, knit: Knit) -> Problem:
+    """Return a scene of fidelity "beam" as a problem.
 
     Parameters
     ----------
@@ -42,65 +64,90 @@ def run(scene: Scene, knit: Knit, progress: Callable[[Increment], None] | None =
         What to load and how.
     knit : Knit
         The knit of the scene.
-    progress : callable, optional
-        Called with every converged increment.
 
     Raises
     ------
     GeometryError
         If no beams can be made of the yarns.
-    ConvergenceError
-        If the load cannot be reached, or yarns penetrate each other where no contact is computed.
     """
     meter = Meter()
-    beams = build(scene, knit)
+    return problem_of(build(scene, knit), scene, knit, meter)
+
+
+def problem_of(beams: BeamKnit, scene: Scene, knit: Knit, meter: Meter | None = None) -> Problem:
+    """Return beams in contact with the load of a scene, and with what is seen and refused on the way."""
+    meter = meter or Meter()
     network, model = beams.network, beams.model
     motion = load_path(scene, knit)
     ends = grips(network, knit, scene.load.direction)
-    drive = tension(ends, motion, scene.load.lateral)
-    driven = 6 * ends.driven[:, None] + np.arange(3)
-    recorder = Recorder(network.stations, driven, motion.axis, motion.at, motion.length, meter=meter)
-    record = CrossingRecord(beams, knit.crossings, scene)
-    # Where contact begins, a parabola through what came before overshoots far into the other yarn.
-    settings = replace(Settings.of(scene.solver), predictor=1)
-    with serial_blas():
-        for increment in trace(model, drive, settings, LU()):
-            columns = record.add(increment.state)
-            gaps = beams.neighbours.gaps(model.places(increment.state.beams).position)
-            displacement = network.station_displacement(model.beams, increment.state.beams)
-            smallest = gaps.smallest if np.isfinite(gaps.smallest) else np.nan
-            recorder.add(increment, displacement, smallest_gap=smallest, **columns)
-            log.info(
-                "increment %d: strain %.4f, force %.6g N, %d Newton iterations, smallest gap %.3g R",
-                increment.index,
-                recorder.columns["strain"][-1],
-                recorder.columns["force"][-1],
-                increment.newton_iterations,
-                smallest / scene.yarn.radius,
-            )
-            require_seen(beams, gaps, record.gap[-1], increment, scene.yarn.radius)
-            require_sound(scene, recorder, increment)
-            if progress:
-                progress(increment)
+    observer = BeamObserver(beams, knit, scene)
     law = model.contact
-    history = recorder.to_dataset(
-        scene=scene.name,
-        scene_hash=scene.hash,
-        fidelity=scene.fidelity,
-        interaction=scene.interaction,
-        dof=model.block * network.beam_nodes,
-        unknowns=model.size - len(drive.fixed),
-        elements=len(network.ends),
-        beam_contact=scene.beam.contact,
-        beam_section=scene.beam.section,
-        beam_ties=scene.beam.tie,
-        contact_coefficient=law.law.coefficient,
-        contact_exponent=law.law.exponent,
-        stick_stiffness=law.friction.tangential,
-        friction=law.friction.friction,
-        contact_points=len(law.crossing.weight),
+    return Problem(
+        scene=scene,
+        model=model,
+        prescribed=tension(ends, motion, scene.load.lateral),
+        solver=LU(),
+        # Where contact begins, a parabola through what came before overshoots far into the other yarn.
+        settings=replace(Settings.of(scene.solver), predictor=1),
+        motion=motion,
+        driven=6 * ends.driven[:, None] + np.arange(3),
+        stations=network.stations,
+        observers=(observer,),
+        checks=(observer.require_seen, partial(require_sound, scene, None)),
+        constants={"crossing_tied": beams.tied.astype(np.int8)},
+        attributes={
+            "dof": model.block * network.beam_nodes,
+            "elements": len(network.ends),
+            "beam_contact": scene.beam.contact,
+            "beam_section": scene.beam.section,
+            "beam_ties": scene.beam.tie,
+            "contact_coefficient": law.law.coefficient,
+            "contact_exponent": law.law.exponent,
+            "stick_stiffness": law.friction.tangential,
+            "friction": law.friction.friction,
+            "contact_points": len(law.crossing.weight),
+        },
+        meter=meter,
     )
-    return history.assign(record.variables())
+
+
+class BeamObserver:
+    """Sees the motion of the stations, what happens at crossings, and gaps of yarns that are near each other.
+
+    Parameters
+    ----------
+    beams : BeamKnit
+    knit : Knit
+    scene : Scene
+    """
+
+    def __init__(self, beams: BeamKnit, knit: Knit, scene: Scene) -> None:
+        self._beams, self._radius = beams, scene.yarn.radius
+        self._crossings = CrossingRecord(beams, knit.crossings, scene)
+        self._gaps: Gaps | None = None
+
+    def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        """Return columns of the history."""
+        state, model, network = increment.state, self._beams.model, self._beams.network
+        self._gaps = self._beams.neighbours.gaps(model.places(state.beams).position)
+        smallest = self._gaps.smallest
+        columns = {
+            "centreline_displacement": network.station_displacement(model.beams, state.beams),
+            "smallest_gap": smallest if np.isfinite(smallest) else np.nan,
+            **self._crossings.columns(state),
+        }
+        return columns, {}
+
+    def require_seen(self, increment: Increment, recorder: Recorder) -> None:
+        """Refuse the increment that was recorded last if yarns penetrate each other where no contact acts.
+
+        Raises
+        ------
+        ConvergenceError
+            As the function `require_seen`.
+        """
+        contact_gap = recorder.columns["crossing_gap"][-1]
+        require_seen(self._beams, self._gaps, contact_gap, increment, self._radius)
 
 
 def require_seen(

@@ -6,8 +6,8 @@ import numpy as np
 
 from knitstudy.geometry.arcs import head_arcs, inside, sinker_arcs
 from knitstudy.geometry.pattern import Knit
-from knitstudy.load_path import Motion
-from knitstudy.mechanics.increment import Drive
+from knitstudy.loading.load_path import Motion
+from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mesh.grips import Grips
 from knitstudy.networks.rom.network import Network
 
@@ -38,7 +38,7 @@ def gripped_arcs(knit: Knit, direction: str) -> dict[int, np.ndarray]:
     return {yarn: each[(each > 0) & (each < length)] for yarn, each in arcs.items()}
 
 
-def tension(grips: Grips, motion: Motion, lateral: str) -> Drive:
+def tension(grips: Grips, motion: Motion, lateral: str) -> PrescribedDisplacement:
     """Return the boundary conditions of a pull.
 
     The held side stays where it is. The driven side moves along the load as `motion` says and, with `lateral` "fixed",
@@ -54,4 +54,4 @@ def tension(grips: Grips, motion: Motion, lateral: str) -> Drive:
     value = np.zeros((len(motion.displacement), len(clamped) + driven.size))
     value[:, len(clamped) :: len(given)] = motion.displacement[:, [axis]]
     fixed = np.concatenate([clamped, driven.ravel()])
-    return Drive(fixed, value, motion.corners, motion.stops)
+    return PrescribedDisplacement(fixed, value, motion.corners, motion.stops)

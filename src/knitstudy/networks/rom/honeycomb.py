@@ -19,7 +19,7 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.pattern import Knit
-from knitstudy.history import Stations
+from knitstudy.loading.history import Stations
 from knitstudy.networks.rom.network import Network
 
 

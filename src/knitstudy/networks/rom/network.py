@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from knitstudy.history import Stations
+from knitstudy.loading.history import Stations
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.spring import LinearSprings

@@ -19,7 +19,7 @@ import numpy as np
 from knitstudy.errors import ConfigurationError, GeometryError
 from knitstudy.gates.memory import require_memory
 from knitstudy.geometry.pattern import Knit
-from knitstudy.history import Stations
+from knitstudy.loading.history import Stations
 from knitstudy.mechanics.spring import LinearSprings
 from knitstudy.networks.rom.joints import Joints
 from knitstudy.networks.rom.network import Network

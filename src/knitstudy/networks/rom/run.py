@@ -1,20 +1,25 @@
-"""Pulls a reduced model and records its history, with the solver and the format of the solids."""
+"""Reduced models under load: networks of beams, with the loop and the history of the solids."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from knitstudy.cost import Meter
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.gates.increment import require_sound
 from knitstudy.geometry.pattern import Knit
-from knitstudy.history import Recorder
-from knitstudy.load_path import load_path
-from knitstudy.mechanics.increment import Settings
+from knitstudy.loading.cost import Meter
+from knitstudy.loading.follow import follow
+from knitstudy.loading.load_path import load_path
+from knitstudy.loading.problem import Problem
+from knitstudy.loading.run import IN_MEMORY, Run
+from knitstudy.mechanics.beam_model import BeamModel
+from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.lu import LU
-from knitstudy.mechanics.newton import trace
-from knitstudy.mechanics.parallel import serial_blas
 from knitstudy.networks.rom import honeycomb, rom3d
 from knitstudy.networks.rom.grips import gripped_arcs, grips, tension
 from knitstudy.networks.rom.joints import Joints, spring_joints
@@ -26,8 +31,49 @@ PIN = 10.0
 """Stiffness of pins over E R: a newton moves the pinned points by a tenth of a micrometre."""
 
 
-def run(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset | None = None) -> xr.Dataset:
+def simulate(
+    scene: Scene,
+    geometry: xr.Dataset,
+    contacts: xr.Dataset,
+    springs: xr.Dataset | None = None,
+    run: Run = IN_MEMORY,
+) -> xr.Dataset:
     """Return the history of a scene of fidelity "rom2d" or "rom3d".
+
+    Parameters
+    ----------
+    scene : Scene
+    geometry : Dataset
+        Of the scene, in the format of docs/architecture.md.
+    contacts, springs
+        Contacts of the simulations that ``rom.contacts_from`` and ``rom.springs_from`` name.
+    run : Run
+
+    Raises
+    ------
+    ConfigurationError, DataFileError, GeometryError
+        As `problem`.
+    ConvergenceError, DataFileError
+        As `knitstudy.loading.follow.follow`.
+    """
+    return follow(problem(scene, Knit.from_dataset(geometry), contacts, springs), run)
+
+
+def run(
+    scene: Scene,
+    knit: Knit,
+    contacts: xr.Dataset,
+    springs_from: xr.Dataset | None = None,
+    how: Run = IN_MEMORY,
+) -> xr.Dataset:
+    """Return the history of a scene: `problem`, followed; see `simulate`."""
+    return follow(problem(scene, knit, contacts, springs_from), how)
+
+
+def problem(
+    scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset | None = None
+) -> Problem:
+    """Return a scene of fidelity "rom2d" or "rom3d" as a problem.
 
     Parameters
     ----------
@@ -48,66 +94,64 @@ def run(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset
         If the contacts are those of another knit, or not all crossings have one.
     GeometryError
         If no joints can be made of the contacts.
-    ConvergenceError
-        If the load cannot be reached.
     """
     _require_all_crossings(contacts, knit)
     meter = Meter()
-    network = build(scene, knit, contacts, springs_from)
-    history = pull(network, scene, knit, meter)
-    joints = network.joints
-    if joints is None:
-        return history
-    meaning = {
-        "units": "N/m",
-        "long_name": "force over displacement of the springs, nan where there are none",
-    }
-    dims = ("crossing", "xyz", "displacement_xyz")
-    return history.assign(joint_stiffness=(dims, joints.stiffness, meaning)).assign_attrs(
-        open_crossings=int(joints.open.sum())
-    )
+    return problem_of(assemble(scene, knit, contacts, springs_from), scene, knit, meter)
 
 
-def pull(network: Network, scene: Scene, knit: Knit, meter: Meter | None = None) -> xr.Dataset:
-    """Return the history of a network under the load of a scene.
-
-    Beside the format of docs/architecture.md it holds `joint_couple`, the sum of `BeamModel.couples`, and
-    `joint_couple_magnitude`, the sum of their magnitudes: on a symmetric knit couples cancel.
-    """
+def problem_of(network: Network, scene: Scene, knit: Knit, meter: Meter | None = None) -> Problem:
+    """Return a network with the load of a scene."""
     meter = meter or Meter()
     model = network.model(scene.yarn.diameter, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
     motion = load_path(scene, knit)
     ends = grips(network, knit, scene.load.direction)
-    drive = tension(ends, motion, scene.load.lateral)
-    driven = 6 * ends.driven[:, None] + np.arange(3)
-    recorder = Recorder(network.stations, driven, motion.axis, motion.at, motion.length, meter=meter)
-    settings = Settings.of(scene.solver)
-    couples, magnitudes = [], []
-    with serial_blas():
-        for increment in trace(model, drive, settings, LU()):
-            recorder.add(increment, network.station_displacement(model, increment.state))
-            require_sound(scene, recorder, increment)
-            left = model.couples(increment.state)
-            couples.append(left.sum(axis=0))
-            magnitudes.append(np.linalg.norm(left, axis=1).sum())
-    history = recorder.to_dataset(
-        scene=scene.name,
-        scene_hash=scene.hash,
-        fidelity=scene.fidelity,
-        interaction=scene.interaction,
-        dof=model.block * network.beam_nodes,
-        unknowns=model.size - len(drive.fixed),
-        elements=len(network.ends),
-    )
-    meaning = {"units": "N m", "long_name": "couple that the joints leave without balance"}
-    magnitude = {"units": "N m", "long_name": "sum of the magnitudes of these couples"}
-    return history.assign(
-        joint_couple=(("increment", "xyz"), np.array(couples), meaning),
-        joint_couple_magnitude=("increment", np.array(magnitudes), magnitude),
+    joints = network.joints
+    return Problem(
+        scene=scene,
+        model=model,
+        prescribed=tension(ends, motion, scene.load.lateral),
+        solver=LU(),
+        settings=Settings.of(scene.solver),
+        motion=motion,
+        driven=6 * ends.driven[:, None] + np.arange(3),
+        stations=network.stations,
+        observers=(NetworkObserver(network, model),),
+        checks=(partial(require_sound, scene, None),),
+        constants={} if joints is None else {"joint_stiffness": joints.stiffness},
+        attributes={
+            "dof": model.block * network.beam_nodes,
+            "elements": len(network.ends),
+            **({} if joints is None else {"open_crossings": int(joints.open.sum())}),
+        },
+        meter=meter,
     )
 
 
-def build(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset | None = None) -> Network:
+@dataclass(frozen=True, eq=False)
+class NetworkObserver:
+    """Sees the motion of the stations, and the couples that joints leave without balance.
+
+    Their magnitudes are summed as well: on a symmetric knit couples cancel.
+    """
+
+    network: Network
+    model: BeamModel
+
+    def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        """Return columns of the history."""
+        couples = self.model.couples(increment.state)
+        columns = {
+            "centreline_displacement": self.network.station_displacement(self.model, increment.state),
+            "joint_couple": couples.sum(axis=0),
+            "joint_couple_magnitude": np.linalg.norm(couples, axis=1).sum(),
+        }
+        return columns, {}
+
+
+def assemble(
+    scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset | None = None
+) -> Network:
     """Return the network of beams that a scene asks for.
 
     The planar one joins the yarns at all crossings by shared nodes, whatever the interaction.
@@ -115,7 +159,7 @@ def build(scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Datas
     Raises
     ------
     ConfigurationError, DataFileError, GeometryError
-        As `run`.
+        As `problem`.
     """
     if scene.fidelity == "rom2d":
         return honeycomb.build(knit, contacts, doubled=scene.rom.section == "doubled")

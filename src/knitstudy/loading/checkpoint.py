@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any, get_args, get_type_hints
+from types import UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from knitstudy.errors import DataFileError
 from knitstudy.files.replacing import replacing
-from knitstudy.history import Recorder
+from knitstudy.loading.history import Recorder
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
 
-JUDGED = tuple(f"column.{name}" for name in ("load", "strain", "force", "reaction", "energy"))
-"""Columns of a history that gates and tables judge a run by."""
+_LEAVES = (np.ndarray, np.generic, bool, int, float, str)
+_SCALARS = (bool, int, float, str)
+_JUDGED = tuple(
+    f"column.{name}" for name in ("load", "strain", "force", "reaction", "energy")
+)  # by gates and tables
 
 
 class Checkpoint:
@@ -28,14 +32,20 @@ class Checkpoint:
     key : str
         Hash of everything that determines the result. A file with another key is refused.
     state_type : type
-        Dataclass of arrays, numbers and such dataclasses that the model's state is.
+        What the model's state is: a dataclass of arrays, numbers, texts, None, tuples of them, and such dataclasses.
     """
 
     def __init__(self, path: Path, key: str, state_type: type) -> None:
         self.path, self.key, self.state_type = Path(path), key, state_type
 
     def save(self, increment: Increment, recorder: Recorder) -> None:
-        """Write the file anew, whole or not at all."""
+        """Write the file anew, whole or not at all.
+
+        Raises
+        ------
+        TypeError
+            If the state holds something that a restart file cannot keep.
+        """
         state = _arrays(increment.state, "state")
         rates = {f"rate.{i}": rate.step for i, rate in enumerate(increment.rates)}
         columns = {f"column.{name}": np.array(values) for name, values in recorder.columns.items()}
@@ -87,7 +97,7 @@ class Checkpoint:
         return Increment(
             index=int(data["index"]),
             load=float(data["load"]),
-            state=_dataclass(self.state_type, data, "state"),
+            state=_value(self.state_type, data, "state"),
             response=Response(data["force"], float(data["mean_force"])),
             size=float(data["size"]),
             rates=tuple(rates),
@@ -103,15 +113,13 @@ def _require_whole(data: dict[str, np.ndarray]) -> None:
 
     A gap is infinite, or nan in the history, where nothing is near.
     """
+    increments = int(data["index"]) + 1
     for name, values in data.items():
-        if name.startswith(("state.", "rate", "force", "mean_force", "load", "size", *JUDGED)):
-            if values.dtype.kind == "f" and np.isnan(values).any():
-                raise ValueError(f"{name} holds nan")
-            if values.dtype.kind not in "iufb":
-                raise ValueError(f"{name} holds {values.dtype} and must hold numbers")
-        rows = len(values) if name.startswith("column.") else int(data["index"]) + 1
-        if rows != int(data["index"]) + 1:
-            raise ValueError(f"{name} has {rows} increments and must have {int(data['index']) + 1}")
+        judged = name.startswith(("state.", "rate", "force", "mean_force", "load", "size", *_JUDGED))
+        if judged and values.dtype.kind == "f" and np.isnan(values).any():
+            raise ValueError(f"{name} holds values that are not numbers")
+        if name.startswith("column.") and len(values) != increments:
+            raise ValueError(f"{name} has {len(values)} increments and must have {increments}")
         if name.startswith("rate.") and values.shape != data["force"].shape:
             raise ValueError(f"{name} has the shape {values.shape} and must have {data['force'].shape}")
     if not 0 <= float(data["load"]) <= 1:
@@ -119,25 +127,34 @@ def _require_whole(data: dict[str, np.ndarray]) -> None:
 
 
 def _arrays(value: Any, name: str) -> dict[str, np.ndarray]:
-    """Return all arrays and numbers in a dataclass and those inside it by dotted names; None is left out."""
+    """Return all arrays, numbers and texts in a value by dotted names; None is left out."""
     if value is None:
         return {}
-    if not is_dataclass(value):
+    if is_dataclass(value):
+        parts = [_arrays(getattr(value, field.name), f"{name}.{field.name}") for field in fields(value)]
+    elif isinstance(value, tuple):
+        parts = [{f"{name}.length": np.asarray(len(value))}]
+        parts += [_arrays(each, f"{name}.{i}") for i, each in enumerate(value)]
+    elif isinstance(value, _LEAVES) and np.asarray(value).dtype != object:
         return {name: np.asarray(value)}
-    parts = (_arrays(getattr(value, field.name), f"{name}.{field.name}") for field in fields(value))
+    else:
+        raise TypeError(f"{name} is a {type(value).__name__}, which a restart file cannot keep")
     return {key: array for part in parts for key, array in part.items()}
 
 
-def _dataclass(kind: type, data: dict[str, np.ndarray], name: str) -> Any:
-    """Return the dataclass that `_arrays` took apart."""
-    hints = get_type_hints(kind)
-    values = {}
-    for field in fields(kind):
-        key, hint = f"{name}.{field.name}", hints[field.name]
-        inner = next((part for part in (hint, *get_args(hint)) if is_dataclass(part)), None)
-        if inner is not None:
-            present = any(entry.startswith(f"{key}.") for entry in data)
-            values[field.name] = _dataclass(inner, data, key) if present else None
-        else:
-            values[field.name] = hint(data[key]) if hint in (int, float) else data[key]
-    return kind(**values)
+def _value(hint: Any, data: dict[str, np.ndarray], name: str) -> Any:
+    """Return the value of a type that `_arrays` took apart."""
+    if get_origin(hint) in (Union, UnionType):
+        if not any(entry == name or entry.startswith(f"{name}.") for entry in data):
+            return None
+        hint = next(part for part in get_args(hint) if part is not type(None))
+    if is_dataclass(hint):
+        hints = get_type_hints(hint)
+        return hint(
+            **{field.name: _value(hints[field.name], data, f"{name}.{field.name}") for field in fields(hint)}
+        )
+    if get_origin(hint) is tuple:
+        count, kinds = int(data[f"{name}.length"]), get_args(hint)
+        each = kinds[:1] * count if kinds[-1] is Ellipsis else kinds
+        return tuple(_value(kind, data, f"{name}.{i}") for i, kind in zip(range(count), each, strict=True))
+    return hint(data[name]) if hint in _SCALARS else data[name]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.increment import between_corners
 from knitstudy.study.scene import Scene
+from knitstudy.study.sections.load import Path, Tension
 
 DIRECTIONS = ("course", "wale")
 """Of a knit's load, along x and y."""
@@ -54,3 +56,12 @@ def load_path(scene: Scene, specimen: Knit | Pair) -> Motion:
     length = (specimen.width, specimen.height)[axis]
     stops = tuple(stop / scene.load.strain for stop in scene.load.stops)
     return Motion(scene.load.strain * length * np.eye(3)[[axis]], (1.0,), stops, axis, length)
+
+
+def place(load: Tension | Path, factor: float) -> str:
+    """Return where a load factor is on the load path, in words: a knit's strain, the leg of a pair's path."""
+    if isinstance(load, Tension):
+        return f"strain {factor * load.strain:.2%}"
+    legs = len(load.path)
+    # Rounding at a corner must not begin the next leg.
+    return f"leg {max(1, ceil(factor * legs - 1e-9))} of {legs}"

@@ -1,0 +1,49 @@
+"""Write the tables of columns into docs/architecture.md: ``python docs/columns.py``. They come from the library."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from knitstudy.loading.columns import CONTACTS, HISTORY, Columns
+
+PAGE = Path(__file__).with_name("architecture.md")
+
+TABLES = {"history": HISTORY, "contacts": CONTACTS}
+"""By the name in the comments that a table of the page stands between."""
+
+
+def markdown(columns: Columns) -> str:
+    """Return the variables of a kind of file as a table; those of points in contact come last."""
+    rows = [
+        f"| {name} | {', '.join(column.dims)} | {column.unit} | {column.meaning} | {column.where} |"
+        for name, column in columns.table.items()
+    ]
+    return "\n".join(["| variable | dims | unit | meaning | where |", "|---|---|---|---|---|", *rows])
+
+
+def renewed(page: str) -> str:
+    """Return the text of the page with its tables as the library has them.
+
+    Raises
+    ------
+    ValueError
+        If the page has no place for one of them.
+    """
+    for name, columns in TABLES.items():
+        begin, end = (
+            f"<!-- columns of {name}: python docs/columns.py -->",
+            f"<!-- end of columns of {name} -->",
+        )
+        place = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
+        if not place.search(page):
+            raise ValueError(
+                f"{PAGE.name} has no lines {begin!r} and {end!r}: put them where the table belongs"
+            )
+        table = f"{begin}\n\n{markdown(columns)}\n\n{end}"
+        page = place.sub(lambda _, table=table: table, page)
+    return page
+
+
+if __name__ == "__main__":
+    PAGE.write_text(renewed(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,0 +1,118 @@
+"""Follows a problem along its load path, with restart file, progress, checks and history."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import ConvergenceError, DataFileError
+from knitstudy.files.netcdf import write_dataset
+from knitstudy.loading.checkpoint import Checkpoint
+from knitstudy.loading.history import Recorder
+from knitstudy.loading.load_path import place
+from knitstudy.loading.problem import Problem
+from knitstudy.loading.run import IN_MEMORY, Run
+from knitstudy.mechanics.increment import Increment
+from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.parallel import serial_blas
+
+log = logging.getLogger(__name__)
+
+
+def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
+    """Drive a model to full load and return its history.
+
+    Parameters
+    ----------
+    problem : Problem
+    run : Run
+        Restart file, place of a partial history, and progress.
+
+    Returns
+    -------
+    Dataset
+        History in the format of docs/architecture.md.
+
+    Raises
+    ------
+    ConvergenceError
+        If the load cannot be reached or a check refuses a state; the files of the run keep what had converged.
+    DataFileError
+        If the restart file is damaged or belongs to another scene.
+    """
+    scene, recorder = problem.scene, problem.recorder()
+    checkpoint = None
+    if run.restart:
+        checkpoint = Checkpoint(run.restart, scene.hash, type(problem.model.start()))
+    last = checkpoint.load(recorder) if checkpoint else None
+    if last is not None:
+        log.info("going on from increment %d at load factor %.4g (%s)", last.index, last.load, run.restart)
+        run.progress(last.load, place(scene.load, last.load))
+    path = trace(problem.model, problem.prescribed, problem.settings, problem.solver, last)
+    try:
+        with serial_blas():
+            for increment in path:
+                _record(problem, recorder, increment)
+                last = increment
+                for check in problem.checks:
+                    check(last, recorder)
+                if checkpoint:
+                    checkpoint.save(last, recorder)
+                run.progress(last.load, place(scene.load, last.load))
+    except ConvergenceError as error:
+        if run.partial is None or last is None:
+            raise
+        write_dataset(
+            _history(problem, recorder, last).assign_attrs(incomplete=str(error)), run.partial, scene
+        )
+        raise ConvergenceError(
+            f"{str(error).rstrip('.')}. The history up to load factor {last.load:.4g} is in {run.partial}"
+        ) from None
+    history = _history(problem, recorder, last)
+    if checkpoint:
+        checkpoint.remove()
+    if run.partial:
+        run.partial.unlink(missing_ok=True)
+    return history
+
+
+def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:
+    """Add what all observers see of a converged increment to the history, and a line to the log."""
+    columns, points = {}, {}
+    for observer in problem.observers:
+        seen, touching = observer.record(increment)
+        if twice := columns.keys() & seen.keys():
+            raise DataFileError(f"two observers report {min(twice)!r}: leave it to one of them")
+        columns |= seen
+        points |= touching
+    recorder.add(increment, columns, points)
+    gap = columns.get("smallest_gap", np.nan)
+    log.info(
+        "increment %d: %s, force %.6g N, %d Newton and %d Krylov iterations, residual %.1e%s",
+        increment.index,
+        place(problem.scene.load, increment.load),
+        recorder.columns["force"][-1],
+        increment.newton_iterations,
+        increment.krylov_iterations,
+        increment.residual,
+        f", smallest gap {gap:.3g} m" if np.isfinite(gap) else "",
+    )
+
+
+def _history(problem: Problem, recorder: Recorder, last: Increment) -> xr.Dataset:
+    """Return the history so far, with the fields of the last increment if asked for."""
+    scene, solver = problem.scene, problem.solver
+    fields = problem.fields(last.state) if problem.fields else {}
+    return recorder.to_dataset(
+        problem.constants | fields,
+        scene=scene.name,
+        scene_hash=scene.hash,
+        fidelity=scene.fidelity,
+        interaction=scene.interaction,
+        unknowns=problem.model.size - len(problem.prescribed.fixed),
+        linear_solver=type(getattr(solver, "preconditioner", solver)).__name__,
+        linear_setups=getattr(solver, "setups", 0),
+        **problem.attributes,
+    )

@@ -1,0 +1,156 @@
+"""The history of a loading, in one format for solids and beams (see docs/architecture.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.loading.columns import HISTORY
+from knitstudy.loading.cost import Meter
+from knitstudy.loading.load_path import Motion
+from knitstudy.mechanics.increment import PHASES, Increment
+
+FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisation")
+"""Forms of energy in the ledger: external work = the sum of all others."""
+
+
+@dataclass(frozen=True)
+class Stations:
+    """Points whose motion the history follows: section centres or beam nodes.
+
+    Attributes
+    ----------
+    yarn : ndarray of int, shape (S,)
+        Yarn of a station.
+    arc_length : ndarray, shape (S,)
+        Its arc length along the undeformed yarn [m].
+    position : ndarray, shape (S, 3)
+        Its undeformed position [m].
+    """
+
+    yarn: np.ndarray
+    arc_length: np.ndarray
+    position: np.ndarray
+
+
+@dataclass
+class Recorder:
+    """Collects increments and keeps the ledger of energies.
+
+    Attributes
+    ----------
+    stations : Stations
+        Points to follow.
+    driven : ndarray of int, shape (k, 3)
+        Unknowns of the driven nodes by component (x, y, z).
+    motion : Motion
+        Of the driven side.
+    meter : Meter
+        Begun before the model was built, so that its memory counts.
+    columns : dict of str to list
+        One value an increment.
+    flat : dict of str to list
+        One array an increment, of as many rows as points were in contact.
+    """
+
+    stations: Stations
+    driven: np.ndarray
+    motion: Motion
+    meter: Meter = field(default_factory=Meter)
+    columns: dict[str, list] = field(default_factory=dict)
+    flat: dict[str, list[np.ndarray]] = field(default_factory=dict)
+
+    def add(
+        self,
+        increment: Increment,
+        observed: Mapping[str, Any],
+        points: Mapping[str, np.ndarray] | None = None,
+    ) -> None:
+        """Append a converged increment.
+
+        Parameters
+        ----------
+        increment : Increment
+        observed : mapping of str to ndarray
+            What the model's observers saw, by names of `HISTORY`: ``centreline_displacement`` (S, 3) [m], and what else
+            there is.
+        points : mapping of str to ndarray, optional
+            Columns of the points in contact, by names of `HISTORY` without ``contact_``.
+
+        Raises
+        ------
+        DataFileError
+            If `HISTORY` has no such name.
+        """
+        reaction = np.array([increment.response.force[self.driven[:, i]].sum() for i in range(3)])
+        displacement, axis = self.motion.at(increment.load), self.motion.axis
+        row = {
+            "load": increment.load,
+            "strain": displacement[axis] / self.motion.length,
+            "displacement": displacement[axis],
+            "driven_displacement": displacement,
+            "force": reaction[axis],
+            "reaction": reaction,
+            "newton_iterations": increment.newton_iterations,
+            "krylov_iterations": increment.krylov_iterations,
+            "residual": increment.residual,
+            "correction": increment.correction,
+            "energy": self._ledger(increment, displacement, reaction),
+            "seconds": np.array([increment.timings.get(phase, 0.0) for phase in PHASES]),
+            **observed,
+        }
+        HISTORY.require([*row, *(f"contact_{name}" for name in points or {})])
+        for name, value in row.items():
+            self.columns.setdefault(name, []).append(value)
+        for name, values in (points or {}).items():
+            self.flat.setdefault(name, []).append(values)
+
+    def _ledger(self, increment: Increment, displacement: np.ndarray, reaction: np.ndarray) -> np.ndarray:
+        ledger = np.array([increment.response.energy.get(form, 0.0) for form in FORMS])
+        if self.columns:
+            # Trapezoidal work of the reactions: independent of the potentials that it is held against.
+            mean = 0.5 * (reaction + self.columns["reaction"][-1])
+            moved = displacement - self.columns["driven_displacement"][-1]
+            ledger[0] = self.columns["energy"][-1][0] + mean @ moved
+        return ledger
+
+    def to_dataset(self, once: Mapping[str, np.ndarray] | None = None, **attributes) -> xr.Dataset:
+        """Return the history as a Dataset in the format of docs/architecture.md.
+
+        Parameters
+        ----------
+        once : mapping of str to ndarray, optional
+            Variables of `HISTORY` that are the same at all increments, or known at the last one alone.
+        **attributes
+            What else the file says about itself.
+        """
+        values = {name: np.array(values) for name, values in self.columns.items()} | self._points()
+        values |= {
+            "yarn": np.asarray(self.stations.yarn),
+            "arc_length": self.stations.arc_length,
+            "centreline": self.stations.position,
+        }
+        coordinates = {"xyz": list("xyz"), "form": list(FORMS), "phase": list(PHASES)}
+        cost = self.meter.read()
+        attributes = {
+            "wall_seconds": cost.seconds,
+            "memory_growth": cost.memory_growth,
+            "memory_peak": cost.memory_peak,
+            "axis": self.motion.axis,
+            "gauge_length": self.motion.length,
+            **attributes,
+        }
+        return xr.Dataset(HISTORY.variables(values | dict(once or {})), coords=coordinates, attrs=attributes)
+
+    def _points(self) -> dict[str, np.ndarray]:
+        """Return the points in contact of all increments one after another, if there are any."""
+        if not self.flat:
+            return {}
+        counts = [len(values) for values in self.flat["crossing"]]
+        number = np.repeat(np.arange(len(counts)), counts)
+        joined = {f"contact_{name}": np.concatenate(parts) for name, parts in self.flat.items()}
+        return {"contact_increment": number} | joined

@@ -1,0 +1,67 @@
+"""How the workflow engine learns which results are up to date: from files that hold the digests they should have.
+
+Such a file is an input of the rule, and the only one whose time counts. It is older than a result of its digest, whoever
+made that, and newer than one of another digest.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from knitstudy.files.netcdf import recorded_digest
+from knitstudy.stages.plan import Plan
+from knitstudy.study.scene import Scene, digest
+
+FOLDER = Path("run/digests")
+"""Where they lie, beside restart files."""
+
+
+def note(name: str | Path, wanted: str, result: Path | None = None) -> None:
+    """Write the digest that a result should have, unless it is written already.
+
+    Parameters
+    ----------
+    name : str or Path
+        Of the result.
+    wanted : str
+    result : Path, optional
+        File that says which digest it has; without one, only a digest that changes makes a result out of date.
+    """
+    path = FOLDER / name
+    written = path.read_text(encoding="utf-8") if path.is_file() else None
+    if result is None or not result.is_file():
+        if written != wanted:
+            _write(path, wanted)
+        return
+    recorded = recorded_digest(result)
+    if recorded == wanted:
+        if written != wanted:
+            _write(path, wanted)
+        older = result.stat().st_mtime - 1
+        if path.stat().st_mtime > older:
+            os.utime(path, (older, older))
+        return
+    # The engine compares contents as well as times: what is there now is part of it.
+    text = f"{wanted} instead of {recorded or 'none'}"
+    if written != text or path.stat().st_mtime <= result.stat().st_mtime:
+        _write(path, text)
+
+
+def note_all(plan: Plan, scenes: Iterable[Scene], results: Path) -> None:
+    """Note the digests of all that can be made of scenes."""
+    for stage, scene in plan.steps(scenes):
+        path = stage.path(scene)
+        has_digest = path.suffix == ".nc"
+        note(path, plan.digest(stage, scene), results / path if has_digest else None)
+
+
+def digest_of_files(reads: Mapping, code: str, needed: Mapping[str, str]) -> str:
+    """Return the digest of a figure, a table or the report: of what it reads, its code, and what it is made from."""
+    return digest({"reads": dict(reads), "code": code, "needs": dict(needed)})
+
+
+def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")

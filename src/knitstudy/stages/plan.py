@@ -1,0 +1,126 @@
+"""Which results there are of the scenes of a configuration, what each is made from, and the digest that it has then."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from pathlib import Path
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.registry import unknown_choice
+from knitstudy.stages.code import code_digest
+from knitstudy.stages.table import STAGES, Stage
+from knitstudy.study.configuration import CONFIG, check_scenes_together, load_scenes
+from knitstudy.study.scene import Scene, digest
+
+DIGITS = 8
+"""Digits of a hash in the name of a scene or knit that the configuration does not have."""
+
+Step = tuple[Stage, Scene]
+
+
+def digest_of(stage: Stage, document: Mapping, scene: Scene, needed: Mapping[str, str]) -> str:
+    """Return the digest of a result: of what its stage reads, of the code behind it, and of what it is made from.
+
+    Two results of one digest are the same. It decides whether a result is up to date, for the workflow as for the
+    command.
+
+    Parameters
+    ----------
+    stage : Stage
+    document : mapping
+        What the stage reads of the scene (`Stage.document`).
+    scene : Scene
+        Chooses modules of code by its kind.
+    needed : mapping of str to str
+        Digests of what it is made from.
+    """
+    code = code_digest(stage.module, *stage.code(scene))
+    return digest({"stage": stage.name, "reads": document, "code": code, "needs": dict(needed)})
+
+
+class Plan:
+    """The results of scenes.
+
+    Attributes
+    ----------
+    scenes : dict of str to Scene
+        Of the configuration.
+    knits : dict of str to Scene
+        The first scene of every knit or pair: the geometry of all that share a label is the same.
+    """
+
+    def __init__(self, scenes: Mapping[str, Scene]) -> None:
+        self.scenes = dict(scenes)
+        self.knits: dict[str, Scene] = {}
+        for scene in self.scenes.values():
+            self.knits.setdefault(scene.knit, scene)
+        self._digests: dict[Path, str] = {}
+
+    @classmethod
+    def of(cls, config: Path = CONFIG) -> Plan:
+        """Return the plan of a configuration folder."""
+        return cls(load_scenes(config))
+
+    def needs(self, stage: Stage, scene: Scene) -> dict[str, Step]:
+        """Return what a result is made from, by the names that its function calls them.
+
+        Raises
+        ------
+        ConfigurationError
+            If the scene names another one that there is not, or that does not go with it.
+        """
+        found = stage.needs(scene, lambda key: self.named(scene, key))
+        return {name: (STAGES.find(other), of) for name, (other, of) in found.items()}
+
+    def digest(self, stage: Stage, scene: Scene) -> str:
+        """Return the digest that a result has when it is up to date."""
+        path = stage.path(scene)
+        if path not in self._digests:
+            needed = {name: self.digest(*step) for name, step in self.needs(stage, scene).items()}
+            self._digests[path] = digest_of(stage, stage.document(scene), scene, needed)
+        return self._digests[path]
+
+    def steps(self, scenes: Iterable[Scene]) -> list[Step]:
+        """Return everything that may be made of scenes, each path once."""
+        found = {
+            stage.path(scene): (stage, scene)
+            for scene in scenes
+            for stage in STAGES.all().values()
+            if stage.of(scene)
+        }
+        return list(found.values())
+
+    def wanted(self, scenes: Iterable[Scene]) -> list[Path]:
+        """Return what a study of scenes consists of."""
+        return [stage.path(scene) for stage, scene in self.steps(scenes) if stage.wanted(scene)]
+
+    def named(self, scene: Scene, key: str) -> Scene:
+        """Return the direct simulation that a key of a scene names, with the geometry of that scene."""
+        name = scene.value(key)
+        if name not in self._direct:
+            message = unknown_choice(f"{key} names the unknown dns scene", name, name, sorted(self._direct))
+            raise ConfigurationError(f"scene {scene.name!r}: {message}")
+        other = self._direct[name]
+        if other.geometry_key != scene.geometry_key:
+            other = other.vary(scene.geometry_inputs | {"knit": scene.knit})
+        check_scenes_together({name: other, scene.name: scene}, "configuration", {key})
+        return self.labelled(other)
+
+    def labelled(self, scene: Scene) -> Scene:
+        """Return a scene under labels of its own where the configuration gives its labels to other keys.
+
+        A changed scene must not take the place of the one that it was made from: its name, and the label of its knit
+        where the geometry has changed, end with digits of their hash.
+        """
+        named, knit = self.scenes.get(scene.name), self.knits.get(scene.knit)
+        labels = {}
+        if named is not None and named.hash != scene.hash:
+            labels["name"] = f"{scene.name}-{scene.hash[:DIGITS]}"
+        if knit is not None and knit.geometry_key != scene.geometry_key:
+            labels["knit"] = f"{scene.knit}-{scene.geometry_key[:DIGITS]}"
+        return scene.vary(labels) if labels else scene
+
+    @cached_property
+    def _direct(self) -> dict[str, Scene]:
+        return {name: scene for name, scene in self.scenes.items() if scene.fidelity == "dns"}

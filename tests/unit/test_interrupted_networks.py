@@ -1,0 +1,86 @@
+"""Reduced models and beams in contact that were interrupted go on as if nothing had happened, and report progress."""
+
+import numpy as np
+import pytest
+
+from knitstudy.errors import ConvergenceError
+from knitstudy.files.netcdf import read_dataset
+from knitstudy.loading.run import Run
+from knitstudy.networks.beams import run as beams
+from knitstudy.networks.rom import run as rom
+
+
+@pytest.fixture(scope="module")
+def reduced(plain_scene, knit, contacts):
+    """Function that loads a reduced model."""
+    scene = plain_scene.replace("mesh.beam_size", 3e-3)
+    return lambda **files: rom.run(scene, knit, contacts, how=Run(**files))
+
+
+@pytest.fixture(scope="module")
+def planar(plain_scene, knit, contacts):
+    """Function that loads a planar model."""
+    return lambda **files: rom.run(plain_scene.replace("fidelity", "rom2d"), knit, contacts, how=Run(**files))
+
+
+@pytest.fixture(scope="module")
+def touching(plain_scene, knit_of):
+    """Function that loads one cell of beams, flattened until its yarns touch and slide."""
+    flat = np.array(plain_scene.pattern.control_points) * [1, 1, 0.985]
+    scene = plain_scene.vary(
+        {
+            "name": "beam",
+            "fidelity": "beam",
+            "interaction": "isotropic",
+            "pattern.control_points": flat.tolist(),
+            "pattern.loops": 1,
+            "pattern.rows": 1,
+            "contact.tied_edges": "none",
+            "contact.friction": 0.1,
+            "mesh.beam_size": 1e-3,
+            "load.strain": 0.03,
+            "solver.increments": 4,
+        }
+    )
+    return lambda **files: beams.run(scene, knit_of(scene), Run(**files))
+
+
+def interrupted(run, restart, after):
+    """Run until a load factor has been reached, then be interrupted; return the load factors that were reported."""
+    seen = []
+
+    def report(done, note):
+        seen.append(done)
+        assert note.startswith("strain ")
+        if done >= after:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(restart=restart, progress=report)
+    return seen
+
+
+@pytest.mark.parametrize("model", ["reduced", "planar", "touching"])
+def test_an_interrupted_run_goes_on(model, request, tmp_path):
+    run, restart = request.getfixturevalue(model), tmp_path / "a.npz"
+    whole = run()
+    middle = float(whole["load"][len(whole["load"]) // 2])
+    before = interrupted(run, restart, middle)
+    assert restart.exists()
+    after = []
+    history = run(restart=restart, progress=lambda done, note: after.append(done))
+    assert history.drop_vars("seconds").equals(whole.drop_vars("seconds"))
+    np.testing.assert_array_equal([*before, *after[1:]], whole["load"])  # nothing is computed again
+    assert not restart.exists()
+    if model == "touching":
+        assert history["crossing_slip"].max() > 0
+
+
+def test_beams_that_cannot_go_on_keep_what_had_converged(touching, monkeypatch, tmp_path):
+    """The smallest gap passes an allowance of nothing at the first contact."""
+    monkeypatch.setattr(beams, "UNSEEN", -1.0)
+    with pytest.raises(
+        ConvergenceError, match=r"unseen by the beams' contact.*The history up to load factor"
+    ):
+        touching(partial=tmp_path / "a.nc")
+    assert "unseen" in read_dataset(tmp_path / "a.nc").attrs["incomplete"]

@@ -1,0 +1,56 @@
+# One rule for every stage of `knitstudy.stages.table`.
+
+
+def needs_of(stage):
+    """Return the function that names what a job is made from."""
+
+    def needs(wildcards):
+        try:
+            found = PLAN.needs(stage, scene_of(wildcards))
+        except KnitstudyError as error:
+            stop(error)
+        return {name: ancient(f"{RESULTS}/{other.path(scene)}") for name, (other, scene) in found.items()}
+
+    return needs
+
+
+def labels_of(wildcards):
+    """Return the name and the kind of a scene."""
+    scene = scene_of(wildcards)
+    names = ("name", "knit", "specimen", "fidelity", "interaction")
+    return {name: getattr(scene, name) for name in names} | {"outputs": []}
+
+
+def reads_of(stage):
+    """Return the function that says what a job reads of its scene."""
+    return lambda wildcards: stage.document(scene_of(wildcards))
+
+
+for stage in STAGES.all().values():
+    place = stage.leaves.removesuffix(Path(stage.leaves).suffix)
+
+    rule:
+        name:
+            stage.name
+        input:
+            unpack(needs_of(stage)),
+            digest=f"{freshness.FOLDER}/{stage.leaves}",
+        output:
+            update(f"{RESULTS}/{stage.leaves}"),
+        log:
+            f"logs/{stage.name}/{Path(place).name}.log",
+        benchmark:
+            f"logs/{stage.name}/{Path(place).name}.benchmark.tsv"
+        wildcard_constraints:
+            scene=names(stage),
+        threads: 1
+        priority: stage.priority
+        resources:
+            mem_mb=stage.memory,
+        params:
+            scene=labels_of,
+            reads=reads_of(stage),
+        message:
+            stage.does.replace("{", "{wildcards.")
+        script:
+            "../scripts/stage.py"

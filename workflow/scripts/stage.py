@@ -1,0 +1,5 @@
+"""Run one stage of one scene: which, says the name of the rule."""
+
+from knitstudy.stages.script import run_stage
+
+run_stage(snakemake)
