@@ -80,23 +80,23 @@ def require_layout(dataset: xr.Dataset, kind: str) -> None:
     """
     for name, dims in LAYOUT[kind].items():
         if name not in dataset.variables:
-            raise DataFileError(f"the {kind} has no variable {name!r}; make it again")
+            raise DataFileError(f"{kind}: there is no variable {name!r}; make it again")
         variable = dataset[name]
         if variable.dims != dims:
             raise DataFileError(
-                f"the {kind}'s variable {name!r} has the dimensions {_listed(variable.dims)} but must have "
+                f"{kind}: variable {name!r} has the dimensions {_listed(variable.dims)} but must have "
                 f"{_listed(dims)}"
             )
         if variable.dtype.kind not in "iufb":
-            raise DataFileError(
-                f"the {kind}'s variable {name!r} holds {variable.dtype} but must hold numbers"
-            )
+            raise DataFileError(f"{kind}: variable {name!r} holds {variable.dtype} but must hold numbers")
         empty = next((dim for dim in dims if dataset.sizes[dim] == 0), None)
         if empty is not None:
-            raise DataFileError(f"the {kind} holds no {empty}: nothing had been computed; make it again")
+            raise DataFileError(
+                f"{kind}: there is no {empty} in it, nothing had been computed; make it again"
+            )
     if kind == "history" and set(dataset["energy"].indexes.get("form", ())) != set(FORMS):
         raise DataFileError(
-            f"the history's energy must have the forms {', '.join(FORMS)}, named by a coordinate 'form'"
+            f"history: its energy must have the forms {', '.join(FORMS)}, named by a coordinate 'form'"
         )
 
 

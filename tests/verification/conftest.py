@@ -11,7 +11,7 @@ import hashlib
 import pytest
 
 from knitstudy.files.replacing import replacing
-from knitstudy.stages.imports import modules_behind
+from knitstudy.stages.code import modules_behind
 
 PHYSICS = (
     "knitstudy.geometry.build",

@@ -118,6 +118,8 @@ def _require_whole(data: dict[str, np.ndarray]) -> None:
         judged = name.startswith(("state.", "rate", "force", "mean_force", "load", "size", *_JUDGED))
         if judged and values.dtype.kind == "f" and np.isnan(values).any():
             raise ValueError(f"{name} holds values that are not numbers")
+        if name.startswith(("rate", "force")) and values.dtype.kind not in "iuf":
+            raise ValueError(f"{name} holds {values.dtype} and must hold numbers")
         if name.startswith("column.") and len(values) != increments:
             raise ValueError(f"{name} has {len(values)} increments and must have {increments}")
         if name.startswith("rate.") and values.shape != data["force"].shape:

@@ -2,9 +2,9 @@
 
 A body without a grip or a tie can move rigidly for nothing, so that no equilibrium tells where it goes. In every
 increment it therefore drags on its way from where the increment began, as with the contact stabilisation of
-Abaqus/Standard. Once the increment has converged it is balanced anew, at the same load: without any drag if contact
-resists every rigid motion of all such bodies by itself, so that what is accepted knows nothing of it, and else with so
-little that the grips feel none.
+Abaqus/Standard. Once the increment has converged, and contact resists every rigid motion of all such bodies by itself,
+the drag is taken away and the increment balanced anew, at the same load: what is accepted knows nothing of it. Until
+then it is all that the grips feel.
 """
 
 from __future__ import annotations
@@ -16,11 +16,8 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
-SHARE = 1e-5
-"""Drag over E V / h^2, V the volume of a node: little against a yarn, much against what contact leaves to chance."""
-
-FADED = 1e-3
-"""Share of the drag that stays in increments in which nothing else holds a body."""
+SHARE = 1e-6
+"""Drag over E V / h^2, V the volume of a node: next to nothing for a yarn, enough for a linear solver."""
 
 HELD = 1e-6
 """Resistance of contact to the easiest rigid motion over E V / h^2, from which on contact holds the bodies."""

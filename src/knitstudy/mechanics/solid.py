@@ -14,7 +14,7 @@ from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.points import ContactPoints
-from knitstudy.mechanics.free_bodies import FADED, FreeBodies
+from knitstudy.mechanics.free_bodies import FreeBodies
 from knitstudy.mechanics.hexahedron import Hexahedron
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.parallel import threads
@@ -54,8 +54,8 @@ class SolidState:
         Load factor that the running increment ends at, and its size.
     augmentations : int
         Updates of the contact multipliers within the running increment.
-    led : float
-        Share of the drag that leads free bodies to their first contact: 1, then `FADED`, or 0 where contact holds them.
+    led : bool
+        Whether a drag leads free bodies to their first contact: not any more where contact holds them.
     """
 
     displacement: np.ndarray
@@ -63,7 +63,7 @@ class SolidState:
     load: float = 0.0
     change: float = 1.0
     augmentations: int = 0
-    led: float = 1.0
+    led: bool = True
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class SolidModel:
 
     def begin(self, state: SolidState, load: float, change: float) -> SolidState:
         """Return the state in which an increment of the load factor by `change` to `load` starts."""
-        return replace(state, load=load, change=change, augmentations=0, led=1.0)
+        return replace(state, load=load, change=change, augmentations=0, led=True)
 
     def advance(self, state: SolidState, step: np.ndarray) -> SolidState:
         """Return the state displaced by `step` (size,) [m]."""
@@ -184,8 +184,8 @@ class SolidModel:
         if self.contact is None:
             return None
         points = self.contact_points(state)
-        if self.free_bodies is not None and state.led == 1.0:
-            return replace(state, led=0.0 if self._held(state, points) else FADED)
+        if self.free_bodies is not None and state.led and self._held(state, points):
+            return replace(state, led=False)
         deepest = -self.contact.smallest_gap(points)
         if deepest <= self.penetration.limit:
             return None
@@ -254,7 +254,7 @@ class SolidModel:
         if self.stabilisation is not None:
             drag += self.stabilisation.stiffness(state.load, state.change)
         if self.free_bodies is not None and state.led:
-            drag += state.led * np.repeat(self._collected_nodes(self.free_bodies.drag()), 3)
+            drag += np.repeat(self._collected_nodes(self.free_bodies.drag()), 3)
         return drag
 
     def _collected_nodes(self, values: np.ndarray) -> np.ndarray:
