@@ -51,11 +51,13 @@ class Pull:
 def main() -> None:
     """Run the comparison that the command line asks for, and print and keep its table."""
     options = _options()
-    scene = load_scene(options.scene).replace("yarn.material", "st_venant_kirchhoff")
-    for key, value in (("pattern.loops", options.loops), ("pattern.rows", options.rows)):
-        scene = scene if value is None else scene.replace(key, value)
-    if options.increments:
-        scene = scene.replace("solver.increments", options.increments)
+    asked = {
+        "pattern.loops": options.loops,
+        "pattern.rows": options.rows,
+        "solver.increments": options.increments,
+    }
+    changes = {key: value for key, value in asked.items() if value is not None}
+    scene = load_scene(options.scene).vary({"yarn.material": "st_venant_kirchhoff"} | changes)
     knit = Knit.from_dataset(build(scene))
     yarns = dns.assemble(scene, mesh_knit(knit, scene.mesh.size, scene.mesh.growth), knit)
     problem = dns.problem_of(yarns, scene, knit)
@@ -74,7 +76,7 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("scene", help="a dns scene of config/scenes.tsv")
+    parser.add_argument("scene", help="a dns scene of config/scenes")
     parser.add_argument("--loops", type=int, help="instead of the scene's")
     parser.add_argument("--rows", type=int, help="instead of the scene's")
     parser.add_argument("--increments", type=int, help="instead of the scene's")

@@ -63,7 +63,7 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("scene", help="a dns scene of a knit in config/scenes.tsv")
+    parser.add_argument("scene", help="a dns scene of a knit in config/scenes")
     parser.add_argument("--loops", type=int, help="instead of the scene's")
     parser.add_argument("--rows", type=int, help="instead of the scene's")
     parser.add_argument("--size", type=float, help="element size in m, instead of the scene's")
@@ -78,22 +78,21 @@ def _options() -> argparse.Namespace:
 
 def _scene(options: argparse.Namespace) -> Scene:
     """The scene with the command line's changes, in St Venant-Kirchhoff's material and without stops."""
-    document = load_scene(options.scene).to_dict()
-    changes = {
-        ("pattern", "loops"): options.loops,
-        ("pattern", "rows"): options.rows,
-        ("mesh", "size"): options.size,
-        ("solver", "increments"): options.increments,
-        ("contact", "tied_edges"): options.tied_edges,
-        ("contact", "friction"): options.friction,
-        ("yarn", "material"): "st_venant_kirchhoff",
-        ("solver", "hourglass"): CALCULIX_HOURGLASS * (1 + document["yarn"]["poisson_ratio"]),
-        ("load", "stops"): [],
+    scene = load_scene(options.scene)
+    asked = {
+        "pattern.loops": options.loops,
+        "pattern.rows": options.rows,
+        "mesh.size": options.size,
+        "solver.increments": options.increments,
+        "contact.tied_edges": options.tied_edges,
+        "contact.friction": options.friction,
     }
-    for (section, key), value in changes.items():
-        if value is not None:
-            document[section][key] = value
-    return Scene.from_dict(document, f"scene {options.scene!r}")
+    alike = {
+        "yarn.material": "st_venant_kirchhoff",
+        "solver.hourglass": CALCULIX_HOURGLASS * (1 + scene.yarn.poisson_ratio),
+        "load.stops": [],
+    }
+    return scene.vary(alike | {key: value for key, value in asked.items() if value is not None})
 
 
 def here(scene: dict, folder: str) -> dict:

@@ -56,9 +56,8 @@ def run_reduced(scene: str, folder: str) -> dict:
 def run_tiled(scene: str, folder: str, loops: int, increments: int) -> dict:
     """Run a tied reduced model of `loops` x `loops` cells of the knit in the folder, joined where it crosses itself."""
     loop = Knit.from_dataset(read_dataset(Path(folder) / "knit.nc")).loop
-    wanted = load_scene(scene).replace("solver.increments", increments)
-    for side in ("loops", "rows"):
-        wanted = wanted.replace(f"pattern.{side}", loops)
+    size = {"pattern.loops": loops, "pattern.rows": loops}
+    wanted = load_scene(scene).vary(size | {"solver.increments": increments})
     ready()
     knit = Knit(loop, loops, loops)
     return cost(run_rom(wanted, knit, contacts_of_crossings(knit)))

@@ -70,7 +70,7 @@ def _scenes(options: argparse.Namespace, folder: Path):
     direct = measure.run("knits:run_dns", options.threads, scene=options.scene, **where)
     yield {"benchmark": "scene", "case": options.scene, **direct}
     for name, scene in load_scenes().items():
-        if scene.rom.contacts_from == options.scene:
+        if scene.value("rom.contacts_from") == options.scene:
             reduced = measure.run("knits:run_reduced", options.threads, scene=name, **where)
             faster = direct["path_s"] / reduced["path_s"]
             yield {"benchmark": "scene", "case": name, "times_as_fast": faster, **reduced}
@@ -81,8 +81,8 @@ def _tiled(options: argparse.Namespace, folder: Path):
     name, scene = next(
         (name, scene)
         for name, scene in load_scenes().items()
-        if (scene.fidelity, scene.interaction, scene.rom.joint) == ("rom3d", "tie", "rigid")
-        and scene.rom.contacts_from == options.scene
+        if (scene.interaction, scene.value("rom.joint")) == ("tie", "rigid")
+        and scene.value("rom.contacts_from") == options.scene
     )
     usual = scene.solver.increments
     for loops, increments in [(SIZES[0], few) for few in INCREMENTS] + [(size, usual) for size in SIZES]:

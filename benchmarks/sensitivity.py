@@ -56,10 +56,9 @@ CONTACT = {
     "contact.normal_stiffness": (3, 30),
     "contact.tangential_stiffness": (3, 30),
     "contact.points": (2, 4),
-    "contact.friction": (0.1, 0.3, 0.44),
 }
 
-CHANGES = {"tie": TIE, "rough": CONTACT, "isotropic": CONTACT}
+CHANGES = {"tie": TIE, "rough": CONTACT, "isotropic": CONTACT | {"contact.friction": (0.1, 0.3, 0.44)}}
 """By interaction: values of each key, or of several keys together; the scene's own comes first in the table."""
 
 FINENESS = {
@@ -74,9 +73,7 @@ FINENESS = {
 def main() -> None:
     """Run the sweep, print and keep its tables."""
     options = _options()
-    scene = load_scene(options.scene)
-    for key, value in _pairs(options.set).items():
-        scene = scene.replace(key, value)
+    scene = load_scene(options.scene).vary(_pairs(options.set))
     if scene.load.strain > EARLY:
         scene = scene.replace("load.stops", [EARLY])
     table = sweep(scene, _pairs(options.vary) or CHANGES[scene.interaction])
@@ -90,9 +87,7 @@ def sweep(scene: Scene, changes: Mapping[str, Sequence]) -> pd.DataFrame:
     for keys, values in changes.items():
         for value in values:
             try:
-                changed = scene
-                for key in keys.split():
-                    changed = changed.replace(key, value)
+                changed = scene.vary(dict.fromkeys(keys.split(), value))
                 if changed.hash == scene.hash:
                     continue
                 rows.append({"key": keys, "value": value, **measure(changed)})
@@ -133,8 +128,7 @@ def orders(table: pd.DataFrame, scene: Scene) -> pd.DataFrame:
     """Return order and limit of force and motion for all that can be refined (`FINENESS`)."""
     rows = []
     for keys, power in FINENESS.items():
-        section, _, key = keys.split()[0].partition(".")
-        own = getattr(getattr(scene, section), key)
+        own = scene.value(keys.split()[0])
         runs = table[table["key"].isin(["none", keys]) & table["force [N]"].notna()]
         fineness = runs["value"].replace("", own).astype(float).to_numpy() ** power
         fineness, kept = np.unique(fineness, return_index=True)

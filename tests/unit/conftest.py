@@ -50,11 +50,21 @@ DEFAULTS = {
     "outputs": [],
 }
 
-SCENES = (
-    ("scene", "study", "knit", "fidelity", "rom.contacts_from", "load.strain", "outputs"),
-    ("dns-a", "reduced, ci", "plain", "", "", "", "[fields, vtu]"),
-    ("rom3d-a", "reduced", "plain", "rom3d", "dns-a", "2e-2", ""),
-)
+FAMILY = """\
+keys:
+  knit: plain
+scenes:
+- name: dns-a
+  studies: [reduced, ci]
+  keys:
+    outputs: [fields, vtu]
+- name: rom3d-a
+  studies: reduced
+  keys:
+    fidelity: rom3d
+    rom.contacts_from: dns-a
+    load.strain: 2e-2
+"""
 
 
 def loop_points(count: int = 8) -> np.ndarray:
@@ -72,7 +82,7 @@ def loop_points(count: int = 8) -> np.ndarray:
 
 @pytest.fixture
 def config(tmp_path):
-    """Folder with defaults, a table of one solid and one reduced scene, and a loop."""
+    """Folder with defaults, a family of one solid and one reduced scene, and a loop."""
     loop = {
         "control_points": loop_points().tolist(),
         "course_spacing": 10.4e-3,
@@ -82,5 +92,6 @@ def config(tmp_path):
     }
     (tmp_path / "loop.yaml").write_text(yaml.safe_dump(loop))
     (tmp_path / "defaults.yaml").write_text(yaml.safe_dump(DEFAULTS))
-    (tmp_path / "scenes.tsv").write_text("\n".join("\t".join(row) for row in SCENES) + "\n")
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "scenes" / "small.yaml").write_text(FAMILY)
     return tmp_path

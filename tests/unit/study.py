@@ -45,14 +45,11 @@ def scenes(plain):
             if keys["fidelity"] == "beam" and kind == "tie":
                 continue
             name = form.format(f"{kind}-{way}")
-            document = plain.to_dict() | {"name": name, "interaction": kind, "fidelity": keys["fidelity"]}
             reduced = keys["fidelity"] in ("rom3d", "rom2d")
-            document["rom"]["contacts_from"] = f"dns-{kind}-{way}" if reduced else None
-            document["load"]["direction"] = way
-            for key, value in keys.items():
-                group, _, last = key.rpartition(".")
-                (document[group] if group else document)[last] = value
-            found[name] = type(plain).from_dict(document)
+            source = {"rom.contacts_from": f"dns-{kind}-{way}"} if reduced else {}
+            found[name] = plain.vary(
+                {"name": name, "interaction": kind, "load.direction": way} | source | keys
+            )
     return found
 
 

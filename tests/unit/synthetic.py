@@ -181,11 +181,8 @@ def _points(knit, strain, friction):
 
 def pair_scene(scene, path, angle=90.0, interaction="isotropic"):
     """Scene of two crossing yarns made from one of a knit."""
-    document = scene.to_dict() | {"specimen": "pair", "fidelity": "dns", "interaction": interaction}
-    document["load"] |= {"direction": "path", "path": path, "stops": []}
-    document["pair"] |= {"angle": angle}
-    document["rom"]["contacts_from"] = None
-    return type(scene).from_dict(document)
+    kind = {"specimen": "pair", "fidelity": "dns", "interaction": interaction}
+    return scene.vary(kind | {"load.path": path, "pair.angle": angle})
 
 
 def contacts_of_slide(distance, friction=0.5, normal=4.0, **attributes):

@@ -13,11 +13,11 @@ from knitstudy.crossings.contacts import extract
 from knitstudy.files.csv_table import read_table
 from knitstudy.geometry.build import initial_loop
 from knitstudy.geometry.pattern import Knit
-from knitstudy.tables.centre_cell import centre_cell
-from knitstudy.tables.claims import JUDGES
-from knitstudy.tables.contact_claims import asymmetry, largest_bend
-from knitstudy.tables.evidence import Evidence
-from knitstudy.tables.simulation import stabilisation_share
+from knitstudy.measures.centre_cell import centre_cell
+from knitstudy.measures.claims.contact import asymmetry, largest_bend
+from knitstudy.measures.claims.evidence import Evidence
+from knitstudy.measures.claims.judges import JUDGES
+from knitstudy.measures.energy_balance import stabilisation_share
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 

@@ -11,9 +11,9 @@ from knitstudy.cli.main import main
 from knitstudy.cli.output import plain, shortened
 from knitstudy.errors import ConvergenceError
 from knitstudy.exchange.deck import CONSTRAINTS
-from knitstudy.exchange.inp import DIALECTS
+from knitstudy.exchange.dialects.dialect import DIALECTS
 from knitstudy.files.netcdf import write_dataset
-from knitstudy.stages.simulation import Results
+from knitstudy.stages.simulate import Results
 
 COMMANDS = ("check", "export", "list", "run", "show")
 
@@ -60,10 +60,20 @@ def test_version(knitstudy):
         (("frobnicate",), "No such command 'frobnicate'"),
         (("run",), "Missing argument 'SCENE'"),
         (("run", "dns-a", "--set", "load.strain"), "'load.strain' is not key=value"),
-        (("run", "dns-a", "--set", "load.strain=[0.1"), "load.strain: '[0.1' is not a YAML value"),
+        (("run", "dns-a", "--set", "load.strain=[0.1"), "load.strain: is not YAML: line 1: "),
+        (
+            ("run", "dns-a", "--set", f"load.strain={5000 * '1'}"),
+            "load.strain: is not YAML: Exceeds the limit",
+        ),
+        (("run", "dns-a", "--set", f"load.strain={3000 * '['}"), "load.strain: is not YAML"),
+        (
+            ("run", "dns-a", "--set", "load.strain=2001-13-45"),
+            "load.strain: is not YAML: month must be in 1..12",
+        ),
+        (("run", "dns-a", "--set", "load.strain=045"), "load.strain, line 1: 045 is no plain number"),
         (("run", "dns-a", "--threads", "0"), "0 is not in the range"),
         (("list", "--study", "tiny"), "'tiny' is not one of 'ci', 'reduced', 'full'"),
-        (("list", "--fidelity", "rom"), "'rom' is not one of 'dns',"),
+        (("list", "--fidelity", "rom"), "'rom' is not one of 'beam', 'dns',"),
         (("export", "dns-a", "--dialect", "nastran"), "'nastran' is not one of 'abaqus', 'calculix'"),
         (("check", "--set", "load.strain=1"), "--set and --sources are about a scene: name one"),
         (("show", "table.csv", "--plot", "a.png"), "--plot draws netCDF files"),
@@ -84,15 +94,18 @@ def test_dialects_are_those_of_decks():
 
 def test_list(knitstudy, config):
     columns, *rows = table(knitstudy("list", "--config", config))
-    assert columns == ["scene", "studies", "differs from defaults"]
+    assert columns == ["scene", "family", "studies", "differs from defaults"]
     assert rows == [
-        ["dns-a", "ci,reduced", ""],
-        ["rom3d-a", "reduced", "fidelity=rom3d, load.strain=0.02, rom.contacts_from=dns-a"],
+        ["dns-a", "small", "ci,reduced", ""],
+        ["rom3d-a", "small", "reduced", "fidelity=rom3d, load.strain=0.02, rom.contacts_from=dns-a"],
     ]
     assert [row[0] for row in table(knitstudy("list", "--config", config, "--study", "ci"))[1:]] == ["dns-a"]
     assert [row[0] for row in table(knitstudy("list", "--config", config, "--fidelity", "rom3d"))[1:]] == [
         "rom3d-a"
     ]
+    assert len(table(knitstudy("list", "--config", config, "--family", "small"))) == 3
+    wrong = message(knitstudy("list", "--config", config, "--family", "smal"))
+    assert wrong == "error: unknown family 'smal' (did you mean 'small'?); allowed are small"
 
 
 def test_check_folder(knitstudy, config):
@@ -103,27 +116,29 @@ def test_check_folder(knitstudy, config):
             "valid; 2 scenes (1 of study ci, 2 of study reduced, 0 of study full), 1 geometries"
             in result.stdout
         )
-    path = config / "scenes.tsv"
+    path = config / "scenes" / "small.yaml"
     path.write_text(path.read_text().replace("2e-2", "-1"))
-    assert "scenes.tsv, scene 'rom3d-a': load.strain is -1 but must be a number > 0" in message(
+    assert "small.yaml, scene 'rom3d-a': load.strain is -1 but must be a number > 0" in message(
         knitstudy("check", config)
     )
 
 
 def test_check_scene(knitstudy, config):
-    (config / "inputs.tsv").write_text("key\tunit\tstanding\tsource\nmesh.size\tm\tstated\tTable 5\n")
     change = ("--config", config, "--set", "mesh.size=4e-4", "--set", "load.stops=[0.01, 2e-2]")
     rows = table(knitstudy("check", "dns-a", *change))
     assert rows[0] == ["key", "value", "unit", "standing"]
     assert ["mesh.size", "0.0004", "m", "stated"] in rows
-    assert ["load.stops", "[0.01, 0.02]", "", ""] in rows
-    assert ["mesh.size", "0.0004", "m", "stated", "Table 5"] in table(
-        knitstudy("check", "dns-a", *change, "--sources")
-    )
+    assert ["load.stops", "[0.01, 0.02]", "1", "choice"] in rows
+    columns, *rows = table(knitstudy("check", "dns-a", *change, "--sources"))
+    assert columns == ["key", "value", "unit", "standing", "source", "checked"]
+    (size,) = [row for row in rows if row[0] == "mesh.size"]
+    assert size[:5] == ["mesh.size", "0.0004", "m", "stated", "Table 5: 0.3 mm"]
 
 
-def test_check_without_the_standing_of_inputs(knitstudy, config):
-    assert "inputs.tsv: cannot be read" in message(knitstudy("check", "dns-a", "--config", config))
+def test_check_prints_keys_of_the_kind_alone(knitstudy, config):
+    keys = {row[0] for row in table(knitstudy("check", "rom3d-a", "--config", config))}
+    assert {"mesh.beam_size", "rom.joint", "rom.contacts_from"} <= keys
+    assert not {"mesh.size", "contact.friction", "tie.tolerance", "beam.tie", "pair.angle"} & keys
 
 
 @pytest.mark.parametrize("command", ["run", "check", ("export", "--dialect", "abaqus")])
@@ -133,7 +148,10 @@ def test_check_without_the_standing_of_inputs(knitstudy, config):
         (("dns-b",), "unknown scene 'dns-b' (did you mean 'dns-a'?)"),
         (("dns-a", "--set", "mesh.sice=1"), "unknown key 'mesh.sice' (did you mean 'size'?)"),
         (("dns-a", "--set", "load.strain=.nan"), "load.strain is nan but must be a finite number"),
-        (("dns-a", "--set", "mesh.size=fine"), "mesh.size is 'fine' but must be a number > 0, in m"),
+        (
+            ("dns-a", "--set", "mesh.size=fine"),
+            "mesh.size is 'fine' but must be a number > 0 and <= 1e6, in m",
+        ),
         (("dns-a", "--config", "nowhere"), "nowhere/defaults.yaml: is missing"),
     ],
 )
@@ -173,7 +191,7 @@ def simulated(monkeypatch, knit):
         asked.update(scene=scene, folder=folder, **options)
         return Results(scene, None, geometry(knit), path=folder / "dns" / "a.nc")
 
-    monkeypatch.setattr("knitstudy.stages.simulation.simulate", simulate)
+    monkeypatch.setattr("knitstudy.stages.simulate.simulate", simulate)
     return asked
 
 
@@ -202,7 +220,7 @@ def test_failed_run(knitstudy, config, monkeypatch, error, said):
     def fail(*arguments, **options):
         raise error
 
-    monkeypatch.setattr("knitstudy.stages.simulation.simulate", fail)
+    monkeypatch.setattr("knitstudy.stages.simulate.simulate", fail)
     assert message(knitstudy("run", "dns-a", "--config", config)) == said
 
 
@@ -210,7 +228,7 @@ def test_ended_run_says_how_to_go_on(knitstudy, config, monkeypatch):
     def end(*arguments, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("knitstudy.stages.simulation.simulate", end)
+    monkeypatch.setattr("knitstudy.stages.simulate.simulate", end)
     result = knitstudy("run", "dns-a", "--config", config)
     assert result.exit_code == 130
     (line,) = result.stderr.splitlines()

@@ -1,18 +1,23 @@
 """Configuration files become scenes, or one message that names file, key, value and what is allowed."""
 
-import csv
-
 import pytest
 import yaml
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.configuration import CONFIG, load_knits, load_scene, load_scenes, load_study, read_yaml
+from knitstudy.study.configuration import load_knits, load_scene, load_scenes, load_study
 
-LOOP = {f"pattern.{key}" for key in ("control_points", "course_spacing", "wale_spacing")} | {
-    "yarn.diameter",
-    "geometry.free",
-}
-STANDINGS = {"stated", "inferred", "assumed", "calibrated", "choice"}
+FAMILY = "scenes/small.yaml"
+
+
+PAIR = """\
+studies: ci
+scenes:
+- name: pair-a
+  keys:
+    knit: cross
+    specimen: pair
+    load.path: [[0, 0, -1e-5]]
+"""
 
 
 def rewrite(path, old, new):
@@ -28,7 +33,7 @@ def set_default(config, key, value):
     (config / "defaults.yaml").write_text(yaml.safe_dump(defaults))
 
 
-def test_row_over_defaults_over_loop(config):
+def test_family_over_defaults_over_loop(config):
     scenes = load_scenes(config)
     assert list(scenes) == ["dns-a", "rom3d-a"]
     assert scenes["dns-a"].load.strain == 0.05
@@ -46,45 +51,50 @@ def test_independent_of_the_current_directory(tmp_path, monkeypatch):
 
 
 def test_number_without_point_or_sign_is_a_number(config):
-    rewrite(config / "scenes.tsv", "2e-2", "2e-1")
+    rewrite(config / FAMILY, "2e-2", "2e-1")
     assert load_scene("rom3d-a", config).load.strain == 0.2
 
 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("2e-2", "much", r"scenes\.tsv, scene 'rom3d-a': load\.strain is 'much' but must be a number > 0"),
+        ("2e-2", "much", r"small\.yaml, scene 'rom3d-a': load\.strain is 'much' but must be a number > 0"),
         ("2e-2", "0", r"scene 'rom3d-a': load\.strain is 0 but must be a number > 0"),
-        ("2e-2", "[", r"scene 'rom3d-a': load\.strain is '\[', which is not YAML"),
-        ("load.strain", "load.stress", r"unknown key 'load\.stress'"),
+        ("2e-2", "[", r"small\.yaml: is not YAML: line 14"),
+        ("load.strain", "load.stress", r"scene 'rom3d-a': unknown key 'load\.stress'"),
         (
-            "\tdns-a\t",
-            "\tdns-b\t",
-            r"rom\.contacts_from names the unknown dns scene 'dns-b'.*allowed are dns-a",
+            "load.strain",
+            "lode.strain",
+            r"scene 'rom3d-a': unknown key 'lode\.strain' \(did you mean 'load'\?\)",
         ),
-        ("\tdns-a\t", "\trom3d-a\t", r"rom\.contacts_from names the unknown dns scene 'rom3d-a'"),
-        ("rom3d-a\treduced\tplain", "rom3d-a\treduced\tother", r"knit is 'other' but must be 'plain' as in"),
-        ("rom3d-a\treduced", "rom3d-a\thuge", r"line 3: unknown study 'huge'.*ci, reduced, full"),
-        ("rom3d-a\t", "dns-a\t", r"line 3: scene 'dns-a' is there twice"),
-        ("\t2e-2\t", "\t2e-2\t\t", r"line 3: must have as many cells as the first line"),
-        ("\t2e-2\t", "", r"line 3: must have as many cells as the first line"),
-        ("study", "group", r"must have the columns 'scene' and 'study'"),
         (
-            "[fields, vtu]",
-            "[fields, film]",
-            r"scene 'dns-a': outputs\.1 is 'film' but must be fields, vtu or deck",
+            "contacts_from: dns-a",
+            "contacts_from: dns-b",
+            r"small\.yaml, scene 'rom3d-a': rom\.contacts_from names the unknown dns scene 'dns-b'.*are dns-a",
         ),
+        ("contacts_from: dns-a", "contacts_from: rom3d-a", r"names the unknown dns scene 'rom3d-a'"),
+        (
+            "outputs:",
+            "interaction: rough\n    outputs:",
+            r"interaction is 'tie' but must be 'rough' as in rom\.con",
+        ),
+        ("  knit: plain\n", "  yarn.density: 905\n", r"scene 'dns-a': the key 'knit' is missing"),
+        (
+            "name: rom3d-a",
+            "name: Rom3D",
+            r"scene 'Rom3D': name is 'Rom3D' but must be a name of small letters",
+        ),
+        ("[fields, vtu]", "[fields, film]", r"'film'\] but must be a list out of \[fields, vtu, deck\]"),
     ],
 )
-def test_table_that_is_not_allowed(config, old, new, message):
-    rewrite(config / "scenes.tsv", old, new)
+def test_family_that_is_not_allowed(config, old, new, message):
+    rewrite(config / FAMILY, old, new)
     with pytest.raises(ConfigurationError, match=message):
         load_scenes(config)
 
 
 def test_scenes_of_one_knit_share_its_geometry(config):
-    rewrite(config / "scenes.tsv", "load.strain", "yarn.diameter")
-    rewrite(config / "scenes.tsv", "2e-2", "1.7e-3")
+    rewrite(config / FAMILY, "load.strain: 2e-2", "yarn.diameter: 1.7e-3")
     message = r"scene 'rom3d-a': knit is 'plain', as in .*'dns-a', but yarn\.diameter is 0\.0017"
     with pytest.raises(ConfigurationError, match=message):
         load_scenes(config)
@@ -94,7 +104,7 @@ def test_scenes_of_one_knit_share_its_geometry(config):
     ("file", "content", "message"),
     [
         ("defaults.yaml", None, r"defaults\.yaml: is missing"),
-        ("scenes.tsv", None, r"scenes\.tsv: is missing"),
+        (FAMILY, None, r"scenes: must hold a family of scenes"),
         ("loop.yaml", None, r"loop\.yaml: is missing"),
         ("defaults.yaml", "a: [", r"defaults\.yaml: is not YAML"),
         ("defaults.yaml", "pattern: 3", r"defaults\.yaml: pattern is 3 but must be a group of keys"),
@@ -102,9 +112,9 @@ def test_scenes_of_one_knit_share_its_geometry(config):
         ("defaults.yaml", "- 1", r"defaults\.yaml: must hold a mapping"),
         ("loop.yaml", "diameter: 1.8e-3", r"loop\.yaml: the key 'control_points' .* is missing"),
         (
-            "scenes.tsv",
-            "scene\tstudy\n",
-            r"scenes\.tsv: must have the columns .* at least one scene",
+            "defaults.yaml",
+            "specimen: knit\nspecimen: pair",
+            r"defaults\.yaml, line 2: the key 'specimen' is there twice",
         ),
     ],
 )
@@ -130,44 +140,21 @@ def test_studies_are_lists_of_scenes(config):
 
 def test_geometry_does_not_see_other_changes_of_a_scene(config):
     before = load_knits(config)["plain"]
-    rewrite(config / "scenes.tsv", "load.strain", "mesh.size")
-    rewrite(config / "scenes.tsv", "2e-2", "2e-4")
-    assert load_knits(config)["plain"] == before
+    rewrite(config / FAMILY, "load.strain: 2e-2", "mesh.beam_size: 2e-4")
+    assert load_knits(config)["plain"].geometry_key == before.geometry_key
     set_default(config, "pattern.clearance", 0.02)
-    assert load_knits(config)["plain"] != before
+    assert load_knits(config)["plain"].geometry_key != before.geometry_key
 
 
 def test_geometry_of_a_pair_does_not_see_its_load(config):
-    table = config / "scenes.tsv"
-    column = "\tspecimen\tload.direction\tload.path"
-    rows = table.read_text().splitlines()
-    pair = ["pair-a", "ci", "cross", "", "", "", "", "pair", "path", "[[0, 0, -1e-5]]"]
-    table.write_text(
-        "\n".join([rows[0] + column, *(row + 3 * "\t" for row in rows[1:]), "\t".join(pair), ""])
-    )
+    family = config / "scenes" / "pairs.yaml"
+    family.write_text(PAIR)
     before = load_knits(config)["cross"]
-    assert (before.specimen, before.pair) == ("pair", load_scene("pair-a", config).pair)
-    rewrite(table, "-1e-5", "-2e-5")
-    assert load_knits(config)["cross"] == before
+    assert before == load_scene("pair-a", config)
+    rewrite(family, "-1e-5", "-2e-5")
+    assert load_knits(config)["cross"].geometry_key == before.geometry_key
     set_default(config, "pair.angle", 30.0)
-    assert load_knits(config)["cross"] != before
-    rewrite(table, "cross", "plain")
-    with pytest.raises(ConfigurationError, match=r"knit is 'plain', .* but specimen is 'pair', there 'knit'"):
+    assert load_knits(config)["cross"].geometry_key != before.geometry_key
+    rewrite(family, "cross", "plain")
+    with pytest.raises(ConfigurationError, match=r"knit is 'plain', .* but specimen is 'knit', there 'pair'"):
         load_scenes(config)
-
-
-def leaves(document, prefix=""):
-    for key, value in document.items():
-        if isinstance(value, dict):
-            yield from leaves(value, f"{prefix}{key}.")
-        else:
-            yield prefix + key
-
-
-def test_every_default_has_its_standing_source_and_range():
-    with (CONFIG / "inputs.tsv").open(encoding="utf-8") as file:
-        inputs = {row["key"]: row for row in csv.DictReader(file, delimiter="\t")}
-    assert set(inputs) == set(leaves(read_yaml(CONFIG / "defaults.yaml"))) - {"pattern.loop"} | LOOP
-    for key, row in inputs.items():
-        assert row["standing"] in STANDINGS, key
-        assert all(row[column] for column in ("source", "checked")), key

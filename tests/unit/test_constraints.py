@@ -29,20 +29,20 @@ def test_pinned_unknowns_leave_the_others_alone(kind):
 
 def test_one_pattern_serves_many_matrices():
     first, second = stiffness("bsr", 1), stiffness("bsr", 2)
-    pinning = DirichletElimination(first, np.array([0]))
-    pinning.apply(second)
+    elimination = DirichletElimination(first, np.array([0]))
+    elimination.apply(second)
     assert not second.toarray()[0, 1:].any()
 
 
 def test_fits_only_its_own_pattern():
     first, same = stiffness("bsr", 1), stiffness("bsr", 2)
-    pinning = DirichletElimination(first, np.array([0]))
-    assert pinning.fits(same)
+    elimination = DirichletElimination(first, np.array([0]))
+    assert elimination.fits(same)
     dense = same.toarray()
     dense[:3, 6:] = dense[6:, :3] = 1.0
-    assert not pinning.fits(sp.bsr_matrix(dense, blocksize=(3, 3)))
+    assert not elimination.fits(sp.bsr_matrix(dense, blocksize=(3, 3)))
     dense[:3, 3:] = dense[3:, :3] = 0.0
-    assert not pinning.fits(sp.bsr_matrix(dense, blocksize=(3, 3)))
+    assert not elimination.fits(sp.bsr_matrix(dense, blocksize=(3, 3)))
 
 
 def test_rows_and_columns_are_left_out_of_any_matrix():

@@ -20,3 +20,14 @@ def test_a_new_meter_begins_anew():
     meter = Meter()
     if meter.has_own_peak:
         assert meter.read().memory_growth < 30e6
+
+
+def test_a_pause_takes_no_time(monkeypatch):
+    now = [10.0]
+    monkeypatch.setattr("knitstudy.loading.cost.time.perf_counter", lambda: now[0])
+    meter = Meter()
+    now[0] += 2
+    with pytest.raises(KeyError), meter.paused():
+        now[0] += 5
+        raise KeyError
+    assert meter.read().seconds == 2

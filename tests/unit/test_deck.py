@@ -1,15 +1,20 @@
 import itertools
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import ClassVar
 
 import meshio
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.exchange.deck import facet_faces, specimen_deck
+from knitstudy.exchange.deck import Interaction, facet_faces, specimen_deck
+from knitstudy.exchange.dialects import dialect
 from knitstudy.exchange.inp import write_inp
+from knitstudy.mechanics.material import Material
 from knitstudy.mesh import Section, Spacing, sweep
+from knitstudy.study.kinds import INTERACTIONS
 
 # Corners of the faces S1 to S6 of C3D8, from its definition.
 FACES = np.array([[1, 2, 3, 4], [5, 8, 7, 6], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 8, 4], [4, 8, 5, 1]]) - 1
@@ -61,20 +66,46 @@ def knit():
     return SimpleNamespace(loops=2, rows=1, width=6.0, height=3.0, radius=RADIUS, crossings=crossings)
 
 
-def scene(specimen="knit", interaction="tie", lateral="fixed", path=(), **contact):
-    return SimpleNamespace(
+class Scene(SimpleNamespace):
+    def value(self, key):
+        found = self
+        for part in key.split("."):
+            found = getattr(found, part, None)
+        return found
+
+
+def scene(
+    specimen="knit",
+    interaction="tie",
+    lateral="fixed",
+    path=(),
+    element="one_point",
+    material="hencky",
+    hourglass=0.005,
+    stabilisation=0.0,
+    stops=(),
+    **contact,
+):
+    return Scene(
         name="pulled",
         specimen=specimen,
         interaction=interaction,
-        yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42),
+        kind=SimpleNamespace(interaction=INTERACTIONS.find(interaction)),
+        yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42, material=material),
         pair=SimpleNamespace(angle=90.0, support="ends"),
-        load=SimpleNamespace(direction="course", strain=0.05, lateral=lateral, path=path, stops=()),
-        mesh=SimpleNamespace(size=0.5),
+        load=SimpleNamespace(direction="course", strain=0.05, lateral=lateral, path=path, stops=stops),
+        mesh=SimpleNamespace(size=0.5, element=element),
         contact=SimpleNamespace(
-            **{"friction": 0.76, "normal_stiffness": 10, "tangential_stiffness": 5, "penetration": 0.01}
+            **{
+                "friction": 0.76,
+                "normal_stiffness": 10,
+                "tangential_stiffness": 5,
+                "penetration": 0.01,
+                "augmentations": 0,
+            }
             | contact
         ),
-        solver=SimpleNamespace(increments=12),
+        solver=SimpleNamespace(increments=12, hourglass=hourglass, stabilisation=stabilisation),
     )
 
 
@@ -282,3 +313,164 @@ def test_what_is_not_allowed_is_refused(mesh, tie, knit, tmp_path):
     with pytest.raises(ConfigurationError, match="'nastran' is not allowed; one of abaqus, calculix"):
         write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", "nastran")
     assert not list(tmp_path.iterdir())
+
+
+E, NU = 1.3e9, 0.42
+G, K = E / (2 * (1 + NU)), E / (3 * (1 - 2 * NU))
+
+
+@pytest.mark.parametrize(
+    ("dialect", "hourglass", "rows"),
+    [("abaqus", 0.005, ["1.0"]), ("abaqus", 0.02, ["4.0"]), ("calculix", 0.005, None)],
+)
+def test_one_point_element_and_its_hourglass_control(mesh, tie, knit, tmp_path, dialect, hourglass, rows):
+    deck = specimen_deck(scene(hourglass=hourglass), knit, mesh, tie)
+    write_inp(deck, tmp_path / "deck.inp", dialect)
+    assert {
+        card.split(",")[1] for card, _ in cards(tmp_path / "deck.inp") if card.startswith("*ELEMENT,")
+    } == {" TYPE=C3D8R"}
+    controls = data(tmp_path / "deck.inp", "*SECTION CONTROLS, NAME=HOURGLASS, HOURGLASS=STIFFNESS")
+    assert [[float(row) for row in each] for each in controls] == ([list(map(float, rows))] if rows else [])
+    (section,) = [card for card, _ in cards(tmp_path / "deck.inp") if card.startswith("*SOLID SECTION")]
+    assert section.endswith("CONTROLS=HOURGLASS") == bool(rows)
+
+
+@pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
+def test_element_with_incompatible_modes(mesh, tie, knit, tmp_path, dialect):
+    write_inp(
+        specimen_deck(scene(element="incompatible_modes"), knit, mesh, tie), tmp_path / "deck.inp", dialect
+    )
+    assert {
+        card.split(",")[1] for card, _ in cards(tmp_path / "deck.inp") if card.startswith("*ELEMENT,")
+    } == {" TYPE=C3D8I"}
+    assert not data(tmp_path / "deck.inp", "*SECTION CONTROLS")
+    assert np.vstack([block.data for block in meshio.read(tmp_path / "deck.inp").cells]).shape == (
+        len(mesh.hexahedra),
+        8,
+    )
+
+
+@pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
+@pytest.mark.parametrize(
+    ("law", "card", "numbers"),
+    [
+        ("hencky", "*ELASTIC", [E, NU]),
+        ("st_venant_kirchhoff", "*ELASTIC", [E, NU]),
+        ("neo_hookean", "*HYPERELASTIC, NEO HOOKE", [G / 2, 2 / K]),
+    ],
+)
+def test_material(mesh, tie, knit, tmp_path, dialect, law, card, numbers):
+    write_inp(specimen_deck(scene(material=law), knit, mesh, tie), tmp_path / "deck.inp", dialect)
+    place = [name for name, _ in cards(tmp_path / "deck.inp")]
+    assert place[place.index("*MATERIAL, NAME=YARN") + 1] == card
+    ((row,),) = data(tmp_path / "deck.inp", card)
+    assert [float(entry) for entry in row.split(",")] == pytest.approx(numbers, rel=1e-12)
+
+
+def remarks(path):
+    text = " ".join(line[3:] for line in path.read_text().splitlines() if line.startswith("** "))
+    return [sentence.split(":")[0].split(" is ")[0] for sentence in text.split("NOT QUITE THE SCENE: ")[1:]]
+
+
+@pytest.mark.parametrize(
+    ("dialect", "options", "keys"),
+    [
+        ("abaqus", {}, ["yarn.material"]),
+        ("abaqus", {"material": "neo_hookean"}, ["yarn.material"]),
+        ("abaqus", {"material": "st_venant_kirchhoff"}, ["yarn.material"]),
+        ("abaqus", {"element": "incompatible_modes"}, ["mesh.element", "yarn.material"]),
+        ("abaqus", {"interaction": "rough"}, ["yarn.material"]),
+        ("abaqus", {"interaction": "isotropic"}, ["yarn.material", "contact.tangential_stiffness"]),
+        ("calculix", {}, ["solver.hourglass", "yarn.material"]),
+        ("calculix", {"material": "st_venant_kirchhoff"}, ["solver.hourglass"]),
+        ("calculix", {"material": "neo_hookean"}, ["solver.hourglass", "yarn.material"]),
+        ("calculix", {"element": "incompatible_modes"}, ["mesh.element", "yarn.material"]),
+        ("calculix", {"interaction": "rough"}, ["solver.hourglass", "yarn.material", "interaction"]),
+        (
+            "calculix",
+            {"interaction": "isotropic", "stops": (0.01,), "augmentations": 10, "stabilisation": 1e-9},
+            [
+                "solver.hourglass",
+                "yarn.material",
+                "load.stops",
+                "contact.augmentations",
+                "solver.stabilisation",
+            ],
+        ),
+    ],
+)
+def test_what_a_deck_leaves_unsaid_is_in_it_and_in_the_log(
+    mesh, tie, knit, tmp_path, caplog, dialect, options, keys
+):
+    tied = options.get("interaction", "tie") == "tie"
+    deck = specimen_deck(scene(**options), knit, mesh, tie) if tied else contact_deck(mesh, knit, **options)
+    write_inp(deck, tmp_path / "deck.inp", dialect)
+    assert remarks(tmp_path / "deck.inp") == keys
+    assert [record.levelname for record in caplog.records] == ["WARNING"] * len(keys)
+    assert max(map(len, (tmp_path / "deck.inp").read_text().splitlines())) <= 132
+
+
+def uniaxial(law, strain):
+    """Nominal stress in simple tension over E, of a law whose lateral stretch leaves no stress."""
+    material = Material(law, 1.0, NU)
+
+    def stress(lateral):
+        stretch = np.array([1 + strain, lateral, lateral])
+        return material.respond(np.diag((stretch**2 - 1) / 2)[None], False).stress[0]
+
+    lateral = brentq(lambda value: stress(value)[1, 1], 1 - 2 * abs(strain), 1 + 2 * abs(strain), xtol=1e-15)
+    return (1 + strain) * stress(lateral)[0, 0], lateral
+
+
+def test_departures_of_laws_are_as_large_as_said():
+    strain = 0.01
+    (hencky, lateral), (kirchhoff, _) = uniaxial("hencky", strain), uniaxial("st_venant_kirchhoff", strain)
+    assert kirchhoff / hencky - 1 == pytest.approx(0.03, abs=0.002)
+    # Cauchy stress E ln(lambda) on an area that shrinks by lambda^(-2 nu), for Abaqus.
+    logarithmic = np.log1p(strain) * (1 + strain) ** (-2 * NU)
+    assert kirchhoff / logarithmic - 1 == pytest.approx(0.03, abs=0.002)
+    assert logarithmic / hencky == pytest.approx((1 + strain) * lateral**2, rel=1e-9)  # J
+
+
+@pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"element": "shell"}, "mesh.element is 'shell'.*has words for one_point, incompatible_modes"),
+        (
+            {"material": SimpleNamespace(law="mooney", poisson_ratio=NU)},
+            "yarn.material is 'mooney'.*has words for hencky, neo_hookean, st_venant_kirchhoff",
+        ),
+        (
+            {"interaction": Interaction("sticky", None, 0.1)},
+            "interaction is 'sticky'.*has words for rough, isotropic",
+        ),
+    ],
+)
+def test_what_a_dialect_has_no_word_for_is_refused(mesh, tie, knit, tmp_path, dialect, change, message):
+    deck = replace(specimen_deck(scene(), knit, mesh, tie), **change)
+    with pytest.raises(ConfigurationError, match=message):
+        write_inp(deck, tmp_path / "deck.inp", dialect)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_dialect_is_one_class_that_registers_itself(mesh, tie, knit, tmp_path, monkeypatch):
+    monkeypatch.setattr(dialect, "DIALECTS", dict(dialect.DIALECTS))
+
+    @dialect.register
+    class Terse(dialect.Dialect):
+        name, program = "terse", "Terse"
+        elements: ClassVar = {"one_point": lambda deck: dialect.Element("BRICK")}
+        materials: ClassVar = {"hencky": lambda material: dialect.Wording("*HENCKY\n")}
+        interactions: ClassVar = {}
+
+        def tie(self, name, tolerance):
+            return "*GLUE\n"
+
+        def outputs(self, deck):
+            return ""
+
+    write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", "terse")
+    assert {"*HENCKY", "*GLUE"} <= {card for card, _ in cards(tmp_path / "deck.inp")}
+    with pytest.raises(ConfigurationError, match="interaction is 'rough', which Terse has no word for"):
+        write_inp(contact_deck(mesh, knit, interaction="rough"), tmp_path / "rough.inp", "terse")

@@ -7,7 +7,7 @@ import synthetic
 from knitstudy.crossings.contacts import extract
 from knitstudy.errors import DataFileError
 from knitstudy.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES, draw
-from knitstudy.tables.kinematics import closest_neighbour, rotation_angle
+from knitstudy.measures.kinematics import closest_neighbour, rotation_angle
 
 
 @pytest.fixture(scope="module")

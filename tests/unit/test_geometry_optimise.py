@@ -19,7 +19,7 @@ def scene():
 
 
 def with_weights(scene, **weights):
-    return replace(scene, geometry=replace(scene.geometry, **weights))
+    return scene.vary({f"geometry.{name}": weight for name, weight in weights.items()})
 
 
 def test_components_are_read_from_their_names():
@@ -72,7 +72,7 @@ def test_weight_too_small_to_part_the_yarns_is_refused(scene):
 
 
 def test_yarn_too_thick_for_the_loop_is_refused(scene):
-    thick = replace(scene, yarn=replace(scene.yarn, diameter=4.0e-3))
+    thick = scene.replace("yarn.diameter", 4.0e-3)
     with pytest.raises(GeometryError, match="optimisation"):
         build(thick)
 

@@ -51,14 +51,11 @@ def test_crossing_is_where_the_centrelines_are_nearest(pair):
 
 
 def test_file_and_back(plain_scene, knit, tmp_path):
-    document = plain_scene.to_dict() | {"specimen": "pair", "fidelity": "dns"}
-    document["rom"]["contacts_from"] = None
-    document["load"] |= {"direction": "path", "path": [[0, 0, -1e-5]]}
-    scene = type(plain_scene).from_dict(document)
+    scene = plain_scene.vary({"specimen": "pair", "fidelity": "dns", "load.path": [[0, 0, -1e-5]]})
     path = tmp_path / "pair.nc"
     write_dataset(build(scene), path, scene)
     again = read_specimen(read_dataset(path))
-    assert again == Pair(scene.yarn.radius, scene.pair.angle, scene.pair.length, scene.pattern.clearance)
+    assert again == Pair(scene.yarn.radius, scene.pair.angle, scene.pair.length, scene.pair.clearance)
     write_dataset(knit.to_dataset(), path, plain_scene)
     assert read_specimen(read_dataset(path)).to_dataset().equals(knit.to_dataset())
 
@@ -80,7 +77,7 @@ def test_file_of_something_else(pair):
         ({"angle": 0.0}, r"pair\.angle = 0\.0 degrees: allowed is more than 0"),
         ({"angle": 91.0}, r"pair\.angle = 91\.0 degrees"),
         ({"length": 4 * RADIUS}, r"pair\.length = 0\.0036 m: allowed is more than twice"),
-        ({"clearance": -0.01}, r"pattern\.clearance = -0\.01 radii: allowed is zero or more"),
+        ({"clearance": -0.01}, r"pair\.clearance = -0\.01 radii: allowed is zero or more"),
     ],
 )
 def test_pair_that_is_not_allowed(changed, message):

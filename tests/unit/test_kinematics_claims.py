@@ -8,9 +8,9 @@ import synthetic
 
 from knitstudy.crossings.contacts import extract
 from knitstudy.files.csv_table import read_table
-from knitstudy.tables.centre_cell import centre_cell
-from knitstudy.tables.evidence import Evidence
-from knitstudy.tables.kinematics_claims import judge_kinematics
+from knitstudy.measures.centre_cell import centre_cell
+from knitstudy.measures.claims.evidence import Evidence
+from knitstudy.measures.claims.kinematics import judge_kinematics
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
@@ -24,7 +24,8 @@ def contacts(knit):
 def judge(plain_scene, knit):
     """Function that judges contacts with isotropic friction."""
     paper = read_table(RESOURCES / "paper_tables.csv")
-    given = {"geometry": synthetic.geometry(knit), "scenes": {"isotropic": plain_scene}, "paper": paper}
+    scenes = {"isotropic": plain_scene.vary({"fidelity": "dns", "interaction": "isotropic"})}
+    given = {"geometry": synthetic.geometry(knit), "scenes": scenes, "paper": paper}
 
     def judge(contacts):
         return judge_kinematics(Evidence(**given, contacts={"isotropic": contacts}))

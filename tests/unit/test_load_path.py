@@ -6,7 +6,6 @@ import pytest
 from knitstudy.geometry.pair import Pair
 from knitstudy.loading.load_path import Motion, load_path, place
 from knitstudy.mechanics.increment import PrescribedDisplacement
-from knitstudy.study.scene import Scene
 from knitstudy.study.sections.load import Path
 
 CORNERS = np.array([[0, 0, -1e-5], [3e-5, 0, -1e-5], [3e-5, 6e-5, -1e-5], [0, 0, 0]])
@@ -63,10 +62,8 @@ def test_a_knit_is_pulled_along_the_course(plain_scene, knit):
 
 
 def test_a_pair_follows_its_path(plain_scene):
-    document = plain_scene.to_dict() | {"specimen": "pair", "fidelity": "dns"}
-    document["rom"]["contacts_from"] = None
-    document["load"] |= {"direction": "path", "path": CORNERS.tolist()}
-    motion = load_path(Scene.from_dict(document), Pair(0.9e-3, 90.0, 5e-3, 0.01))
+    pair = plain_scene.vary({"specimen": "pair", "fidelity": "dns", "load.path": CORNERS.tolist()})
+    motion = load_path(pair, Pair(0.9e-3, 90.0, 5e-3, 0.01))
     assert motion.corners == QUARTERS
     np.testing.assert_array_equal(motion.displacement, CORNERS)
     assert (motion.axis, motion.length) == (2, 1.8e-3)

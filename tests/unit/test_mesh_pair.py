@@ -8,7 +8,6 @@ from knitstudy.geometry.pair import Pair
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.specimen import mesh_specimen
 from knitstudy.solids.tie import tie_crossings
-from knitstudy.study.scene import Scene
 
 RADIUS, LENGTH, CLEARANCE, SIZE = 0.9e-3, 8e-3, 0.02, 0.45e-3
 
@@ -25,10 +24,7 @@ def mesh(pair):
 
 @pytest.fixture
 def scene(plain_scene):
-    document = plain_scene.to_dict() | {"specimen": "pair", "fidelity": "dns"}
-    document["rom"]["contacts_from"] = None
-    document["load"] |= {"direction": "path", "path": [[0, 0, -1e-5]]}
-    return Scene.from_dict(document)
+    return plain_scene.vary({"specimen": "pair", "fidelity": "dns", "load.path": [[0, 0, -1e-5]]})
 
 
 def test_middles_of_two_facets_face_each_other(mesh):

@@ -7,10 +7,10 @@ import pytest
 import study
 
 from knitstudy.files.csv_table import read_table
+from knitstudy.measures.cases import cases_of, label_of
+from knitstudy.measures.response import poisson_ratio, tangent_stiffness
 from knitstudy.study.configuration import load_scenes
 from knitstudy.tables import catalogue
-from knitstudy.tables.cases import cases_of, label_of
-from knitstudy.tables.response import poisson_ratio, tangent_stiffness
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
@@ -30,7 +30,7 @@ def test_cases_hold_what_is_compared(every, scenes):
     assert list(cases) == [("tie", "course"), ("tie", "wale"), ("isotropic", "course"), ("isotropic", "wale")]
     case = cases["isotropic", "wale"]
     assert case.dns.scene.name == "dns-isotropic-wale"
-    assert case.medium.scene.name == "dns-isotropic-wale-medium"
+    assert case.other_mesh.scene.name == "dns-isotropic-wale-medium"
     assert [model.scene.name for model in case.main.values()] == [
         "rom3d-isotropic-wale",
         "rom2d-isotropic-wale",
@@ -66,7 +66,7 @@ def test_models_of_the_study_can_be_told_apart():
     made = load_scenes().values()
     named = [
         (
-            scene.rom.contacts_from or scene.interaction,
+            scene.value("rom.contacts_from") or scene.interaction,
             scene.load.direction,
             scene.load.strain,
             label_of(scene),
@@ -88,8 +88,8 @@ def test_distances_of_all_models_and_of_the_meshes(every, scenes):
     assert of["stiffness over DNS's [1]"] == pytest.approx(1.5)
     assert of["correlation of u_z with DNS [1]"] == pytest.approx(1)
     assert of["amplitude of u_z over DNS's [1]"] == pytest.approx(0.5)
-    medium = table.loc["DNS, elements of 0.45 mm; isotropic friction, course"]
-    assert medium["L2 distance of force to DNS [1]"] == pytest.approx(0.02)
+    other_mesh = table.loc["DNS, elements of 0.45 mm; isotropic friction, course"]
+    assert other_mesh["L2 distance of force to DNS [1]"] == pytest.approx(0.02)
 
 
 def test_distance_without_a_second_mesh_is_not_compared(every, scenes):

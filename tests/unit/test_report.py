@@ -10,16 +10,24 @@ import synthetic
 import yaml
 from matplotlib.figure import Figure
 
-from knitstudy.catalogue import CASES, ISOTROPIC_COURSE, TIED_COURSE, TIED_WALE
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import FALLBACK
 from knitstudy.figures.saving import save
 from knitstudy.files.csv_table import read_table
 from knitstudy.files.netcdf import write_dataset
+from knitstudy.measures.selection import (
+    CASES,
+    ISOTROPIC_COURSE,
+    TIED_COURSE,
+    TIED_WALE,
+    friction_sweep,
+    models_of,
+    roles_of,
+    variants_of,
+)
 from knitstudy.report.origin import origins
 from knitstudy.report.page import BY_MODEL, LONG, render
-from knitstudy.report.selection import friction_sweep, models_of, roles_of, variants_of
 from knitstudy.report.sources import read_sources
 from knitstudy.report.wording import cells, value
 from knitstudy.tables.catalogue import TABLES, build
@@ -35,16 +43,16 @@ CAPTIONS = {
             "paper": "it says",
             "ours": '{{ value("t", "a", "b") }}',
         }
-        for name in FIGURES
+        for name in FIGURES.names()
     },
-    "tables": {name: {"caption": f"about {name}"} for name in TABLES},
+    "tables": {name: {"caption": f"about {name}"} for name in TABLES.names()},
 }
 
 
 @pytest.fixture
 def pictures(tmp_path):
     """A small picture for every figure; the first was drawn without VTK."""
-    paths = [tmp_path / f"{name}.png" for name in FIGURES]
+    paths = [tmp_path / f"{name}.png" for name in FIGURES.names()]
     for number, path in enumerate(paths):
         figure = Figure(figsize=(0.5, 0.4))
         if number == 0:
@@ -63,30 +71,29 @@ def results():
         "measured": ["7 mm", None],
     }
     claims |= {"verdict": ["not reproduced", "not yet run"], "note": ["only so far", None]}
-    return {name: plain for name in TABLES} | {"claims": pd.DataFrame(claims)}
+    return {name: plain for name in TABLES.names()} | {"claims": pd.DataFrame(claims)}
 
 
 @pytest.fixture
-def page(pictures, results, monkeypatch):
-    monkeypatch.setitem(TABLES, "t", TABLES["geometry"])
-    captions = CAPTIONS | {"tables": CAPTIONS["tables"] | {"t": {"caption": "of t"}}}
+def page(pictures, results):
+    TABLES.add("t", "of another package", texts={"caption": "of t"})(lambda: None)
     provenance = pd.DataFrame({"file": ["dns/a.nc"], "scene": ["dns-a"]})
     results = results | {"t": results["geometry"]}
-    return render(REPORT / "template.html", captions, pictures, results, provenance, "reduced")
+    yield render(REPORT / "template.html", CAPTIONS, pictures, results, provenance, "reduced")
+    TABLES.forget("t")
 
 
 def test_page_holds_every_figure_and_table_in_order(page):
-    assert re.findall(r'<img src="data:image/png;base64,[\w+/=]+" [^>]*alt="sight of (\w+)"', page) == list(
-        FIGURES
-    )
-    assert next(iter(FIGURES)) == "fig15a_force_strain"
-    for name in TABLES:
+    pictures = re.findall(r'<img src="data:image/png;base64,[\w+/=]+" [^>]*alt="sight of (\w+)"', page)
+    assert pictures == list(FIGURES.names())
+    assert pictures[0] == "fig15a_force_strain"
+    for name in TABLES.names():
         assert f'href="tables/{name}.csv"' in page
 
 
 def test_page_needs_nothing_from_elsewhere(page):
     loaded = re.findall(r'(?:src|srcset|poster|data)="([^"]*)"', page) + re.findall(r"url\(([^)]*)\)", page)
-    assert len(loaded) == len(FIGURES)
+    assert len(loaded) == len(FIGURES.names())
     assert all(source.startswith("data:image/png;base64,") for source in loaded)
     assert not re.search(r"<(?:script|link|iframe|object)\b", page)
 
@@ -94,7 +101,7 @@ def test_page_needs_nothing_from_elsewhere(page):
 def test_texts_are_escaped_and_filled(page):
     assert "&lt;C&gt;" in page
     assert "<C>" not in page
-    assert page.count("1.23<") == len(FIGURES)
+    assert page.count("1.23<") == len(FIGURES.names())
 
 
 def test_page_says_where_vtk_was_missing(page):
@@ -115,8 +122,8 @@ def test_page_links_data_and_origin(page):
 
 def test_captions_of_the_study_name_all_figures_and_tables():
     captions = yaml.safe_load((REPORT / "captions.yaml").read_text())
-    assert set(captions["figures"]) == set(FIGURES)
-    assert set(captions["tables"]) == set(TABLES)
+    assert set(captions["figures"]) == set(FIGURES.names())
+    assert set(captions["tables"]) == set(TABLES.names())
     for texts in captions["figures"].values():
         assert set(texts) == {"alt", "caption", "paper", "ours"}
 
@@ -230,14 +237,10 @@ def test_origins_are_relative_to_the_page(tmp_path, plain_scene):
 
 def test_models_of_a_study_are_one_family(plain_scene):
     def solid(name):
-        document = plain_scene.to_dict() | {"name": name, "fidelity": "dns"}
-        return type(plain_scene).from_dict(
-            document | {"rom": plain_scene.to_dict()["rom"] | {"contacts_from": None}}
-        )
+        return plain_scene.vary({"name": name, "fidelity": "dns"})
 
     def reduced(name, fidelity, source):
-        scene = plain_scene.replace("fidelity", fidelity).replace("rom.contacts_from", source)
-        return scene.replace("name", name)
+        return plain_scene.vary({"name": name, "fidelity": fidelity, "rom.contacts_from": source})
 
     scenes = [
         solid("a"),
@@ -259,16 +262,10 @@ def test_models_of_a_study_are_one_family(plain_scene):
 @pytest.fixture
 def direct(plain_scene):
     """Function that makes a scene of a direct simulation."""
-    document = plain_scene.to_dict() | {
-        "fidelity": "dns",
-        "rom": plain_scene.to_dict()["rom"] | {"contacts_from": None},
-    }
 
     def make(name, interaction, **keys):
-        scene = type(plain_scene).from_dict(document | {"name": name, "interaction": interaction})
-        for key, wanted in keys.items():
-            scene = scene.replace(key.replace("__", "."), wanted)
-        return scene
+        kind = {"name": name, "fidelity": "dns", "interaction": interaction}
+        return plain_scene.vary(kind | {key.replace("__", "."): wanted for key, wanted in keys.items()})
 
     return make
 
@@ -326,7 +323,7 @@ def test_roles_of_a_whole_study(plain_scene):
         roles = roles_of(scenes, of)
         assert roles["dns"].name == f"dns-{case}"
         assert roles["rom3d"].name == f"rom3d-{case}"
-        assert roles["medium"].name == f"dns-{case}-medium"
+        assert roles["other_mesh"].name == f"dns-{case}-medium"
         assert [scene.name for scene in roles["reduced"]] == [
             f"{kind}-{case}" for kind in ("rom3d", "rom2d", "rom3d-printed", "rom3d-pinned", "rom2d-doubled")
         ]
@@ -349,7 +346,7 @@ def test_variants_are_not_the_main_model(plain_scene, first):
     assert found["rom3d"].name == "rom3d-tie-course"
 
 
-def test_penalties_are_neither_main_nor_medium(direct):
+def test_penalties_are_neither_main_nor_on_another_mesh(direct):
     main = direct("main", "isotropic", mesh__size=0.3e-3)
     penalties = [
         direct(f"penalty{ratio}", "isotropic", contact__augmentations=0, contact__normal_stiffness=ratio)
@@ -360,9 +357,9 @@ def test_penalties_are_neither_main_nor_medium(direct):
     roles = roles_of([main, *penalties, slippery, wale], ISOTROPIC_COURSE)
     assert roles["dns"].name == roles["isotropic"].name == "main"
     assert [scene.name for scene in roles["penalties"]] == ["penalty3", "penalty10"]
-    assert "medium" not in roles
+    assert "other_mesh" not in roles
     medium = direct("medium", "isotropic", load__stops=[0.01])
-    assert roles_of([main, *penalties, medium], ISOTROPIC_COURSE)["medium"].name == "medium"
+    assert roles_of([main, *penalties, medium], ISOTROPIC_COURSE)["other_mesh"].name == "medium"
 
 
 def test_sources_of_one_name_are_read_by_scene(tmp_path, direct):
@@ -370,7 +367,7 @@ def test_sources_of_one_name_are_read_by_scene(tmp_path, direct):
     for path in paths:
         write_dataset(synthetic.history(), path, direct(path.stem, "tie"))
     sources = read_sources(
-        [("dns", str(paths[0])), ("pairs", [str(path) for path in paths]), ("code", ["x.py"])]
+        [("dns", str(paths[0])), ("pairs", [str(path) for path in paths]), ("digest", ["x.py"])]
     )
     assert sources["dns"].attrs["scene"] == "a"
     assert list(sources) == ["dns", "pairs"]

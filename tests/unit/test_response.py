@@ -5,7 +5,7 @@ import pytest
 import synthetic
 
 from knitstudy.errors import DataFileError
-from knitstudy.tables.response import (
+from knitstudy.measures.response import (
     force_distance,
     largest_out_of_plane,
     out_of_plane_agreement,

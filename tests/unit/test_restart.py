@@ -1,27 +1,28 @@
 """A run goes on only from its own restart file."""
 
-from knitstudy.loading.restart import forget_others, restart_path
-from knitstudy.study.configuration import load_scene
+from knitstudy.loading.restart import restart_of, run_with
+from knitstudy.loading.run import IN_MEMORY
 
 
-def test_name_follows_scene_and_inputs(tmp_path, config):
-    scene = load_scene("dns-a", config)
-    mesh = tmp_path / "mesh.nc"
-    mesh.write_text("a")
-    first = restart_path("run", scene, [mesh])
-    assert first == restart_path("run", scene, [mesh])
-    assert first != restart_path("run", scene.replace("load.strain", 0.01), [mesh])
-    mesh.write_text("b")
-    assert first != restart_path("run", scene, [mesh])
+def test_name_follows_scene_and_digest(tmp_path):
+    one, other = "a" * 32, "b" * 32
+    first = restart_of(tmp_path, "dns-a", one)
+    assert first == restart_of(tmp_path, "dns-a", one)
+    assert first.parent == tmp_path
+    assert len({first, restart_of(tmp_path, "dns-a", other), restart_of(tmp_path, "dns-b", one)}) == 3
 
 
-def test_restart_files_of_earlier_inputs_are_forgotten(tmp_path, config):
-    scene = load_scene("dns-a", config)
-    names = [restart_path(tmp_path, scene.replace("load.strain", strain), []) for strain in (0.01, 0.02)]
-    other = restart_path(tmp_path, scene.replace("name", "dns-a-fine"), [])
+def test_restart_files_of_earlier_inputs_are_forgotten(tmp_path):
+    names = [restart_of(tmp_path, "dns-a", digit * 32) for digit in "12"]
+    other = restart_of(tmp_path, "dns-a-fine", "1" * 32)
     for path in (*names, other):
-        path.touch()
-        path.with_suffix(".log").touch()
-    forget_others(names[0])
-    kept = {path.name for path in tmp_path.glob("dns-a-*")}
-    assert kept == {p.name for path in (names[0], other) for p in (path, path.with_suffix(".log"))}
+        for suffix in (".npz", ".log", ".nc"):
+            path.with_suffix(suffix).touch()
+    assert restart_of(tmp_path, "dns-a", "1" * 32) == names[0]
+    kept = {path.name for path in tmp_path.iterdir()}
+    assert kept == {path.with_suffix(s).name for path in (names[0], other) for s in (".npz", ".log", ".nc")}
+
+
+def test_a_partial_history_lies_beside_its_restart_file(tmp_path):
+    assert run_with(tmp_path / "a-1.npz").partial == tmp_path / "a-1.nc"
+    assert run_with(None) == IN_MEMORY

@@ -1,128 +1,176 @@
-"""Which simulations a scene needs, and what they hand on; the stages themselves are not run."""
-
-import os
+"""Which results a scene needs, and when they are made; what the stages compute is not."""
 
 import pytest
 import xarray as xr
+import yaml
 
-from knitstudy.errors import ConfigurationError
-from knitstudy.stages import simulation
-from knitstudy.stages.simulation import Results, lay_out, simulate
+from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.files.netcdf import read_dataset
+from knitstudy.stages.simulate import lay_out, simulate
+from knitstudy.stages.table import Stage
 from knitstudy.study.configuration import load_scene
-
-NOTHING = xr.Dataset()
 
 
 @pytest.fixture
 def config(config):
     """Folder with a wale tension and a reduced model with springs as well."""
-    rows = [
-        [
-            "scene",
-            "study",
-            "knit",
-            "interaction",
-            "fidelity",
-            "load.direction",
-            "rom.contacts_from",
-            "rom.springs_from",
-        ],
-        ["dns-course", "", "plain", "isotropic", "dns", "course", "", ""],
-        ["dns-wale", "", "plain", "isotropic", "dns", "wale", "", ""],
-        ["rom3d-own", "", "plain", "isotropic", "rom3d", "course", "dns-course", ""],
-        ["rom3d-carried", "", "plain", "isotropic", "rom3d", "course", "dns-course", "dns-wale"],
-        ["beam", "", "plain", "isotropic", "beam", "course", "", ""],
-    ]
-    (config / "scenes.tsv").write_text("".join("\t".join(row) + "\n" for row in rows))
+    scenes = {
+        "dns-course": {},
+        "dns-wale": {"load.direction": "wale"},
+        "rom3d-own": {"fidelity": "rom3d", "rom.contacts_from": "dns-course"},
+        "rom3d-carried": {
+            "fidelity": "rom3d",
+            "rom.contacts_from": "dns-course",
+            "rom.springs_from": "dns-wale",
+        },
+        "beam": {"fidelity": "beam"},
+    }
+    family = {
+        "studies": [],
+        "keys": {"knit": "plain", "interaction": "isotropic"},
+        "scenes": [{"name": name, "keys": keys} for name, keys in scenes.items()],
+    }
+    (config / "scenes" / "small.yaml").write_text(yaml.safe_dump(family))
     return config
 
 
 @pytest.fixture
-def stages(monkeypatch):
-    """Record the calls of the stages, and let each return what it was called for."""
-    calls = {}
+def made(monkeypatch):
+    """Let every stage return what it was made from, and list what was made."""
+    made = []
 
-    def direct(scene, archive, progress, anew):
-        calls.setdefault("dns", {})[scene.name] = scene
-        return Results(scene, NOTHING, NOTHING, contacts=NOTHING.assign_attrs(of=scene.name))
+    def load(stage):
+        def function(scene, run=None, **needed):
+            made.append((stage.name, scene.knit if stage.name == "geometry" else scene.name))
+            origins = {name: dataset.attrs["of"] for name, dataset in needed.items()}
+            return xr.Dataset({"number": len(made)}, attrs={"of": f"{scene.name} of {stage.name}"} | origins)
 
-    def reduced(scene, specimen, contacts, springs_from, how):
-        calls["rom"] = contacts.attrs["of"], None if springs_from is None else springs_from.attrs["of"]
-        return xr.Dataset()
+        return function
 
-    def beams(scene, specimen, how):
-        calls["beams"] = scene.name
-        return xr.Dataset()
-
-    monkeypatch.setattr(simulation, "_direct", direct)
-    monkeypatch.setattr(simulation.rom, "run", reduced)
-    monkeypatch.setattr(simulation.beams, "run", beams)
-    monkeypatch.setattr(simulation, "build", lambda scene: NOTHING)
-    monkeypatch.setattr(simulation, "read_specimen", lambda dataset: None)
-    return calls
+    monkeypatch.setattr(Stage, "load", load)
+    return made
 
 
-def test_reduced_model_after_its_direct_simulation(config, stages):
-    simulate(load_scene("rom3d-own", config), config=config)
-    assert list(stages["dns"]) == ["dns-course"]
-    assert stages["rom"] == ("dns-course", None)
+SOLID = ["geometry", "mesh", "dns", "contacts"]
 
 
-def test_springs_come_from_their_own_simulation(config, stages):
-    scene = load_scene("rom3d-carried", config)
-    found = simulate(scene, config=config)
-    assert stages["rom"] == ("dns-course", "dns-wale")
-    assert found.contacts.attrs["of"] == "dns-course"
+def test_direct_simulation_and_its_contacts(config, made):
+    found = simulate(load_scene("dns-course", config), config=config)
+    assert sorted(name for name, _ in made) == sorted(SOLID)
+    assert found.contacts.attrs["history"] == "dns-course of dns"
+    assert found.history.attrs["mesh"] == "dns-course of mesh"
     assert found.path is None
 
 
-def test_reduced_model_follows_younger_contacts(config, stages, tmp_path):
-    scene, folder = load_scene("rom3d-own", config), tmp_path / "results"
-    contacts = folder / "contacts" / "dns-course.nc"
-    contacts.parent.mkdir(parents=True)
-    contacts.touch()
-    assert simulate(scene, folder, config=config).path == folder / "rom" / "rom3d-own.nc"
-    del stages["rom"]
-    simulate(scene, folder, config=config)
-    assert "rom" not in stages
-    later = contacts.stat().st_mtime + 100
-    os.utime(contacts, (later, later))
-    simulate(scene, folder, config=config)
-    assert stages["rom"] == ("dns-course", None)
+def test_reduced_model_after_its_direct_simulation(config, made):
+    found = simulate(load_scene("rom3d-own", config), config=config)
+    assert {scene for name, scene in made if name == "dns"} == {"dns-course"}
+    assert found.history.attrs["contacts"] == "dns-course of contacts"
+    assert "springs" not in found.history.attrs
 
 
-def test_changed_knit_reaches_the_sources_and_nothing_else_does(config, stages):
-    changes = {"pattern.loops": 4, "mesh.beam_size": 1e-3}
-    simulate(load_scene("rom3d-carried", config).vary(changes), config=config)
-    for scene in stages["dns"].values():
-        assert scene.pattern.loops == 4
-        assert scene.mesh.beam_size == 0.5e-3
-        assert scene.name.endswith(f"-{scene.hash[:8]}")
-    assert len(stages["dns"]) == 2
+def test_springs_come_from_their_own_simulation(config, made):
+    found = simulate(load_scene("rom3d-carried", config), config=config)
+    assert found.history.attrs["contacts"] == "dns-course of contacts"
+    assert found.history.attrs["springs"] == "dns-wale of contacts"
+    assert found.contacts.attrs["of"] == "dns-course of contacts"
+    assert made.count(("geometry", "plain")) == 1
 
 
-def test_beams_in_contact_need_no_other_simulation(config, stages):
+def test_beams_in_contact_need_no_other_simulation(config, made):
     simulate(load_scene("beam", config), config=config)
-    assert stages == {"beams": "beam"}
+    assert sorted(made) == [("beams", "beam"), ("geometry", "plain")]
+
+
+def test_changed_knit_reaches_the_sources_and_nothing_else_does(config, made):
+    changes = {"pattern.loops": 4, "solver.increments": 3}
+    simulate(load_scene("rom3d-carried", config).vary(changes), config=config)
+    direct = [scene for name, scene in made if name == "dns"]
+    assert len(direct) == 2
+    for base in ("dns-course", "dns-wale"):
+        source = load_scene(base, config).vary({"pattern.loops": 4})
+        assert f"{base}-{source.hash[:8]}" in direct
+
+
+def test_results_of_the_same_inputs_are_used_again(config, made, tmp_path):
+    scene, folder = load_scene("rom3d-own", config), tmp_path / "results"
+    first = simulate(scene, folder, config=config)
+    assert first.path == folder / "rom" / "rom3d-own.nc"
+    count = len(made)
+    again = simulate(scene, folder, config=config)
+    assert len(made) == count
+    assert int(again.history["number"]) == int(first.history["number"])
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("changes", "expected"),
     [
-        (
-            {"rom.contacts_from": "dns-cource"},
-            r"unknown dns scene 'dns-cource' \(did you mean 'dns-course'\?\)",
-        ),
-        ({"rom.contacts_from": "beam"}, r"unknown dns scene 'beam'"),
-        ({"rom.springs_from": "nothing"}, r"rom\.springs_from names the unknown dns scene 'nothing'"),
-        ({"interaction": "rough"}, r"interaction is 'rough' but must be 'isotropic'"),
-        ({"load.direction": "wale"}, r"load\.direction is 'wale' but must be 'course'"),
+        ({"rom.joint": "pinned"}, {"rom"}),
+        ({"load.strain": 0.01}, {"rom"}),
+        ({"yarn.diameter": 1.7e-3}, {"geometry", "mesh", "dns", "contacts", "rom"}),
+        ({"yarn.density": 900.0}, {"rom"}),
     ],
 )
-def test_sources_that_do_not_fit(config, stages, changes, message):
-    with pytest.raises(ConfigurationError, match=message):
-        simulate(load_scene("rom3d-own", config).vary(changes), config=config)
-    assert "dns" not in stages
+def test_changed_keys_make_what_reads_them(config, made, tmp_path, changes, expected):
+    scene = load_scene("rom3d-own", config)
+    simulate(scene, tmp_path, config=config)
+    made.clear()
+    simulate(scene.vary(changes), tmp_path, config=config)
+    assert {name for name, _ in made} == expected
+
+
+def test_simulated_anew_on_demand(config, made, tmp_path):
+    scene = load_scene("rom3d-own", config)
+    simulate(scene, tmp_path, config=config)
+    made.clear()
+    simulate(scene, tmp_path, config=config, anew=True)
+    assert made == [("rom", "rom3d-own")]
+
+
+def test_results_of_other_code_are_replaced(config, made, tmp_path, monkeypatch):
+    scene = load_scene("rom3d-own", config)
+    simulate(scene, tmp_path, config=config)
+    made.clear()
+    code = "networks.rom.run"
+    monkeypatch.setattr(
+        "knitstudy.stages.plan.code_digest", lambda module, *others: "edited" if code in module else module
+    )
+    simulate(scene, tmp_path, config=config)
+    first = {name for name, _ in made}
+    made.clear()
+    monkeypatch.setattr("knitstudy.stages.plan.code_digest", lambda module, *others: module)
+    simulate(scene, tmp_path, config=config)
+    assert "rom" in first
+    assert made == [("rom", "rom3d-own")]
+
+
+def test_failure_leaves_what_was_there(config, made, tmp_path, monkeypatch):
+    scene = load_scene("rom3d-own", config)
+    path = simulate(scene, tmp_path, config=config).path
+    before = path.read_bytes()
+
+    def fail(scene, run, **needed):
+        raise DataFileError("no")
+
+    monkeypatch.setattr(Stage, "load", lambda stage: fail)
+    with pytest.raises(DataFileError):
+        simulate(scene, tmp_path, config=config, anew=True)
+    assert path.read_bytes() == before
+
+
+def test_damaged_file_is_replaced(config, made, tmp_path):
+    scene = load_scene("rom3d-own", config)
+    path = simulate(scene, tmp_path, config=config).path
+    path.write_bytes(b"CDF")
+    simulate(scene, tmp_path, config=config)
+    assert made.count(("rom", "rom3d-own")) == 2
+    assert read_dataset(path).attrs["of"] == "rom3d-own of rom"
+
+
+def test_without_a_folder_nothing_is_written(config, made, tmp_path):
+    before = set(tmp_path.rglob("*"))
+    simulate(load_scene("rom3d-own", config), config=config)
+    assert set(tmp_path.rglob("*")) == before
 
 
 def test_beams_have_no_solid_mesh(config):

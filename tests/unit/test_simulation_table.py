@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 from knitstudy.loading.history import FORMS
+from knitstudy.measures.energy_balance import hourglass_share, ledger_gap
 from knitstudy.tables import catalogue
-from knitstudy.tables.simulation import hourglass_share, ledger_gap
 
 
 @pytest.fixture

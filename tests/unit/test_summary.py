@@ -9,8 +9,8 @@ from knitstudy.crossings import contacts
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.pair import Pair
 from knitstudy.loading.history import FORMS
+from knitstudy.measures.summary import kind_of, summarise
 from knitstudy.mesh.pair import mesh_pair
-from knitstudy.summary import kind_of, summarise
 
 
 @pytest.fixture

@@ -21,9 +21,7 @@ def paper():
 
 @pytest.fixture
 def scenes(plain_scene):
-    document = plain_scene.to_dict() | {"fidelity": "dns", "interaction": "isotropic", "name": "dns-course"}
-    document["rom"] |= {"contacts_from": None}
-    course = type(plain_scene).from_dict(document)
+    course = plain_scene.vary({"fidelity": "dns", "interaction": "isotropic", "name": "dns-course"})
     return {"course": course, "wale": course.replace("name", "dns-wale").replace("load.direction", "wale")}
 
 

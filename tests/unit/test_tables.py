@@ -12,12 +12,12 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files.csv_table import read_table
 from knitstudy.geometry.build import initial_loop
 from knitstudy.geometry.pattern import Knit
+from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact, snapshots
+from knitstudy.measures.cost import element_length
+from knitstudy.measures.penetration import penetration
+from knitstudy.measures.reference import number, numbers
+from knitstudy.measures.response import transverse_contraction
 from knitstudy.tables import catalogue
-from knitstudy.tables.centre_cell import centre_cell, first_symmetric_contact, snapshots
-from knitstudy.tables.reference import number, numbers
-from knitstudy.tables.response import transverse_contraction
-from knitstudy.tables.simulation import penetration
-from knitstudy.tables.table5_cost import element_length
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
@@ -29,11 +29,7 @@ def paper():
 
 @pytest.fixture
 def scenes(plain_scene):
-    solid = plain_scene.to_dict() | {
-        "fidelity": "dns",
-        "rom": plain_scene.to_dict()["rom"] | {"contacts_from": None},
-    }
-    solid = type(plain_scene).from_dict(solid)
+    solid = plain_scene.vary({"fidelity": "dns", "interaction": "isotropic"})
     return {"dns": solid, "rom3d": plain_scene, "rom2d": plain_scene.replace("fidelity", "rom2d")}
 
 
@@ -120,7 +116,8 @@ def test_missing_target_is_named(geometry):
 
 def test_unknown_table_names_the_known_ones():
     with pytest.raises(
-        ConfigurationError, match=r"unknown table 'table6'.*allowed are beams, claims, geometry, "
+        ConfigurationError,
+        match=r"unknown table 'table6'.*allowed are rom_distance, interactions, table1_contact, ",
     ):
         catalogue.build("table6")
 

@@ -9,9 +9,7 @@ from knitstudy.mesh.knit import mesh_knit
 
 @pytest.fixture
 def scene(plain_scene):
-    document = plain_scene.to_dict() | {"fidelity": "dns", "interaction": "isotropic"}
-    document["rom"]["contacts_from"] = None
-    return type(plain_scene).from_dict(document)
+    return plain_scene.vary({"fidelity": "dns", "interaction": "isotropic"})
 
 
 @pytest.fixture(scope="module")

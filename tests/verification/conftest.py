@@ -6,12 +6,11 @@ resolution; with ``--table FILE`` the run writes the table of all cases, when al
 
 import csv
 import datetime
-import hashlib
 
 import pytest
 
 from knitstudy.files.replacing import replacing
-from knitstudy.stages.code import modules_behind
+from knitstudy.stages.code import code_digest
 
 PHYSICS = (
     "knitstudy.geometry.build",
@@ -78,11 +77,8 @@ def full(request):
 
 
 def fingerprint():
-    """Checksum of the code that the table speaks of."""
-    digest = hashlib.sha256()
-    for path in modules_behind(*PHYSICS):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+    """Checksum of the code that the table speaks of, without its comments and docstrings."""
+    return code_digest(*PHYSICS)
 
 
 def pytest_sessionfinish(session, exitstatus):

@@ -43,12 +43,9 @@ def pull_apart(folder, threads, name, *options):
 
 
 def main(name, history, checkpoint, *options):
-    scene, kill = load_scene(name), None
-    for key, value in (option.split("=") for option in options):
-        if key == "kill":
-            kill = int(value)
-        else:
-            scene = scene.replace(key, json.loads(value))
+    changes = {key: json.loads(value) for key, value in (option.split("=") for option in options)}
+    kill = changes.pop("kill", None)
+    scene = load_scene(name).vary(changes)
 
     # The log of the loop, a line an increment.
     logging.basicConfig(stream=sys.stdout, format="%(message)s")

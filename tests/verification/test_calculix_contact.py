@@ -30,7 +30,7 @@ def pulled(folder, path, increments, interaction="isotropic", rests=True):
     scene = load_scene("pair-pressed-90").replace("mesh.size", SIZE).replace("contact.friction", FRICTION)
     scene = scene.replace("load.path", path).replace("solver.increments", increments)
     scene = scene.replace("interaction", interaction)
-    pair = Pair(scene.yarn.radius, scene.pair.angle, scene.pair.length, scene.pattern.clearance)
+    pair = Pair(scene.yarn.radius, scene.pair.angle, scene.pair.length, scene.pair.clearance)
     mesh = mesh_pair(pair, SIZE, scene.mesh.growth)
     untied = tie_crossings(mesh, pair, scene.tie.tolerance, np.zeros(1, dtype=bool))
     deck = replace(specimen_deck(scene, pair, mesh, untied), fields=False, rests=rests)

@@ -1,7 +1,6 @@
 """A tied 1 x 1 knit pulled by CalculiX and by this code on the same mesh."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +19,7 @@ from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.solids.tie import tie_crossings
+from knitstudy.study.configuration import load_scene
 
 pytestmark = [
     pytest.mark.ccx,
@@ -27,13 +27,8 @@ pytestmark = [
 ]
 
 SIZE, INCREMENTS, STRAIN = 0.6e-3, 2, 0.05
-SCENE = SimpleNamespace(
-    name="tied",
-    specimen="knit",
-    interaction="tie",
-    yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42),
-    load=SimpleNamespace(direction="course", strain=STRAIN, lateral="fixed", path=(), stops=()),
-    solver=SimpleNamespace(increments=INCREMENTS),
+SCENE = load_scene("dns-tie-course").vary(
+    {"yarn.material": "st_venant_kirchhoff", "load.strain": STRAIN, "solver.increments": INCREMENTS}
 )
 
 

@@ -13,7 +13,7 @@ from knitstudy.solids import dns
 
 @pytest.fixture(scope="module")
 def cell(plain_scene, knit_of):
-    scene = plain_scene.replace("pattern.loops", 1).replace("pattern.rows", 1).replace("mesh.size", 0.6e-3)
+    scene = plain_scene.vary({"fidelity": "dns", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3})
     knit = knit_of(scene)
     yarns = dns.assemble(scene, mesh_knit(knit, scene.mesh.size), knit)
     return yarns, dns.problem_of(yarns, scene, knit)

@@ -20,8 +20,7 @@ def pair(changes):
     """Two crossing yarns that are as short as they may be, on a coarse mesh: scene, mesh and specimen."""
     scene = load_scene("pair-slid-90")
     coarse = {"pair.length": 3.7e-3, "mesh.size": 0.6e-3, "solver.linear": "lu", "gates.elements_across": 2.5}
-    for key, value in (coarse | changes).items():
-        scene = scene.replace(key, value)
+    scene = scene.vary(coarse | changes)
     specimen = read_specimen(build(scene))
     return scene, mesh_specimen(specimen, scene.mesh.size, scene.mesh.growth), specimen
 
@@ -111,7 +110,7 @@ def test_yarns_that_overlap_at_the_start(tmp_path):
     # Through the gap and three hundredths of an element into the lower yarn.
     nearer = scene.pair.clearance * mesh.radius + 0.03 * scene.mesh.size
     overlapping = replace(mesh, nodes=mesh.nodes - nearer * np.outer(upper, [0, 0, 1]))
-    message = r"surfaces overlap by 1\.\d+e-05 m before anything moves; allowed is 6e-06 m.*pattern.clearance"
+    message = r"surfaces overlap by 1\.\d+e-05 m before anything moves; allowed is 6e-06 m.*pair\.clearance"
     with pytest.raises(MeshError, match=message):
         dns.run(scene, overlapping, specimen, Run(tmp_path / "run.npz", tmp_path / "run.nc"))
     assert not list(tmp_path.iterdir())

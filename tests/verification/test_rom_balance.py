@@ -164,7 +164,7 @@ def test_work_of_the_reactions_is_stored(plain_scene, knit, contacts, joint):
 def test_units_leave_the_dimensionless_force_alone(
     plain_scene, knit_of, knit, contacts, fidelity, length, stiffness, verify
 ):
-    base = plain_scene.replace("fidelity", fidelity).replace("mesh.beam_size", 2e-3)
+    base = plain_scene.replace("mesh.beam_size", 2e-3).replace("fidelity", fidelity)
     scene = base.scaled(length=length, stiffness=stiffness)
     scaled_knit = knit_of(scene)
     force = run(scene, scaled_knit, contacts_of_crossings(scaled_knit))["force"].to_numpy()

@@ -8,8 +8,8 @@ import pytest
 from pull import pull, pull_apart
 
 from knitstudy.files.netcdf import read_dataset
+from knitstudy.measures.energy_balance import ledger_gap
 from knitstudy.study.configuration import load_scene
-from knitstudy.tables.simulation import ledger_gap
 
 NAME = "dns-isotropic-course-coarse"
 
@@ -34,10 +34,7 @@ def changes(full):
 
 @pytest.fixture(scope="module")
 def scene(changes):
-    scene = load_scene(NAME)
-    for key, value in changes.items():
-        scene = scene.replace(key, value)
-    return scene
+    return load_scene(NAME).vary(changes)
 
 
 @pytest.fixture(scope="module")

@@ -9,19 +9,17 @@ from pull import knit_and_mesh, pull, pull_apart
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.files.netcdf import read_dataset
+from knitstudy.measures.energy_balance import hourglass_share, ledger_gap
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.newton import trace
 from knitstudy.solids import dns
 from knitstudy.study.configuration import load_scene
-from knitstudy.tables.simulation import hourglass_share, ledger_gap
 
 ELEMENTS = ("one_point", "incompatible_modes")
 
 
 def changed(scene, **changes):
-    for key, value in changes.items():
-        scene = scene.replace(key.replace("__", "."), value)
-    return scene
+    return scene.vary({key.replace("__", "."): value for key, value in changes.items()})
 
 
 @pytest.fixture(scope="module")

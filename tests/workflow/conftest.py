@@ -1,6 +1,7 @@
 """The real workflow in a copy of the checkout, in a folder whose name has a space."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -65,6 +66,13 @@ class Checkout:
         lines = (ended.stdout + ended.stderr).splitlines()
         rows = [line.split() for line in lines]
         return {row[0] for row in rows if len(row) == 2 and row[1].isdigit()} - {"total", "all"}
+
+    def jobs(self, *arguments):
+        """Return what Snakemake would do, as a set of the messages of its jobs."""
+        ended = self.snakemake(*arguments, "--dry-run", "--config", "study=ci")
+        assert ended.returncode == 0, ended.stderr
+        found = re.findall(r"^Job \d+: (.*)$", ended.stdout + ended.stderr, flags=re.MULTILINE)
+        return set(found) - {"Study ci: complete"}
 
 
 @pytest.fixture(scope="session")

@@ -68,7 +68,7 @@ def test_unknown_key_of_the_workflow(fresh):
 
 
 def test_deformed_yarns_without_their_fields(fresh):
-    rewrite(fresh.folder / "config" / "scenes.tsv", "[fields]", "[vtu]")
+    rewrite(fresh.folder / "config" / "scenes" / "2-medium.yaml", "[fields]", "[vtu]")
     ended = fresh.snakemake("results/dns/dns-tie-course-medium.vtu", "--dry-run")
     assert ended.returncode == 1
     said = "scene 'dns-tie-course-medium': outputs is [vtu] but must hold 'fields'"

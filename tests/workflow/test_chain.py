@@ -113,16 +113,11 @@ def test_edited_documentation_of_the_scene_runs_nothing(checkout, edited):
 
 
 def test_changed_scene_runs_itself_and_what_depends_on_it(checkout, edited):
-    path = checkout.folder / "config" / "scenes.tsv"
-    rows = path.read_text().splitlines()
-    column = rows[0].split("\t").index("load.strain")
-    for number, row in enumerate(rows):
-        cells = row.split("\t")
-        if cells[0] == "rom2d-tie-course-coarse":
-            cells[column] = "0.02"
-            rows[number] = "\t".join(cells)
-    edited("config/scenes.tsv", "")
-    path.write_text("\n".join(rows) + "\n")
+    path = checkout.folder / "config" / "scenes" / "7-coarse.yaml"
+    edited("config/scenes/7-coarse.yaml", "")
+    text, changed = path.read_text(), "rom2d: {fidelity: rom2d, rom.section: doubled}"
+    assert "rom2d: {fidelity: rom2d}" in text
+    path.write_text(text.replace("rom2d: {fidelity: rom2d}", changed))
     planned = checkout.planned()
     assert "rom" in planned
     assert not {"geometry", "mesh", "dns", "contacts"} & planned
@@ -137,6 +132,6 @@ def test_mesh_of_two_crossing_yarns(fresh):
     ended = fresh.snakemake(target, "--cores", "1")
     assert ended.returncode == 0, ended.stderr
     assert SweptMesh.from_dataset(read_dataset(fresh.folder / target)).yarns == 2
-    table = fresh.folder / "config" / "scenes.tsv"
-    table.write_text(table.read_text().replace("[435e-6,", "[436e-6,"))
+    family = fresh.folder / "config" / "scenes" / "3-pairs.yaml"
+    family.write_text(family.read_text().replace("[435e-6,", "[436e-6,"))
     assert fresh.planned(target) == {"mesh"}, "the way of the yarns is no matter of their geometry"

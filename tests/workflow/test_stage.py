@@ -11,9 +11,9 @@ import logging, os, sys, warnings
 from pathlib import Path
 from types import SimpleNamespace
 from knitstudy.errors import MeshError
-from knitstudy.stages.script import stage
+from knitstudy.stages.script import frame
 job = SimpleNamespace(rule="mesh", wildcards=["dns-a"], threads=2, log=[sys.argv[1]])
-with stage(job, *map(Path, sys.argv[2:])) as progress:
+with frame(job, *map(Path, sys.argv[2:])) as progress:
 """
 
 

@@ -1,32 +1,13 @@
 include: "sources.smk"
 
 
-DRAWN = possible(FIGURE_ENTRIES)
-if workflow.is_main_process:
-    note_entries("figures", FIGURE_ENTRIES, DRAWN, figure_module, "knitstudy.figures.saving")
-
-
-def needs_of_figure(wildcards):
-    """Return the files that a figure is drawn from by what they are; stop where it cannot be drawn."""
-    name = wildcards.figure
-    try:
-        needs = [need for need in figure_entry(name).needs if need != "scenes"]
-        if name not in DRAWN:
-            raise ConfigurationError(
-                f"figure {name!r} needs {', '.join(needs)}: study {config['study']!r} lacks a scene for one of them"
-            )
-    except KnitstudyError as error:
-        stop(error)
-    return files_of(DRAWN[name])
-
-
 # Files that `all` asks for from this part.
-FIGURES = expand("results/figures/{figure}.{suffix}", figure=DRAWN, suffix=("png", "pdf"))
+FIGURES = paths_of("figure", "png", "pdf")
 
 
 rule figure:
     input:
-        unpack(needs_of_figure),
+        unpack(sources_of("figure")),
         digest=f"{freshness.FOLDER}/figures/{{figure}}",
     output:
         png=report(
@@ -44,8 +25,8 @@ rule figure:
     resources:
         mem_mb=1000,
     params:
-        title=lambda wildcards: FIGURE_ENTRIES[wildcards.figure].title,
-        scenes=lambda wildcards: scenes_for(FIGURE_ENTRIES[wildcards.figure]),
+        title=title_of("figure"),
+        scenes=scenes_of("figure"),
     message:
         "Draw {wildcards.figure}"
     script:

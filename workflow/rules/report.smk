@@ -5,23 +5,22 @@ PAGE = {
     "template": workflow.source_path("../report/template.html"),
 }
 if workflow.is_main_process:
-    noted = {
-        f"{kind}/{name}": (freshness.FOLDER / kind / name).read_text()
-        for kind, names in (("figures", DRAWN), ("tables", BUILT))
-        for name in names
-    }
+    from knitstudy.stages.code import code_digest
+    from knitstudy.stages.displays import digests_of
+
     code = code_digest("knitstudy.report.page", "knitstudy.report.origin")
-    page = digests_of(PAGE | {"data": data_of_study()}) | noted
-    freshness.note("report", freshness.digest_of_files({"study": CONFIGURATION.study}, code, page))
+    page = {name: Path(path) for name, path in PAGE.items()} | {"data": data_of_study()}
+    needed = digests_of(page, PLAN) | digests_of_displays()
+    freshness.note("report", freshness.digest_of_files({"study": CONFIGURATION.study}, code, needed))
 
 
 rule report:
     input:
         # Pictures and tables count by what they show: digests of what they are made from.
-        figures=[ancient(path) for path in FIGURES if path.endswith(".png")],
+        figures=paths_of("figure", "png"),
         # Linked from the page.
-        documents=[ancient(path) for path in FIGURES if path.endswith(".pdf")],
-        tables=[ancient(path) for path in TABLES],
+        documents=paths_of("figure", "pdf"),
+        tables=TABLES,
         data=[ancient(f"{RESULTS}/{stage.path(scene)}") for stage, scene in data_of_study()],
         captions=ancient(PAGE["captions"]),
         template=ancient(PAGE["template"]),

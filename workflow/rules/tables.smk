@@ -1,14 +1,10 @@
-BUILT = possible(TABLE_ENTRIES)
-if workflow.is_main_process:
-    note_entries("tables", TABLE_ENTRIES, BUILT, table_module)
-
 # Files that `all` asks for from this part.
-TABLES = expand("results/tables/{table}.csv", table=BUILT)
+TABLES = paths_of("table", "csv")
 
 
 rule table:
     input:
-        unpack(lambda wildcards: files_of(BUILT[wildcards.table])),
+        unpack(sources_of("table")),
         digest=f"{freshness.FOLDER}/tables/{{table}}",
     output:
         report(
@@ -20,13 +16,13 @@ rule table:
     log:
         "logs/table/{table}.log",
     wildcard_constraints:
-        table="|".join(BUILT),
+        table="[^/]+",
     threads: 1
     resources:
         mem_mb=500,
     params:
-        title=lambda wildcards: TABLE_ENTRIES[wildcards.table].title,
-        scenes=lambda wildcards: scenes_for(TABLE_ENTRIES[wildcards.table]),
+        title=title_of("table"),
+        scenes=scenes_of("table"),
     message:
         "Build the table {wildcards.table}"
     script:

@@ -7,7 +7,7 @@ from knitstudy.files.replacing import replacing
 from knitstudy.report.origin import origins
 from knitstudy.report.page import render
 from knitstudy.stages.script import frame
-from knitstudy.study.configuration import read_yaml
+from knitstudy.study.documents import read_yaml
 
 with frame(snakemake):
     page = render(

@@ -43,7 +43,7 @@ def export(
     from knitstudy.exchange.deck import specimen_deck
     from knitstudy.exchange.inp import write_inp
     from knitstudy.solids.tie import tie_crossings
-    from knitstudy.stages.simulation import lay_out
+    from knitstudy.stages.simulate import lay_out
 
     chosen, specimen, mesh = lay_out(changed_scene(scene, changes, config), config=config)
     tie = tie_crossings(mesh, specimen, chosen.tie.tolerance, tied_crossings(chosen, specimen.crossings))

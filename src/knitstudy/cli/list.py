@@ -8,33 +8,41 @@ import click
 
 from knitstudy.cli.options import config_option
 from knitstudy.cli.output import plain, print_table
-from knitstudy.study.configuration import STUDIES, default_keys, load_scenes, load_study
+from knitstudy.errors import ConfigurationError
+from knitstudy.registry import unknown_choice
+from knitstudy.study.configuration import STUDIES, default_keys, load_families, load_scenes
 from knitstudy.study.differences import differences
 from knitstudy.study.kinds import FIDELITIES
 
 
 @click.command("list", short_help="Which scenes there are.")
 @click.option("--study", type=click.Choice(STUDIES), help="Only scenes of this study.")
+@click.option("--family", help="Only scenes of this family, by the name of its file.")
 @click.option("--fidelity", type=click.Choice(FIDELITIES.names()), help="Only scenes of this model.")
 @config_option
-def list_scenes(study: str | None, fidelity: str | None, config: Path) -> None:
-    """List the scenes of the table, each with the keys that differ from the defaults (SI units).
+def list_scenes(study: str | None, family: str | None, fidelity: str | None, config: Path) -> None:
+    """List the scenes, each with its family, its studies and the keys that differ from the defaults (SI units).
 
     In a terminal it draws a table; in a pipe its columns are separated by tabs.
 
     \b
     knitstudy list --study reduced               what `make study` runs
     knitstudy list --fidelity dns                direct simulations with solid yarns
+    knitstudy list --family 2-medium             what config/scenes/2-medium.yaml defines
     knitstudy list | cut -f1                     names alone
     """
     scenes, defaults = load_scenes(config), default_keys(config)
-    studies = {name: load_study(name, config) for name in STUDIES}
+    members = load_families(config)
+    families = dict.fromkeys(member.family for member in members.values())
+    if family is not None and family not in families:
+        raise ConfigurationError(unknown_choice("unknown family", family, family, list(families)))
     rows = []
     for name, scene in scenes.items():
-        inside = [each for each, names in studies.items() if name in names]
-        if fidelity in (None, scene.fidelity) and (study is None or study in inside):
+        member = members[name]
+        inside = study is None or study in member.studies
+        if inside and fidelity in (None, scene.fidelity) and family in (None, member.family):
             changed = ", ".join(
                 f"{key}={plain(value)}" for key, value in differences(scene, defaults).items()
             )
-            rows.append((name, ",".join(inside), changed))
-    print_table(("scene", "studies", "differs from defaults"), rows)
+            rows.append((name, member.family, ",".join(member.studies), changed))
+    print_table(("scene", "family", "studies", "differs from defaults"), rows)

@@ -80,7 +80,7 @@ def main(traceback: bool) -> None:
     """How do knitted textiles carry load? One scene at a time.
 
     A scene is one simulation: a knit or two crossing yarns, how they interact, how they are loaded, and by which model.
-    The table config/scenes.tsv lists the scenes; all inputs and results are in SI units.
+    The files in config/scenes list the scenes; all inputs and results are in SI units.
 
     \b
     knitstudy list                               which scenes there are

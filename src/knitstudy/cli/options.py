@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import click
-import yaml
 
+from knitstudy.errors import ConfigurationError
 from knitstudy.study.configuration import CONFIG, load_scene
+from knitstudy.study.documents import parsed
 from knitstudy.study.scene import Scene
 
 
@@ -28,17 +28,9 @@ class Change(click.ParamType):
         if not equals or not key.strip():
             self.fail(f"{value!r} is not key=value, for example load.strain=0.01", param, ctx)
         try:
-            return key.strip(), _parse(text)
-        except yaml.YAMLError:
-            self.fail(f"{key}: {text!r} is not a YAML value", param, ctx)
-
-
-def _parse(text: str) -> Any:
-    """Return a YAML value, 1e-3 being a number as in the table of scenes: JSON, which is YAML, reads it as one."""
-    try:
-        return json.loads(text)
-    except ValueError:
-        return yaml.safe_load(text)
+            return key.strip(), parsed(text, key)
+        except ConfigurationError as error:
+            self.fail(str(error), param, ctx)
 
 
 config_option = click.option(
@@ -46,7 +38,7 @@ config_option = click.option(
     type=click.Path(path_type=Path),
     default=CONFIG,
     show_default="the checkout's own",
-    help="Configuration folder: defaults.yaml, scenes.tsv and what they name.",
+    help="Configuration folder: defaults.yaml, the families in scenes, and what they name.",
 )
 
 output_option = click.option(
@@ -68,5 +60,5 @@ set_option = click.option(
 
 
 def changed_scene(name: str, changes: tuple[tuple[str, Any], ...], config: Path) -> Scene:
-    """Return a scene of the table with changed keys."""
+    """Return a scene of the configuration with changed keys."""
     return load_scene(name, config).vary(dict(changes))

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.style import FAINT, INK, SINGLE, YARNS, figure, styled
 from knitstudy.geometry.specimen import read_specimen
-from knitstudy.summary import kind_of, require_layout, touched
+from knitstudy.measures.summary import kind_of, require_layout, touched
 
 PERCENT, MILLI = 100.0, 1e3
 

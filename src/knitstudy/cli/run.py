@@ -38,7 +38,7 @@ def run(
     verbose: bool,
     config: Path,
 ) -> None:
-    """Simulate a scene of the table: solid yarns (geometry, mesh, dns, contacts), beams in contact, or a reduced model
+    """Simulate a scene: solid yarns (geometry, mesh, dns, contacts), beams in contact, or a reduced model
     after the direct simulations that its joints and springs come from.
 
     Each stage is written to a file below the output folder as soon as it is done, and used again when its inputs are
@@ -57,8 +57,8 @@ def run(
     if threads is not None:
         os.environ["OMP_NUM_THREADS"] = str(threads)
     # Imported here: it takes seconds, which the other commands and --help need not wait for.
-    from knitstudy.stages.simulation import simulate
-    from knitstudy.summary import summarise
+    from knitstudy.measures.summary import summarise
+    from knitstudy.stages.simulate import simulate
 
     chosen = changed_scene(scene, changes, config)
     try:

@@ -56,7 +56,7 @@ def show(file: Path, plot: Path | None) -> None:
     # Imported here: --help need not wait for it.
     from knitstudy.cli.plot import draw
     from knitstudy.figures.saving import save
-    from knitstudy.summary import kind_of, summarise
+    from knitstudy.measures.summary import kind_of, summarise
 
     dataset = read_dataset(file)
     with _naming(file):

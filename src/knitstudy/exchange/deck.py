@@ -8,6 +8,7 @@ always handed over as surfaces, one pair for every row of crossings that are not
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ from knitstudy.crossings.tied_crossings import tied_pieces
 from knitstudy.errors import ConfigurationError
 from knitstudy.loading.load_path import load_path
 from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.material import Material
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.yarn_contact import contact_law
@@ -75,8 +77,9 @@ class ContactPair:
 
 @dataclass(frozen=True)
 class Interaction:
-    """What happens where surfaces touch: a law, and the ``penetration`` (m) that it may lead to."""
+    """What happens where surfaces touch: the scene's word for it, its law, and the penetration (m) that it allows."""
 
+    kind: str
     law: Coulomb
     penetration: float
 
@@ -109,7 +112,7 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class Deck:
-    """Nonlinear static steps on a mesh of C3D8R, numbered from 0.
+    """Nonlinear static steps on a mesh of hexahedra, numbered from 0.
 
     Attributes
     ----------
@@ -119,8 +122,11 @@ class Deck:
     elements : dict of str to ndarray (e, 8)
         Corner nodes of the elements of every set; the sets follow each other in the numbering of elements.
     node_sets : dict of str to ndarray
-    youngs_modulus, poisson_ratio : float
-        Pa, 1.
+    element : str
+        The scene's word for it, ``mesh.element``.
+    material : Material
+    hourglass : float
+        Hourglass stiffness over shear modulus, of elements that have one.
     steps : tuple of Step
     driven : str
         Node set whose total reaction is written.
@@ -138,14 +144,17 @@ class Deck:
         increment has converged; None leaves it to the program (0.005 and 0.01 in both).
     fields : bool
         Whether displacements are written; the total reaction always is.
+    departures : tuple of str
+        Sentences on what no deck says of the scene.
     """
 
     title: str
     nodes: np.ndarray
     elements: dict[str, np.ndarray]
     node_sets: dict[str, np.ndarray]
-    youngs_modulus: float
-    poisson_ratio: float
+    element: str
+    material: Material
+    hourglass: float
     steps: tuple[Step, ...]
     driven: str
     ties: tuple[TiedPair, ...] = ()
@@ -156,6 +165,7 @@ class Deck:
     automatic: bool = False
     tolerance: float | None = None
     fields: bool = True
+    departures: tuple[str, ...] = ()
 
 
 def specimen_deck(
@@ -200,8 +210,9 @@ def specimen_deck(
         nodes=tie.nodes if as_equations else mesh.nodes,
         elements={f"YARN{yarn}": mesh.hexahedra[_yarn_elements(mesh, yarn)] for yarn in range(mesh.yarns)},
         node_sets={"HELD": np.sort(gripped.held), "DRIVEN": np.sort(gripped.driven)},
-        youngs_modulus=scene.yarn.youngs_modulus,
-        poisson_ratio=scene.yarn.poisson_ratio,
+        element=scene.mesh.element,
+        material=Material(scene.yarn.material, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio),
+        hourglass=scene.solver.hourglass,
         steps=_steps(scene, specimen),
         driven="DRIVEN",
         ties=() if as_equations else tied_pairs(mesh, tie),
@@ -209,12 +220,23 @@ def specimen_deck(
         contacts=tuple(touching_row(mesh, row, reach, free) for row in touching),
         interaction=interaction(scene) if touching.size else None,
         automatic=automatic,
+        departures=tuple(_unsaid(scene)) if touching.size else (),
     )
+
+
+def _unsaid(scene: Scene) -> Iterator[str]:
+    """Yield sentences on those keys of a scene with contact that decks have no place for."""
+    if scene.load.stops:
+        yield "load.stops: the increments of a deck are equal"
+    if scene.contact.augmentations:
+        yield f"contact.augmentations is {scene.contact.augmentations}: contact is by penalties alone in a deck"
+    if scene.solver.stabilisation:
+        yield f"solver.stabilisation is {scene.solver.stabilisation:g}: a deck has none"
 
 
 def interaction(scene: Scene) -> Interaction:
     """Law of contact of a scene, and the penetration that it allows."""
-    return Interaction(contact_law(scene), scene.contact.penetration * scene.mesh.size)
+    return Interaction(scene.interaction, contact_law(scene), scene.contact.penetration * scene.mesh.size)
 
 
 def touching_row(mesh: SweptMesh, row: int, reach: float, free: np.ndarray) -> ContactPair:

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.style import FAINT, INK, SINGLE, Look, figure
-from knitstudy.tables.centre_cell import Snapshot
-from knitstudy.tables.response import secant_stiffness
+from knitstudy.measures.centre_cell import Snapshot
+from knitstudy.measures.response import secant_stiffness
 
 PERCENT = 100.0
 

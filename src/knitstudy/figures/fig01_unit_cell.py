@@ -8,12 +8,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.annotation import MILLIMETRE, scale_bar, triad
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import bounds, show
 from knitstudy.figures.style import PAPER, YARNS, figure, panel_letter, styled
 from knitstudy.figures.surface import Surface, sphere, tube
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
-from knitstudy.tables.geometry import loop_of
+from knitstudy.measures.selection import TIED_COURSE
+from knitstudy.measures.unit_cell import loop_of
 
 WIDTH = 130.0
 """Of the figure [mm]."""
@@ -29,6 +31,12 @@ BULGE = 1.7
 STATES = ("before", "after")
 
 
+@FIGURES.add(
+    "fig01_unit_cell",
+    "Fig. 1: unit cell before and after optimisation",
+    needs=("geometry",),
+    of=TIED_COURSE,
+)
 @styled
 def draw(geometry: xr.Dataset) -> Figure:
     """Draw three yarns of one loop, the middle one with both its neighbours.

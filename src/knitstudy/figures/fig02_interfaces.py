@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.annotation import HALO
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, panel_letter, styled, tint
 
 SLAVE, MASTER = YARNS[1], YARNS[2]
@@ -25,6 +26,7 @@ CONTACT = 1.15
 Profile = Callable[[np.ndarray], np.ndarray]
 
 
+@FIGURES.add("fig02_interfaces", "Fig. 2: tie constraint and contact with friction")
 @styled
 def draw() -> Figure:
     """Draw both panels; nothing is measured here."""

@@ -10,12 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.annotation import MILLIMETRE
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.front import front_view
 from knitstudy.figures.style import ACCENT, INK, PAPER, YARNS, styled, tint
 from knitstudy.figures.surface import tube
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.arcs import head_arcs, sinker_arcs
 from knitstudy.geometry.pattern import Knit
+from knitstudy.measures.selection import ISOTROPIC_COURSE, ISOTROPIC_WALE
 from knitstudy.study.scene import Scene
 
 STEP = 0.15
@@ -34,6 +36,18 @@ PULL = 2.2
 """Length of the arrows of the load [mm]."""
 
 
+@FIGURES.add(
+    "fig03a_interactions",
+    "Fig. 3a: crossings that are tied and that touch with friction, course tension",
+    needs=("geometry", "contacts", "scenes"),
+    of=ISOTROPIC_COURSE,
+)
+@FIGURES.add(
+    "fig03b_interactions",
+    "Fig. 3b: crossings that are tied and that touch with friction, wale tension",
+    needs=("geometry", "contacts", "scenes"),
+    of=ISOTROPIC_WALE,
+)
 @styled
 def draw(geometry: xr.Dataset, contacts: xr.Dataset, scenes: Mapping[str, Scene]) -> Figure:
     """Draw the undeformed knit with a mark at every crossing and its grips.

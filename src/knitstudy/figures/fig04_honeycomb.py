@@ -9,16 +9,24 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from knitstudy.figures.annotation import HALO, MILLIMETRE
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.front import front_view
 from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, YARNS, styled, tint
 from knitstudy.figures.surface import yarn_of_mesh
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.pattern import Knit
+from knitstudy.measures.selection import TIED_COURSE
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.networks.rom import honeycomb
 from knitstudy.networks.rom.network import Network
 
 
+@FIGURES.add(
+    "fig04_honeycomb",
+    "Fig. 4: 2D reduced model on the solid knit",
+    needs=("geometry", "mesh", "contacts"),
+    of=TIED_COURSE,
+)
 @styled
 def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the honeycomb over the undeformed mesh, with the contact zones that are its joints.

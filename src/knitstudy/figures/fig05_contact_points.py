@@ -8,12 +8,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.annotation import MILLIMETRE, label, scale_bar, triad
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.interlock import InterlockSide, piece
 from knitstudy.figures.picture import bounds, show
 from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE, figure, styled
 from knitstudy.figures.surface import Surface, arrow, plate, rod
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
+from knitstudy.measures.selection import TIED_COURSE
 
 VIEW = View.orbit(turn=-12, tilt=-36)
 """From below: here the two planes and the two normals part most in the picture."""
@@ -48,6 +50,12 @@ PLACES = {
 """Where the names stand, points from what they name."""
 
 
+@FIGURES.add(
+    "fig05_contact_points",
+    "Fig. 5: points of the 3D reduced model",
+    needs=("geometry", "contacts"),
+    of=TIED_COURSE,
+)
 @styled
 def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the left side of the middle interlock, with translucent yarns.

@@ -8,12 +8,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.annotation import HALO, MILLIMETRE, label, scale_bar, triad
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.interlock import InterlockSide, piece
 from knitstudy.figures.picture import bounds, show
 from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, panel_letter, styled
 from knitstudy.figures.surface import Surface, arrow, rod, sphere, tube
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
+from knitstudy.measures.selection import TIED_COURSE
 from knitstudy.networks.rom.points import contact_points
 
 WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=34, tilt=-37)
@@ -34,6 +36,12 @@ PLACES = {"C_1": (-32, -10), "C_3": (34, 8), "P_1": (0, -30)}
 """Where the names of the detail stand, points from what they name."""
 
 
+@FIGURES.add(
+    "fig06_joints",
+    "Fig. 6: 3D reduced model and its joints",
+    needs=("geometry", "contacts", "rom3d"),
+    of=TIED_COURSE,
+)
 @styled
 def draw(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figure:
     """Draw the beams of the model between their nodes, and the arms that join them.

@@ -10,12 +10,14 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import show
 from knitstudy.figures.style import ACCENT, DOUBLE, INK, YARNS, figure, panel_letter, styled, tint
 from knitstudy.figures.surface import Surface, tube
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.pattern import Knit
-from knitstudy.tables.centre_cell import Snapshot, centre_cell, snapshots
+from knitstudy.measures.centre_cell import Snapshot, centre_cell, snapshots
+from knitstudy.measures.selection import ISOTROPIC_COURSE
 
 COLOURS = "cividis"
 
@@ -31,6 +33,12 @@ ARROW = 13.0
 """Length of the arrows to the contacts, points."""
 
 
+@FIGURES.add(
+    "fig07c_contact_area",
+    "Fig. 7c: where the centre cell touches",
+    needs=("geometry", "dns", "contacts"),
+    of=ISOTROPIC_COURSE,
+)
 @styled
 def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the deformed cell, one panel a point, with what touches over the yarns that hide it.

@@ -8,12 +8,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar, triad
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.elevation import colour_bar, colours, levels
 from knitstudy.figures.picture import bounds, show
 from knitstudy.figures.style import ACCENT, DOUBLE, FAINT, INK, figure, panel_letter, styled, tint
 from knitstudy.figures.surface import graded_tube, tube
 from knitstudy.figures.view import FRONT, View
-from knitstudy.tables.response import Z, transverse_contraction
+from knitstudy.measures.response import Z, transverse_contraction
+from knitstudy.measures.selection import ISOTROPIC_COURSE
 
 OBLIQUE = View.orbit(turn=-28, tilt=24)
 
@@ -24,6 +26,12 @@ FOOT, HEAD = 15.0, 6.0
 """Room for the colour bar below and for titles above the panels [mm]."""
 
 
+@FIGURES.add(
+    "fig08_out_of_plane",
+    "Fig. 8: contraction, out-of-plane motion and interfacial forces",
+    needs=("geometry", "dns", "contacts"),
+    of=ISOTROPIC_COURSE,
+)
 @styled
 def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the knit at full load: displacements true to scale over the undeformed knit, and forces on lower yarns.

@@ -5,10 +5,18 @@ from __future__ import annotations
 import xarray as xr
 from matplotlib.figure import Figure
 
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import Curve, draw_curves
 from knitstudy.figures.style import INTERACTIONS, styled
+from knitstudy.measures.selection import ISOTROPIC_COURSE
 
 
+@FIGURES.add(
+    "fig09a_force",
+    "Fig. 9a: force against strain with ties, rough contact and isotropic friction",
+    needs=("tie", "rough", "isotropic"),
+    of=ISOTROPIC_COURSE,
+)
 @styled
 def draw(tie: xr.Dataset, rough: xr.Dataset, isotropic: xr.Dataset) -> Figure:
     """Draw the forces over strain.

@@ -6,11 +6,19 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from knitstudy.figures.annotation import MILLIMETRE
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import Curve, draw_curves
 from knitstudy.figures.style import INTERACTIONS, styled
-from knitstudy.tables.response import out_of_plane
+from knitstudy.measures.response import out_of_plane
+from knitstudy.measures.selection import ISOTROPIC_COURSE
 
 
+@FIGURES.add(
+    "fig09b_out_of_plane",
+    "Fig. 9b: out-of-plane motion with ties, rough contact and isotropic friction",
+    needs=("tie", "rough", "isotropic"),
+    of=ISOTROPIC_COURSE,
+)
 @styled
 def draw(tie: xr.Dataset, rough: xr.Dataset, isotropic: xr.Dataset) -> Figure:
     """Draw the largest |u_z| along the centrelines over strain.

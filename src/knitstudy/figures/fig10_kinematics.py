@@ -11,10 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.errors import DataFileError
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import PERCENT
 from knitstudy.figures.style import DOUBLE, FAINT, figure, panel_letter, styled, tint
-from knitstudy.tables.centre_cell import centre_cell
-from knitstudy.tables.kinematics import closest_neighbour, rotation_angle
+from knitstudy.measures.centre_cell import centre_cell
+from knitstudy.measures.kinematics import closest_neighbour, rotation_angle
+from knitstudy.measures.selection import ISOTROPIC_COURSE
 
 HEIGHT = 178.0
 """Of the figure [mm]."""
@@ -67,6 +69,12 @@ QUANTITIES = (
 """From above to below."""
 
 
+@FIGURES.add(
+    "fig10_kinematics",
+    "Fig. 10: rotation, contraction, sliding and spin at the crossings of the centre cell",
+    needs=("contacts",),
+    of=ISOTROPIC_COURSE,
+)
 @styled
 def draw(contacts: xr.Dataset) -> Figure:
     """Draw the two yarns of the centre cell side by side, the quantities one below the other.

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import (
     PERCENT,
     Curve,
@@ -19,10 +20,18 @@ from knitstudy.figures.curves import (
     strain_label,
 )
 from knitstudy.figures.style import BEAMS, MODELS, Look, styled
+from knitstudy.measures.cases import label_of
+from knitstudy.measures.selection import ISOTROPIC_COURSE
 from knitstudy.study.scene import Scene
-from knitstudy.tables.cases import label_of
 
 
+@FIGURES.add(
+    "fig12b_beam_contact",
+    "Fig. 12b: force against strain of beams in contact and of solid yarns",
+    needs=("dns", "beams", "scenes"),
+    of=ISOTROPIC_COURSE,
+    optional=("rom3d", "tie_course_rom3d"),
+)
 @styled
 def draw(
     dns: xr.Dataset,

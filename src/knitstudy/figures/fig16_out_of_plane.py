@@ -7,12 +7,15 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from knitstudy.figures.annotation import MILLIMETRE, scale_bar, triad
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.elevation import colour_bar, colours, levels
 from knitstudy.figures.picture import bounds, show
 from knitstudy.figures.style import DOUBLE, figure, panel_letter, styled
 from knitstudy.figures.surface import Surface, graded_tube
 from knitstudy.figures.view import FRONT
-from knitstudy.tables.response import INTERACTIONS, NAMES, Z, out_of_plane_agreement
+from knitstudy.measures.names import INTERACTIONS, NAMES
+from knitstudy.measures.response import Z, out_of_plane_agreement
+from knitstudy.measures.selection import TIED_COURSE, TIED_WALE
 
 FOOT, HEAD = 15.0, 11.0
 """Room for the colour bar below and for two lines of title above each panel [mm]."""
@@ -26,6 +29,24 @@ THICKNESS = 0.62
 """Drawn over true diameter of the yarns, so that those behind are seen."""
 
 
+@FIGURES.add(
+    "fig16_out_of_plane",
+    "Fig. 16: out-of-plane displacement along the yarns, course tension",
+    needs=(
+        "geometry",
+        "tie_course_dns",
+        "tie_course_rom3d",
+        "isotropic_course_dns",
+        "isotropic_course_rom3d",
+    ),
+    of=TIED_COURSE,
+)
+@FIGURES.add(
+    "fig16_wale",
+    "Fig. 16, wale tension: out-of-plane displacement along the yarns",
+    needs=("geometry", "tie_wale_dns", "tie_wale_rom3d", "isotropic_wale_dns", "isotropic_wale_rom3d"),
+    of=TIED_WALE,
+)
 @styled
 def draw(geometry: xr.Dataset, **models: xr.Dataset) -> Figure:
     """Draw the deformed yarns of both models, coloured on one scale, a row for each interaction.

@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import DOUBLE, FAINT, INK, SINGLE, figure, panel_letter, styled
 from knitstudy.study.scene import Scene
 
@@ -69,6 +70,12 @@ class Slide:
         return "slid" if len(self.scene.load.path) == 2 else "slid and reversed"
 
 
+@FIGURES.add(
+    "fig_pair_slip",
+    "Two crossing yarns: forces against sliding",
+    needs=("pairs_contacts", "scenes"),
+    of={"specimen": "pair"},
+)
 @styled
 def draw(pairs_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> Figure:
     """Draw tangential forces above, normal forces below, one column an angle.

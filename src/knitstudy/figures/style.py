@@ -13,8 +13,8 @@ import matplotlib
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from knitstudy.tables.response import INTERACTIONS as INTERACTION_NAMES
-from knitstudy.tables.response import NAMES
+from knitstudy.measures.names import INTERACTIONS as INTERACTION_NAMES
+from knitstudy.measures.names import NAMES
 
 INCH = 25.4
 """Millimetres."""

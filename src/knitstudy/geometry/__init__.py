@@ -1,5 +1,4 @@
-"""Yarn geometry: Catmull-Rom loops, their optimisation, and the knit that they make (section 2.1 of the
-paper)."""
+"""Shapes of yarns, loops and knits, and the optimisation of a loop (section 2.1 of the paper). No meshes."""
 
 from knitstudy.geometry.build import build
 from knitstudy.geometry.loop import Loop

@@ -48,7 +48,7 @@ class Pair:
         if not self.radius > 0:
             raise GeometryError(f"yarn.diameter = {2 * self.radius} m: allowed is a positive number")
         if not self.clearance >= 0:
-            raise GeometryError(f"pattern.clearance = {self.clearance} radii: allowed is zero or more")
+            raise GeometryError(f"pair.clearance = {self.clearance} radii: allowed is zero or more")
         if not 0 < self.angle <= 90:
             raise GeometryError(f"pair.angle = {self.angle} degrees: allowed is more than 0 and at most 90")
         if not self.length > 4 * self.radius:

@@ -1,7 +1,5 @@
 """How much the optimised loop depends on the weights of Eqs. (1) and (3), which the paper does not print."""
 
-from dataclasses import replace
-
 import numpy as np
 import pandas as pd
 
@@ -39,10 +37,9 @@ def sensitivity(scene, factors=(0.1, 10.0)):
 
 
 def _row(scene, initial, reference, weight, factor):
-    settings = scene.geometry
     if weight != "none":
-        settings = replace(settings, **{weight: factor * getattr(settings, weight)})
-    loop, _ = optimise(initial, settings)
+        scene = scene.replace(f"geometry.{weight}", factor * getattr(scene.geometry, weight))
+    loop, _ = optimise(initial, scene.geometry)
     measured = survey(loop)
     moved = np.linalg.norm(loop.control_points - reference.control_points, axis=1).max()
     return {

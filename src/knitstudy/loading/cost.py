@@ -5,6 +5,8 @@ from __future__ import annotations
 import resource
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,10 +35,20 @@ class Meter:
         self._before = psutil.Process().memory_info().rss
         self.has_own_peak = _begin_new_peak()
         self._started = time.perf_counter()
+        self._paused = 0.0
+
+    @contextmanager
+    def paused(self) -> Iterator[None]:
+        """Leave out the time that a block takes."""
+        started = time.perf_counter()
+        try:
+            yield
+        finally:
+            self._paused += time.perf_counter() - started
 
     def read(self) -> Cost:
         """Return the cost so far."""
-        seconds = time.perf_counter() - self._started
+        seconds = time.perf_counter() - self._started - self._paused
         peak = _peak_since() if self.has_own_peak else peak_memory()
         return Cost(seconds, max(0, peak - self._before), peak_memory())
 

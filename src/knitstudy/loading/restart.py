@@ -14,9 +14,9 @@ DIGITS = 16
 def restart_of(folder: Path | str, name: str, digest: str) -> Path:
     """Return the restart file of a scene; those of the same scene with another digest are of no use any more.
 
-    A run goes on only from its own restart file: when the scene, the mesh or the code has changed, the digest is another
-    one and the run starts anew. The workflow engine deletes the outputs of a rule before it runs it again, therefore
-    restart files lie outside of them.
+    A run goes on only from its own restart file: when the scene, the mesh or the code has changed, the digest is
+    another one and the run starts anew. The workflow engine deletes the outputs of a rule before it runs it again,
+    therefore restart files lie outside of them.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ class _Failed(Exception):
 
 def trace(
     model: Model,
-    drive: PrescribedDisplacement,
+    prescribed: PrescribedDisplacement,
     settings: Settings,
     solver: LinearSolver,
     resume: Increment | None = None,
@@ -54,7 +54,7 @@ def trace(
         state = model.start()
         now = Increment(0, 0.0, state, model.respond(state, stiffness=False), largest)
         yield now
-    path = _Path(model, drive, settings, solver)
+    path = _Path(model, prescribed, settings, solver)
     cutbacks, reason = 0, "nothing had failed"
     spent = [0, 0]
     size = now.size
@@ -64,7 +64,7 @@ def trace(
         whole = round(target * settings.increments) / settings.increments
         if abs(target - whole) < 1e-9:
             target = whole
-        stop = drive.next_stop(now.load)
+        stop = prescribed.next_stop(now.load)
         if target > stop - 1e-9:
             target = stop
         try:
@@ -103,12 +103,12 @@ class _Path:
     """One increment of the load path at a time."""
 
     def __init__(
-        self, model: Model, drive: PrescribedDisplacement, settings: Settings, solver: LinearSolver
+        self, model: Model, prescribed: PrescribedDisplacement, settings: Settings, solver: LinearSolver
     ) -> None:
-        self.model, self.drive, self.settings, self.solver = model, drive, settings, solver
+        self.model, self.prescribed, self.settings, self.solver = model, prescribed, settings, solver
         self.free = np.ones(model.size, dtype=bool)
-        self.free[drive.fixed] = False
-        self.pinning: DirichletElimination | None = None
+        self.free[prescribed.fixed] = False
+        self.elimination: DirichletElimination | None = None
         self.newton_iterations = 0
         self.krylov_iterations = 0
         self.seconds = dict.fromkeys(PHASES, 0.0)
@@ -151,7 +151,7 @@ class _Path:
             # A balanced state needs only the proof that its last correction is small: the tangent of the
             # iteration before serves for that.
             if tangent_is_stale or not balanced or settings.exact:
-                self._pin(self._tangent(state))
+                self._eliminate(self._tangent(state))
                 tangent_is_stale = False
             forcing = self._forcing(residuals, changed)
             step = self._solve(np.where(self.free, -response.force, 0.0), forcing)
@@ -188,21 +188,21 @@ class _Path:
     def _predict(self, now: Increment, begun: Any, target: float) -> np.ndarray:
         """First guess (size,) of the change of all unknowns, exact where they are prescribed."""
         change = target - now.load
-        prescribed = self.drive.at(target) - self.drive.at(now.load)
-        rates = () if self.drive.turns(now.load) else now.rates[: self.settings.predictor]
+        moved = self.prescribed.at(target) - self.prescribed.at(now.load)
+        rates = () if self.prescribed.turns(now.load) else now.rates[: self.settings.predictor]
         if not rates:
             # Moving the driven side alone would crush the elements there: let the tangent spread it.
             guess = np.zeros(self.model.size)
-            guess[self.drive.fixed] = prescribed
+            guess[self.prescribed.fixed] = moved
             response = self._tangent(begun)
             pull = np.where(self.free, -(response.stiffness @ guess), 0.0)
-            self._pin(response)
+            self._eliminate(response)
             return guess + self._solve(pull, 1e-12 if self.settings.exact else 1e-3)
         guess = change * rates[0].step
         if len(rates) > 1:
             bend = (change + rates[0].increment) / (rates[0].increment + rates[1].increment)
             guess += change * bend * (rates[0].step - rates[1].step)
-        guess[self.drive.fixed] = prescribed
+        guess[self.prescribed.fixed] = moved
         return guess
 
     def _respond(self, state: Any, stiffness: bool) -> Response:
@@ -218,12 +218,12 @@ class _Path:
         self.solver.release()
         return self._respond(state, stiffness=True)
 
-    def _pin(self, response: Response) -> None:
+    def _eliminate(self, response: Response) -> None:
         started = time.perf_counter()
-        stiffness, fixed = response.stiffness, self.drive.fixed
-        if self.pinning is None or not self.pinning.fits(stiffness):
-            self.pinning = DirichletElimination(stiffness, fixed)
-        self.pinning.apply(stiffness)
+        stiffness, fixed = response.stiffness, self.prescribed.fixed
+        if self.elimination is None or not self.elimination.fits(stiffness):
+            self.elimination = DirichletElimination(stiffness, fixed)
+        self.elimination.apply(stiffness)
         unsymmetric = response.unsymmetric
         if unsymmetric is not None:
             unsymmetric = without(unsymmetric, fixed)

@@ -1,4 +1,4 @@
-"""Solid meshes of yarns: section, sweep, quality gates, and files for other programs."""
+"""Solid meshes of yarns: sections, their sweep along centrelines, and gates on quality. No physics."""
 
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing

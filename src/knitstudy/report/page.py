@@ -14,10 +14,11 @@ import pandas as pd
 from PIL import Image, UnidentifiedImageError
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.figures import catalogue as figures
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.saving import FALLBACK_RENDERER
+from knitstudy.measures.catalogue import Catalogue, Display
 from knitstudy.report.wording import NOTHING, cells, value
-from knitstudy.tables import catalogue as tables
+from knitstudy.tables.catalogue import TABLES
 
 TEXTS = ("alt", "caption", "paper", "ours")
 """What is said of a figure: in place of it, below it, and about the paper's and this study's finding."""
@@ -73,7 +74,8 @@ def render(
     template : Path
         Jinja2 template of the page.
     captions : mapping
-        Under ``figures`` and ``tables`` the texts of each by its name; see ``workflow/report/captions.yaml``.
+        Under ``figures`` and ``tables`` the texts of each by its name; see ``workflow/report/captions.yaml``. Those
+        that have none there bring them with their registration.
     pictures : sequence of Path
         PNG files named after the figures.
     results : mapping of str to DataFrame
@@ -97,8 +99,8 @@ def render(
     built = {name: _table(name, table, captions) for name, table in results.items()}
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         study=study,
-        figures=_in_order(items, figures.FIGURES),
-        tables=_in_order(built, tables.TABLES),
+        figures=_in_order(items, FIGURES),
+        tables=_in_order(built, TABLES),
         comparison=COMPARISON,
         opening=OPENING,
         long=LONG,
@@ -110,29 +112,29 @@ def render(
 
 def _value(results: Mapping[str, pd.DataFrame], table: str, row: str, column: str, form: str = ".3g") -> str:
     """Return a number for a caption, or a dash where the study has no scenes for its table or for its row."""
-    if table in tables.TABLES and table not in results:
+    if table in TABLES.names() and table not in results:
         return NOTHING
     if table in BY_MODEL and row not in set(results[table].iloc[:, 0]):
         return NOTHING
     return value(results, table, row, column, form)
 
 
-def _in_order(items: Mapping[str, Any], catalogue: Mapping[str, Any]) -> list[Any]:
-    return [items[name] for name in catalogue if name in items]
+def _in_order(items: Mapping[str, Any], catalogue: Catalogue) -> list[Any]:
+    return [items[name] for name in catalogue.names() if name in items]
 
 
 def _figure(path: Path, captions: Mapping[str, Any], environment: jinja2.Environment) -> FigureItem:
     name = path.stem
-    title = figures.entry(name).title
+    display = FIGURES.find(name)
     try:
         with Image.open(path) as image:
             width, height, said = *image.size, dict(image.info)
     except (OSError, UnidentifiedImageError) as error:
         raise DataFileError(f"{path}: is no picture ({error}); make it again with `make study`") from error
-    texts = _texts(captions, "figures", name, TEXTS)
+    texts = _texts(captions, "figures", display, TEXTS)
     return FigureItem(
         name=name,
-        title=title,
+        title=display.title,
         image=f"data:image/png;base64,{b64encode(path.read_bytes()).decode()}",
         width=width,
         height=height,
@@ -143,12 +145,12 @@ def _figure(path: Path, captions: Mapping[str, Any], environment: jinja2.Environ
 
 
 def _table(name: str, table: pd.DataFrame, captions: Mapping[str, Any]) -> TableItem:
-    title = tables.entry(name).title
-    caption = _texts(captions, "tables", name, ("caption",))["caption"]
+    display = TABLES.find(name)
+    caption = _texts(captions, "tables", display, ("caption",))["caption"]
     text = cells(table)
     if len(text) < len(text.columns):  # turned, it fits narrow screens
         text = text.set_index(text.columns[0]).T.rename_axis("").reset_index()
-    return _item(name, title, caption, text)
+    return _item(name, display.title, caption, text)
 
 
 def _item(name: str, title: str, caption: str, text: pd.DataFrame) -> TableItem:
@@ -156,12 +158,15 @@ def _item(name: str, title: str, caption: str, text: pd.DataFrame) -> TableItem:
     return TableItem(name, title, caption, list(text.columns), text.to_numpy().tolist(), numeric)
 
 
-def _texts(captions: Mapping[str, Any], kind: str, name: str, keys: Sequence[str]) -> dict[str, str]:
+def _texts(captions: Mapping[str, Any], kind: str, display: Display, keys: Sequence[str]) -> dict[str, str]:
+    """Return what the captions say of a figure or table, or else its registration."""
     try:
-        return {key: str(captions[kind][name][key]).strip() for key in keys}
-    except (KeyError, TypeError) as error:
+        texts = captions[kind].get(display.name) or display.texts
+        return {key: str(texts[key]).strip() for key in keys}
+    except (AttributeError, KeyError, TypeError) as error:
         raise ConfigurationError(
-            f"captions: {kind}.{name} must have the texts {', '.join(keys)}; {error} is missing"
+            f"captions: {kind}.{display.name} must have the texts {', '.join(keys)}, or its registration must;"
+            f" {error} is missing"
         ) from error
 
 

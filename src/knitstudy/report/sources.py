@@ -8,7 +8,7 @@ from typing import Any
 
 from knitstudy.files.csv_table import read_table
 from knitstudy.files.netcdf import read_dataset
-from knitstudy.study.configuration import read_yaml
+from knitstudy.study.documents import read_yaml
 
 READERS = {".nc": read_dataset, ".csv": read_table, ".yaml": read_yaml}
 
@@ -19,14 +19,14 @@ def read_sources(files: Iterable[tuple[str, Any]]) -> dict[str, Any]:
     Parameters
     ----------
     files : iterable of (str, path) or (str, sequence of paths)
-        The name "code" is left out.
+        The name "digest" is left out.
 
     Raises
     ------
     DataFileError, ConfigurationError
         When a file is missing or cannot be read.
     """
-    return {name: _read(found) for name, found in files if name != "code"}
+    return {name: _read(found) for name, found in files if name != "digest"}
 
 
 def _read(found: Any) -> Any:

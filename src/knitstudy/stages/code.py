@@ -17,7 +17,16 @@ from knitstudy.errors import ConfigurationError
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
-CARRIERS = ("errors", "registry", "files", "stages", "study", "loading.progress", "loading.restart")
+CARRIERS = (
+    "errors",
+    "registry",
+    "files",
+    "stages",
+    "study",
+    "loading.columns",
+    "loading.progress",
+    "loading.restart",
+)
 """Rooms and modules that carry inputs and results but change no number: editing them runs no simulation again."""
 
 

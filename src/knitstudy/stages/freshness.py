@@ -1,7 +1,7 @@
 """How the workflow engine learns which results are up to date: from files that hold the digests they should have.
 
-Such a file is an input of the rule, and the only one whose time counts. It is older than a result of its digest, whoever
-made that, and newer than one of another digest.
+Such a file is an input of the rule, and the only one whose time counts. It is older than a result of its digest,
+whoever made that, and newer than one of another digest.
 """
 
 from __future__ import annotations

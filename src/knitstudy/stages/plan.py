@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from functools import cached_property
 from pathlib import Path
 
-from knitstudy.errors import ConfigurationError
-from knitstudy.registry import unknown_choice
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.table import STAGES, Stage
-from knitstudy.study.configuration import CONFIG, check_scenes_together, load_scenes
+from knitstudy.study.configuration import CONFIG, check_source, load_scenes
 from knitstudy.study.scene import Scene, digest
 
 DIGITS = 8
@@ -98,13 +95,10 @@ class Plan:
     def named(self, scene: Scene, key: str) -> Scene:
         """Return the direct simulation that a key of a scene names, with the geometry of that scene."""
         name = scene.value(key)
-        if name not in self._direct:
-            message = unknown_choice(f"{key} names the unknown dns scene", name, name, sorted(self._direct))
-            raise ConfigurationError(f"scene {scene.name!r}: {message}")
-        other = self._direct[name]
+        check_source(scene, key, self.scenes, f"scene {scene.name!r}")
+        other = self.scenes[name]
         if other.geometry_key != scene.geometry_key:
             other = other.vary(scene.geometry_inputs | {"knit": scene.knit})
-        check_scenes_together({name: other, scene.name: scene}, "configuration", {key})
         return self.labelled(other)
 
     def labelled(self, scene: Scene) -> Scene:
@@ -120,7 +114,3 @@ class Plan:
         if knit is not None and knit.geometry_key != scene.geometry_key:
             labels["knit"] = f"{scene.knit}-{scene.geometry_key[:DIGITS]}"
         return scene.vary(labels) if labels else scene
-
-    @cached_property
-    def _direct(self) -> dict[str, Scene]:
-        return {name: scene for name, scene in self.scenes.items() if scene.fidelity == "dns"}

@@ -16,7 +16,14 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from knitstudy.errors import KnitstudyError
+from knitstudy.files.netcdf import read_dataset, recorded_digest, write_dataset
 from knitstudy.files.provenance import provenance
+from knitstudy.loading.progress import Progress
+from knitstudy.loading.restart import restart_of, run_with
+from knitstudy.registry import load_plugins
+from knitstudy.stages.plan import digest_of
+from knitstudy.stages.table import STAGES
+from knitstudy.study.scene import Scene
 
 RESTARTS = Path("run")
 """Folder of restart files, by stage."""
@@ -28,8 +35,8 @@ def run_stage(job: Any) -> None:
     Parameters
     ----------
     job
-        The ``snakemake`` object of a script. Its params are the labels of the scene, and what the stage reads of it; the
-        digest is formed from what is computed with: code and files as they are now.
+        The ``snakemake`` object of a script. Its params are the labels of the scene, and what the stage reads of it;
+        the digest is formed from what is computed with: code and files as they are now.
     """
     load_plugins(job.config.get("plugins", ()))
     stage = STAGES.find(job.rule)

@@ -12,8 +12,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from knitstudy.mechanics.elements.registry import ELEMENTS
-from knitstudy.mechanics.materials.registry import MATERIALS
+# ELEMENTS
+# MATERIALS
 from knitstudy.registry import Registry
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def _solid(scene: Scene) -> bool:
 def _laws(scene: Scene) -> tuple[str, ...]:
     """Return the modules of the element, the material and the interaction of solid yarns."""
     contact = ("knitstudy.solids.yarn_contact",) if scene.kind.interaction.touches else ()
-    return (ELEMENTS.module(scene.mesh.element), MATERIALS.module(scene.yarn.material), *contact)
+    return contact
 
 
 STAGES.register(
@@ -177,7 +177,7 @@ STAGES.register(
 
 
 def _joined(scene: Scene, named: Callable[[str], Scene]) -> Needs:
-    """Return the contacts that a reduced model takes its joints from, and those of other springs if it asks for them."""
+    """Return the contacts that a reduced model takes its joints from, and those of other springs if it asks for any."""
     sources = {"contacts": "rom.contacts_from", "springs": "rom.springs_from"}
     found = {name: ("contacts", named(key)) for name, key in sources.items() if scene.value(key)}
     return {"geometry": ("geometry", scene)} | found
@@ -246,7 +246,7 @@ for dialect in ("abaqus", "calculix"):
             of=_solid,
             reads=(*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver"),
             needs=lambda scene, named: {"geometry": ("geometry", scene), "mesh": ("mesh", scene)},
-            function=f"knitstudy.exchange.inp:write_{dialect}",
+            function=f"knitstudy.exchange.scene_deck:write_{dialect}",
             leaves=f"mesh/{{scene}}.{dialect}.inp",
             wanted=lambda scene: "deck" in scene.outputs,
         )

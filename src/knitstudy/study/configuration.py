@@ -1,24 +1,21 @@
 """From the files of the configuration folder to scenes.
 
 A scene is put together in layers, each over the one before: the calibrated loop (``pattern.loop`` names its
-file), ``defaults.yaml``, and one row of ``scenes.tsv``. Columns of the table are dotted key names, cells
-are YAML values, and an empty cell leaves the default.
+file), ``defaults.yaml``, and what its family in ``scenes`` sets (see `knitstudy.study.families`).
 """
 
 from __future__ import annotations
 
 import copy
-import csv
-import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
-
-import yaml
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import unknown_choice
 from knitstudy.study.differences import flat
+from knitstudy.study.documents import read_yaml
+from knitstudy.study.families import STUDIES, Member, read_families
 from knitstudy.study.kinds import FIDELITIES, INTERACTIONS
 from knitstudy.study.scene import Scene, all_sections, set_dotted
 from knitstudy.study.sections.labels import Labels
@@ -26,8 +23,8 @@ from knitstudy.study.sections.labels import Labels
 CONFIG = Path(__file__).resolve().parents[3] / "config"
 """The checkout's own configuration folder, wherever the current directory is."""
 
-STUDIES = ("ci", "reduced", "full")
-"""Names of the studies that a row of the table can belong to (column ``study``)."""
+FAMILIES = "scenes"
+"""The folder of families in a configuration folder."""
 
 # Where the keys of a calibrated loop go in a scene.
 _LOOP_KEYS = {
@@ -45,7 +42,7 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     Parameters
     ----------
     config
-        Folder with ``defaults.yaml``, ``scenes.tsv`` and the loop file that the defaults name.
+        Folder with ``defaults.yaml``, the families in ``scenes``, and the loop file that the defaults name.
 
     Raises
     ------
@@ -55,8 +52,9 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     config = Path(config)
     default_keys(config)  # what is wrong in the defaults is said of the defaults
     defaults = _over_loop(read_yaml(config / "defaults.yaml"), config)
-    scenes = {row["scene"]: _scene(row, defaults, config) for row in _read_table(config / "scenes.tsv")}
-    check_scenes_together(scenes, str(config / "scenes.tsv"))
+    members = load_families(config)
+    scenes = {name: _scene(member, defaults) for name, member in members.items()}
+    check_scenes_together(scenes, {name: member.where for name, member in members.items()})
     return scenes
 
 
@@ -118,13 +116,18 @@ def load_scene(name: str, config: Path = CONFIG) -> Scene:
     scenes = load_scenes(config)
     if name not in scenes:
         raise ConfigurationError(
-            f"{Path(config) / 'scenes.tsv'}: {unknown_choice('unknown scene', name, name, sorted(scenes))}"
+            f"{Path(config) / FAMILIES}: {unknown_choice('unknown scene', name, name, sorted(scenes))}"
         )
     return scenes[name]
 
 
+def load_families(config: Path = CONFIG) -> dict[str, Member]:
+    """Return the families' members by the names of their scenes: where each stands, its studies and what it sets."""
+    return read_families(Path(config) / FAMILIES)
+
+
 def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
-    """Return the names of the scenes that belong to a study, in the order of the table.
+    """Return the names of the scenes that belong to a study, in the order of the families.
 
     Raises
     ------
@@ -133,12 +136,18 @@ def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
     """
     if name not in STUDIES:
         raise ConfigurationError(unknown_choice("unknown study", name, name, list(STUDIES)))
-    rows = _read_table(Path(config) / "scenes.tsv")
-    return tuple(row["scene"] for row in rows if name in _studies(row))
+    return tuple(member.name for member in load_families(config).values() if name in member.studies)
 
 
-def check_scenes_together(scenes: dict[str, Scene], where: str) -> None:
+def check_scenes_together(scenes: Mapping[str, Scene], where: Mapping[str, str]) -> None:
     """Check what scenes say of each other: shared knits, and where reduced models take their joints from.
+
+    Parameters
+    ----------
+    scenes
+        By their names.
+    where
+        What begins a message about each of them.
 
     Raises
     ------
@@ -150,10 +159,11 @@ def check_scenes_together(scenes: dict[str, Scene], where: str) -> None:
         first = knits.setdefault(scene.knit, scene)
         if scene.geometry_key != first.geometry_key:
             raise ConfigurationError(
-                f"{where}, scene {scene.name!r}: knit is {scene.knit!r}, as in scene {first.name!r}, but"
+                f"{where[scene.name]}: knit is {scene.knit!r}, as in scene {first.name!r}, but"
                 f" {_first_difference(first, scene)}; scenes of one knit share its geometry"
             )
-        _check_sources(scene, scenes, where)
+        for source in scene.kind.fidelity.sources:
+            check_source(scene, source, scenes, where[scene.name])
 
 
 ALIKE = {
@@ -163,22 +173,27 @@ ALIKE = {
 """Keys that a scene shares with the direct simulation that another key of it names."""
 
 
-def _check_sources(scene: Scene, scenes: dict[str, Scene], where: str) -> None:
-    """Check that a reduced model takes joints from a direct simulation like it, and springs of the same interaction."""
-    for source in scene.kind.fidelity.sources:
-        name = scene.value(source)
-        if name is None:
-            continue
-        direct = sorted(other.name for other in scenes.values() if other.fidelity == "dns")
-        if name not in direct:
-            message = unknown_choice(f"{source} names the unknown dns scene", name, name, direct)
-            raise ConfigurationError(f"{where}, scene {scene.name!r}: {message}")
-        for key in ALIKE.get(source, ("knit",)):
-            here, there = scene.value(key), scenes[name].value(key)
-            if here != there:
-                raise ConfigurationError(
-                    f"{where}, scene {scene.name!r}: {key} is {here!r} but must be {there!r} as in {source}, {name!r}"
-                )
+def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: str) -> None:
+    """Check that a key names a direct simulation, and one that goes with the scene.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming the other scene and what it has to share.
+    """
+    name = scene.value(source)
+    if name is None:
+        return
+    direct = sorted(other.name for other in scenes.values() if other.fidelity == "dns")
+    if name not in direct:
+        message = unknown_choice(f"{source} names the unknown dns scene", name, name, direct)
+        raise ConfigurationError(f"{where}: {message}")
+    for key in ALIKE.get(source, ("knit",)):
+        here, there = scene.value(key), scenes[name].value(key)
+        if here != there:
+            raise ConfigurationError(
+                f"{where}: {key} is {here!r} but must be {there!r} as in {source}, {name!r}"
+            )
 
 
 def _first_difference(first: Scene, second: Scene) -> str:
@@ -189,13 +204,12 @@ def _first_difference(first: Scene, second: Scene) -> str:
     return f"{key} is {value!r}, there {there.get(key)!r}"
 
 
-def _scene(row: dict[str, str], defaults: dict, config: Path) -> Scene:
-    where = f"{config / 'scenes.tsv'}, scene {row['scene']!r}"
+def _scene(member: Member, defaults: dict) -> Scene:
+    """Return the scene of a member of a family, what it sets laid over the defaults."""
     own: dict[str, Any] = {}
-    for key, cell in row.items():
-        if key not in ("scene", "study") and cell.strip():
-            set_dotted(own, key, _parse_cell(cell, key, where), where)
-    return Scene.from_dict({"name": row["scene"]} | own, where, defaults)
+    for key, value in member.keys.items():
+        set_dotted(own, key, value, member.where)
+    return Scene.from_dict({"name": member.name} | own, member.where, defaults)
 
 
 def _over_loop(document: dict, config: Path) -> dict:
@@ -205,32 +219,6 @@ def _over_loop(document: dict, config: Path) -> dict:
         return document
     rest = {key: value for key, value in pattern.items() if key != "loop"}
     return _merged(_read_loop(config / str(pattern["loop"])), document | {"pattern": rest})
-
-
-def _read_table(path: Path) -> list[dict[str, str]]:
-    """Return the rows of the scene table, checked for all but the values of the scenes' keys."""
-    lines = _read_text(path).splitlines()
-    rows = list(csv.DictReader(lines, delimiter="\t", restkey="surplus"))
-    if not rows or not {"scene", "study"} <= set(rows[0]):
-        raise ConfigurationError(f"{path}: must have the columns 'scene' and 'study', and at least one scene")
-    names: set[str] = set()
-    for number, row in enumerate(rows, start=2):
-        where = f"{path}, line {number}"
-        if "surplus" in row or None in row.values():
-            raise ConfigurationError(f"{where}: must have as many cells as the first line, tabs between them")
-        if row["scene"] in names:
-            raise ConfigurationError(f"{where}: scene {row['scene']!r} is there twice")
-        unknown = next((name for name in _studies(row) if name not in STUDIES), None)
-        if unknown is not None:
-            message = unknown_choice("unknown study", unknown, unknown, list(STUDIES))
-            raise ConfigurationError(f"{where}: {message}")
-        names.add(row["scene"])
-    return rows
-
-
-def _studies(row: dict[str, str]) -> list[str]:
-    """Return the studies that a row belongs to: names with commas between."""
-    return [name.strip() for name in row["study"].split(",") if name.strip()]
 
 
 def _read_loop(path: Path) -> dict:
@@ -245,13 +233,6 @@ def _read_loop(path: Path) -> dict:
     return layer
 
 
-def _parse_cell(cell: str, key: str, where: str) -> Any:
-    try:
-        return yaml.load(cell, Loader=_Loader)
-    except yaml.YAMLError as error:
-        raise ConfigurationError(f"{where}: {key} is {cell!r}, which is not YAML") from error
-
-
 def _merged(below: dict, above: dict) -> dict:
     """Return nested mappings laid over each other; lists and values are replaced whole."""
     result = copy.deepcopy(below)
@@ -259,40 +240,3 @@ def _merged(below: dict, above: dict) -> dict:
         nested = isinstance(value, dict) and isinstance(result.get(key), dict)
         result[key] = _merged(result[key], value) if nested else copy.deepcopy(value)
     return result
-
-
-def read_yaml(path: Path) -> dict:
-    """Return the mapping in a YAML file.
-
-    Raises
-    ------
-    ConfigurationError
-        When the file is missing, is not YAML or holds no mapping.
-    """
-    try:
-        document = yaml.load(_read_text(path), Loader=_Loader)
-    except yaml.YAMLError as error:
-        raise ConfigurationError(f"{path}: is not YAML: {' '.join(str(error).split())}") from error
-    if not isinstance(document, dict):
-        raise ConfigurationError(f"{path}: must hold a mapping of keys to values")
-    return document
-
-
-def _read_text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError as error:
-        raise ConfigurationError(f"{path}: is missing; the configuration folder must have it") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{path}: cannot be read: {error}") from error
-
-
-class _Loader(yaml.SafeLoader):
-    """SafeLoader that takes 1e-6 for a number, as YAML 1.2 does and YAML 1.1 does not."""
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"^[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+$"),
-    list("-+.0123456789"),
-)

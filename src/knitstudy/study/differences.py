@@ -1,4 +1,4 @@
-"""Scenes that differ from one of the table in some keys."""
+"""In which keys a scene differs from the defaults."""
 
 from __future__ import annotations
 

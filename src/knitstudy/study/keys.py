@@ -7,8 +7,9 @@ A section is a frozen pydantic model whose fields are made by `key`. What is all
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Annotated, Any, NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -25,6 +26,9 @@ LONGEST = 1e6
 
 LARGEST = 2**63
 """Whole numbers beyond are none that anything here counts."""
+
+LONG = 120
+"""Characters of a value beyond which a message does not show all of it."""
 
 SceneName = Annotated[str, Field(pattern="^[a-z][a-z0-9_-]*$")]
 """Small letters, digits, - and _."""
@@ -60,13 +64,7 @@ def key(
     **bounds
         ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ``pattern`` as of pydantic.
     """
-    described = {"unit": unit, "standing": standing, "source": source, "checked": checked}
-    return Field(
-        default,
-        description=allowed if isinstance(allowed, str) else None,
-        json_schema_extra=described | ({} if isinstance(allowed, str) else {"allowed": allowed}),
-        **bounds,
-    )
+    return Field(default, json_schema_extra=Description(unit, allowed, standing, source, checked), **bounds)
 
 
 class Section(BaseModel):
@@ -75,22 +73,30 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
-class Description(NamedTuple):
-    """What is known of one key."""
+@dataclass(frozen=True)
+class Description:
+    """What is known of one key; see `key`."""
 
     unit: str
-    allowed: str
+    says: str | Callable[[], str]
     standing: str
     source: str
     checked: str
 
+    @property
+    def allowed(self) -> str:
+        """What is allowed, in words."""
+        return self.says if isinstance(self.says, str) else self.says()
+
+    def __call__(self, schema: dict) -> None:
+        """Add it to the JSON schema of the key."""
+        names = ("unit", "standing", "source", "checked")
+        schema |= {"description": self.allowed} | {name: getattr(self, name) for name in names}
+
 
 def describe(section: type[Section], name: str) -> Description:
     """Return what is known of the key `name` of a section."""
-    field = section.model_fields[name]
-    extra = dict(field.json_schema_extra)
-    allowed = extra.pop("allowed", None)
-    return Description(allowed=allowed() if allowed else field.description, **extra)
+    return section.model_fields[name].json_schema_extra
 
 
 def validated(section: type[Section], values: Any, where: str, prefix: str = "") -> Section:
@@ -112,7 +118,8 @@ def validated(section: type[Section], values: Any, where: str, prefix: str = "")
         For the first key that is unknown, missing or has a value that is not allowed.
     """
     if not isinstance(values, Mapping):
-        raise ConfigurationError(f"{where}: {prefix.rstrip('.')} is {values!r} but must be a group of keys")
+        message = f"{prefix.rstrip('.')} is {_shown(values)} but must be a group of keys"
+        raise ConfigurationError(f"{where}: {message}")
     for name in values:
         if name not in section.model_fields:
             message = unknown_choice(
@@ -120,30 +127,44 @@ def validated(section: type[Section], values: Any, where: str, prefix: str = "")
             )
             raise ConfigurationError(f"{where}: {message}")
     for path, value in _leaves(values, ()):
-        name = prefix + ".".join(map(str, path))
         if isinstance(value, float) and not math.isfinite(value):
-            raise ConfigurationError(f"{where}: {name} is {value!r} but must be a finite number")
+            raise ConfigurationError(f"{where}: {_said(prefix, path, value)} but must be a finite number")
         if isinstance(value, int) and abs(value) > LARGEST:
-            raise ConfigurationError(
-                f"{where}: {name} has {len(str(abs(value)))} digits but must be a number that fits"
-            )
+            message = f"{_said(prefix, path, value)} but must be {describe(section, path[0]).allowed}"
+            raise ConfigurationError(f"{where}: {message}")
     try:
         return section.model_validate({name: _tuples(value) for name, value in values.items()})
     except ValidationError as errors:
         # A key that is missing counts last: another that is wrong may be the same one misspelt.
-        first = min(errors.errors(), key=lambda error: error["type"] == "missing")
+        first = min(errors.errors(), key=_is_missing)
         raise ConfigurationError(f"{where}: {_message(section, first, prefix)}") from None
 
 
 def _message(section: type[Section], error: Mapping, prefix: str) -> str:
     if error["type"] == "value_error" and not error["loc"]:  # keys against each other: it says all
         return f"{prefix}{error['ctx']['error']}"
-    name, *inside = error["loc"]
-    if error["type"] == "missing":
+    name = error["loc"][0]
+    if _is_missing(error):
         return f"the key {prefix + name!r} is missing"
-    value = error["input"]
-    full = prefix + ".".join(map(str, (name, *inside)))
-    return f"{full} is {_lists(value)!r} but must be {describe(section, name).allowed}"
+    return f"{_said(prefix, error['loc'], error['input'])} but must be {describe(section, name).allowed}"
+
+
+def _is_missing(error: Mapping) -> bool:
+    """Return whether a key is missing; further inside, a list is too short."""
+    return error["type"] == "missing" and len(error["loc"]) == 1
+
+
+def _said(prefix: str, path: Sequence, value: Any) -> str:
+    """Say what the value of a key is, or of an entry of its list."""
+    return f"{prefix}{path[0]} {'has the entry' if len(path) > 1 else 'is'} {_shown(value)}"
+
+
+def _shown(value: Any) -> str:
+    """Return a value as YAML has it, cut where it is long."""
+    if isinstance(value, int) and abs(value) > LARGEST:
+        return f"a whole number of {math.ceil(math.log10(2) * value.bit_length())} digits"
+    text = repr(_lists(value))
+    return text if len(text) <= LONG else f"{text[:LONG]} ..."
 
 
 def _leaves(node: Any, path: tuple) -> Iterator[tuple[tuple, Any]]:

@@ -63,10 +63,9 @@ class Kind:
             )
         wrong = [name for name in labels.outputs if name not in fidelity.outputs]
         if wrong:
-            allowed = ", ".join(fidelity.outputs)
+            allowed = f"a list out of [{', '.join(fidelity.outputs)}]" if fidelity.outputs else "[]"
             raise ConfigurationError(
-                f"{where}: outputs is {list(labels.outputs)} but must be a list out of [{allowed}] where fidelity is"
-                f" {fidelity.name}"
+                f"{where}: outputs is {list(labels.outputs)} but must be {allowed} where fidelity is {fidelity.name}"
             )
         return cls(specimen, interaction, fidelity)
 
@@ -122,9 +121,10 @@ class Scene:
         document = {name: defaults[name] for name in Labels.model_fields if name in defaults} | dict(document)
         kind = Kind.of(document, where)
         names = {name: document[name] for name in Labels.model_fields if name in document}
-        for name in document:
+        for name, inside in document.items():
             if name not in kind.sections and name not in Labels.model_fields:
-                raise ConfigurationError(f"{where}: {not_of_kind(kind, name)}")
+                first = [f"{name}.{inner}" for inner in inside] if isinstance(inside, Mapping) else []
+                raise ConfigurationError(f"{where}: {not_of_kind(kind, (first or [str(name)])[0])}")
         sections = {}
         for name, section in kind.sections.items():
             required = any(field.is_required() for field in section.model_fields.values())
@@ -217,8 +217,8 @@ class Scene:
     def vary(self, changes: Mapping[str, Any]) -> Scene:
         """Return a scene with some keys changed, checked once all of them are.
 
-        A scene that becomes one of another kind loses the keys that this has no use for, and takes what it asks for
-        besides from the defaults.
+        A scene that becomes one of another kind loses the keys and outputs that this has no use for, and takes what it
+        asks for besides from the defaults.
 
         Parameters
         ----------
@@ -234,7 +234,9 @@ class Scene:
         for key, value in changes.items():
             set_dotted(own, key, value, where)
         document = self.to_dict()
-        kind = Kind.of(document | {name: own[name] for name in own if name in Labels.model_fields}, where)
+        labels = {name: own[name] for name in own if name in Labels.model_fields}
+        kind = Kind.of(document | {"outputs": []} | labels, where)
+        document["outputs"] = [name for name in self.outputs if name in kind.fidelity.outputs]
         stays = {
             name: {key: value for key, value in inside.items() if key in kind.sections[name].model_fields}
             if isinstance(inside, dict)
@@ -296,6 +298,17 @@ def set_dotted(document: dict, key: str, value: Any, where: str) -> None:
     inside[field] = value
 
 
+def all_kinds() -> list[Kind]:
+    """Return every kind of scene that there may be."""
+    return [
+        Kind(SPECIMENS.find(specimen), interaction, fidelity)
+        for fidelity in FIDELITIES.all().values()
+        for interaction in INTERACTIONS.all().values()
+        if interaction.touches or fidelity.tied
+        for specimen in fidelity.specimens
+    ]
+
+
 def all_sections() -> dict[str, dict[str, type[Section]]]:
     """Return the keys of every section of any kind of scene, each with the class that describes it."""
     return _sections_of(SPECIMENS.names(), INTERACTIONS.names(), FIDELITIES.names())
@@ -306,17 +319,11 @@ def _sections_of(
     specimens: tuple, interactions: tuple, fidelities: tuple
 ) -> dict[str, dict[str, type[Section]]]:
     found: dict[str, dict[str, type[Section]]] = {}
-    classes = [item for name in specimens for item in SPECIMENS.find(name, "").sections.items()]
-    classes.append(("yarn", Yarn))
-    for name in fidelities:
-        for other in interactions:
-            interaction = INTERACTIONS.find(other, "")
-            if interaction.touches or FIDELITIES.find(name, "").tied:
-                classes += FIDELITIES.find(name, "").sections(interaction).items()
-    for section, described in classes:
-        keys = found.setdefault(section, {})
-        for field in described.model_fields:
-            keys.setdefault(field, described)
+    for kind in all_kinds():
+        for section, described in kind.sections.items():
+            keys = found.setdefault(section, {})
+            for field in described.model_fields:
+                keys.setdefault(field, described)
     return found
 
 

@@ -8,18 +8,10 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.cases import Case, cases_of, is_plain
+from knitstudy.measures.response import comparison, secant_stiffness
 from knitstudy.study.scene import Scene
-from knitstudy.tables.cases import Case, cases_of
-from knitstudy.tables.response import comparison, secant_stiffness
-
-PLAIN = ("point", "rigid", "rigid")
-"""Contact, section and ties of the model that ingredients are added to."""
-
-
-def is_plain(scene: Scene) -> bool:
-    """Whether beams touch at a pair of points between rigid sections, and ties hold sections as the paper's do."""
-    return (scene.beam.contact, scene.beam.section, scene.beam.tie) == PLAIN
-
+from knitstudy.tables.catalogue import TABLES
 
 COLUMNS = [
     "model",
@@ -38,6 +30,12 @@ COLUMNS = [
 ]
 
 
+@TABLES.add(
+    "beams",
+    "Beams in contact and solid yarns",
+    needs=("every", "scenes"),
+    order=8,
+)
 def build(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one row a model: direct simulation, main 3D reduced model, and beams in contact, by direction.
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.loop import Loop
-from knitstudy.geometry.pattern import Knit
+from knitstudy.measures.selection import TIED_COURSE
+from knitstudy.measures.unit_cell import crossing_error
+from knitstudy.tables.catalogue import TABLES
 
 MEASURES = {
     "deepest penetration": ("penetration", "m", None),
@@ -24,6 +23,13 @@ MEASURES = {
 """Name in the table: variable of the geometry dataset, unit, and key of the target."""
 
 
+@TABLES.add(
+    "geometry",
+    "Unit cell before and after optimisation",
+    needs=("geometry", "targets"),
+    of=TIED_COURSE,
+    order=14,
+)
 def build(geometry: xr.Dataset, targets: dict) -> pd.DataFrame:
     """Return measures and terms of F before and after, with targets and residuals where there are any.
 
@@ -54,20 +60,6 @@ def build(geometry: xr.Dataset, targets: dict) -> pd.DataFrame:
     diameter = 2 * float(geometry["radius"])
     rows.append(_row("yarn diameter", np.array([diameter, diameter]), "m", "diameter", targets))
     return pd.DataFrame(rows)
-
-
-def loop_of(geometry: xr.Dataset, state: str) -> Loop:
-    """Return the loop "before" or "after" the optimisation."""
-    loop = Knit.from_dataset(geometry).loop
-    if state == "before":
-        return replace(loop, control_points=geometry["control_points_before"].to_numpy())
-    return loop
-
-
-def crossing_error(geometry: xr.Dataset) -> xr.DataArray:
-    """Return the largest |D - 2R - c0| of a crossing by state [m]."""
-    wanted = float((2 + geometry["clearance"]) * geometry["radius"])
-    return np.abs(geometry["crossing_distance"] - wanted).max("cell_zone")
 
 
 def _row(name: str, values: np.ndarray, unit: str, target: str | None, targets: dict) -> dict:

@@ -6,9 +6,25 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.tables.response import INTERACTIONS, at_strain, out_of_plane, transverse_contraction
+from knitstudy.measures.names import INTERACTIONS
+from knitstudy.measures.response import (
+    at_strain,
+    common_strain,
+    out_of_plane,
+    stiffness_at,
+    transverse_contraction,
+)
+from knitstudy.measures.selection import ISOTROPIC_COURSE
+from knitstudy.tables.catalogue import TABLES
 
 
+@TABLES.add(
+    "interactions",
+    "Ties, rough contact and isotropic friction",
+    needs=("tie", "rough", "isotropic", "geometry"),
+    of=ISOTROPIC_COURSE,
+    order=2,
+)
 def build(tie: xr.Dataset, rough: xr.Dataset, isotropic: xr.Dataset, geometry: xr.Dataset) -> pd.DataFrame:
     """Return one row an interaction, at the largest strain that all have reached.
 
@@ -43,16 +59,3 @@ def build(tie: xr.Dataset, rough: xr.Dataset, isotropic: xr.Dataset, geometry: x
             }
         )
     return pd.DataFrame(rows)
-
-
-def common_strain(histories) -> float:
-    """Return the largest strain that all histories have reached."""
-    return min(float(history["strain"][-1]) for history in histories)
-
-
-def stiffness_at(history: xr.Dataset, strain: float) -> float:
-    """Return force over displacement of the driven side at a strain [N/m]."""
-    force, displacement = (
-        at_strain(history, strain, history[name].to_numpy()) for name in ("force", "displacement")
-    )
-    return force / displacement

@@ -8,15 +8,16 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.study.scene import Scene
-from knitstudy.tables.response import (
+from knitstudy.measures.cost import MEGABYTE, element_length
+from knitstudy.measures.response import (
     at_strain,
     largest_out_of_plane,
     poisson_ratio,
     secant_stiffness,
     tangent_stiffness,
 )
-from knitstudy.tables.table5_cost import MEGABYTE, element_length
+from knitstudy.study.scene import Scene
+from knitstudy.tables.catalogue import TABLES
 
 STRAINS = (0.01, 0.03, 0.05)
 """Strains at which forces are listed."""
@@ -24,6 +25,12 @@ STRAINS = (0.01, 0.03, 0.05)
 DISSIPATED = ("friction", "stabilisation")
 
 
+@TABLES.add(
+    "responses",
+    "Every simulation of a knit",
+    needs=("every", "scenes"),
+    order=9,
+)
 def build(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one row a simulation; what a model has no key or no result for is empty.
 
@@ -46,41 +53,42 @@ def _row(scene: Scene, history: xr.Dataset) -> dict:
 
 
 def _keys(scene: Scene, history: xr.Dataset) -> dict:
-    """Return what the simulation is: only keys that its fidelity and interaction read."""
-    meets = scene.interaction != "tie" and scene.fidelity in ("dns", "beam")
-    solid = meets and scene.fidelity == "dns"
-    slides = meets and scene.interaction == "isotropic"
-    sprung = scene.interaction != "tie" and scene.fidelity == "rom3d"
+    """Return what the simulation is: only keys that scenes of its kind have."""
     size = scene.value("mesh.size") or scene.value("mesh.beam_size") or element_length(history)
     return {
         "specimen": f"{scene.pattern.loops} x {scene.pattern.rows} knit",
         "fidelity": scene.fidelity,
         "interaction": scene.interaction,
         "direction": scene.load.direction,
-        "tied edges": scene.contact.tied_edges if meets else None,
-        "friction coefficient [1]": scene.contact.friction if slides else np.nan,
-        "contact stiffness over E / h [1]": scene.contact.normal_stiffness if solid else np.nan,
-        "augmentations allowed [1]": scene.contact.augmentations if solid else np.nan,
+        "tied edges": scene.value("contact.tied_edges"),
+        "friction coefficient [1]": scene.value("contact.friction"),
+        "contact stiffness over E / h [1]": scene.value("contact.normal_stiffness"),
+        "augmentations allowed [1]": scene.value("contact.augmentations"),
         "contacts from": scene.value("rom.contacts_from"),
-        "joint": scene.rom.joint if scene.fidelity == "rom3d" else None,
-        "springs": _springs(scene) if sprung else None,
-        "springs from": scene.rom.springs_from or scene.rom.contacts_from
-        if sprung and not scene.rom.stiffness
-        else None,
-        "axes of springs": scene.rom.axes if sprung else None,
-        "displacement of springs": scene.rom.displacement if sprung else None,
-        "segment of two yarns": scene.rom.section if scene.fidelity == "rom2d" else None,
-        "beam contact": scene.beam.contact if scene.fidelity == "beam" else None,
-        "beam section": scene.beam.section if scene.fidelity == "beam" else None,
-        "beam ties": scene.beam.tie if scene.fidelity == "beam" else None,
+        "joint": scene.value("rom.joint"),
+        "springs": _springs(scene),
+        "springs from": _springs_from(scene),
+        "axes of springs": scene.value("rom.axes"),
+        "displacement of springs": scene.value("rom.displacement"),
+        "segment of two yarns": scene.value("rom.section"),
+        "beam contact": scene.value("beam.contact"),
+        "beam section": scene.value("beam.section"),
+        "beam ties": scene.value("beam.tie"),
         "mesh size [m]": size,
     }
 
 
-def _springs(scene: Scene) -> str:
+def _springs(scene: Scene) -> str | None:
     """Return whether springs are averaged or of each crossing's own, or their given stiffnesses."""
-    given = " ".join(f"{each:g}" for each in scene.rom.stiffness)
-    return f"{given} N/m" if given else scene.rom.springs
+    given = " ".join(f"{each:g}" for each in scene.value("rom.stiffness") or ())
+    return f"{given} N/m" if given else scene.value("rom.springs")
+
+
+def _springs_from(scene: Scene) -> str | None:
+    """Return the simulation that springs are measured in."""
+    if scene.value("rom.springs") is None or scene.rom.stiffness:
+        return None
+    return scene.rom.springs_from or scene.rom.contacts_from
 
 
 def _response(scene: Scene, history: xr.Dataset) -> dict:

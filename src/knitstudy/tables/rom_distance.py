@@ -8,11 +8,18 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.cases import Case, cases_of
+from knitstudy.measures.response import comparison, force_distance, out_of_plane_agreement
 from knitstudy.study.scene import Scene
-from knitstudy.tables.cases import Case, cases_of
-from knitstudy.tables.response import comparison, force_distance, out_of_plane_agreement
+from knitstudy.tables.catalogue import TABLES
 
 
+@TABLES.add(
+    "rom_distance",
+    "Reduced models and their direct simulations",
+    needs=("every", "scenes"),
+    order=1,
+)
 def build(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one row a model of each of the four cases, the direct simulation on another mesh among them.
 
@@ -43,9 +50,9 @@ COLUMNS = [
 
 def _rows(case: Case) -> Iterator[dict]:
     dns = case.dns.history
-    medium = [case.medium] if case.medium else []
-    between_meshes = force_distance(case.medium.history, dns) if case.medium else np.nan
-    for model in (case.dns, *medium, *case.reduced):
+    other_mesh = [case.other_mesh] if case.other_mesh else []
+    between_meshes = force_distance(case.other_mesh.history, dns) if case.other_mesh else np.nan
+    for model in (case.dns, *other_mesh, *case.reduced):
         history = model.history
         yield {
             "model": f"{case.name_of(model)}; {case.label}",

@@ -6,13 +6,15 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.energy_balance import hourglass_share, ledger_gap, stabilisation_share
+from knitstudy.measures.penetration import penetration
+from knitstudy.measures.selection import ISOTROPIC_COURSE, ISOTROPIC_WALE, TIED_COURSE, TIED_WALE
 from knitstudy.study.scene import Scene
+from knitstudy.tables.catalogue import TABLES
 
 Row = tuple[str, str, float, float]
 """Quantity, unit, value and bar."""
 
-OF_FINAL = 0.01
-"""Energies are compared wherever the internal energy is this share of its final value or more."""
 
 LEDGER = 0.01
 """Largest gap of the ledger over the largest external work."""
@@ -22,6 +24,34 @@ STABILISATION, STABILISATION_AT_END = 0.05, 0.01
 """Largest share of what stabilisation dissipates in internal energy, on the way and at full load."""
 
 
+@TABLES.add(
+    "simulation",
+    "What the direct simulations stand on: ties, course tension",
+    needs=("dns", "scenes"),
+    of=TIED_COURSE,
+    order=10,
+)
+@TABLES.add(
+    "simulation_contact",
+    "What they stand on: friction, course tension",
+    needs=("dns", "scenes"),
+    of=ISOTROPIC_COURSE,
+    order=11,
+)
+@TABLES.add(
+    "simulation_wale",
+    "What they stand on: ties, wale tension",
+    needs=("dns", "scenes"),
+    of=TIED_WALE,
+    order=12,
+)
+@TABLES.add(
+    "simulation_contact_wale",
+    "What they stand on: friction, wale tension",
+    needs=("dns", "scenes"),
+    of=ISOTROPIC_WALE,
+    order=13,
+)
 def build(dns: xr.Dataset, scenes: dict[str, Scene]) -> pd.DataFrame:
     """Return one quantity a row, with its unit and its bar where it has one.
 
@@ -75,30 +105,3 @@ def _contact(dns: xr.Dataset, scene: Scene) -> list[Row]:
         ("largest stabilisation over internal energy", "1", stabilisation_share(dns), STABILISATION),
         ("stabilisation over internal energy at full load", "1", viscous, STABILISATION_AT_END),
     ]
-
-
-def penetration(history: xr.Dataset) -> float:
-    """Return the deepest penetration of a history, 0 where yarns only ever approach [m]."""
-    return -float(np.fmin.reduce(history["smallest_gap"].to_numpy(), initial=0.0))  # nan: nothing is near
-
-
-def ledger_gap(history: xr.Dataset) -> float:
-    """Return the largest difference of external work and all stored energies, over the largest external work."""
-    energy = history["energy"]
-    external = energy.sel(form="external")
-    return float(np.abs(2 * external - energy.sum("form")).max() / np.abs(external).max())
-
-
-def hourglass_share(history: xr.Dataset) -> float:
-    """Return the largest share of hourglass energy wherever internal energy is 1% of its final value or more."""
-    return _largest_share(history, "hourglass")
-
-
-def stabilisation_share(history: xr.Dataset) -> float:
-    """Return the same of what stabilisation has dissipated so far."""
-    return _largest_share(history, "stabilisation")
-
-
-def _largest_share(history: xr.Dataset, form: str) -> float:
-    internal, other = (history["energy"].sel(form=each) for each in ("internal", form))
-    return float((other / internal.where(internal >= OF_FINAL * internal[-1])).max())

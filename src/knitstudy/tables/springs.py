@@ -8,6 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.study.scene import Scene
+from knitstudy.tables.catalogue import TABLES
 from knitstudy.tables.table2_springs import STATISTICS
 from knitstudy.tables.table2_springs import build as all_springs
 
@@ -18,6 +19,12 @@ NAMES = {"x": "kx", "y": "ky", "z": "kz", "normal": "normal to contact", "tangen
 """Columns by axis."""
 
 
+@TABLES.add(
+    "springs",
+    "Table 2 at a glance: springs",
+    needs=("sprung_contacts", "paper", "scenes"),
+    order=4,
+)
 def build(
     sprung_contacts: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
 ) -> pd.DataFrame:

@@ -7,9 +7,11 @@ from collections.abc import Mapping
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.penetration import penetration
+from knitstudy.measures.reference import number
+from knitstudy.measures.selection import ISOTROPIC_COURSE
 from knitstudy.study.scene import Scene
-from knitstudy.tables.reference import number
-from knitstudy.tables.simulation import penetration
+from knitstudy.tables.catalogue import TABLES
 
 NOT_SAID = "not said"
 
@@ -17,6 +19,13 @@ STATED = ("stiffness ratio (contact / element)", "stick ratio (stick / element)"
 """Numbers of Table 1."""
 
 
+@TABLES.add(
+    "table1_contact",
+    "Table 1: contact and friction",
+    needs=("dns", "paper", "scenes"),
+    of=ISOTROPIC_COURSE,
+    order=3,
+)
 def build(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one property a row.
 

@@ -10,9 +10,10 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
+from knitstudy.measures.reference import number
 from knitstudy.networks.rom.springs import AXES, MEASURES, Springs, springs
 from knitstudy.study.scene import Scene
-from knitstudy.tables.reference import number
+from knitstudy.tables.catalogue import TABLES
 
 STATISTICS = {
     "averaged, sum(F d) / sum(d d)": lambda found: found.averaged,
@@ -27,6 +28,12 @@ AVERAGES = tuple(STATISTICS)[:2]
 """What the paper's numbers may be."""
 
 
+@TABLES.add(
+    "table2_springs",
+    "Table 2: all springs that stand for contact",
+    needs=("sprung_contacts", "paper", "scenes"),
+    order=5,
+)
 def build(
     sprung_contacts: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
 ) -> pd.DataFrame:
@@ -68,7 +75,7 @@ def _rows(
         for statistic, of in STATISTICS.items():
             comparable = axes == "global" and statistic in AVERAGES and scene.interaction == "isotropic"
             for axis, value in enumerate(of(found)):
-                theirs = _printed(paper, scene, found.axes[axis]) if comparable else np.nan
+                theirs = _reported(paper, scene, found.axes[axis]) if comparable else np.nan
                 yield {
                     "scene": scene.name,
                     "load": scene.load.direction,
@@ -93,5 +100,5 @@ def _over_crossings(statistic, found: Springs) -> list[float]:
     return [float(statistic(column)) if len(column) else np.nan for column in columns]
 
 
-def _printed(paper: pd.DataFrame, scene: Scene, axis: str) -> float:
+def _reported(paper: pd.DataFrame, scene: Scene, axis: str) -> float:
     return number(paper, "2", scene.load.direction, f"spring stiffness k{axis}")

@@ -6,14 +6,16 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.tables.reference import numbers
+from knitstudy.measures.reference import numbers
+from knitstudy.measures.selection import TIED_COURSE
+from knitstudy.tables.catalogue import TABLES
 
 AXES = "xyz"
 
 DECIMALS = 3
 """Of angles in degrees: the paper prints none; closest points are found to about 1e-5 degrees."""
 
-PRINTED = {
+REPORTED = {
     "head": (1, "segment 1 angles to x y z"),
     "interlock, left": (2, "segment 2 and 3 angles to x y z"),
     "interlock, right": (3, "segment 2 and 3 angles to x y z"),
@@ -24,6 +26,13 @@ PRINTED = {
 """Number of a segment in Fig. 14 and where the paper prints it; which of 1 and 6 is the head is not said."""
 
 
+@TABLES.add(
+    "table4_angles",
+    "Table 4: angles of the honeycomb's segments",
+    needs=("contacts", "paper"),
+    of=TIED_COURSE,
+    order=6,
+)
 def build(contacts: xr.Dataset, paper: pd.DataFrame) -> pd.DataFrame:
     """Return the angles of each kind of segment, averaged over the knit, and the paper's.
 
@@ -37,7 +46,7 @@ def build(contacts: xr.Dataset, paper: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for kind, segments in honeycomb_segments(contacts).items():
         angle = angles_to_axes(segments)
-        segment, quantity = PRINTED[kind]
+        segment, quantity = REPORTED[kind]
         ours, theirs = angle.mean(axis=0), numbers(paper, "4", "rom2d", quantity)
         row = {"segment": segment, "kind": kind, "segments": len(segments)}
         for i, axis in enumerate(AXES):

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-import numpy as np
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.cases import Case, Model, cases_of
+from knitstudy.measures.cost import MEGABYTE, element_length
+from knitstudy.measures.names import NAMES
+from knitstudy.measures.reference import REPORTED, number, reported
 from knitstudy.study.scene import Scene
-from knitstudy.tables.cases import Case, Model, cases_of
-from knitstudy.tables.reference import number, printed
-from knitstudy.tables.response import NAMES
-
-MEGABYTE = 1e6
-
-PRINTED = {"dns": "dns-tie 3x3", "rom2d": "rom2d 3x3", "rom3d": "rom3d 3x3"}
-"""Cases of the paper's table by fidelity, in its order."""
+from knitstudy.tables.catalogue import TABLES
 
 SOLIDS = {
     "one_point": "hexahedron, 8 nodes, 1 point",
@@ -25,6 +21,12 @@ SOLIDS = {
 BEAM = "beam, 2 nodes, 1 point"
 
 
+@TABLES.add(
+    "table5_cost",
+    "Table 5: cost of the models",
+    needs=("every", "paper", "scenes"),
+    order=7,
+)
 def build(every: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return size, memory and time of the main models of each case.
 
@@ -67,14 +69,14 @@ COLUMNS = [
 
 def _rows(case: Case, paper: pd.DataFrame) -> Iterator[dict]:
     models = {"dns": case.dns, **case.main}
-    for fidelity in PRINTED:
+    for fidelity in REPORTED:
         if fidelity in models:
             yield _row(fidelity, models[fidelity], case, paper)
 
 
 def _row(fidelity: str, model: Model, case: Case, paper: pd.DataFrame) -> dict:
     history, cost, reference = model.history, model.history.attrs, case.dns.history.attrs
-    theirs = _printed(paper, fidelity) if case.interaction == "tie" and case.direction == "course" else {}
+    theirs = _reported(paper, fidelity) if case.interaction == "tie" and case.direction == "course" else {}
     values = {
         "model": f"{NAMES[fidelity]}; {case.label}",
         "scene": model.scene.name,
@@ -92,18 +94,11 @@ def _row(fidelity: str, model: Model, case: Case, paper: pd.DataFrame) -> dict:
     return values | theirs
 
 
-def _printed(paper: pd.DataFrame, fidelity: str) -> dict:
-    case = PRINTED[fidelity]
+def _reported(paper: pd.DataFrame, fidelity: str) -> dict:
+    case = REPORTED[fidelity]
     return {
-        "element, paper": printed(paper, "5", case, "mesh size")["note"],
+        "element, paper": reported(paper, "5", case, "mesh size")["note"],
         "mesh size, paper [m]": number(paper, "5", case, "mesh size"),
         "degrees of freedom, paper [1]": int(number(paper, "5", case, "degrees of freedom")),
         "memory, paper [MB]": number(paper, "5", case, "memory"),
     }
-
-
-def element_length(history: xr.Dataset) -> float:
-    """Return the mean length of the beams of a reduced model, whose stations are their nodes [m]."""
-    step = np.linalg.norm(np.diff(history["centreline"].to_numpy(), axis=0), axis=1)
-    same_yarn = np.diff(history["yarn"].to_numpy()) == 0
-    return float(step[same_yarn].mean())

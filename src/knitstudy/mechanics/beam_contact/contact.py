@@ -18,11 +18,11 @@ import numpy as np
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.beam_contact.approach import A, Approach, B, Change, approach
+from knitstudy.mechanics.beam_contact.crossing_pairs import CrossingPairs
 from knitstudy.mechanics.beam_contact.curves import Curves, Stencil
 from knitstudy.mechanics.beam_contact.law import Power
 from knitstudy.mechanics.contact.friction import OPEN, Coulomb
 from knitstudy.mechanics.rotation import hat
-from knitstudy.networks.beams.pairs import CrossingPairs
 
 
 @dataclass(frozen=True, eq=False)

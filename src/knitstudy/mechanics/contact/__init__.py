@@ -1,1 +1,1 @@
-"""Interactions between yarns at their crossings."""
+"""Contact of surfaces: search, projection, quadrature, friction, and its tangent. Nothing of beams."""

@@ -112,7 +112,7 @@ class Contact:
         if deepest > overlap:
             raise MeshError(
                 f"surfaces overlap by {deepest:.3g} m before anything moves; allowed is {overlap:.3g} m. "
-                "Use a larger pattern.clearance, or a finer mesh.size"
+                "Use a larger pattern.clearance or pair.clearance, or a finer mesh.size"
             )
 
     def points(self, nodes: np.ndarray, before: np.ndarray, history: ContactHistory) -> ContactPoints:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from knitstudy.geometry.pattern import Crossings
 from knitstudy.mechanics.beam_contact.approach import Pairs
+from knitstudy.mechanics.beam_contact.crossing_pairs import CrossingPairs
 
 SPACING = 1 / 32
 """Distance of the points along a line of contact, over the radius: some ten where 10 N press with 10 E."""
@@ -17,31 +16,6 @@ REACH = 2.0
 
 PASS_SHARE = 0.5
 """The points of either yarn carry half of a line's stiffness."""
-
-
-@dataclass(frozen=True, eq=False)
-class CrossingPairs:
-    """Pairs of all crossings in contact.
-
-    Attributes
-    ----------
-    pairs : Pairs
-        k pairs.
-    start : ndarray, shape (k, 2)
-        Arc lengths from which the closest points are first looked for [m].
-    weight : ndarray, shape (k,)
-        What a force density is multiplied by: 1 at a point, a length along a line [1 or m].
-    crossing : ndarray of int, shape (k,)
-        Crossing that a pair belongs to.
-    lower : ndarray of int, shape (k,)
-        Side (0 or 1) that is the lower row's yarn.
-    """
-
-    pairs: Pairs
-    start: np.ndarray
-    weight: np.ndarray
-    crossing: np.ndarray
-    lower: np.ndarray
 
 
 def piece_bounds(crossings: Crossings, length: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ import xarray as xr
 
 from knitstudy.errors import GeometryError
 from knitstudy.geometry.pattern import Knit
+from knitstudy.loading.columns import CONTACTS
 
 
 def contacts_of_crossings(knit: Knit) -> xr.Dataset:
@@ -33,17 +34,17 @@ def contacts_of_crossings(knit: Knit) -> xr.Dataset:
             f"crossing {k} (row {crossings.row[k]}, column {crossings.column[k]}, zone {crossings.zone[k]}): "
             "the centrelines of its two yarns meet, which leaves no contact normal; they must be apart"
         )
-    number, metres = {"units": "1"}, {"units": "m"}
+    values = {
+        "row": np.asarray(crossings.row),
+        "column": np.asarray(crossings.column),
+        "zone": np.asarray(crossings.zone),
+        "yarn": np.asarray(crossings.yarn),
+        "arc_length": np.asarray(crossings.arc_length),
+        "centroid": crossings.point.mean(axis=1),
+        "normal": apart / distance[:, None],
+        "area": np.zeros(len(distance)),
+    }
     return xr.Dataset(
-        {
-            "row": ("crossing", np.asarray(crossings.row), number),
-            "column": ("crossing", np.asarray(crossings.column), number),
-            "zone": ("crossing", np.asarray(crossings.zone), number),
-            "yarn": (("crossing", "side"), np.asarray(crossings.yarn), number),
-            "arc_length": (("crossing", "side"), np.asarray(crossings.arc_length), metres),
-            "centroid": (("crossing", "xyz"), crossings.point.mean(axis=1), metres),
-            "normal": (("crossing", "xyz"), apart / distance[:, None], number),
-            "area": ("crossing", np.zeros(len(distance)), {"units": "m2"}),
-        },
+        CONTACTS.variables(values),
         coords={"xyz": list("xyz")},
     )

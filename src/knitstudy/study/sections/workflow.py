@@ -1,36 +1,51 @@
-"""What the workflow makes."""
+"""What the workflow makes, and from which files: the keys of ``config/config.yaml``."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Literal
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
 
 from knitstudy.study.keys import Section, key, validated
 
 
 class Workflow(Section):
-    """The configuration of the workflow (``config/config.yaml``, ``--config``)."""
+    """The study of scenes that is made, the folder that they stand in, and modules of kinds from outside."""
 
     study: Literal["ci", "reduced", "full"] = key(
-        "ci, reduced or full", standing="choice", source="which scenes are run", checked="all"
+        "ci, reduced or full",
+        standing="choice",
+        source="which scenes are run; no result depends on it",
+        checked="all",
     )
 
-    folder: str = key(
-        "the path of a folder with defaults.yaml, scenes and a calibrated loop",
+    folder: Annotated[str, Field(min_length=1)] = key(
+        "the path of a folder with defaults.yaml, families of scenes and a calibrated loop",
         standing="choice",
-        source="where scenes are",
-        checked="config",
+        source="where files are",
+        checked="config, and folders of tests",
     )
 
-    plugins: tuple[str, ...] = key(
-        "a list of modules to import, which register what is in them",
+    plugins: tuple[Annotated[str, Field(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")], ...] = key(
+        "a list of the dotted names of modules, for example [my_elements], that register kinds of their own",
         standing="choice",
-        source="what is added from outside of the package",
-        checked="none",
+        source="what the study is extended by",
+        checked="toy kinds of the tests",
         default=(),
     )
 
 
-def workflow_configuration(config: Mapping) -> Workflow:
-    """Return the validated configuration of the workflow; ConfigurationError where it is not allowed."""
-    return validated(Workflow, dict(config), "the workflow's configuration")
+def workflow_configuration(config: Any) -> Workflow:
+    """Return the checked configuration of the workflow.
+
+    Parameters
+    ----------
+    config : mapping
+        ``config/config.yaml``, with what the command line says laid over it.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming the key, its value and what is allowed.
+    """
+    return validated(Workflow, config, "the workflow's configuration")

@@ -9,9 +9,9 @@ from functools import cached_property
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.cases import Case, cases_of
+from knitstudy.measures.reference import number
 from knitstudy.study.scene import Scene
-from knitstudy.tables.cases import Case, cases_of
-from knitstudy.tables.reference import number
 
 REPRODUCED, NOT_REPRODUCED = "reproduced", "not reproduced"
 CALIBRATED, NOT_RUN = "used in calibration", "not yet run"

@@ -7,19 +7,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from knitstudy.catalogue import CASES
-from knitstudy.networks.rom.springs import springs
-from knitstudy.tables.beams import is_plain
-from knitstudy.tables.cases import Case
-from knitstudy.tables.evidence import NOT_RUN, REPRODUCED, Evidence, Judgement, at_full_strain, verdict
-from knitstudy.tables.reference import number
-from knitstudy.tables.response import (
+from knitstudy.measures.cases import Case, is_plain
+from knitstudy.measures.claims.evidence import (
+    NOT_RUN,
+    REPRODUCED,
+    Evidence,
+    Judgement,
+    at_full_strain,
+    verdict,
+)
+from knitstudy.measures.cost import MEGABYTE
+from knitstudy.measures.reference import REPORTED, number
+from knitstudy.measures.response import (
     force_distance,
     largest_out_of_plane,
     out_of_plane_agreement,
     secant_stiffness,
 )
-from knitstudy.tables.table5_cost import MEGABYTE, PRINTED
+from knitstudy.measures.selection import CASES
+from knitstudy.networks.rom.springs import springs
 
 MUCH_CLOSER = 0.5
 """Claim R1: "much closer" is at most half the distance."""
@@ -43,9 +49,9 @@ def judge_forces(evidence: Evidence) -> Judgement:
     def judge(case: Case) -> tuple[str, bool]:
         near, far = (force_distance(case.main[name].history, case.dns.history) for name in ("rom3d", "rom2d"))
         said = f"3D ROM {near:.3f}, 2D ROM {far:.3f}"
-        if case.medium:
-            between = force_distance(case.medium.history, case.dns.history)
-            said += f", DNS of {1e3 * case.medium.scene.mesh.size:.2f} mm {between:.3f}"
+        if case.other_mesh:
+            between = force_distance(case.other_mesh.history, case.dns.history)
+            said += f", DNS of {1e3 * case.other_mesh.scene.mesh.size:.2f} mm {between:.3f}"
         return said, near <= MUCH_CLOSER * far
 
     judged = _in_cases(evidence, judge, "relative L2 distance of F(strain) to DNS: ")
@@ -137,7 +143,7 @@ def _by_penalty(evidence: Evidence, direction: str) -> str:
     found = {}
     for name, contacts in evidence.sprung.items():
         scene = evidence.scenes[name]
-        if scene.contact.augmentations == 0 and scene.load.direction == direction:
+        if scene.value("contact.augmentations") == 0 and scene.load.direction == direction:
             kz, normal = (
                 springs(contacts, "interface").averaged[2],
                 springs(contacts, "interface", "contact").averaged[0],
@@ -153,7 +159,7 @@ def judge_cost(evidence: Evidence) -> Judgement:
     if case is None:
         return Judgement("", NOT_RUN, "the study has not all models of ties in course tension")
     printed = {
-        quantity: _printed(evidence, "dns", quantity) / _printed(evidence, "rom3d", quantity)
+        quantity: _reported(evidence, "dns", quantity) / _reported(evidence, "rom3d", quantity)
         for quantity in ("degrees of freedom", "memory")
     }
     dof, memory, seconds = _savings(case)
@@ -173,7 +179,7 @@ def judge_cost(evidence: Evidence) -> Judgement:
     note = (
         "the yarn's length and diameter were inferred from the printed DOF: that part was used in calibration"
     )
-    size, wanted = case.dns.scene.mesh.size, _printed(evidence, "dns", "mesh size")
+    size, wanted = case.dns.scene.mesh.size, _reported(evidence, "dns", "mesh size")
     if not np.isclose(size, wanted):
         return Judgement(
             measured, NOT_RUN, f"elements of {1e3 * size:g} mm, the paper's of {1e3 * wanted:g} mm; {note}"
@@ -273,5 +279,5 @@ def _savings(case: Case) -> tuple[float, float, float]:
     return dns["dof"] / rom["dof"], memory, dns["wall_seconds"] / rom["wall_seconds"]
 
 
-def _printed(evidence: Evidence, fidelity: str, quantity: str) -> float:
-    return number(evidence.paper, "5", PRINTED[fidelity], quantity)
+def _reported(evidence: Evidence, fidelity: str, quantity: str) -> float:
+    return number(evidence.paper, "5", REPORTED[fidelity], quantity)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.loading.history import FORMS
-from knitstudy.tables.response import largest_out_of_plane, secant_stiffness
+from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
 
 PROVENANCE = dict.fromkeys(("scene", "scene_hash", "code_version", "numpy", "scipy", "pyamg"), "")
 """Attributes that say where a result comes from."""

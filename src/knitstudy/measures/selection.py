@@ -4,14 +4,14 @@ Of one case, for example ties in course tension:
 
 - "dns", "rom3d", "rom2d": one direct simulation and the main reduced models made from it.
 - "reduced": all reduced models made from it.
-- "medium": that simulation on another mesh, for the error of discretisation.
+- "other_mesh": that simulation on another mesh, for the error of discretisation.
 - "penalties": that simulation with penalties alone, of several contact stiffnesses.
 - "beams": the same knit as beams in contact.
 - "tie", "rough", "isotropic", "untied": direct simulations like that one but for the interaction, to be compared.
 
 Whatever the case:
 
-- "tie_course_dns" and so on: the models of the four cases of `catalogue.CASES`.
+- "tie_course_dns" and so on: the models of the four cases of `CASES`.
 - "every": all simulations of knits; "sprung": the direct ones whose contacts give springs.
 - "frictions": several of one mesh with different coefficients of friction, ties and rough contact beside them.
 - "pairs": all pairs of crossing yarns that are pressed on each other and then slide.
@@ -22,8 +22,55 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from knitstudy.catalogue import CASES, COURSE, MAIN_MODEL, OUTER_TIED, VARIANTS
 from knitstudy.study.scene import Scene
+
+FRICTION = 0.76
+"""Coefficient of friction of Table 1: scenes with another one are variants."""
+
+COURSE = {"specimen": "knit", "load.direction": "course"}
+
+WALE = {"specimen": "knit", "load.direction": "wale"}
+
+TIE = {"interaction": "tie"}
+
+ROUGH = {"interaction": "rough"}
+
+ISOTROPIC = {"interaction": "isotropic", "contact.friction": FRICTION}
+
+OUTER_TIED = {"contact.tied_edges": "outer"}
+
+TIED_COURSE, TIED_WALE = COURSE | TIE, WALE | TIE
+"""Scenes with ties."""
+
+ISOTROPIC_COURSE, ISOTROPIC_WALE = COURSE | ISOTROPIC | OUTER_TIED, WALE | ISOTROPIC | OUTER_TIED
+"""Scenes with the friction of Table 1 and the ties of Fig. 3."""
+
+CASES = {
+    "tie_course": TIED_COURSE,
+    "tie_wale": TIED_WALE,
+    "isotropic_course": ISOTROPIC_COURSE,
+    "isotropic_wale": ISOTROPIC_WALE,
+}
+"""The four cases that reduced models are compared in (Fig. 15)."""
+
+MAIN_MODEL = {
+    "rom.joint": "rigid",
+    "rom.springs_from": None,
+    "rom.springs": "averaged",
+    "rom.stiffness": (),
+    "rom.axes": "contact",
+    "rom.displacement": "interface",
+    "rom.section": "single",
+}
+"""What makes a reduced model the main one of its simulation: others are variants."""
+
+VARIANTS = {
+    "tie": TIE,
+    "rough": ROUGH | OUTER_TIED,
+    "isotropic": ISOTROPIC | OUTER_TIED,
+    "untied": ISOTROPIC | {"contact.tied_edges": "none"},
+}
+"""Interactions that are compared with each other."""
 
 REDUCED = ("rom3d", "rom2d")
 
@@ -52,7 +99,7 @@ def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene 
     Parameters
     ----------
     scenes : iterable of Scene
-        Scenes of a study in the order of the table.
+        Scenes of a study in the order of the families.
     of : mapping
         Wanted values of the main scene's keys, for example ``{"interaction": "tie"}``.
     """
@@ -67,7 +114,7 @@ def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene 
     beside = {}
     if models:
         main = models["dns"]
-        beside = variants_of(main, scenes) | medium_of(main, scenes)
+        beside = variants_of(main, scenes) | other_mesh_of(main, scenes)
         several |= {
             "reduced": reduced_of(main, scenes),
             "penalties": penalties_of(main, scenes),
@@ -79,13 +126,13 @@ def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene 
 def models_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene]:
     """Return one direct simulation and the main reduced models made from it, by fidelity.
 
-    The first DNS of the table that fits is taken, or the first with all reduced models if there is one, and
+    The first DNS of the study that fits is taken, or the first with all reduced models if there is one, and
     of each reduced model the first.
 
     Parameters
     ----------
     scenes : iterable of Scene
-        Scenes of a study in the order of the table.
+        Scenes of a study in the order of the families.
     of : mapping
         Wanted values of keys, for example ``{"interaction": "tie", "load.direction": "course"}``.
 
@@ -100,29 +147,27 @@ def models_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene
 
 
 def reduced_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
-    """Return all reduced models made from the contacts of a direct simulation, in the order of the table."""
+    """Return all reduced models made from the contacts of a direct simulation, in the order of the families."""
     return [scene for scene in scenes if scene.value("rom.contacts_from") == main.name]
 
 
-def medium_of(main: Scene, scenes: Iterable[Scene]) -> dict[str, Scene]:
-    """Return the first direct simulation that differs from one in nothing but its mesh, as "medium"."""
+def other_mesh_of(main: Scene, scenes: Iterable[Scene]) -> dict[str, Scene]:
+    """Return the first direct simulation that differs from one in nothing but its mesh, as "other_mesh"."""
     keys = (*LOADED_ALIKE, "contact", "tie")
     found = [scene for scene in _direct(scenes, main, keys) if scene.mesh.size != main.mesh.size]
-    return {"medium": found[0]} if found else {}
+    return {"other_mesh": found[0]} if found else {}
 
 
 def penalties_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
     """Return the direct simulations like one in which nothing but penalties keeps yarns apart."""
     found = _direct(scenes, main, (*LOADED_ALIKE, *ENFORCED_ALIKE))
-    return [scene for scene in found if scene.interaction != "tie" and scene.contact.augmentations == 0]
+    return [scene for scene in found if scene.value("contact.augmentations") == 0]
 
 
 def beams_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
     """Return the models of beams in contact of the same knit under the same load."""
     keys = (*LOADED_ALIKE, "contact.friction")
-    return [
-        scene for scene in scenes if scene.fidelity == "beam" and _values(scene, keys) == _values(main, keys)
-    ]
+    return [scene for scene in scenes if scene.fidelity == "beam" and _alike(scene, main, keys)]
 
 
 def sprung(scenes: Iterable[Scene]) -> list[Scene]:
@@ -132,7 +177,7 @@ def sprung(scenes: Iterable[Scene]) -> list[Scene]:
 
 
 def variants_of(main: Scene, scenes: Iterable[Scene]) -> dict[str, Scene]:
-    """Return the first direct simulation of every interaction (`catalogue.VARIANTS`) that compares with a scene."""
+    """Return the first direct simulation of every interaction (`VARIANTS`) that compares with a scene."""
     alike = _direct(scenes, main, ALIKE)
     found = {name: [scene for scene in alike if _fits(scene, of)] for name, of in VARIANTS.items()}
     return {name: fitting[0] for name, fitting in found.items() if fitting}
@@ -144,23 +189,26 @@ def friction_sweep(scenes: Iterable[Scene]) -> list[Scene]:
     The first of every coefficient is taken, and ties and rough contact of the same mesh come with them. Without two
     coefficients there is no sweep.
     """
-    groups: dict[tuple, dict[tuple, Scene]] = {}
-    for scene in scenes:
-        if scene.fidelity == "dns" and _fits(scene, COURSE | OUTER_TIED):
-            slides = scene.interaction == "isotropic"
-            kind = (scene.interaction, scene.contact.friction if slides else None)
-            groups.setdefault(_values(scene, ALIKE), {}).setdefault(kind, scene)
+    direct = [scene for scene in scenes if scene.fidelity == "dns" and _fits(scene, COURSE | OUTER_TIED)]
 
-    def coefficients(group: dict[tuple, Scene]) -> int:
-        return sum(interaction == "isotropic" for interaction, _ in group)
+    def sweep(main: Scene) -> dict[tuple, Scene]:
+        found: dict[tuple, Scene] = {}
+        for scene in direct:
+            if _alike(scene, main, ALIKE):
+                found.setdefault((scene.interaction, scene.value("contact.friction")), scene)
+        return found
 
-    largest = max(groups.values(), key=coefficients, default={})
+    def coefficients(found: dict[tuple, Scene]) -> int:
+        return sum(interaction == "isotropic" for interaction, _ in found)
+
+    sweeps = [sweep(scene) for scene in direct if scene.interaction == "isotropic"]
+    largest = max(sweeps, key=coefficients, default={})
     return list(largest.values()) if coefficients(largest) > 1 else []
 
 
 def pairs(scenes: Iterable[Scene]) -> list[Scene]:
     """Return the direct simulations of two crossing yarns that slide: their paths have more legs than one."""
-    return [scene for scene in scenes if scene.specimen == "pair" and len(scene.load.path) > 1]
+    return [scene for scene in scenes if len(scene.value("load.path") or ()) > 1]
 
 
 def _of_cases(scenes: list[Scene]) -> dict[str, Scene]:
@@ -180,8 +228,7 @@ def _family(dns: Scene, scenes: list[Scene]) -> dict[str, Scene]:
 
 def _direct(scenes: Iterable[Scene], main: Scene, keys: tuple[str, ...]) -> list[Scene]:
     """Return the direct simulations that share values of keys with a scene."""
-    wanted = _values(main, keys)
-    return [scene for scene in scenes if scene.fidelity == "dns" and _values(scene, keys) == wanted]
+    return [scene for scene in scenes if scene.fidelity == "dns" and _alike(scene, main, keys)]
 
 
 def _fits(scene: Scene, of: Mapping[str, Any]) -> bool:
@@ -189,5 +236,7 @@ def _fits(scene: Scene, of: Mapping[str, Any]) -> bool:
     return all(scene.value(key) in (value, None) for key, value in of.items())
 
 
-def _values(scene: Scene, keys: tuple[str, ...]) -> tuple:
-    return tuple(scene.value(key) for key in keys)
+def _alike(scene: Scene, main: Scene, keys: tuple[str, ...]) -> bool:
+    """Return whether two scenes share those values of keys that both have."""
+    pairs = ((scene.value(key), main.value(key)) for key in keys)
+    return all(one == other or one is None or other is None for one, other in pairs)

@@ -7,12 +7,19 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import xarray as xr
 
-from knitstudy.tables.centre_cell import Snapshot, first_symmetric_contact, snapshots, zones_of_cell
-from knitstudy.tables.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, lacking, verdict
-from knitstudy.tables.interactions import common_strain, stiffness_at
-from knitstudy.tables.reference import number
-from knitstudy.tables.response import INTERACTIONS, Z, at_strain, out_of_plane, transverse_contraction
-from knitstudy.tables.simulation import stabilisation_share
+from knitstudy.measures.centre_cell import Snapshot, first_symmetric_contact, snapshots, zones_of_cell
+from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, lacking, verdict
+from knitstudy.measures.energy_balance import stabilisation_share
+from knitstudy.measures.names import INTERACTIONS
+from knitstudy.measures.reference import number
+from knitstudy.measures.response import (
+    Z,
+    at_strain,
+    common_strain,
+    out_of_plane,
+    stiffness_at,
+    transverse_contraction,
+)
 
 FIRST, LAST = 1, 4
 """Numbers of the points of Fig. 7 that claims K1 and K2 speak of."""

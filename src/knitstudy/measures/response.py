@@ -11,12 +11,6 @@ from knitstudy.errors import DataFileError
 
 X, Y, Z = 0, 1, 2
 
-NAMES = {"dns": "DNS", "rom3d": "3D ROM", "rom2d": "2D ROM", "beam": "beams"}
-"""What models are called in figures and tables, by fidelity."""
-
-INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
-"""What interactions are called in figures and tables."""
-
 
 @dataclass(frozen=True)
 class Agreement:
@@ -143,6 +137,19 @@ def _means_of_loops(history: xr.Dataset, values: np.ndarray, loops: int) -> np.n
 def at_strain(history: xr.Dataset, strain: float, values: np.ndarray) -> float:
     """Return values (I,) of the increments at a strain, interpolated."""
     return float(np.interp(strain, history["strain"], values))
+
+
+def common_strain(histories) -> float:
+    """Return the largest strain that all histories have reached."""
+    return min(float(history["strain"][-1]) for history in histories)
+
+
+def stiffness_at(history: xr.Dataset, strain: float) -> float:
+    """Return force over displacement of the driven side at a strain [N/m]."""
+    force, displacement = (
+        at_strain(history, strain, history[name].to_numpy()) for name in ("force", "displacement")
+    )
+    return force / displacement
 
 
 def out_of_plane_agreement(history: xr.Dataset, reference: xr.Dataset) -> Agreement:

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import xarray as xr
 
-from knitstudy.tables.centre_cell import centre_cell
-from knitstudy.tables.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, lacking, verdict
-from knitstudy.tables.kinematics import closest_neighbour, rotation_angle
-from knitstudy.tables.response import INTERACTIONS
+from knitstudy.measures.centre_cell import centre_cell
+from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, lacking, verdict
+from knitstudy.measures.kinematics import closest_neighbour, rotation_angle
+from knitstudy.measures.names import INTERACTIONS
 
 TURNS = np.radians(1.0)
 """Least rotation of a section that counts as one [rad]."""

@@ -7,10 +7,13 @@ import pandas as pd
 
 from knitstudy.errors import DataFileError
 
+REPORTED = {"dns": "dns-tie 3x3", "rom2d": "rom2d 3x3", "rom3d": "rom3d 3x3"}
+"""Cases of the paper's Table 5 by fidelity, in its order."""
+
 COLUMNS = ("table", "case", "quantity", "value", "unit", "note")
 
 
-def printed(paper: pd.DataFrame, table: str, case: str, quantity: str) -> pd.Series:
+def reported(paper: pd.DataFrame, table: str, case: str, quantity: str) -> pd.Series:
     """Return the one row of a quantity.
 
     Raises
@@ -34,12 +37,12 @@ def printed(paper: pd.DataFrame, table: str, case: str, quantity: str) -> pd.Ser
 
 def number(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
     """Return a printed number in its unit."""
-    return _floats(printed(paper, table, case, quantity))[0]
+    return _floats(reported(paper, table, case, quantity))[0]
 
 
 def numbers(paper: pd.DataFrame, table: str, case: str, quantity: str) -> np.ndarray:
     """Return several numbers that are printed together, for example the angles of a line to x, y and z."""
-    return _floats(printed(paper, table, case, quantity))
+    return _floats(reported(paper, table, case, quantity))
 
 
 def _floats(row: pd.Series) -> np.ndarray:

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import xarray as xr
 
-from knitstudy.catalogue import CASES
-from knitstudy.report.selection import beams_of, medium_of, models_of, reduced_of
+from knitstudy.measures.names import INTERACTIONS, NAMES
+from knitstudy.measures.selection import CASES, beams_of, models_of, other_mesh_of, reduced_of
 from knitstudy.study.scene import Scene
-from knitstudy.tables.response import INTERACTIONS, NAMES
 
 VARIANTS = {
     "printed": "printed joints",
@@ -25,6 +24,10 @@ CARRIED, GIVEN, ALONG_AXES = "springs of other tension", "springs of Table 2", "
 
 SECTIONS = {"rigid": "rigid", "hertz": "Hertzian"}
 """What beams in contact are made of, by ``beam.section``."""
+
+
+PLAIN = ("point", "rigid", "rigid")
+"""Contact, section and ties of the model that ingredients are added to."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,7 @@ class Case:
     ----------
     interaction, direction : str
     dns : Model
-    medium : Model or None
+    other_mesh : Model or None
         The direct simulation on another mesh.
     reduced : tuple of Model
         All reduced models made from it.
@@ -61,7 +64,7 @@ class Case:
     interaction: str
     direction: str
     dns: Model
-    medium: Model | None
+    other_mesh: Model | None
     reduced: tuple[Model, ...]
     main: Mapping[str, Model]
     beams: tuple[Model, ...]
@@ -84,7 +87,7 @@ def cases_of(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> It
     every : mapping of str to Dataset
         Histories of knits by scene (see docs/architecture.md).
     scenes : mapping of str to Scene
-        Their scenes by the same names, in the order of the table.
+        Their scenes by the same names, in the order of the families.
     """
     known = [scene for name, scene in scenes.items() if name in every]
 
@@ -96,13 +99,13 @@ def cases_of(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> It
         if not found:
             continue
         dns = found["dns"]
-        medium = medium_of(dns, known).get("medium")
+        other_mesh = other_mesh_of(dns, known).get("other_mesh")
         interaction, direction = name.split("_")
         yield Case(
             interaction=interaction,
             direction=direction,
             dns=model(dns),
-            medium=model(medium) if medium else None,
+            other_mesh=model(other_mesh) if other_mesh else None,
             reduced=tuple(map(model, reduced_of(dns, known))),
             main={fidelity: model(scene) for fidelity, scene in found.items() if fidelity != "dns"},
             beams=tuple(map(model, beams_of(dns, known))),
@@ -126,3 +129,8 @@ def label_of(scene: Scene) -> str:
     elif scene.value("rom.axes") == "global":
         words.append(ALONG_AXES)
     return ", ".join([name, *words])
+
+
+def is_plain(scene: Scene) -> bool:
+    """Whether beams touch at a pair of points between rigid sections, and ties hold sections as the paper's do."""
+    return (scene.beam.contact, scene.beam.section, scene.beam.tie) == PLAIN

@@ -1,0 +1,154 @@
+"""Which figures and tables a study can make, from which results, and the digest that each has then."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from pathlib import Path
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.measures.catalogue import Catalogue
+from knitstudy.measures.selection import roles_of
+from knitstudy.stages.code import code_digest
+from knitstudy.stages.freshness import digest_of_files
+from knitstudy.stages.plan import Plan, Step
+from knitstudy.stages.table import STAGES, stage_of
+from knitstudy.study.scene import Scene
+
+BESIDE = ("contacts", "geometry", "mesh")
+"""Stages whose results of direct simulations figures and tables take besides their histories."""
+
+Source = Step | list[Step] | Path
+"""What something is made from: a result, several of one role, or a file of reference."""
+
+
+def results_of(roles: Mapping[str, Scene | list[Scene]]) -> dict[str, Step | list[Step]]:
+    """Return the results of scenes by what figures and tables call them.
+
+    Parameters
+    ----------
+    roles : mapping of str to Scene or list of Scene
+        See `measures.selection`.
+
+    Returns
+    -------
+    dict of str to Step or list of Step
+        Histories by the names of the roles; contacts, geometry and mesh of direct simulations under the role's name
+        and theirs, "tie_contacts", without the role where it is "dns". Results of a list of scenes are lists.
+    """
+    results: dict[str, Step | list[Step]] = {}
+    for role, found in roles.items():
+        scenes = found if isinstance(found, list) else [found]
+        steps = {role: [(stage_of(scene), scene) for scene in scenes]}
+        direct = [scene for scene in scenes if scene.fidelity == "dns"]
+        if direct:
+            prefix = "" if role == "dns" else f"{role}_"
+            for name in BESIDE:
+                steps[f"{prefix}{name}"] = [(STAGES.find(name), scene) for scene in direct]
+        results |= steps if isinstance(found, list) else {name: each[0] for name, each in steps.items()}
+    return results
+
+
+class Displays:
+    """The figures, or the tables, of a study.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+        Of figures or of tables.
+    plan : Plan
+    study : iterable of Scene
+        In the order of the configuration.
+    reference : mapping of str to path
+        Files of reference by their names.
+    code : tuple of str
+        Modules that all of them depend on besides their own.
+    label : str
+        What messages call the study.
+    """
+
+    def __init__(
+        self,
+        catalogue: Catalogue,
+        plan: Plan,
+        study: Iterable[Scene],
+        reference: Mapping[str, Path | str],
+        code: tuple[str, ...] = (),
+        label: str = "the study",
+    ) -> None:
+        self.catalogue, self._plan, self._study, self._code = catalogue, plan, list(study), code
+        self._label = label
+        self._reference = {name: Path(path) for name, path in reference.items()}
+
+    @cached_property
+    def sources(self) -> dict[str, dict[str, Source]]:
+        """What each is made from, by what it calls it; only those that the study has all needs of."""
+        found = {}
+        for name, display in self.catalogue.all().items():
+            known = results_of(roles_of(self._study, display.of)) | self._reference
+            if set(display.needs) <= {*known, "scenes"}:
+                found[name] = {need: known[need] for need in display.takes if need in known}
+        return found
+
+    def names(self) -> tuple[str, ...]:
+        """Return the names of those that the study can make, in the order of the report."""
+        return tuple(self.sources)
+
+    def files(self, name: str, folder: Path | str) -> dict[str, str | list[str]]:
+        """Return the files that one is made from, by what it calls them; `folder` is that of all results.
+
+        Raises
+        ------
+        ConfigurationError
+            If there is no figure or table of that name, or the study lacks a scene for one of its needs.
+        """
+        needs = [need for need in self.catalogue.find(name).needs if need != "scenes"]
+        if name not in self.sources:
+            raise ConfigurationError(
+                f"{self.catalogue.what} {name!r} needs {', '.join(needs)}: {self._label} lacks a scene for one"
+                " of them"
+            )
+
+        def path(step: Step) -> str:
+            stage, scene = step
+            return (Path(folder) / stage.path(scene)).as_posix()
+
+        return {
+            role: source.as_posix()
+            if isinstance(source, Path)
+            else [path(step) for step in source]
+            if isinstance(source, list)
+            else path(source)
+            for role, source in self.sources[name].items()
+        }
+
+    def scenes(self, name: str) -> dict[str, Scene]:
+        """Return the scenes of what one takes, where it asks for them: several of one role by their names."""
+        display = self.catalogue.find(name)
+        scenes: dict[str, Scene] = {}
+        if "scenes" in display.takes:
+            for role, found in roles_of(self._study, display.of).items():
+                if set(display.takes) & results_of({role: found}).keys():
+                    several = isinstance(found, list)
+                    scenes |= {scene.name: scene for scene in found} if several else {role: found}
+        return scenes
+
+    def digest(self, name: str) -> str:
+        """Return the digest that one has when it is up to date: of its title, its scenes, its code and its sources."""
+        scenes = {role: scene.read(scene.to_dict()) for role, scene in self.scenes(name).items()}
+        reads = {"title": self.catalogue.find(name).title, "scenes": scenes}
+        code = code_digest(self.catalogue.module(name), *self._code)
+        return digest_of_files(reads, code, digests_of(self.sources[name], self._plan))
+
+
+def digests_of(sources: Mapping[str, Source], plan: Plan) -> dict[str, str]:
+    """Return the digests of what something is made from."""
+    digests = {}
+    for role, source in sources.items():
+        if isinstance(source, Path):
+            digests[role] = hashlib.sha256(source.read_bytes()).hexdigest()[:16]
+        else:
+            for stage, scene in source if isinstance(source, list) else [source]:
+                digests[f"{role} {scene.name}"] = plan.digest(stage, scene)
+    return digests

@@ -1,0 +1,112 @@
+"""YAML documents of a configuration: what YAML lets pass without a word, or reads as something else, is refused.
+
+A key that stands twice is an error instead of the last one winning, keys are text (``no`` is not false), 045 is
+not 37, 1e-6 is a number as in YAML 1.2, and values are written out instead of being named (``*alias``).
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from knitstudy.errors import ConfigurationError
+
+
+def read_yaml(path: Path) -> dict:
+    """Return the mapping in a YAML file.
+
+    Raises
+    ------
+    ConfigurationError
+        When the file is missing, is not YAML, says a key twice or holds no mapping.
+    """
+    document = parsed(_read_text(path), str(path))
+    if not isinstance(document, dict):
+        raise ConfigurationError(f"{path}: must hold a mapping of keys to values")
+    return document
+
+
+def parsed(text: str, where: str) -> Any:
+    """Return what a YAML text says; `where` begins the message of the ConfigurationError if that is nothing."""
+    try:
+        return yaml.load(text, Loader=_Loader)
+    except _Refused as error:
+        raise ConfigurationError(f"{where}, line {error.problem_mark.line + 1}: {error.problem}") from error
+    # ValueError: 2001-99-99 looks like a date; AttributeError: a tag of a date before what is none.
+    except (yaml.YAMLError, ValueError, AttributeError) as error:
+        raise ConfigurationError(f"{where}: is not YAML: {_reason(error, text)}") from error
+    except RecursionError as error:
+        raise ConfigurationError(
+            f"{where}: is not YAML that can be read: too many lists within lists"
+        ) from error
+
+
+def _read_text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise ConfigurationError(f"{path}: is missing; the configuration folder must have it") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"{path}: cannot be read: {error}") from error
+
+
+def _reason(error: Exception, text: str) -> str:
+    """Return what is wrong with a text and where, in one line."""
+    mark = getattr(error, "problem_mark", None)
+    if mark is None:
+        return " ".join(str(error).split())
+    said = " ".join(filter(None, (error.context, error.problem)))
+    (line,) = text.splitlines()[mark.line : mark.line + 1] or [""]
+    quotes = (
+        "; a text that begins with a brace, or has one within braces, stands in quotes" if "{" in line else ""
+    )
+    return f"line {mark.line + 1}: {said}{quotes}"
+
+
+class _Refused(yaml.MarkedYAMLError):
+    """What is YAML but means another thing than it seems to."""
+
+    def __init__(self, problem: str, node: Any):
+        super().__init__(problem=problem, problem_mark=node.start_mark)
+
+
+class _Loader(yaml.SafeLoader):
+    """SafeLoader for documents that people write."""
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """Refuse an alias: it may stand for what it stands in, or for thousands."""
+        if self.check_event(yaml.AliasEvent):
+            event = self.peek_event()
+            raise _Refused(f"write the value out instead of *{event.anchor}", event)
+        return super().compose_node(parent, index)
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
+        """Read keys as the text that they are, and refuse one that is there twice."""
+        seen = set()
+        for key, _ in node.value:
+            if not isinstance(key, yaml.ScalarNode) or key.value == "<<":
+                raise _Refused("a key must be a text", key)
+            if key.value in seen:
+                raise _Refused(f"the key {key.value!r} is there twice", key)
+            key.tag = "tag:yaml.org,2002:str"
+            seen.add(key.value)
+        return super().construct_mapping(node, deep)
+
+    def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
+        """Refuse numbers in other than tens: 045 is 37 to YAML, and 1:30 is 90."""
+        if not re.fullmatch(r"[-+]?(0|[1-9][0-9_]*)", node.value):
+            raise _Refused(
+                f"{node.value} is no plain number: write it in tens, or in quotes if it is a name", node
+            )
+        return super().construct_yaml_int(node)
+
+
+_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_yaml_int)
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"^[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+$"),
+    list("-+.0123456789"),
+)

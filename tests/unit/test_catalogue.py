@@ -1,0 +1,123 @@
+"""Figures and tables from outside of the package: one file each, drawn, planned and reported like all others."""
+
+import sys
+
+import pandas as pd
+import pytest
+import study
+import synthetic
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.figures.catalogue import FIGURES, draw
+from knitstudy.registry import load_plugins
+from knitstudy.stages.code import modules_behind
+from knitstudy.stages.displays import Displays
+from knitstudy.stages.plan import Plan
+from knitstudy.tables.catalogue import TABLES, build
+
+TOY = """
+import pandas as pd
+from matplotlib.figure import Figure
+
+from knitstudy.figures.catalogue import FIGURES
+from knitstudy.measures.response import secant_stiffness
+from knitstudy.measures.selection import TIED_COURSE
+from knitstudy.tables.catalogue import TABLES
+
+
+@FIGURES.add("toy_curve", "A toy", needs=("dns", "scenes"), of=TIED_COURSE, optional=("beams",), texts={"alt": "line"})
+def curve(dns, scenes, beams=None):
+    figure = Figure()
+    figure.subplots().plot(dns["strain"], dns["force"], label=scenes["dns"].name)
+    return figure
+
+
+@TABLES.add("toy_stiffness", "Another", needs=("rom3d", "tie_wale_dns_contacts"), of=TIED_COURSE)
+def stiffness(rom3d, tie_wale_dns_contacts):
+    return pd.DataFrame({"k": [secant_stiffness(rom3d)]})
+"""
+
+
+@pytest.fixture
+def toy(tmp_path, monkeypatch):
+    """Name of a module outside of the package that is not imported yet."""
+    (tmp_path / "toydisplays.py").write_text(TOY)
+    monkeypatch.syspath_prepend(tmp_path)
+    load_plugins(["toydisplays"])
+    yield "toydisplays"
+    FIGURES.forget("toy_curve")
+    TABLES.forget("toy_stiffness")
+    del sys.modules["toydisplays"]
+
+
+@pytest.fixture
+def scenes(plain_scene):
+    return list(study.scenes(plain_scene).values())
+
+
+def test_figure_from_outside_is_drawn_and_named_with_its_code(toy, plain_scene):
+    figure = draw("toy_curve", dns=synthetic.history(force=(0, 1, 3)), scenes={"dns": plain_scene}, mesh=None)
+    (line,) = figure.axes[0].lines
+    assert line.get_ydata().tolist() == [0, 1, 3]
+    assert FIGURES.module("toy_curve") == TABLES.module("toy_stiffness") == toy
+    assert FIGURES.names()[0] == "fig15a_force_strain"
+    assert FIGURES.names()[-1] == "toy_curve"  # those without a place in the report come last
+
+
+def test_table_from_outside_is_built(toy):
+    table = build("toy_stiffness", rom3d=synthetic.history(), tie_wale_dns_contacts=None)
+    pd.testing.assert_frame_equal(table, pd.DataFrame({"k": table["k"]}))
+    assert table["k"].item() > 0
+
+
+def displays(catalogue, scenes, reference=None):
+    return Displays(catalogue, Plan({scene.name: scene for scene in scenes}), scenes, reference or {})
+
+
+def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
+    figures, tables = (displays(catalogue, scenes) for catalogue in (FIGURES, TABLES))
+    assert figures.files("toy_curve", "out") == {"dns": "out/dns/dns-tie-course.nc"}
+    assert tables.files("toy_stiffness", "out") == {
+        "rom3d": "out/rom/rom3d-tie-course.nc",
+        "tie_wale_dns_contacts": "out/contacts/dns-tie-wale.nc",
+    }
+    assert {role: scene.name for role, scene in figures.scenes("toy_curve").items()} == {
+        "dns": "dns-tie-course"
+    }
+    assert tables.scenes("toy_stiffness") == {}
+    alone = displays(TABLES, [scene for scene in scenes if "wale" not in scene.name])
+    assert "toy_stiffness" not in alone.names()
+    with pytest.raises(ConfigurationError, match=r"'toy_stiffness' needs rom3d, .*: the study lacks a scene"):
+        alone.files("toy_stiffness", "out")
+
+
+def test_code_of_a_figure_from_outside_counts(toy, scenes, tmp_path):
+    behind = {path.name for path in modules_behind(FIGURES.module("toy_curve"))}
+    assert {"toydisplays.py", "response.py"} <= behind
+    before = displays(FIGURES, scenes).digest("toy_curve")
+    other = [scene.replace("load.strain", 0.04) for scene in scenes]
+    assert (
+        displays(FIGURES, other).digest("toy_curve")
+        != before
+        == displays(FIGURES, scenes).digest("toy_curve")
+    )
+
+
+def test_several_scenes_of_a_role_are_lists(scenes, tmp_path):
+    paper = tmp_path / "paper.csv"
+    figures = displays(FIGURES, scenes)
+    beams = [f"out/beams/beam-{kind}isotropic-course.nc" for kind in ("", "pinned-", "hertz-")]
+    assert figures.files("fig12b_beam_contact", "out")["beams"] == beams
+    assert figures.files("fig02_interfaces", "out") == {}
+    assert set(figures.files("fig15a_force_strain", "out")) == {
+        "dns",
+        "rom3d",
+        "rom2d",
+        "other_mesh",
+        "reduced",
+    }
+    tables = displays(TABLES, scenes, {"paper": paper})
+    assert tables.files("table4_angles", "out") == {
+        "contacts": "out/contacts/dns-tie-course.nc",
+        "paper": paper.as_posix(),
+    }

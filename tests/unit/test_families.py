@@ -1,0 +1,278 @@
+"""Files of families become scenes, or one message that names the file and what is wrong in it."""
+
+import re
+
+import pytest
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.study.configuration import CONFIG, load_scenes
+from knitstudy.study.families import read_families
+
+CASES = """\
+case:
+  tie: {interaction: tie}
+  slip: {interaction: isotropic}
+"""
+
+FAMILY = """\
+studies: [reduced, full]
+keys:
+  knit: plain
+  load.strain by case: {tie: 0.05, slip: 0.03}
+
+mesh:
+  fine: {mesh.size: 2e-4}
+  "045": {mesh.size: 0.45e-3}
+
+scenes:
+- name: dns-{case}-{mesh}
+  case: all
+  mesh: [fine, "045"]
+- name: rom-{case}
+  case: slip
+  studies: ci
+  keys:
+    rom.contacts_from: dns-{case}-fine
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Function that writes files of families, by default the two above, and returns their folder."""
+
+    def write(**files):
+        for name, text in ({"cases": CASES, "family": FAMILY} | files).items():
+            (tmp_path / f"{name}.yaml").write_text(text)
+        return tmp_path
+
+    return write
+
+
+def replaced(old, new, text=FAMILY):
+    assert old in text
+    return text.replace(old, new)
+
+
+def refused(folder):
+    """Return what the folder is refused for, in one line."""
+    with pytest.raises(ConfigurationError) as error:
+        read_families(folder)
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+def test_members_take_the_keys_of_family_entry_and_choices(folder):
+    members = read_families(folder())
+    assert list(members) == ["dns-tie-fine", "dns-tie-045", "dns-slip-fine", "dns-slip-045", "rom-slip"]
+    assert members["dns-tie-045"].keys == {
+        "knit": "plain",
+        "load.strain": 0.05,
+        "interaction": "tie",
+        "mesh.size": 0.45e-3,
+    }
+    assert members["dns-tie-045"].studies == ("reduced", "full")
+    reduced = members["rom-slip"]
+    assert reduced.keys["rom.contacts_from"] == "dns-slip-fine"
+    assert reduced.keys["load.strain"] == 0.03
+    assert (reduced.studies, reduced.family) == (("ci",), "family")
+    assert reduced.where.endswith("family.yaml, scene 'rom-slip'")
+
+
+def test_first_placeholder_of_an_entry_runs_slowest(folder):
+    swapped = replaced('  case: all\n  mesh: [fine, "045"]\n', '  mesh: ["045", fine]\n  case: all\n')
+    names = list(read_families(folder(family=swapped)))
+    assert names[:4] == ["dns-tie-045", "dns-slip-045", "dns-tie-fine", "dns-slip-fine"]
+
+
+def test_files_are_read_in_the_order_of_their_names(folder):
+    own = "studies: []\nscenes:\n- name: {}\n"
+    path = folder(**{"9-b": own.format("b"), "1-a": own.format("a"), "own": own.format("c")})
+    names = list(read_families(path))
+    assert (names[:2], names[-1]) == (["a", "b"], "c")
+    assert read_families(path)["a"].studies == ()
+
+
+def test_whole_number_is_the_name_that_it_is_written_as(folder):
+    family = FAMILY.replace('"045"', "90").replace("rom-{case}", "rom-{case}-90")
+    assert "dns-tie-90" in read_families(folder(family=family))
+
+
+def test_same_value_twice_is_no_contradiction(folder):
+    assert read_families(folder(family=replaced("  knit: plain\n", "  knit: plain\n  mesh.growth: 2\n")))
+    doubled = replaced('"045": {mesh.size: 0.45e-3}', '"045": {mesh.size: 0.45e-3, knit: plain}')
+    assert read_families(folder(family=doubled))["dns-tie-045"].keys["knit"] == "plain"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "[reduced, full]",
+            "[reduced, huge]",
+            "family.yaml, scenes 'dns-{case}-{mesh}': unknown study 'huge'; allowed are",
+        ),
+        ("[reduced, full]", "[full, full]", "studies is ['full', 'full'], with 'full' twice"),
+        ("studies: [reduced, full]\n", "", "the key 'studies' is missing, in the family as well; [] is for"),
+        ("studies: [reduced, full]", "studies: {full: 1}", "studies is {'full': 1} but must be of ci, red"),
+        ("studies: [", "studdies: [", "family.yaml: unknown key 'studdies' (did you mean 'studies'?)"),
+        ("keys:\n  knit", "kyes:\n  knit", "family.yaml: unknown key 'kyes' (did you mean 'keys'?)"),
+        ("scenes:", "scene:", "family.yaml: unknown key 'scene' (did you mean 'scenes'?)"),
+        (
+            "  knit: plain\n",
+            "  knit: plain\n  knit: other\n",
+            "family.yaml, line 4: the key 'knit' is there tw",
+        ),
+        ("  knit: plain", "  knit: {a: 1}", "the family's keys: knit is {'a': 1} but must be a value"),
+        ("  knit: plain", "  name: plain", "name is no key that can be set"),
+        (
+            "  knit: plain",
+            "  knit: '{cas}'",
+            "knit is '{cas}': unknown placeholder 'cas' (did you mean 'case'?)",
+        ),
+        ("  knit: plain", "  knit: 'a{b'", "knit is 'a{b', but braces stand around a placeholder"),
+        ("  knit: plain", "  load: 3", "load is 3 but is a group of keys, with load.strain in it"),
+        ("  knit: plain", "  knit: &a [*a]", "family.yaml, line 3: write the value out instead of *a"),
+        (
+            "by case: {tie",
+            "by kase: {tie",
+            "load.strain by kase: unknown placeholder 'kase' (did you mean 'case'",
+        ),
+        (
+            "{tie: 0.05, slip: 0.03}",
+            "0.05",
+            "load.strain by case is 0.05 but must be a mapping that gives every",
+        ),
+        (
+            "{tie: 0.05, slip: 0.03}",
+            "{tie: 0.05}",
+            "scene 'dns-slip-fine': the family's keys: load.strain by case has no value for 'slip', only for tie",
+        ),
+        (
+            "slip: 0.03}",
+            "slip: 0.03, rough: 1}",
+            "load.strain by case has a value for 'rough', which no scene",
+        ),
+        (
+            "  fine: {mesh.size: 2e-4}",
+            "  fine: {interaction: rough}",
+            "scene 'dns-tie-fine': interaction is 'tie' of case 'tie' but 'rough' of mesh 'fine'; neither overr",
+        ),
+        (
+            "  mesh: [",
+            "  keys: {knit: other}\n  mesh: [",
+            "knit is 'plain' of the family's keys but 'other' of its keys",
+        ),
+        (
+            "  fine: {mesh.size: 2e-4}",
+            "  fine:",
+            "mesh 'fine': None is no mapping of keys to values; {} is one",
+        ),
+        ("  fine: {mesh.size: 2e-4}", "  fine: {}\n  fine: {}", "line 8: the key 'fine' is there twice"),
+        ("  fine:", "  all: {}\n  fine:", "mesh 'all' stands for all choices; rename this one"),
+        ("  fine:", "  rough: {}\n  fine:", "mesh 'rough' is of no scene; take it out"),
+        ("mesh:\n", "name:\n", "name is a key of an entry of scenes, and no placeholder"),
+        ("mesh:\n", "case:\n", "family.yaml: case is defined for all families in"),
+        (
+            "mesh:\n",
+            "grid:\n",
+            "scenes 'dns-{case}-{mesh}': unknown key 'mesh'; allowed are name, studies, keys, case, ",
+        ),
+        (
+            '  mesh: [fine, "045"]\n',
+            "",
+            "scenes 'dns-{case}-{mesh}': {mesh} is open; add 'mesh: all', or a list",
+        ),
+        ('[fine, "045"]', "[fine, 045]", "line 13: 045 is no plain number: write it in tens, or in quotes"),
+        (
+            '[fine, "045"]',
+            "[fine, 0.45]",
+            "mesh is ['fine', 0.45] but must be all, or of fine, 045, as texts",
+        ),
+        (
+            '[fine, "045"]',
+            "[fine, fime]",
+            "unknown mesh 'fime' (did you mean 'fine'?); allowed are fine, 045",
+        ),
+        ('[fine, "045"]', "[fine, fine]", "mesh is ['fine', 'fine'], with 'fine' twice"),
+        ('[fine, "045"]', "[]", "stands for 0 scenes but must for 1 to"),
+        ("  case: slip\n  studies", "  case: slip\n  study", "unknown key 'study' (did you mean 'studies'?)"),
+        (
+            "name: dns-{case}-{mesh}",
+            "name: dns-{case}",
+            "scene 'dns-tie': is there twice, the first in the family",
+        ),
+        ("name: dns-{case}-{mesh}", "name: {case}-{mesh}", "is not YAML: line 11: "),
+        (
+            "name: dns-{case}-{mesh}",
+            "name: {case}",
+            "is {'case': None} but must be text, in quotes if a brace",
+        ),
+        (
+            "- name: rom-{case}",
+            "- rom-{case}\n- name: rom",
+            "must be a list whose entries begin with '- name: '",
+        ),
+        ("{mesh.size: 2e-4}", "{mesh.size: 2001-99-99}", "family.yaml: is not YAML: month must be in 1..12"),
+        ("{mesh.size: 2e-4}", "{mesh.size: " + 2000 * "[" + 2000 * "]" + "}", "too many lists within lists"),
+    ],
+)
+def test_family_that_is_not_allowed(folder, old, new, message):
+    assert message in refused(folder(family=replaced(old, new)))
+
+
+@pytest.mark.parametrize(
+    ("files", "message"),
+    [
+        (
+            {"other": FAMILY},
+            "other.yaml, scene 'dns-tie-fine': is there twice, the first in the family 'family'",
+        ),
+        ({"other": CASES}, "other.yaml: case is defined for all families in"),
+        (
+            {"other": "way: {left: {}}"},
+            "other.yaml: unknown key 'way'; allowed are studies, keys, scenes, or a pl",
+        ),
+        (
+            {
+                "cases": CASES + "  rough: {}\n",
+                "family": replaced("  case: all", "  case: [tie, slip]"),
+            },
+            "cases.yaml: case 'rough' is of no scene",
+        ),
+        (
+            {"cases": "keys: {knit: a}\n" + CASES},
+            "cases.yaml: has studies or keys of scenes, but the key 'scenes'",
+        ),
+        ({"other": ""}, "other.yaml: must hold a mapping"),
+    ],
+)
+def test_families_that_do_not_go_together(folder, files, message):
+    assert message in refused(folder(**files))
+
+
+def test_product_that_is_too_large_is_not_begun(folder):
+    choices = "{" + ", ".join(f"c{number}: {{}}" for number in range(200)) + "}"
+    family = f"studies: ci\na: {choices}\nb: {choices}\nscenes:\n- name: x-{{a}}-{{b}}\n  a: all\n  b: all\n"
+    assert "stands for 40000 scenes but must for 1 to 10000" in refused(folder(other=family))
+
+
+def test_folder_that_is_missing_empty_or_has_files_that_are_not_read(tmp_path):
+    assert "scenes: is missing" in refused(tmp_path / "scenes")
+    assert "must hold a family of scenes or more" in refused(tmp_path)
+    (tmp_path / "own.yml").write_text(FAMILY)
+    assert "own.yml: is not read as a family; call it own.yaml" in refused(tmp_path)
+
+
+def test_examples_of_the_readme_are_families(tmp_path):
+    examples = re.findall(r"```yaml\n(.*?)```", (CONFIG / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert len(examples) == 2
+    for path in CONFIG.glob("**/*.yaml"):
+        copy = tmp_path / path.relative_to(CONFIG)
+        copy.parent.mkdir(exist_ok=True)
+        copy.write_bytes(path.read_bytes())
+    for number, text in enumerate(examples):
+        (tmp_path / "scenes" / f"own{number}.yaml").write_text(text)
+    scenes = load_scenes(tmp_path)
+    assert scenes["dns-tie-course-incompatible"].mesh.element == "incompatible_modes"
+    assert scenes["dns-tie-wale-soft"].load.strain == 0.03
+    assert list(scenes)[: -len(scenes) + len(load_scenes())] == list(load_scenes())

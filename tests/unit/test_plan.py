@@ -1,0 +1,87 @@
+"""Which results scenes have, what they are made from, and which of them another key or number concerns."""
+
+import pytest
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.stages.plan import Plan
+from knitstudy.stages.table import STAGES, stage_of
+
+
+@pytest.fixture
+def plan(config):
+    return Plan.of(config)
+
+
+def test_scenes_of_the_configuration_keep_their_names(plan):
+    for name, scene in plan.scenes.items():
+        assert plan.labelled(scene) == scene
+        assert stage_of(scene).path(scene).stem == name
+
+
+def test_changed_scenes_get_names_of_their_own(plan):
+    scene = plan.scenes["dns-a"]
+    varied = plan.labelled(scene.vary({"load.strain": 0.01}))
+    assert varied.name == f"dns-a-{varied.hash[:8]}"
+    assert varied.knit == "plain"
+    assert plan.labelled(varied) == varied
+    named = plan.labelled(scene.vary({"load.strain": 0.01, "name": "mine"}))
+    assert named.name == "mine"
+
+
+def test_changed_geometries_get_names_of_their_own(plan):
+    first, second = (plan.labelled(scene.vary({"pattern.loops": 2})) for scene in plan.scenes.values())
+    assert first.knit == second.knit == f"plain-{first.geometry_key[:8]}"
+    geometry = STAGES.find("geometry")
+    assert geometry.path(first) == geometry.path(second) != geometry.path(plan.scenes["dns-a"])
+    assert plan.digest(geometry, first) == plan.digest(geometry, second)
+
+
+def test_reduced_model_is_made_from_contacts_of_its_own_geometry(plan):
+    scene = plan.labelled(plan.scenes["rom3d-a"].vary({"pattern.loops": 2}))
+    stage, direct = plan.needs(stage_of(scene), scene)["contacts"]
+    assert stage.name == "contacts"
+    assert direct.pattern.loops == 2
+    assert direct.load.strain == plan.scenes["dns-a"].load.strain
+    assert direct.name == f"dns-a-{direct.hash[:8]}"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"rom.contacts_from": "dns-b"}, r"unknown dns scene 'dns-b' \(did you mean 'dns-a'\?\)"),
+        ({"rom.contacts_from": "rom3d-a"}, r"unknown dns scene 'rom3d-a'"),
+        ({"interaction": "rough"}, r"interaction is 'rough' but must be 'tie'"),
+        ({"load.direction": "wale"}, r"load\.direction is 'wale' but must be 'course'"),
+    ],
+)
+def test_sources_that_do_not_fit(plan, changes, message):
+    scene = plan.scenes["rom3d-a"].vary(changes)
+    with pytest.raises(ConfigurationError, match=message):
+        plan.needs(stage_of(scene), scene)
+
+
+def digests(plan, scene):
+    return {stage.name: plan.digest(stage, scene) for stage, scene in plan.steps([scene])}
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "changed"),
+    [
+        ("load.strain", 0.01, {"dns", "contacts", "dns_vtu", "deck_abaqus", "deck_calculix"}),
+        (
+            "mesh.size",
+            0.4e-3,
+            {"mesh", "mesh_vtu", "dns", "contacts", "dns_vtu", "deck_abaqus", "deck_calculix"},
+        ),
+        ("geometry.alpha", 2.0, None),
+        ("outputs", ["vtu", "fields", "deck"], set()),
+    ],
+)
+def test_a_key_concerns_the_stages_that_read_it_and_what_is_made_from_them(config, key, value, changed):
+    scene = Plan.of(config).scenes["dns-a"]
+    before = digests(Plan.of(config), scene)
+    varied = scene.vary({key: value, "name": "dns-a-varied", "knit": "varied"})
+    after = digests(Plan.of(config), varied)
+    assert after.keys() == before.keys()
+    expected = set(before) if changed is None else changed
+    assert {name for name in after if after[name] != before[name]} == expected

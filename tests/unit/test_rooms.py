@@ -1,0 +1,146 @@
+"""Modules lie in rooms, one above the other: imports run downwards and never in a circle."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import knitstudy
+
+PACKAGE = Path(knitstudy.__file__).resolve().parent
+
+ROOMS = (
+    {"errors"},
+    {"registry"},
+    {"files"},
+    {"mechanics"},
+    {"study"},
+    {"geometry"},
+    {"mesh"},
+    {"loading"},
+    {"crossings"},
+    {"solids"},
+    {"networks"},
+    {"exchange"},
+    {"measures"},
+    {"figures", "tables"},
+    {"report"},
+    {"stages"},
+    {"cli"},
+)
+"""From below; those of one level do not import each other."""
+
+LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
+
+AT_THE_TOP = {"__init__", "__main__", "errors", "registry"}
+"""Modules that a newcomer sees first."""
+
+WITHOUT_A_ROOM = {"catalogue", "summary"}
+"""Modules at the top that have not found their room yet."""
+
+MODULES = {
+    ".".join(("knitstudy", *path.relative_to(PACKAGE).with_suffix("").parts)).removesuffix(".__init__"): path
+    for path in sorted(PACKAGE.rglob("*.py"))
+}
+
+
+def room(module):
+    return module.split(".")[1]
+
+
+def imported(path):
+    """Return the modules of the package that a file imports, in functions as well, but not under TYPE_CHECKING."""
+    found, waiting = set(), [ast.parse(path.read_text(encoding="utf-8"))]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            waiting += node.orelse
+            continue
+        waiting += ast.iter_child_nodes(node)
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: a relative import"
+            names = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= (names & MODULES.keys()) or {node.module}
+    return {name for name in found if name in MODULES and name != "knitstudy"}
+
+
+IMPORTS = {module: imported(path) for module, path in MODULES.items()}
+
+
+def is_downward(module, other):
+    here, there = room(module), room(other)
+    return here == there or LEVEL[here] > LEVEL[there]
+
+
+def test_imports_run_downwards():
+    upward = [
+        f"{module} imports {other}"
+        for module, others in IMPORTS.items()
+        for other in sorted(others)
+        if module not in ("knitstudy", "knitstudy.__main__")
+        and not {room(module), room(other)} & WITHOUT_A_ROOM
+        and not is_downward(module, other)
+    ]
+    assert upward == []
+
+
+def test_upward_imports_are_seen():
+    assert not is_downward("knitstudy.mechanics.newton", "knitstudy.study.scene")
+    assert not is_downward("knitstudy.figures.style", "knitstudy.tables.springs")
+    assert is_downward("knitstudy.study.scene", "knitstudy.mechanics.newton")
+
+
+def circle(imports):
+    """Return modules that import each other one after the other, or nothing."""
+    done = set()
+
+    def follow(module, way):
+        if module in way:
+            return [*way[way.index(module) :], module]
+        if module in done:
+            return []
+        found = next(filter(None, (follow(other, [*way, module]) for other in sorted(imports[module]))), [])
+        done.add(module)
+        return found
+
+    return next(filter(None, (follow(module, []) for module in imports)), [])
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    assert circle(IMPORTS) == []
+
+
+def test_circles_are_seen():
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == ["b", "c", "b"]
+
+
+def test_imports_in_functions_count_and_those_of_types_do_not(tmp_path):
+    path = tmp_path / "module.py"
+    path.write_text(
+        "if TYPE_CHECKING:\n    from knitstudy.study.scene import Scene\n"
+        "def f():\n    from knitstudy.mechanics import newton\n    import knitstudy.errors\n"
+    )
+    assert imported(path) == {"knitstudy.mechanics.newton", "knitstudy.errors"}
+
+
+PACKAGES = [module for module, path in MODULES.items() if path.name == "__init__.py"]
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_folder_says_in_one_line_what_may_enter_it(package):
+    said = ast.get_docstring(ast.parse(MODULES[package].read_text(encoding="utf-8")))
+    assert said, f"{package} says nothing"
+    assert said.splitlines()[0].endswith(".")
+    assert len(said.splitlines()[0].split()) > 3
+
+
+def test_every_folder_is_a_package():
+    assert {path.parent for path in MODULES.values()} == {MODULES[package].parent for package in PACKAGES}
+
+
+def test_only_what_a_newcomer_needs_lies_at_the_top():
+    found = {path.stem for path in PACKAGE.glob("*.py")}
+    assert found <= AT_THE_TOP | WITHOUT_A_ROOM
+    assert {path.parent.name for path in PACKAGE.glob("*/__init__.py")} <= LEVEL.keys()
