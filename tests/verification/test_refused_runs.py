@@ -165,7 +165,7 @@ def test_what_is_wrong_is_refused_unless_asked_for(case, tmp_path):
 
 def test_elements_that_are_too_large_for_the_yarn_are_refused():
     scene, mesh, specimen = pair({"gates.elements_across": None})
-    message = r"mesh\.size is 0\.0006 m, 3 elements across.*gates\.elements_across asks for 8: use 0\.000225 m or less"
+    message = r"mesh\.size is 0\.0006 m, 3 elements across.*gates\.elements_across asks for 7: use 0\.000257 m or less"
     with pytest.raises(MeshError, match=message):
         dns.run(scene, mesh, specimen)
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from knitstudy.errors import MeshError
 
-ELEMENTS_ACROSS: Mapping[str, float] = {"knit": 3.0, "pair": 8.0}
+ELEMENTS_ACROSS: Mapping[str, float] = {"knit": 3.0, "pair": 7.0}
 """Fewest elements across a yarn by specimen: a knit bends, a pair that is pressed together is only indented."""
 
 

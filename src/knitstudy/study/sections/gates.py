@@ -49,7 +49,7 @@ class SolidGates(Gates):
     )
 
     elements_across: float | None = key(
-        "a number > 0 of elements of mesh.size across the yarn, or null for 3 of a knit and 8 of a pair",
+        "a number > 0 of elements of mesh.size across the yarn, or null for 3 of a knit and 7 of a pair",
         standing="choice",
         source="force of a tied knit +5 % at 3.3, of a pressed pair within 8 % from 8 on, docs/gates.md",
         checked="2 to 12",
