@@ -34,7 +34,7 @@ def one_message(ended):
             "defaults.yaml",
             "friction: 0.76",
             "friction: -0.1",
-            "contact.friction is -0.1 but must be a number >= 0",
+            "contact.friction is -0.1 but must be a number from 0 to 1e6",
         ),
         (
             "defaults.yaml",
