@@ -15,7 +15,8 @@ from knitstudy.mechanics.linear.lu import LU, factorise
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.newton import trace
-from knitstudy.mechanics.solid import Penetration, SolidModel
+from knitstudy.mechanics.solid import SolidModel
+from knitstudy.mechanics.solids_in_contact import Penetration
 
 DIAMETER, LENGTH, PRESS = 1.0, 2.0, 0.05
 

@@ -58,6 +58,7 @@ class Checkpoint:
             "load": increment.load,
             "size": increment.size,
             "rate_sizes": np.array([rate.increment for rate in increment.rates]),
+            "updates": np.array(increment.updates),
             "force": increment.response.force,
             "mean_force": increment.response.mean_force,
         }
@@ -101,6 +102,7 @@ class Checkpoint:
             response=Response(data["force"], float(data["mean_force"])),
             size=float(data["size"]),
             rates=tuple(rates),
+            updates=tuple(data["updates"]),
         )
 
     def remove(self) -> None:
@@ -115,7 +117,7 @@ def _require_whole(data: dict[str, np.ndarray]) -> None:
     """
     increments = int(data["index"]) + 1
     for name, values in data.items():
-        judged = name.startswith(("state.", "rate", "force", "mean_force", "load", "size", *_JUDGED))
+        judged = name.startswith(("state.", "rate", "updates", "force", "mean_force", "load", "size", *_JUDGED))
         if judged and values.dtype.kind == "f" and np.isnan(values).any():
             raise ValueError(f"{name} holds values that are not numbers")
         if name.startswith(("rate", "force")) and values.dtype.kind not in "iuf":

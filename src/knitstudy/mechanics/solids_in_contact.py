@@ -170,10 +170,12 @@ class SolidsInContact(SolidModel):
 
     def _drag(self, state: ContactState) -> np.ndarray | None:
         drag = super()._drag(state)
-        if self.free_bodies is None or not state.led:
+        if self.free_bodies is None:
             return drag
-        leading = np.repeat(self._collected_nodes(self.free_bodies.drag()), 3)
-        return leading if drag is None else drag + leading
+        drag = np.zeros(self.size) if drag is None else drag
+        if state.led:
+            drag = drag + np.repeat(self._collected_nodes(self.free_bodies.drag()), 3)
+        return drag
 
     def _collected_nodes(self, values: np.ndarray) -> np.ndarray:
         """Return what the nodes (N,) have at the kept ones (n,), tied ones going to those that they hang on."""
