@@ -86,6 +86,8 @@ def test_rows_give_the_product_of_the_matrix(monkeypatch):
     vector = rng.normal(size=300)
     monkeypatch.setattr("knitstudy.mechanics.linear.rows.ENTRIES", 5000)
     np.testing.assert_array_equal(Rows(matrix) @ vector, matrix @ vector)
+    other = sp.random(300, 60, density=0.1, random_state=1).tobsr(blocksize=(6, 2))
+    np.testing.assert_array_equal(Rows(matrix).times(other).toarray(), (matrix @ other).toarray())
     np.testing.assert_array_equal(Rows(sp.bsr_matrix((6, 6), blocksize=(3, 3))) @ np.ones(6), np.zeros(6))
 
 

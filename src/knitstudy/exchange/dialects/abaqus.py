@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from knitstudy.exchange.dialects.dialect import (
+    DIALECTS,
     NUMBER,
     Dialect,
     Element,
     Wording,
     Words,
     elastic,
-    register,
     small_strain_neo_hooke,
 )
 
@@ -94,7 +94,7 @@ def isotropic(interaction: Interaction) -> Wording:
     )
 
 
-@register
+@DIALECTS.register
 class Abaqus(Dialect):
     """Abaqus/Standard."""
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, ClassVar
 
 from knitstudy.exchange.deck import Step
 from knitstudy.exchange.dialects.dialect import (
+    DIALECTS,
     NUMBER,
     Dialect,
     Element,
     Wording,
     Words,
     elastic,
-    register,
     small_strain_neo_hooke,
 )
 
@@ -105,7 +105,7 @@ def isotropic(interaction: Interaction) -> Wording:
     return Wording(_linear_contact(interaction) + friction)
 
 
-@register
+@DIALECTS.register
 class CalculiX(Dialect):
     """CalculiX CrunchiX."""
 

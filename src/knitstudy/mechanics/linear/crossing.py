@@ -11,7 +11,6 @@ from knitstudy.mechanics.linear.solver import NOWHERE
 from knitstudy.mechanics.linear.structure import KnitStructure
 from knitstudy.mechanics.parallel import share
 
-
 GROUPS = 8
 """Parts that threads share: patches that do not act on each other, of about as many unknowns each."""
 

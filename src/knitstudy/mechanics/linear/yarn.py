@@ -36,19 +36,24 @@ class YarnScale:
         self._outside = _outside(matrix, self._nodes, self._bandwidth, np.concatenate(self._lumps))
 
     def _factorise(self, matrix: sp.bsr_matrix, yarn: int) -> None:
-        band, self._lumps[yarn] = self._band(matrix, *self._nodes[yarn : yarn + 2])
-        minor = banded.factorise(band)
-        if minor:
-            raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {minor})")
-        self._factors[yarn] = band
+        for dtype in (self._dtype, np.float64):
+            # In single precision a yarn that hardly anything holds cannot be told from one that nothing holds.
+            band, self._lumps[yarn] = self._band(matrix, *self._nodes[yarn : yarn + 2], dtype)
+            minor = banded.factorise(band)
+            if minor == 0:
+                self._factors[yarn] = band
+                return
+        raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {minor})")
 
-    def _band(self, matrix: sp.bsr_matrix, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
+    def _band(
+        self, matrix: sp.bsr_matrix, first: int, last: int, dtype: type
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return the lower band (bandwidth + 1, unknowns) of nodes first .. last in LAPACK's order.
 
         And what was added to the diagonal of every node (nodes, 3) for what lies outside of it.
         """
         width = 3 * (self._bandwidth + 1)
-        band = np.zeros((last - first) * 3 * width, dtype=self._dtype)
+        band = np.zeros((last - first) * 3 * width, dtype=dtype)
         lumps = np.zeros((last - first, 3))
         for low in range(first, last, 2048):  # bounds the index arrays
             high = min(low + 2048, last)
@@ -89,7 +94,7 @@ class YarnScale:
 
         def solve(yarn: int) -> None:
             part = slice(*self._bounds[yarn : yarn + 2])
-            local = residual[part].astype(self._dtype)
+            local = residual[part].astype(self._factors[yarn].dtype)
             banded.solve(self._factors[yarn], local)
             along[part] = local
 
