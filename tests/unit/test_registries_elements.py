@@ -47,7 +47,8 @@ def pull(plain_scene, knit_of):
                 "pattern.loops": 1,
                 "pattern.rows": 1,
                 "load.strain": 0.002,
-                "mesh.size": 0.6e-3,
+                "mesh.size": 0.9e-3,
+                "gates.elements_across": 2,
                 "yarn.material": "st_venant_kirchhoff",
                 "solver.increments": 1,
                 # The toy law leaves the hourglass control as it is.

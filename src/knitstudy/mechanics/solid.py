@@ -118,7 +118,7 @@ class SolidModel:
         response = Response(
             force=self.assembly.collect(node_force),
             node_force=node_force,
-            mean_force=max(float(np.mean(np.linalg.norm(answer.force, axis=2))), self._least_force),
+            mean_force=max(answer.mean_force, self._least_force),
             energy={"internal": float(answer.internal.sum()), "hourglass": float(answer.hourglass.sum())},
             stiffness=answer.stiffness,
         )
@@ -184,13 +184,14 @@ class SolidModel:
         force = np.empty((count, 8, 3))
         internal, hourglass = np.empty(count), np.empty(count)
         total = self.assembly.begin_stiffness() if stiffness else None
-        summing = np.zeros(len(batches))
+        magnitude, summing = np.zeros(len(batches)), np.zeros(len(batches))
 
         def evaluate(number: int) -> None:
             batch = batches[number]
             blocks = SCRATCH.array("stiffness", batch.stop - batch.start, 64, 9) if stiffness else None
             answer = self.elements.respond(batch, displacement[self.hexahedra[batch]], stiffness, blocks)
             force[batch], internal[batch], hourglass[batch] = answer.force, answer.internal, answer.hourglass
+            magnitude[number] = np.sqrt(np.einsum("eai,eai->ea", answer.force, answer.force)).sum()
             if stiffness:
                 started = time.perf_counter()
                 total.put(number, answer.stiffness)
@@ -201,7 +202,7 @@ class SolidModel:
         matrix = self.assembly.matrix(total) if stiffness else None
         # Threads sum up side by side: their mean counts.
         seconds = summing.sum() / min(threads(), len(batches)) + time.perf_counter() - started
-        return _Gathered(force, internal, hourglass, matrix, seconds)
+        return _Gathered(force, internal, hourglass, magnitude.sum() / force[..., 0].size, matrix, seconds)
 
 
 @dataclass(frozen=True)
@@ -209,5 +210,6 @@ class _Gathered:
     force: np.ndarray  # (E, 8, 3)
     internal: np.ndarray  # (E,)
     hourglass: np.ndarray  # (E,)
+    mean_force: float  # mean magnitude of the nodal forces of the elements
     stiffness: sp.bsr_matrix | None
     assembly_seconds: float

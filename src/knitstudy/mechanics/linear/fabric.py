@@ -22,9 +22,9 @@ class FabricScale:
 
     def update(self, matrix: sp.bsr_matrix) -> None:
         """Form the grid's operator and its pyamg hierarchy."""
-        effect = sp.bsr_matrix(matrix @ self.prolongation, blocksize=(3, 6))  # K P
+        effect = Rows(matrix).times(self.prolongation)  # K P
         self._effect = Rows(effect)
-        coarse = sp.bsr_matrix(self._restriction @ effect, blocksize=(6, 6))
+        coarse = self._collect.times(effect)
         coarse = _anchor(coarse)
         self.hierarchy = pyamg.smoothed_aggregation_solver(
             coarse,

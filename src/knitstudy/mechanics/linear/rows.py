@@ -40,6 +40,25 @@ class Rows:
         share(multiply, len(self._parts))
         return product
 
+    def times(self, other: sp.bsr_matrix) -> sp.bsr_matrix:
+        """Return the product (rows, columns of the other) with a sparse matrix."""
+        products: list[sp.bsr_matrix | None] = [None] * len(self._parts)
+
+        def multiply(number: int) -> None:
+            products[number] = self._parts[number] @ other
+
+        share(multiply, len(products))
+        starts = np.cumsum([0, *(len(part.indices) for part in products)])
+        indptr = [part.indptr[1:] + start for part, start in zip(products, starts[:-1], strict=True)]
+        return sp.bsr_matrix(
+            (
+                np.concatenate([part.data for part in products]),
+                np.concatenate([part.indices for part in products]),
+                np.concatenate([[0], *indptr]),
+            ),
+            shape=(self.shape[0], other.shape[1]),
+        )
+
 
 def _part(matrix: sp.bsr_matrix, low: int, high: int) -> sp.bsr_matrix:
     """Return the block rows low .. high of a matrix, without a copy of their entries."""

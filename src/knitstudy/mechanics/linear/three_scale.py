@@ -46,9 +46,7 @@ class ThreeScale:
         correction = np.zeros_like(residual)
         self.fabric.correct(residual, correction)
         self.crossing.correct(residual, correction)
-        along = self.yarn.solve(residual)
-        correction += along
-        residual -= matrix @ along
+        self.yarn.correct(residual, correction)
         self.crossing.correct(residual, correction)
         self.fabric.correct(residual, correction)
         return correction
