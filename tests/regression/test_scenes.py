@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.report.selection import roles_of
+from knitstudy.measures.selection import roles_of
 from knitstudy.study.configuration import CONFIG, load_scenes, load_study
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.families import read_families
@@ -54,7 +54,7 @@ def test_figures_and_tables_are_about_the_same_scenes(study):
     assert sorted(inside) == sorted(name for name, known in KNOWN.items() if study in known["studies"])
     today = [scenes[name] for name in inside]
     before = [scenes[name] for name in KNOWN if name in inside]
-    for name, entry in (FIGURES | TABLES).items():
+    for name, entry in (FIGURES.all() | TABLES.all()).items():
         assert names(roles_of(today, entry.of)) == names(roles_of(before, entry.of)), name
 
 

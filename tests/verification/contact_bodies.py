@@ -8,10 +8,10 @@ from hexahedral_block import connect, unknowns
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.surface import Grid
-from knitstudy.mechanics.hexahedron import OnePointHexahedron
+from knitstudy.mechanics.elements.one_point import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
-from knitstudy.mechanics.material import Material
-from knitstudy.mechanics.solid import Penetration, SolidModel
+from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.solids_in_contact import Penetration, SolidsInContact
 from knitstudy.mesh.roll import Targets
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.sweep import sweep
@@ -116,9 +116,9 @@ def together(
     overlap=None,
     **options,
 ):
-    """SolidModel of bodies in contact with each other, and the first node of each body.
+    """SolidsInContact of bodies, and the first node of each body.
 
-    Further options are those of SolidModel.
+    Further options are those of SolidsInContact.
     """
     nodes, hexahedra, grids, first = joined(bodies)
     meets = ~np.eye(len(bodies), dtype=bool)
@@ -133,7 +133,7 @@ def together(
     )
     elements = OnePointHexahedron(nodes[hexahedra], Material(material, modulus, poisson))
     options = {"penetration": Penetration(0.1 * size)} | options
-    return SolidModel(nodes, hexahedra, elements, size, contact=contact, **options), first
+    return SolidsInContact(nodes, hexahedra, elements, size, contact=contact, **options), first
 
 
 def joined(bodies):

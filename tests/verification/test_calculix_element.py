@@ -6,9 +6,9 @@ import pytest
 from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import Deck, Prescribed, Step
 from knitstudy.exchange.inp import write_inp
-from knitstudy.mechanics.hexahedron import GAUSS
-from knitstudy.mechanics.incompatible import IncompatibleHexahedron
-from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.elements.hexahedron import GAUSS
+from knitstudy.mechanics.elements.incompatible_modes import IncompatibleHexahedron
+from knitstudy.mechanics.materials import Material
 
 pytestmark = [
     pytest.mark.ccx,
@@ -114,7 +114,7 @@ class WilsonHexahedron(IncompatibleHexahedron):
     def __init__(self, corners, material):
         super().__init__(corners, material)
         middle = 0.125 * np.swapaxes(corners, 1, 2) @ CORNER
-        self.gradient[:, :, 8:] = -2 * GAUSS[:, None, :, None] * np.linalg.inv(middle)
+        self.gradient[:, 8:] = -2 * GAUSS.T[:, :, None] * np.linalg.inv(middle)[:, :, None]
 
 
 def element_force(element, corners, displacement):

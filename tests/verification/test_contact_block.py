@@ -13,7 +13,7 @@ from knitstudy.mechanics.contact.friction import STICK
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.newton import trace
-from knitstudy.mechanics.solid import Penetration
+from knitstudy.mechanics.solids_in_contact import Penetration
 
 SIZE = 0.25
 """Element size that stiffnesses refer to."""

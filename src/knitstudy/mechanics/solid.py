@@ -1,25 +1,19 @@
-"""Solids as a model: hexahedra of one material, tied nodes eliminated, surfaces in contact."""
+"""Solids as a model: hexahedra of one material, tied nodes eliminated. Contact: `mechanics.solids_in_contact`."""
 
 from __future__ import annotations
 
 import time
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.assembly import Assembly
-from knitstudy.mechanics.contact.history import ContactHistory
-from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.points import ContactPoints
-from knitstudy.mechanics.hexahedron import Hexahedron
+from knitstudy.mechanics.elements import Hexahedron
 from knitstudy.mechanics.model import Response
-from knitstudy.mechanics.parallel import threads
-from knitstudy.mechanics.pattern_sum import PatternSum
+from knitstudy.mechanics.parallel import share, threads
+from knitstudy.mechanics.scratch import SCRATCH
 from knitstudy.mechanics.stabilisation import Stabilisation
-from knitstudy.mechanics.tied_blocks import TiedBlocks
 
 UNLOADED = 1e-9
 """Mean force over E h^2 below which solids count as unloaded."""
@@ -27,49 +21,37 @@ UNLOADED = 1e-9
 
 @dataclass(frozen=True)
 class Memory:
-    """What solids in contact remember of the last converged increment.
+    """What solids with viscous forces remember of the last converged increment.
 
     Attributes
     ----------
     displacement : ndarray, shape (n, 3)
         Of the kept nodes [m].
-    contact : ContactHistory
     damped : float
-        Work that stabilisation has taken so far [J].
+        Work that viscous forces have taken so far [J].
     """
 
     displacement: np.ndarray
-    contact: ContactHistory
     damped: float = 0.0
 
 
 @dataclass(frozen=True)
 class SolidState:
-    """Displacement (n, 3) of the kept nodes [m]; with contact or stabilisation, what came before.
+    """Displacement of the kept nodes; with viscous forces, what came before.
 
     Attributes
     ----------
     displacement : ndarray, shape (n, 3)
+        Of the kept nodes [m].
     memory : Memory or None
     load, change : float
         Load factor that the running increment ends at, and its size.
-    augmentations : int
-        Updates of the contact multipliers within the running increment.
     """
 
     displacement: np.ndarray
     memory: Memory | None = None
     load: float = 0.0
     change: float = 1.0
-    augmentations: int = 0
-
-
-@dataclass(frozen=True)
-class Penetration:
-    """What is done about penetration: the largest allowed [m], and how often multipliers may be updated."""
-
-    limit: float = np.inf
-    augmentations: int = 0
 
 
 class SolidModel:
@@ -87,10 +69,6 @@ class SolidModel:
         T of the ties; see `knitstudy.mechanics.assembly`.
     length : float
         Element size h [m].
-    contact : Contact, optional
-        Between surfaces of the nodes.
-    penetration : Penetration
-        Of that contact.
     stabilisation : Stabilisation, optional
     """
 
@@ -103,34 +81,26 @@ class SolidModel:
         elements: Hexahedron,
         length: float,
         dependence: sp.csr_matrix | None = None,
-        contact: Contact | None = None,
-        penetration: Penetration = Penetration(),
         stabilisation: Stabilisation | None = None,
     ) -> None:
         self.nodes, self.hexahedra, self.elements = nodes, hexahedra, elements
         self.dependence = dependence
-        self.contact, self.penetration, self.stabilisation = contact, penetration, stabilisation
+        self.stabilisation = stabilisation
         self.assembly = Assembly(hexahedra, len(nodes), dependence)
         self.size = 3 * self.assembly.kept
         self.scale = np.ones(self.size)
         self.length = length
         # Where nothing resists yet, rounding is no measure of a residual.
         self._least_force = UNLOADED * elements.material.youngs_modulus * length**2
-        self._threads = threads()
-        self._tied = None if dependence is None else TiedBlocks(dependence)
-        self._sum: PatternSum | None = None
-        self._evaluated: tuple[SolidState, ContactPoints] | None = None
 
     def start(self) -> SolidState:
         """Return the undeformed state."""
         rest = np.zeros((self.assembly.kept, 3))
-        if self.contact is None and self.stabilisation is None:
-            return SolidState(rest)
-        return SolidState(rest, Memory(rest, ContactHistory.empty()))
+        return SolidState(rest, Memory(rest) if self.stabilisation else None)
 
     def begin(self, state: SolidState, load: float, change: float) -> SolidState:
         """Return the state in which an increment of the load factor by `change` to `load` starts."""
-        return replace(state, load=load, change=change, augmentations=0)
+        return replace(state, load=load, change=change)
 
     def advance(self, state: SolidState, step: np.ndarray) -> SolidState:
         """Return the state displaced by `step` (size,) [m]."""
@@ -140,12 +110,6 @@ class SolidModel:
         """Return the displacement (N, 3) of all nodes [m], tied ones included."""
         return self._spread(state.displacement)
 
-    def contact_points(self, state: SolidState) -> ContactPoints:
-        """Return all pairs of points and surfaces that are near each other."""
-        if self._evaluated is None or self._evaluated[0] is not state:
-            self._evaluated = state, self.contact.points(*self._places(state), state.memory.contact)
-        return self._evaluated[1]
-
     def respond(self, state: SolidState, stiffness: bool) -> Response:
         """Return internal force, energies and, if asked, the tangent."""
         answer = self._gather(state, stiffness)
@@ -154,15 +118,14 @@ class SolidModel:
         response = Response(
             force=self.assembly.collect(node_force),
             node_force=node_force,
-            mean_force=max(float(np.mean(np.linalg.norm(answer.force, axis=2))), self._least_force),
+            mean_force=max(answer.mean_force, self._least_force),
             energy={"internal": float(answer.internal.sum()), "hourglass": float(answer.hourglass.sum())},
-            stiffness=None if answer.data is None else self.assembly.matrix(answer.data),
+            stiffness=answer.stiffness,
         )
         summing = answer.assembly_seconds + time.perf_counter() - started
-        if self.contact is not None:
-            response = self._with_contact(response, state, stiffness)
-        if self.stabilisation is not None:
-            response = self._with_stabilisation(response, state)
+        drag = self._drag(state)
+        if drag is not None:
+            response = self._with_drag(response, state, drag)
         return replace(response, assembly_seconds=summing)
 
     def loaded(self, response: Response) -> bool:
@@ -170,74 +133,25 @@ class SolidModel:
         return response.mean_force > 100 * self._least_force
 
     def settle(self, state: SolidState) -> SolidState | None:
-        """Return None if nothing penetrates too far, or the state with updated multipliers.
-
-        Raises
-        ------
-        ConvergenceError
-            If the penetration is too large and the updates allowed are used up.
-        """
-        if self.contact is None:
-            return None
-        points = self.contact_points(state)
-        deepest = -self.contact.smallest_gap(points)
-        if deepest <= self.penetration.limit:
-            return None
-        if state.augmentations == self.penetration.augmentations:
-            raise ConvergenceError(
-                f"yarns penetrate each other by {deepest:.3g} m; allowed is {self.penetration.limit:.3g} m "
-                f"({deepest / self.length:.2%} and {self.penetration.limit / self.length:.2%} of the element size), "
-                f"after {state.augmentations} updates of the contact pressure. Use a larger "
-                "contact.normal_stiffness or contact.augmentations"
-            )
-        memory = replace(state.memory, contact=self.contact.augment(points))
-        return replace(state, memory=memory, augmentations=state.augmentations + 1)
+        """Return None: a balanced state is a converged one."""
+        return None
 
     def commit(self, state: SolidState) -> SolidState:
-        """Return the state that a converged increment leaves: slip history, and work of stabilisation."""
+        """Return the state that a converged increment leaves: with the work of viscous forces."""
         if state.memory is None:
             return state
-        history = state.memory.contact
-        if self.contact is not None:
-            history = self.contact.commit(self.contact_points(state))
-        return replace(state, memory=Memory(state.displacement, history, self._damped(state)))
+        return replace(state, memory=Memory(state.displacement, self._damped(state)))
 
     def _spread(self, displacement: np.ndarray) -> np.ndarray:
         return displacement if self.dependence is None else self.dependence @ displacement
 
-    def _places(self, state: SolidState) -> tuple[np.ndarray, np.ndarray]:
-        """Return where all nodes (N, 3) are and were at the last converged increment [m]."""
-        return (
-            self.nodes + self._spread(state.displacement),
-            self.nodes + self._spread(state.memory.displacement),
-        )
+    def _drag(self, state: SolidState) -> np.ndarray | None:
+        """Return the diagonal stiffness (size,) against what moves within the increment [N/m]; None if nothing is."""
+        if self.stabilisation is None:
+            return None
+        return self.stabilisation.stiffness(state.load, state.change)
 
-    def _with_contact(self, response: Response, state: SolidState, stiffness: bool) -> Response:
-        touch = self.contact.forces(self.contact_points(state), stiffness)
-        response = replace(
-            response,
-            force=response.force + self.assembly.collect(touch.node_force),
-            energy=response.energy | touch.energy,
-            status=touch.points.signature(),
-        )
-        if not stiffness:
-            return response
-        full, symmetric = touch.stiffness, touch.symmetric
-        if self._tied is not None:
-            full, symmetric = self._tied.collect(full), self._tied.collect(symmetric)
-        if self._sum is None or not self._sum.fits(response.stiffness, full):
-            self._sum = PatternSum(response.stiffness, full)
-        return replace(
-            response,
-            stiffness=self._sum.add(response.stiffness, full),
-            unsymmetric=sp.bsr_matrix(
-                (full.data - symmetric.data, full.indices, full.indptr), shape=full.shape
-            ),
-            touching=np.flatnonzero(np.diff(full.indptr)),
-        )
-
-    def _with_stabilisation(self, response: Response, state: SolidState) -> Response:
-        drag = self.stabilisation.stiffness(state.load, state.change)
+    def _with_drag(self, response: Response, state: SolidState, drag: np.ndarray) -> Response:
         moved = (state.displacement - state.memory.displacement).ravel()
         stiffness = response.stiffness
         if stiffness is not None:
@@ -250,44 +164,45 @@ class SolidModel:
         return replace(
             response,
             force=response.force + drag * moved,
+            viscous_force=float(np.linalg.norm((drag * moved).reshape(-1, 3), axis=1).sum()),
             energy=response.energy | {"stabilisation": self._damped(state)},
             stiffness=stiffness,
         )
 
     def _damped(self, state: SolidState) -> float:
-        """Return the work that stabilisation has taken up to a state [J]."""
-        if self.stabilisation is None:
-            return 0.0
-        drag = self.stabilisation.stiffness(state.load, state.change)
+        """Return the work that viscous forces have taken up to a state [J]."""
+        drag = self._drag(state)
+        if drag is None:
+            return state.memory.damped
         moved = (state.displacement - state.memory.displacement).ravel()
         return state.memory.damped + float(drag @ moved**2)
 
     def _gather(self, state: SolidState, stiffness: bool) -> _Gathered:
         """Evaluate all batches; threads share them, and sums are formed in one fixed order."""
         displacement = self.node_displacement(state)
-        count = len(self.hexahedra)
+        count, batches = len(self.hexahedra), self.assembly.batches
         force = np.empty((count, 8, 3))
         internal, hourglass = np.empty(count), np.empty(count)
+        total = self.assembly.begin_stiffness() if stiffness else None
+        magnitude, summing = np.zeros(len(batches)), np.zeros(len(batches))
 
-        def evaluate(batch: slice):
-            answer = self.elements.respond(batch, displacement[self.hexahedra[batch]], stiffness)
+        def evaluate(number: int) -> None:
+            batch = batches[number]
+            blocks = SCRATCH.array("stiffness", batch.stop - batch.start, 64, 9) if stiffness else None
+            answer = self.elements.respond(batch, displacement[self.hexahedra[batch]], stiffness, blocks)
             force[batch], internal[batch], hourglass[batch] = answer.force, answer.internal, answer.hourglass
-            return answer.stiffness
+            magnitude[number] = np.sqrt(np.einsum("eai,eai->ea", answer.force, answer.force)).sum()
+            if stiffness:
+                started = time.perf_counter()
+                total.put(number, answer.stiffness)
+                summing[number] = time.perf_counter() - started
 
+        share(evaluate, len(batches))
         started = time.perf_counter()
-        data = self.assembly.empty_stiffness() if stiffness else None
-        summing = time.perf_counter() - started
-        batches = self.assembly.batches
-        with ThreadPoolExecutor(self._threads) as pool:
-            # A window of a few batches keeps the memory of finished ones bounded.
-            for first in range(0, len(batches), 2 * self._threads):
-                window = batches[first : first + 2 * self._threads]
-                for number, blocks in enumerate(pool.map(evaluate, window), start=first):
-                    if stiffness:
-                        started = time.perf_counter()
-                        self.assembly.add_stiffness(data, number, blocks)
-                        summing += time.perf_counter() - started
-        return _Gathered(force, internal, hourglass, data, summing)
+        matrix = self.assembly.matrix(total) if stiffness else None
+        # Threads sum up side by side: their mean counts.
+        seconds = summing.sum() / min(threads(), len(batches)) + time.perf_counter() - started
+        return _Gathered(force, internal, hourglass, magnitude.sum() / force[..., 0].size, matrix, seconds)
 
 
 @dataclass(frozen=True)
@@ -295,5 +210,6 @@ class _Gathered:
     force: np.ndarray  # (E, 8, 3)
     internal: np.ndarray  # (E,)
     hourglass: np.ndarray  # (E,)
-    data: np.ndarray | None  # blocks of the assembled tangent
+    mean_force: float  # mean magnitude of the nodal forces of the elements
+    stiffness: sp.bsr_matrix | None
     assembly_seconds: float

@@ -79,11 +79,12 @@ class Plan:
         return self._digests[path]
 
     def steps(self, scenes: Iterable[Scene]) -> list[Step]:
-        """Return everything that may be made of scenes, each path once."""
+        """Return everything that may be made of scenes, each path once and after what it is made from."""
+        scenes = list(scenes)
         found = {
             stage.path(scene): (stage, scene)
-            for scene in scenes
             for stage in STAGES.all().values()
+            for scene in scenes
             if stage.of(scene)
         }
         return list(found.values())
@@ -94,12 +95,12 @@ class Plan:
 
     def named(self, scene: Scene, key: str) -> Scene:
         """Return the direct simulation that a key of a scene names, with the geometry of that scene."""
-        name = scene.value(key)
-        check_source(scene, key, self.scenes, f"scene {scene.name!r}")
-        other = self.scenes[name]
-        if other.geometry_key != scene.geometry_key:
-            other = other.vary(scene.geometry_inputs | {"knit": scene.knit})
-        return self.labelled(other)
+        name, scenes = scene.value(key), self.scenes
+        other = scenes.get(name)
+        if other is not None and other.geometry_key != scene.geometry_key:
+            scenes = scenes | {name: other.vary(scene.geometry_inputs | {"knit": scene.knit})}
+        check_source(scene, key, scenes, f"scene {scene.name!r}")
+        return self.labelled(scenes[name])
 
     def labelled(self, scene: Scene) -> Scene:
         """Return a scene under labels of its own where the configuration gives its labels to other keys.

@@ -12,8 +12,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-# ELEMENTS
-# MATERIALS
+from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.elements import ELEMENTS
+from knitstudy.mechanics.materials import LAWS
 from knitstudy.registry import Registry
 
 if TYPE_CHECKING:
@@ -111,8 +112,8 @@ def _solid(scene: Scene) -> bool:
 
 def _laws(scene: Scene) -> tuple[str, ...]:
     """Return the modules of the element, the material and the interaction of solid yarns."""
-    contact = ("knitstudy.solids.yarn_contact",) if scene.kind.interaction.touches else ()
-    return contact
+    contact = (scene.kind.interaction.solids,) if scene.kind.interaction.touches else ()
+    return (ELEMENTS.module(scene.mesh.element), LAWS.module(scene.yarn.material), *contact)
 
 
 STAGES.register(
@@ -150,7 +151,7 @@ STAGES.register(
         name="dns",
         does="Load {scene}",
         of=_solid,
-        reads=(*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver"),
+        reads=(*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver", "gates"),
         outputs=("fields",),
         needs=lambda scene, named: {"geometry": ("geometry", scene), "mesh": ("mesh", scene)},
         function="knitstudy.solids.dns:simulate",
@@ -188,7 +189,7 @@ STAGES.register(
         name="rom",
         does="Pull the reduced model {scene}",
         of=lambda scene: scene.fidelity in ("rom2d", "rom3d"),
-        reads=(*KIND, "pattern", "yarn", "load", "mesh", "solver", "rom"),
+        reads=(*KIND, "pattern", "yarn", "load", "mesh", "solver", "gates", "rom"),
         needs=_joined,
         function="knitstudy.networks.rom.run:simulate",
         leaves="rom/{scene}.nc",
@@ -202,7 +203,7 @@ STAGES.register(
         name="beams",
         does="Pull the beams in contact of {scene}",
         of=lambda scene: scene.fidelity == "beam",
-        reads=(*KIND, "pattern", "yarn", "load", "mesh", "contact", "solver", "beam"),
+        reads=(*KIND, "pattern", "yarn", "load", "mesh", "contact", "solver", "gates", "beam"),
         needs=lambda scene, named: {"geometry": ("geometry", scene)},
         function="knitstudy.networks.beams.run:simulate",
         leaves="beams/{scene}.nc",
@@ -210,6 +211,18 @@ STAGES.register(
         long=True,
     )
 )
+
+
+def _with_fields(scene: Scene, named: Callable[[str], Scene]) -> Needs:
+    """Return what deformed yarns are drawn from; refuse a scene that does not keep its fields."""
+    if "fields" not in scene.outputs:
+        raise ConfigurationError(
+            f"scene {scene.name!r}: outputs is [{', '.join(scene.outputs)}] but must hold 'fields':"
+            " node_displacement, which deformed yarns show, is kept with it"
+        )
+    return {"geometry": ("geometry", scene), "mesh": ("mesh", scene), "history": ("dns", scene)}
+
+
 STAGES.register(
     Stage(
         name="mesh_vtu",
@@ -226,13 +239,9 @@ STAGES.register(
     Stage(
         name="dns_vtu",
         does="Write the deformed yarns of {scene} for ParaView",
-        of=lambda scene: _solid(scene) and "fields" in scene.outputs,
+        of=_solid,
         reads=(*KIND, "load", "tie", "contact"),
-        needs=lambda scene, named: {
-            "geometry": ("geometry", scene),
-            "mesh": ("mesh", scene),
-            "history": ("dns", scene),
-        },
+        needs=_with_fields,
         function="knitstudy.exchange.vtu:write_deformed",
         leaves="dns/{scene}.vtu",
         wanted=lambda scene: {"fields", "vtu"} <= set(scene.outputs),

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from knitstudy.mechanics.linear.lu import factorise
 from knitstudy.mechanics.linear.solver import NOWHERE
 from knitstudy.mechanics.linear.structure import KnitStructure
+from knitstudy.mechanics.parallel import share
 from knitstudy.mechanics.pattern_sum import block_entries
+
+GROUPS = 8
+"""Parts that threads share: patches that do not act on each other, of about as many unknowns each."""
 
 
 class CrossingScale:
-    """Sparse LU over the unknowns around all crossings; they fall apart into patches by themselves."""
+    """Sparse LU over the unknowns around all crossings, which fall apart into patches."""
 
     def __init__(self, structure: KnitStructure) -> None:
         self._tied = structure.patch
@@ -32,19 +37,44 @@ class CrossingScale:
         self.unknowns = (3 * patch[:, None] + np.arange(3)).ravel()
         if not len(self.unknowns):
             return
-        self._columns = _block_rows(matrix, patch).T  # (size, patch): by symmetry the rows
+        columns = _block_rows(matrix, patch).T  # (size, patch): by symmetry the rows
         if unsymmetric is not None and unsymmetric.nnz:
-            self._columns = self._columns + unsymmetric.tocsc()[:, self.unknowns]
-        self._columns = sp.csr_matrix(self._columns)
-        self._factors = factorise(self._columns[self.unknowns])
+            columns = columns + unsymmetric.tocsc()[:, self.unknowns]
+        columns = sp.csr_matrix(columns)
+        own = columns[self.unknowns]
+        self._reached = np.flatnonzero(np.diff(columns.indptr))
+        self._columns = columns[self._reached]
+        self._groups = _groups(own)
+        self._factors = [None] * len(self._groups)
+
+        def make(number: int) -> None:
+            group = self._groups[number]
+            self._factors[number] = factorise(own[group][:, group])
+
+        share(make, len(self._groups))
 
     def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
         """Add the patches' correction and take its effect off the residual, both (size,) in place."""
         if not len(self.unknowns):
             return
-        local = self._factors.solve(residual[self.unknowns])
+        given = residual[self.unknowns]
+        local = np.empty_like(given)
+
+        def solve(number: int) -> None:
+            group = self._groups[number]
+            local[group] = self._factors[number].solve(given[group])
+
+        share(solve, len(self._groups))
         correction[self.unknowns] += local
-        residual -= self._columns @ local
+        residual[self._reached] -= self._columns @ local
+
+
+def _groups(matrix: sp.csr_matrix) -> list[np.ndarray]:
+    """Return the unknowns of at most `GROUPS` groups of patches; no entry of the matrix joins two of them."""
+    count, patch = connected_components(matrix, directed=False)
+    size = np.bincount(patch, minlength=count)
+    group = (np.cumsum(size) - size) * GROUPS // len(patch)
+    return [np.flatnonzero(group[patch] == number) for number in np.unique(group)]
 
 
 def neighbours(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import scipy.sparse as sp
-from scipy.linalg import lapack
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.linear import band as banded
 from knitstudy.mechanics.linear.structure import KnitStructure
-from knitstudy.mechanics.parallel import threads
+from knitstudy.mechanics.parallel import share
 
 
 class YarnScale:
@@ -27,26 +25,36 @@ class YarnScale:
         self._nodes = self._bounds // 3
         self._bandwidth = structure.bandwidth
         self._dtype = dtype
-        self._factors: list[np.ndarray] = []
+        self._factors: list[np.ndarray | None] = []
+        self._lumps: list[np.ndarray | None] = []
 
     def update(self, matrix: sp.bsr_matrix) -> None:
         """Factorise the yarns of a matrix; raises ConvergenceError if one is not positive definite."""
-        self._factors = []
-        with ThreadPoolExecutor(threads()) as pool:
-            self._factors = list(pool.map(lambda y: self._factor(matrix, y), range(len(self._nodes) - 1)))
+        count = len(self._nodes) - 1
+        self._factors, self._lumps = [None] * count, [None] * count
+        share(lambda yarn: self._factorise(matrix, yarn), count)
+        self._outside = _outside(matrix, self._nodes, self._bandwidth, np.concatenate(self._lumps))
 
-    def _factor(self, matrix: sp.bsr_matrix, yarn: int) -> np.ndarray:
-        band = self._band(matrix, *self._nodes[yarn : yarn + 2])
-        factorise_band = lapack.spbtrf if self._dtype == np.float32 else lapack.dpbtrf
-        factor, info = factorise_band(band, lower=1, overwrite_ab=1)
-        if info != 0:
-            raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {info})")
-        return factor
+    def _factorise(self, matrix: sp.bsr_matrix, yarn: int) -> None:
+        for dtype in (self._dtype, np.float64):
+            # In single precision a yarn that hardly anything holds cannot be told from one that nothing holds.
+            band, self._lumps[yarn] = self._band(matrix, *self._nodes[yarn : yarn + 2], dtype)
+            minor = banded.factorise(band)
+            if minor == 0:
+                self._factors[yarn] = band
+                return
+        raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {minor})")
 
-    def _band(self, matrix: sp.bsr_matrix, first: int, last: int) -> np.ndarray:
-        """Return the lower band (bandwidth + 1, unknowns) of nodes first .. last in LAPACK's order."""
+    def _band(
+        self, matrix: sp.bsr_matrix, first: int, last: int, dtype: type
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower band (bandwidth + 1, unknowns) of nodes first .. last in LAPACK's order.
+
+        And what was added to the diagonal of every node (nodes, 3) for what lies outside of it.
+        """
         width = 3 * (self._bandwidth + 1)
-        band = np.zeros((last - first) * 3 * width, dtype=self._dtype)
+        band = np.zeros((last - first) * 3 * width, dtype=dtype)
+        lumps = np.zeros((last - first, 3))
         for low in range(first, last, 2048):  # bounds the index arrays
             high = min(low + 2048, last)
             entries = slice(matrix.indptr[low], matrix.indptr[high])
@@ -61,12 +69,14 @@ class YarnScale:
                 lump = np.abs(data[dropped]).sum(axis=2)  # (entries, 3)
                 diagonal = diagonal.copy()
                 for axis in range(3):
-                    diagonal[:, axis, axis] += np.bincount(row[dropped] - low, lump[:, axis], high - low)
+                    added = np.bincount(row[dropped] - low, lump[:, axis], high - low)
+                    diagonal[:, axis, axis] += added
+                    lumps[low - first : high - first, axis] = added
             node = np.arange(low, high) - first
             for i in range(3):
                 for k in range(i + 1):
                     band[(3 * node + k) * width + i - k] = diagonal[:, i, k]
-        return band.reshape((width, (last - first) * 3), order="F")
+        return band.reshape((width, (last - first) * 3), order="F"), lumps
 
     @staticmethod
     def _put(band: np.ndarray, row: np.ndarray, column: np.ndarray, data: np.ndarray, width: int) -> None:
@@ -75,11 +85,30 @@ class YarnScale:
             for i in range(3):
                 band[start + i] = data[:, i, k]
 
-    def solve(self, residual: np.ndarray) -> np.ndarray:
-        """Return the correction of all yarns for a residual (size,)."""
-        result = np.empty_like(residual)
-        solve_band = lapack.spbtrs if self._dtype == np.float32 else lapack.dpbtrs
-        for yarn, factor in enumerate(self._factors):
+    def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
+        """Add the correction of all yarns and take its effect off the residual, both (size,) in place.
+
+        What remains of the residual is the effect of what the factors leave out: no product with the whole matrix.
+        """
+        along = np.empty_like(residual)
+
+        def solve(yarn: int) -> None:
             part = slice(*self._bounds[yarn : yarn + 2])
-            result[part] = solve_band(factor, residual[part].astype(self._dtype), lower=1)[0]
-        return result
+            local = residual[part].astype(self._factors[yarn].dtype)
+            banded.solve(self._factors[yarn], local)
+            along[part] = local
+
+        share(solve, len(self._factors))
+        correction += along
+        np.negative(self._outside @ along, out=residual)
+
+
+def _outside(matrix: sp.bsr_matrix, nodes: np.ndarray, bandwidth: int, lumps: np.ndarray) -> sp.csr_matrix:
+    """Return a matrix without the bands of its yarns, and without what was added to them."""
+    row = np.repeat(np.arange(len(lumps), dtype=matrix.indices.dtype), np.diff(matrix.indptr))
+    far = np.abs(row - matrix.indices) > bandwidth
+    yarn = np.repeat(np.arange(len(nodes) - 1), np.diff(nodes))
+    entries = np.flatnonzero(far | (yarn[row] != yarn[matrix.indices]))
+    indptr = np.concatenate([[0], np.cumsum(np.bincount(row[entries], minlength=len(lumps)))])
+    rest = sp.bsr_matrix((matrix.data[entries], matrix.indices[entries], indptr), shape=matrix.shape)
+    return sp.csr_matrix(rest) - sp.diags(lumps.ravel(), format="csr")
