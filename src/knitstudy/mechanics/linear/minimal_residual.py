@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
-from pyamg.krylov import fgmres
-from scipy.sparse.linalg import LinearOperator
 
 from knitstudy.mechanics.linear.rows import Rows
 from knitstudy.mechanics.linear.solver import Apply, Iterate
@@ -16,7 +12,7 @@ RESTART = 30
 
 
 def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, most: int) -> str | None:
-    """Improve an iterate in place by preconditioned flexible GMRES (Saad 1993); parameters as of `conjugate_gradients`."""
+    """Improve an iterate in place by flexible GMRES (Saad 1993); parameters as of `conjugate_gradients`."""
     start = np.linalg.norm(state.residual)
     left = most
     while left > 0 and start > goal:
@@ -33,7 +29,7 @@ def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, m
 
 
 def _cycle(
-    matrix: sp.bsr_matrix, apply: Apply, residual: np.ndarray, goal: float, most: int
+    matrix: Rows, apply: Apply, residual: np.ndarray, goal: float, most: int
 ) -> tuple[np.ndarray, int]:
     """Return the step (size,) of one cycle of at most so many iterations, and how many it took."""
     level = np.linalg.norm(residual)

@@ -5,9 +5,9 @@
 - **fabric**: a Galerkin grid whose unknowns are the rigid motions of every few cross-sections, a beam network,
   solved by pyamg with the rigid modes of the whole knit as near-nullspace.
 
-They are combined multiplicatively: symmetrically (fabric, crossing, yarn, crossing, fabric) for conjugate gradients, and
-once each (crossing, yarn, fabric) where friction has made the matrix unsymmetric. Minimal residuals need no symmetry, and
-on a knit in contact the shorter way takes 7 iterations for 12.
+They are combined multiplicatively: symmetrically (fabric, crossing, yarn, crossing, fabric) for conjugate gradients,
+and once each (crossing, yarn, fabric) where friction has made the matrix unsymmetric. Minimal residuals need no
+symmetry; on a knit in contact the shorter way takes 7 iterations for 12.
 """
 
 from __future__ import annotations
