@@ -127,7 +127,7 @@ def test_newton_converges_quadratically(name, friction, verify):
     up = np.array([0, 0, 1.0])
     held, driven = back(bodies[0], -up), back(bodies[1], up) + first[1]
     motion = drive(held, driven, [[0, 0, -0.1], [0.5, 0.25, -0.1], [0.51, 0.255, -0.1]])
-    settings = Settings(increments=3, residual_tolerance=1e-11, correction_tolerance=1e-8)
+    settings = Settings(increments=12, residual_tolerance=1e-11, correction_tolerance=1e-8)
     *_, start, end = trace(model, motion, settings, LU())
     # The last increment as it was before it was committed.
     balanced = replace(end.state, memory=start.state.memory)

@@ -117,7 +117,9 @@ def _require_whole(data: dict[str, np.ndarray]) -> None:
     """
     increments = int(data["index"]) + 1
     for name, values in data.items():
-        judged = name.startswith(("state.", "rate", "updates", "force", "mean_force", "load", "size", *_JUDGED))
+        judged = name.startswith(
+            ("state.", "rate", "updates", "force", "mean_force", "load", "size", *_JUDGED)
+        )
         if judged and values.dtype.kind == "f" and np.isnan(values).any():
             raise ValueError(f"{name} holds values that are not numbers")
         if name.startswith(("rate", "force")) and values.dtype.kind not in "iuf":

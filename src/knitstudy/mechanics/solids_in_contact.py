@@ -13,7 +13,9 @@ from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.points import ContactPoints
 from knitstudy.mechanics.free_bodies import FreeBodies
 from knitstudy.mechanics.model import Response
+from knitstudy.mechanics.pattern_sum import PatternSum
 from knitstudy.mechanics.solid import Memory, SolidModel, SolidState
+from knitstudy.mechanics.tied_blocks import TiedBlocks
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,8 @@ class SolidsInContact(SolidModel):
     ) -> None:
         super().__init__(*solids, **options)
         self.contact, self.penetration, self.free_bodies = contact, penetration, free_bodies
+        self._tied = None if self.dependence is None else TiedBlocks(self.dependence)
+        self._sum: PatternSum | None = None
         self._evaluated: tuple[ContactState, ContactPoints] | None = None
 
     def start(self) -> ContactState:
@@ -153,20 +157,19 @@ class SolidsInContact(SolidModel):
         )
         if not stiffness:
             return response
-        full = self._collected(touch.stiffness)
+        full, symmetric = touch.stiffness, touch.symmetric
+        if self._tied is not None:
+            full, symmetric = self._tied.collect(full), self._tied.collect(symmetric)
+        if self._sum is None or not self._sum.fits(response.stiffness, full):
+            self._sum = PatternSum(response.stiffness, full)
         return replace(
             response,
-            stiffness=sp.bsr_matrix(response.stiffness + full),
-            unsymmetric=full - self._collected(touch.symmetric),
+            stiffness=self._sum.add(response.stiffness, full),
+            unsymmetric=sp.bsr_matrix(
+                (full.data - symmetric.data, full.indices, full.indptr), shape=full.shape
+            ),
             touching=np.flatnonzero(np.diff(full.indptr)),
         )
-
-    def _collected(self, matrix: sp.bsr_matrix) -> sp.bsr_matrix:
-        """Return T^T K T (3 n, 3 n) of a matrix over all nodes that has few entries."""
-        if self.dependence is None:
-            return matrix
-        spread = sp.kron(self.dependence, sp.identity(3), format="csr")
-        return sp.bsr_matrix(spread.T @ matrix.tocsr() @ spread, blocksize=(3, 3))
 
     def _drag(self, state: ContactState) -> np.ndarray | None:
         drag = super()._drag(state)

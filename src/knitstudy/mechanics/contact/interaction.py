@@ -22,6 +22,7 @@ from knitstudy.mechanics.contact.projection import Projection, project
 from knitstudy.mechanics.contact.quadrature import Quadrature
 from knitstudy.mechanics.contact.search import Candidates, Search
 from knitstudy.mechanics.contact.surface import Grid, Stencil, Surfaces, interpolate
+from knitstudy.mechanics.contact.tangent import CellPairs
 from knitstudy.mechanics.contact.tangent import stiffness as tangent
 
 
@@ -106,6 +107,7 @@ class Contact:
         self._search = Search(self.surfaces, self.quadrature, nodes, meets, pieces)
         self._skin = np.unique(np.concatenate([np.ravel(grid.nodes) for grid in grids]))
         self._followed: _Followed | None = None
+        self._pairs: CellPairs | None = None
         deepest = -self.smallest_gap(self.points(nodes, nodes, ContactHistory.empty()))
         if deepest > overlap:
             raise MeshError(
@@ -179,7 +181,9 @@ class Contact:
         answer = ContactResponse(points, node_force, self._energy(points, active, weight))
         if not stiffness:
             return answer
-        full, symmetric = tangent(self.law, points, weight, own, other, len(self.nodes))
+        full, symmetric, self._pairs = tangent(
+            self.law, points, weight, own, other, len(self.nodes), self._pairs
+        )
         return replace(answer, stiffness=full, symmetric=symmetric)
 
     def commit(self, points: ContactPoints) -> ContactHistory:
@@ -326,8 +330,6 @@ class Contact:
         return float(np.sum(weight * self.law.friction * mean * length))
 
     def _stencils(self, points: ContactPoints, active: np.ndarray) -> tuple[Stencil, Stencil]:
-        own = self._search.stencil(points.history.point[active])
-        other = points.projection.stencil
-        return own, Stencil(
-            other.nodes[active], other.value[active], other.first[active], other.second[active]
-        )
+        history = points.history
+        other = self.surfaces.stencil(history.surface[active], points.projection.xi[active])
+        return self._search.stencil(history.point[active]), other

@@ -41,7 +41,7 @@ class Kinematics:
         k = len(normal)
         metric = np.einsum("kai,kbi->kab", tangent, tangent)
         bend = np.einsum("kai,ki->ka", projection.curvature, normal)
-        inverse = np.linalg.inv(metric - distance[:, None, None] * bend[:, [0, 1, 1, 2]].reshape(-1, 2, 2))
+        inverse = _inverse(metric - distance[:, None, None] * bend[:, [0, 1, 1, 2]].reshape(-1, 2, 2))
         pull = np.zeros((k, 2, 9))  # tau_a . e + g n . a_a
         pull[:, :, :3] = tangent
         pull[:, 0, 3:6] = pull[:, 1, 6:9] = distance[:, None] * normal
@@ -52,6 +52,14 @@ class Kinematics:
         turned = np.einsum("kabi,kbz->kaiz", second, xi)
         turned[:, 0, :, 3:6] += np.eye(3)
         turned[:, 1, :, 6:9] += np.eye(3)
-        dual = np.linalg.solve(metric, tangent)
+        dual = _inverse(metric) @ tangent
         tilt = np.einsum("ki,kaiz->kaz", normal, turned)
         return cls(xi=xi, gap=gap, tangent=turned, normal=-np.einsum("kai,kaz->kiz", dual, tilt))
+
+
+def _inverse(matrix: np.ndarray) -> np.ndarray:
+    """Return the inverses of symmetric matrices (k, 2, 2)."""
+    determinant = matrix[:, 0, 0] * matrix[:, 1, 1] - matrix[:, 0, 1] ** 2
+    inverse = -matrix
+    inverse[:, [0, 1], [0, 1]] = matrix[:, [1, 0], [1, 0]]
+    return inverse / determinant[:, None, None]

@@ -6,13 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knitstudy.mechanics.contact.surface import Stencil, Surfaces, interpolate
+from knitstudy.mechanics.contact.surface import Surfaces
 
 ITERATIONS = 40
 """Newton steps after which a point counts as having no closest point within the surface's edges."""
 
 ACCURACY = 1e-11
 """Last Newton step, in cells, at which the closest point is found; the next one would be rounding."""
+
+QUADRATIC = 1e-6
+"""Step within one cell after which the next one of a converging Newton's method would be as small as that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +28,6 @@ class Projection:
         Parameters of the closest points.
     found : ndarray of bool, shape (k,)
         Whether the closest point lies within the surface's edges; what else is here holds only then.
-    stencil : Stencil
-        Of the closest points.
     tangent : ndarray, shape (k, 2, 3)
         tau_a [m].
     curvature : ndarray, shape (k, 3, 3)
@@ -39,7 +40,6 @@ class Projection:
 
     xi: np.ndarray
     found: np.ndarray
-    stencil: Stencil
     tangent: np.ndarray
     curvature: np.ndarray
     normal: np.ndarray
@@ -61,45 +61,43 @@ def project(
         if not len(moving):
             break
         here = surface[moving]
-        step = _step(surfaces, nodes, here, points[moving], xi[moving])
+        step, exact = _step(surfaces, nodes, here, points[moving], xi[moving])
         aim = xi[moving] + step
+        exact &= (np.floor(aim) == np.floor(xi[moving])).all(axis=1)
         xi[moving] = surfaces.clamp(here, aim)
-        still = np.abs(step).max(axis=1) < ACCURACY
-        found[moving[still]] = True
+        still = np.abs(step).max(axis=1) < np.where(exact, QUADRATIC, ACCURACY)
         # A step that goes on pushing over an edge never comes to rest.
         beyond = np.abs(xi[moving] - aim).max(axis=1) > ACCURACY
+        still &= ~(beyond & exact)
+        found[moving[still]] = True
         stuck = beyond & (np.abs(xi[moving] - (aim - step)).max(axis=1) < ACCURACY)
         moving = moving[~(still | stuck)]
-    stencil = surfaces.stencil(surface, xi)
-    tangent = interpolate(stencil.first, stencil.nodes, nodes)
+    place, tangent, curvature = surfaces.stencil(surface, xi).places(nodes)
     normal = np.cross(tangent[:, 1], tangent[:, 0])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    apart = points - interpolate(stencil.value, stencil.nodes, nodes)
     return Projection(
         xi=xi,
         found=found,
-        stencil=stencil,
         tangent=tangent,
-        curvature=interpolate(stencil.second, stencil.nodes, nodes),
+        curvature=curvature,
         normal=normal,
-        distance=np.einsum("ki,ki->k", normal, apart),
+        distance=np.einsum("ki,ki->k", normal, points - place),
     )
 
 
 def _step(
     surfaces: Surfaces, nodes: np.ndarray, surface: np.ndarray, points: np.ndarray, xi: np.ndarray
-) -> np.ndarray:
-    """Return Newton's step (k, 2) for the closest points."""
-    stencil = surfaces.stencil(surface, xi)
-    tangent = interpolate(stencil.first, stencil.nodes, nodes)
-    apart = points - interpolate(stencil.value, stencil.nodes, nodes)
-    slope = np.einsum("kai,ki->ka", tangent, apart)
-    metric = np.einsum("kai,kbi->kab", tangent, tangent)
-    bend = np.einsum("kai,ki->ka", interpolate(stencil.second, stencil.nodes, nodes), apart)
-    hessian = metric - bend[:, [0, 1, 1, 2]].reshape(-1, 2, 2)
-    convex = (hessian[:, 0, 0] > 0.05 * metric[:, 0, 0]) & (
-        np.linalg.det(hessian) > 0.05 * np.linalg.det(metric)
-    )
-    hessian[~convex] = metric[~convex]
-    step = np.linalg.solve(hessian, slope[..., None])[..., 0]
-    return np.clip(step, -1.0, 1.0)
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return Newton's steps (k, 2) for the closest points, and where (k,) curvature is not left out."""
+    place, tangent, curvature = surfaces.stencil(surface, xi).places(nodes)
+    apart = points - place
+    slope = np.einsum("kai,ki->ak", tangent, apart)
+    metric = np.einsum("kai,kbi->abk", tangent, tangent)
+    m11, m12, m22 = metric[0, 0], metric[0, 1], metric[1, 1]
+    b11, b12, b22 = np.einsum("kai,ki->ak", curvature, apart)
+    h11, h12, h22 = m11 - b11, m12 - b12, m22 - b22
+    convex = (h11 > 0.05 * m11) & (h11 * h22 - h12**2 > 0.05 * (m11 * m22 - m12**2))
+    h11, h12, h22 = np.where(convex, h11, m11), np.where(convex, h12, m12), np.where(convex, h22, m22)
+    step = np.stack([h22 * slope[0] - h12 * slope[1], h11 * slope[1] - h12 * slope[0]], axis=1)
+    step /= (h11 * h22 - h12**2)[:, None]
+    return np.clip(step, -1.0, 1.0), convex

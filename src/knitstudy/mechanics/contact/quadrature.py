@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from knitstudy.mechanics.contact.surface import Surfaces, interpolate
+from knitstudy.mechanics.contact.surface import Surfaces
 
 CHUNK = 20_000
 """Points evaluated at once; bounds the memory of stencils."""
@@ -75,17 +75,10 @@ def _stretch(surfaces: Surfaces, surface: np.ndarray, xi: np.ndarray, nodes: np.
     At a depth o below the interpolated surface it is (1 + o tr(m^-1 k)) times as large, k the curvature form.
     """
     stencil = surfaces.stencil(surface, xi)
-    tangent = interpolate(stencil.first, stencil.nodes, nodes)
+    _, tangent, second = stencil.places(nodes)
     normal = np.cross(tangent[:, 1], tangent[:, 0])
     area = np.linalg.norm(normal, axis=1)
-    curvature = np.einsum(
-        "kai,ki->ka", interpolate(stencil.second, stencil.nodes, nodes), normal / area[:, None]
-    )
-    metric = np.einsum("kai,kbi->kab", tangent, tangent)
-    inverse = np.linalg.inv(metric)
-    trace = (
-        inverse[:, 0, 0] * curvature[:, 0]
-        + 2 * inverse[:, 0, 1] * curvature[:, 1]
-        + inverse[:, 1, 1] * curvature[:, 2]
-    )
+    curvature = np.einsum("kai,ki->ka", second, normal / area[:, None])
+    m, k = np.einsum("kai,kbi->abk", tangent, tangent), curvature.T
+    trace = (m[1, 1] * k[0] - 2 * m[0, 1] * k[1] + m[0, 0] * k[2]) / (m[0, 0] * m[1, 1] - m[0, 1] ** 2)
     return area * (1 + surfaces.offset[surface] * trace)

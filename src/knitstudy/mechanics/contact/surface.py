@@ -50,17 +50,32 @@ class Stencil:
     Attributes
     ----------
     nodes : ndarray of int, shape (k, 16)
-    value : ndarray, shape (k, 16)
-    first : ndarray, shape (k, 2, 16)
-        Derivatives along and around.
-    second : ndarray, shape (k, 3, 16)
-        Second derivatives: along, mixed, around.
+    weights : ndarray, shape (k, 6, 16)
+        Of the place, its derivatives along and around, and its second ones: along, mixed, around.
     """
 
     nodes: np.ndarray
-    value: np.ndarray
-    first: np.ndarray
-    second: np.ndarray
+    weights: np.ndarray
+
+    @property
+    def value(self) -> np.ndarray:
+        """Weights (k, 16) of the places."""
+        return self.weights[:, 0]
+
+    @property
+    def first(self) -> np.ndarray:
+        """Weights (k, 2, 16) of the derivatives along and around."""
+        return self.weights[:, 1:3]
+
+    @property
+    def second(self) -> np.ndarray:
+        """Weights (k, 3, 16) of the second derivatives along, mixed and around."""
+        return self.weights[:, 3:]
+
+    def places(self, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return places (k, 3), derivatives (k, 2, 3) and second ones (k, 3, 3) for nodes (N, 3)."""
+        all_six = self.weights @ nodes[self.nodes]
+        return all_six[:, 0], all_six[:, 1:3], all_six[:, 3:]
 
 
 class Surfaces:
@@ -102,15 +117,8 @@ class Surfaces:
         index = along.index[:, :, None] * shape[:, 1][:, None, None] + around.index[:, None, :]
         nodes = self._nodes[self._first[surface][:, None] + index.reshape(-1, 16)]
 
-        def product(i: int, j: int) -> np.ndarray:
-            return (along.weight[:, i, :, None] * around.weight[:, j, None, :]).reshape(-1, 16)
-
-        return Stencil(
-            nodes=nodes,
-            value=product(0, 0),
-            first=np.stack([product(1, 0), product(0, 1)], axis=1),
-            second=np.stack([product(2, 0), product(1, 1), product(0, 2)], axis=1),
-        )
+        weights = along.weight[:, _ALONG, :, None] * around.weight[:, _AROUND, None, :]
+        return Stencil(nodes, weights.reshape(-1, 6, 16))
 
     def inside(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
         """Return whether places xi (k, 2) lie within their surfaces' edges."""
@@ -146,16 +154,9 @@ def _curve(
     Tangents are `stretch` (k,) times those of Catmull and Rom. At open ends the missing neighbour is the linear
     continuation of the last two nodes.
     """
-    one, zero = np.ones_like(t), np.zeros_like(t)
-    powers = np.stack(
-        [
-            np.stack([one, t, t * t, t**3], axis=1),
-            np.stack([zero, one, 2 * t, 3 * t * t], axis=1),
-            np.stack([zero, zero, 2 * one, 6 * t], axis=1),
-        ],
-        axis=1,
-    )
-    weight = powers @ _POINTS + stretch[:, None, None] * (powers @ _TANGENTS)  # (k, 3, 4)
+    powers = np.stack([np.ones_like(t), t, t * t, t**3], axis=1)
+    weight = powers @ _POINTS + stretch[:, None] * (powers @ _TANGENTS)
+    weight = weight.reshape(-1, 3, 4)
     index = cell[:, None] + np.arange(-1, 3)
     low, high = ~closed & (cell == 0), ~closed & (cell == count - 2)
     weight[low, :, 1] += 2 * weight[low, :, 0]
@@ -168,8 +169,21 @@ def _curve(
     return _Curve(index, weight)
 
 
-_POINTS = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0], [0.0, -3.0, 3.0, 0.0], [0.0, 2.0, -2.0, 0.0]])
-_TANGENTS = 0.5 * np.array(
-    [[0.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [2.0, 1.0, -2.0, -1.0], [-1.0, -1.0, 1.0, 1.0]]
+def _with_derivatives(coefficients: np.ndarray) -> np.ndarray:
+    """Return polynomials (4 powers, 4 nodes), their first and second derivatives, side by side: (4, 12)."""
+    slope = np.zeros((4, 4))
+    slope[[0, 1, 2], [1, 2, 3]] = 1, 2, 3  # of the powers of t
+    return np.concatenate([coefficients, slope @ coefficients, slope @ slope @ coefficients], axis=1)
+
+
+_POINTS = _with_derivatives(
+    np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0], [0.0, -3.0, 3.0, 0.0], [0.0, 2.0, -2.0, 0.0]])
+)
+_TANGENTS = _with_derivatives(
+    0.5
+    * np.array([[0.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [2.0, 1.0, -2.0, -1.0], [-1.0, -1.0, 1.0, 1.0]])
 )
 """What the nodes themselves and the tangents at them contribute. Rows: powers of t; columns: the four nodes."""
+
+_ALONG, _AROUND = [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]
+"""Orders of the derivatives whose weights a stencil has."""

@@ -11,14 +11,49 @@ from knitstudy.mechanics.contact.points import ContactPoints
 from knitstudy.mechanics.contact.projection import Projection
 from knitstudy.mechanics.contact.surface import Stencil
 
-CHUNK = 256
-"""Points whose stiffness is formed at once: 32 x 32 blocks each."""
+BLOCKS = 9
+"""Entries of a block of two nodes."""
+
+
+class CellPairs:
+    """Pairs of cells that touch each other: 32 nodes each, and the pattern of the matrix that couples them.
+
+    Parameters
+    ----------
+    nodes : ndarray of int, shape (g, 32)
+    count : int
+        Number of all nodes.
+    """
+
+    def __init__(self, nodes: np.ndarray, count: int) -> None:
+        self.nodes = nodes
+        row = np.repeat(nodes, 32, axis=1).ravel().astype(np.int64)
+        key, place = np.unique(row * count + np.tile(nodes, (1, 32)).ravel(), return_inverse=True)
+        self._shape = (3 * count, 3 * count)
+        self._indptr = np.searchsorted(key, count * np.arange(count + 1, dtype=np.int64)).astype(np.int32)
+        self._indices = (key % max(count, 1)).astype(np.int32)
+        every = np.arange(place.size)
+        self._sum = sp.csr_matrix((np.ones(place.size), (place.ravel(), every)), shape=(len(key), place.size))
+
+    def matrix(self, blocks: np.ndarray) -> sp.bsr_matrix:
+        """Return the sum of blocks (g, 32 x 32, 9) over all pairs."""
+        data = (self._sum @ blocks.reshape(-1, BLOCKS)).reshape(-1, 3, 3)
+        return sp.bsr_matrix((data, self._indices, self._indptr), shape=self._shape)
 
 
 def stiffness(
-    law: Coulomb, points: ContactPoints, weight: np.ndarray, own: Stencil, other: Stencil, count: int
-) -> tuple[sp.bsr_matrix, sp.bsr_matrix]:
-    """Return the tangent and its symmetric positive part over `count` nodes, of one pattern.
+    law: Coulomb,
+    points: ContactPoints,
+    weight: np.ndarray,
+    own: Stencil,
+    other: Stencil,
+    count: int,
+    before: CellPairs | None = None,
+) -> tuple[sp.bsr_matrix, sp.bsr_matrix, CellPairs]:
+    """Return the tangent and its symmetric positive part over `count` nodes, of one pattern, and that pattern.
+
+    Points of one cell that face one cell share their 32 nodes: the rows of all of them, one below the other, make one
+    product V^T (B V) a pair of cells.
 
     Parameters
     ----------
@@ -29,6 +64,8 @@ def stiffness(
     own, other : Stencil
         Of the touching points on their own surfaces and of their closest points.
     count : int
+    before : CellPairs, optional
+        Pattern of an earlier tangent, used again if the same cells touch.
     """
     active = points.active
     inner, positive = _point_tangents(law, points, active)
@@ -38,26 +75,34 @@ def stiffness(
     rows = np.zeros((len(active), 3, 32))  # V
     rows[:, 0, :16], rows[:, 0, 16:] = own.value, -other.value
     rows[:, 1:, 16:] = other.first
-    # Points of one cell that face one cell share their 32 nodes: summed before they are scattered.
-    _, group = np.unique(nodes[:, [5, 10, 21, 26]], axis=0, return_inverse=True)
-    order, start = _sorted(group.ravel())
-    shared = nodes[order[start]]
-    full, symmetric = (np.zeros((len(start), 32 * 32, 9)) for _ in range(2))
-    bounds = np.append(start, len(order))
-    first = 0
-    while first < len(start):
-        last = max(first + 1, int(np.searchsorted(bounds, bounds[first] + CHUNK, side="right")) - 1)
-        here = order[bounds[first] : bounds[last]]
-        begin = bounds[first:last] - bounds[first]
-        v = rows[here]
-        left = np.swapaxes(v, 1, 2) @ inner[here].reshape(-1, 3, 27)  # (k, 32, (i, m, j))
-        left = left.reshape(-1, 32, 3, 3, 3).transpose(0, 1, 2, 4, 3).reshape(-1, 32 * 9, 3)
-        blocks = (left @ v).reshape(-1, 32, 9, 32).transpose(0, 1, 3, 2).reshape(-1, 1024, 9)
-        full[first:last] = np.add.reduceat(blocks, begin, axis=0)
-        pair = (v[:, 0, :, None] * v[:, 0, None, :]).reshape(-1, 1024, 1)
-        symmetric[first:last] = np.add.reduceat(pair * positive[here].reshape(-1, 1, 9), begin, axis=0)
-        first = last
-    return _scatter(shared, full, symmetric, count)
+    changes = inner.reshape(-1, 9, 3, 3).swapaxes(2, 3).reshape(-1, 27, 3) @ rows  # (a, (m, i, j), 32)
+    pulls = positive.reshape(-1, 9, 1) * rows[:, None, 0]  # (a, (i, j), 32)
+
+    _, first, pair = np.unique(nodes[:, [5, 10, 21, 26]], axis=0, return_index=True, return_inverse=True)
+    pair = pair.ravel()
+    order = np.argsort(pair, kind="stable")
+    many = np.bincount(pair, minlength=len(first))
+    within = np.arange(len(pair)) - np.repeat(np.cumsum(many) - many, many)
+    most = int(many.max(initial=0))
+
+    def stacked(values: np.ndarray) -> np.ndarray:
+        """Values (a, ...) of points beside each other for every pair of cells, (g, most, ...), and zeros."""
+        table = np.zeros((len(first), most, *values.shape[1:]))
+        table[pair[order], within] = values[order]
+        return table
+
+    g = len(first)
+    left = stacked(rows).reshape(g, most * 3, 32).swapaxes(1, 2)
+    full = left @ stacked(changes.reshape(-1, 3, 288)).reshape(g, most * 3, 288)  # (g, 32, ((i, j), 32))
+    left = stacked(rows[:, 0]).swapaxes(1, 2)
+    symmetric = left @ stacked(pulls.reshape(-1, 288))
+    pairs = before if before is not None and np.array_equal(before.nodes, nodes[first]) else None
+    pairs = pairs or CellPairs(nodes[first], count)
+
+    def blocks(product: np.ndarray) -> np.ndarray:
+        return product.reshape(g, 32, BLOCKS, 32).swapaxes(2, 3)
+
+    return pairs.matrix(blocks(full)), pairs.matrix(blocks(symmetric)), pairs
 
 
 def _point_tangents(law: Coulomb, points: ContactPoints, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -86,37 +131,8 @@ def _active(projection: Projection, active: np.ndarray) -> Projection:
     return Projection(
         xi=projection.xi[active],
         found=projection.found[active],
-        stencil=projection.stencil,
         tangent=projection.tangent[active],
         curvature=projection.curvature[active],
         normal=projection.normal[active],
         distance=projection.distance[active],
     )
-
-
-def _sorted(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the order (k,) of ascending keys (k,), none negative, and where each new one starts in it."""
-    order = np.argsort(key, kind="stable")
-    return order, np.flatnonzero(np.diff(key[order], prepend=-1))
-
-
-def _scatter(
-    nodes: np.ndarray, full: np.ndarray, symmetric: np.ndarray, count: int
-) -> tuple[sp.bsr_matrix, sp.bsr_matrix]:
-    """Sum blocks (e, 1024, 9) of elements with nodes (e, 32) into two matrices over `count` nodes, of one pattern."""
-    shape = (3 * count, 3 * count)
-    row = np.repeat(nodes, 32, axis=1).ravel().astype(np.int64)
-    column = np.tile(nodes, (1, 32)).ravel()
-    key = row * count + column
-    order, start = _sorted(key)
-    unique = key[order[start]]
-    indptr = np.searchsorted(unique, count * np.arange(count + 1, dtype=np.int64)).astype(np.int32)
-    indices = (unique % count).astype(np.int32)
-    matrices = []
-    for blocks in (full, symmetric):
-        if len(start):
-            data = np.add.reduceat(blocks.reshape(-1, 9)[order], start, axis=0).reshape(-1, 3, 3)
-        else:
-            data = np.zeros((0, 3, 3))
-        matrices.append(sp.bsr_matrix((data, indices, indptr), shape=shape))
-    return matrices[0], matrices[1]

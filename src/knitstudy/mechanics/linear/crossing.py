@@ -10,6 +10,7 @@ from knitstudy.mechanics.linear.lu import factorise
 from knitstudy.mechanics.linear.solver import NOWHERE
 from knitstudy.mechanics.linear.structure import KnitStructure
 from knitstudy.mechanics.parallel import share
+from knitstudy.mechanics.pattern_sum import block_entries
 
 GROUPS = 8
 """Parts that threads share: patches that do not act on each other, of about as many unknowns each."""
@@ -78,19 +79,12 @@ def _groups(matrix: sp.csr_matrix) -> list[np.ndarray]:
 
 def neighbours(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
     """Return nodes and those that share an element or a contact with them."""
-    return np.union1d(nodes, matrix.indices[_entries(matrix, nodes)])
-
-
-def _entries(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
-    """Return the positions of the blocks of some rows, row by row."""
-    count = np.diff(matrix.indptr)[nodes]
-    start = np.repeat(matrix.indptr[nodes] - np.cumsum(count) + count, count)
-    return start + np.arange(count.sum())
+    return np.union1d(nodes, matrix.indices[block_entries(matrix, nodes)])
 
 
 def _block_rows(matrix: sp.bsr_matrix, nodes: np.ndarray) -> sp.csr_matrix:
     """Return the rows of all unknowns of some nodes as CSR."""
-    entries = _entries(matrix, nodes)
+    entries = block_entries(matrix, nodes)
     indptr = np.concatenate([[0], np.cumsum(np.diff(matrix.indptr)[nodes])])
     part = sp.bsr_matrix(
         (matrix.data[entries], matrix.indices[entries], indptr), shape=(3 * len(nodes), matrix.shape[1])

@@ -13,6 +13,7 @@ from knitstudy.mechanics.linear.conjugate import conjugate_gradients
 from knitstudy.mechanics.linear.minimal_residual import minimal_residuals
 from knitstudy.mechanics.linear.rows import Rows
 from knitstudy.mechanics.linear.solver import NOWHERE, Iterate, Solution
+from knitstudy.mechanics.pattern_sum import PatternSum
 
 MOST_ITERATIONS = 400
 """Iterations with a fresh preconditioner after which a solve counts as failed."""
@@ -91,7 +92,7 @@ class Krylov:
         started = time.perf_counter()
         matrix = self._matrix
         if self._unsymmetric is not None and self._unsymmetric.nnz:
-            matrix = sp.bsr_matrix(matrix - self._unsymmetric)
+            matrix = _without(matrix, self._unsymmetric)
         self.preconditioner.update(matrix, self._unsymmetric, self._touching)
         self._known = self._touching
         self.setups += 1
@@ -126,3 +127,10 @@ class Krylov:
         decades = np.log10(max(start, 1e-300) / max(reached, 1e-16 * start, 1e-300))
         self._book(state.iterations - before, decades)
         return None
+
+
+def _without(matrix: sp.bsr_matrix, part: sp.bsr_matrix) -> sp.bsr_matrix:
+    """Return a matrix less a part of it that has few blocks."""
+    rest = sp.bsr_matrix((matrix.data.copy(), matrix.indices, matrix.indptr), shape=matrix.shape)
+    minus = sp.bsr_matrix((-part.data, part.indices, part.indptr), shape=part.shape)
+    return PatternSum(rest, minus).add(rest, minus)
