@@ -42,7 +42,9 @@ def test_default_of_beams_runs_beams_and_what_reads_them(checkout, edited):
     edited("config/defaults.yaml", "stiffness: 10               # E R", "stiffness: 11               # E R")
     jobs = checkout.jobs()
     assert "Pull the beams in contact of beam-isotropic-course-coarse" in jobs
-    others = {job for job in jobs if not job.startswith(("Pull the beams", "Draw", "Build", "Write the report"))}
+    others = {
+        job for job in jobs if not job.startswith(("Pull the beams", "Draw", "Build", "Write the report"))
+    }
     assert others == set()
 
 
@@ -98,7 +100,9 @@ def test_friction_law_runs_no_tied_model(checkout, edited):
     assert not [job for job in jobs if TIED.search(job)]
 
 
-@pytest.mark.parametrize("module", ["mechanics/newton.py", "mechanics/contact/friction.py", "figures/style.py"])
+@pytest.mark.parametrize(
+    "module", ["mechanics/newton.py", "mechanics/contact/friction.py", "figures/style.py"]
+)
 def test_comment_runs_nothing(checkout, edited, module):
     edited(f"src/knitstudy/{module}", '"""', '"""Better said: ')
     edited(f"src/knitstudy/{module}", "\n\n\n", "\n\n\n# A better comment.\n")
@@ -108,7 +112,9 @@ def test_comment_runs_nothing(checkout, edited, module):
 def knitstudy(checkout, *arguments):
     """Run the command in the checkout."""
     command = [checkout.python, "-m", "knitstudy", *arguments]
-    ended = subprocess.run(command, cwd=checkout.folder, env=checkout.environment, capture_output=True, text=True)
+    ended = subprocess.run(
+        command, cwd=checkout.folder, env=checkout.environment, capture_output=True, text=True
+    )
     assert ended.returncode == 0, ended.stderr
     return ended
 

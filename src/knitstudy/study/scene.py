@@ -314,9 +314,8 @@ def all_sections() -> dict[str, dict[str, type[Section]]]:
 
 
 @cache
-def _sections_of(
-    specimens: tuple, interactions: tuple, fidelities: tuple
-) -> dict[str, dict[str, type[Section]]]:
+def _sections_of(*names: tuple[str, ...]) -> dict[str, dict[str, type[Section]]]:
+    """Return `all_sections`, formed once for all that is registered under these names."""
     found: dict[str, dict[str, type[Section]]] = {}
     for kind in all_kinds():
         for section, described in kind.sections.items():
