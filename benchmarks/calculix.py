@@ -26,7 +26,7 @@ from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.build import build
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.problem import Problem
-from knitstudy.mechanics.calculix_hexahedron import CalculixHexahedron
+from knitstudy.mechanics.elements.calculix_one_point import CalculixHexahedron
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.knit import mesh_knit

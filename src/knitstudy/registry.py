@@ -10,6 +10,7 @@ import difflib
 import sys
 from collections.abc import Iterable, Sequence
 from importlib import import_module
+from pathlib import Path
 from pkgutil import iter_modules
 from typing import Generic, Protocol, TypeVar
 
@@ -102,12 +103,17 @@ class Registry(Generic[Entry]):
 def load_plugins(modules: Iterable[str]) -> None:
     """Import modules from outside of the package, which register what is in them.
 
+    They are looked for in the working folder as well.
+
     Raises
     ------
     ConfigurationError
         If one cannot be imported.
     """
+    here = str(Path.cwd())
     for name in modules:
+        if here not in sys.path:
+            sys.path.append(here)
         try:
             import_module(name)
         except ImportError as error:

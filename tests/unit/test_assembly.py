@@ -20,10 +20,10 @@ def dense_sum(connectivity, nodes, blocks, block):
 
 
 def assembled(assembly, blocks):
-    data = assembly.empty_stiffness()
-    for number, batch in enumerate(assembly.batches):
-        assembly.add_stiffness(data, number, blocks[batch])
-    return assembly.matrix(data).toarray()
+    total = assembly.begin_stiffness()
+    for number, batch in reversed(list(enumerate(assembly.batches))):
+        total.put(number, blocks[batch])
+    return assembly.matrix(total).toarray()
 
 
 @pytest.fixture

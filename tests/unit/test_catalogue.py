@@ -10,7 +10,7 @@ import synthetic
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES, draw
 from knitstudy.registry import load_plugins
-from knitstudy.stages.code import modules_behind
+from knitstudy.stages.code import PACKAGE, modules_behind
 from knitstudy.stages.displays import Displays
 from knitstudy.stages.plan import Plan
 from knitstudy.tables.catalogue import TABLES, build
@@ -121,3 +121,21 @@ def test_several_scenes_of_a_role_are_lists(scenes, tmp_path):
         "contacts": "out/contacts/dns-tie-course.nc",
         "paper": paper.as_posix(),
     }
+
+
+@pytest.mark.parametrize(
+    ("room", "above"),
+    [
+        ("measures", ("figures", "tables", "report")),
+        ("figures", ("tables", "report")),
+        ("tables", ("figures", "report")),
+    ],
+)
+def test_measures_stand_below_figures_and_tables_which_do_not_know_each_other(room, above):
+    modules = [
+        f"knitstudy.{'.'.join(path.relative_to(PACKAGE).with_suffix('').parts)}"
+        for path in (PACKAGE / room).rglob("*.py")
+    ]
+    behind = {path.relative_to(PACKAGE).parts[0] for path in modules_behind(*modules)}
+    assert room in behind
+    assert not behind & set(above)

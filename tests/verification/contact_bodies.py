@@ -8,9 +8,9 @@ from hexahedral_block import connect, unknowns
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.surface import Grid
-from knitstudy.mechanics.hexahedron import OnePointHexahedron
+from knitstudy.mechanics.elements.one_point import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
-from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.solid import Penetration, SolidModel
 from knitstudy.mesh.roll import Targets
 from knitstudy.mesh.section import Section

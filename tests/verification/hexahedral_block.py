@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from knitstudy.mechanics.hexahedron import OnePointHexahedron
-from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.elements.one_point import OnePointHexahedron
+from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.solid import SolidModel
 
 

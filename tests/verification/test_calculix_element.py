@@ -6,9 +6,9 @@ import pytest
 from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import Deck, Prescribed, Step
 from knitstudy.exchange.inp import write_inp
-from knitstudy.mechanics.hexahedron import GAUSS
-from knitstudy.mechanics.incompatible import IncompatibleHexahedron
-from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.elements.hexahedron import GAUSS
+from knitstudy.mechanics.elements.incompatible_modes import IncompatibleHexahedron
+from knitstudy.mechanics.materials import Material
 
 pytestmark = [
     pytest.mark.ccx,

@@ -10,11 +10,11 @@ from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.pattern import Knit
-from knitstudy.mechanics.calculix_hexahedron import CalculixHexahedron
-from knitstudy.mechanics.hexahedron import OnePointHexahedron
+from knitstudy.mechanics.elements.calculix_one_point import CalculixHexahedron
+from knitstudy.mechanics.elements.one_point import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU
-from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.knit import mesh_knit

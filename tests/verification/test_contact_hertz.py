@@ -9,10 +9,10 @@ from hexahedral_block import unknowns
 
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.hexahedron import OnePointHexahedron
+from knitstudy.mechanics.elements.one_point import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU, factorise
-from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import Penetration, SolidModel

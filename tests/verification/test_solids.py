@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from hexahedral_block import block, connect, solid, unknowns
 
-from knitstudy.mechanics.hexahedron import CORNERS, GRADIENTS, OnePointHexahedron, jacobians
-from knitstudy.mechanics.incompatible import IncompatibleHexahedron
+from knitstudy.mechanics.elements.hexahedron import CORNERS, GRADIENTS, jacobians
+from knitstudy.mechanics.elements.incompatible_modes import IncompatibleHexahedron
+from knitstudy.mechanics.elements.one_point import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU
-from knitstudy.mechanics.material import LAWS, VOIGT, Material
+from knitstudy.mechanics.materials import LAWS, Material
+from knitstudy.mechanics.materials.material import VOIGT
 from knitstudy.mechanics.model import Memoryless
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp
@@ -18,7 +20,7 @@ from knitstudy.mechanics.solid import SolidModel, SolidState
 
 ELEMENTS = {"one-point": OnePointHexahedron, "incompatible modes": IncompatibleHexahedron}
 elements = pytest.mark.parametrize("name", ELEMENTS)
-laws = pytest.mark.parametrize("law", sorted(LAWS))
+laws = pytest.mark.parametrize("law", sorted(LAWS.names()))
 
 EXACT = Settings(increments=1, residual_tolerance=1e-12, correction_tolerance=1e-9, exact=True)
 

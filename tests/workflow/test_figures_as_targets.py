@@ -20,7 +20,7 @@ def test_unknown_figure_names_the_known_ones(fresh):
     ended = fresh.snakemake("--dry-run", "results/figures/fig99.png")
     assert ended.returncode == 1
     (message,) = [line for line in ended.stderr.splitlines() if line.startswith("error")]
-    assert message.startswith("error: unknown figure 'fig99'; allowed are fig01_unit_cell, ")
+    assert message.startswith("error: unknown figure 'fig99'; allowed are fig15a_force_strain, ")
     assert "Traceback" not in ended.stdout + ended.stderr
 
 
@@ -32,3 +32,29 @@ def test_figure_that_the_study_has_no_scene_for(fresh):
         "figure 'fig15a_force_strain' needs dns, rom3d, rom2d: study 'reduced' lacks a scene" in ended.stderr
     )
     assert "fig15a" not in fresh.snakemake("--dry-run").stdout
+
+
+TOY = """
+from matplotlib.figure import Figure
+
+from knitstudy.figures.catalogue import FIGURES
+
+
+@FIGURES.add("toy", "A figure from outside")
+def draw():
+    figure = Figure(figsize=(1, 1))
+    figure.text(0.5, 0.5, "toy")
+    return figure
+"""
+
+
+def test_figure_of_a_plugin_is_drawn_and_drawn_again_when_its_code_changes(fresh):
+    module = fresh.folder / "toyfigure.py"
+    module.write_text(TOY)
+    toy = ("results/figures/toy.png", "--cores", "1", "--config", "study=ci", "plugins=['toyfigure']")
+    ended = fresh.snakemake(*toy)
+    assert ended.returncode == 0, ended.stderr
+    assert (fresh.folder / "results/figures/toy.png").read_bytes().startswith(b"\x89PNG")
+    assert "Nothing to be done" in fresh.snakemake(*toy, "--dry-run").stdout
+    module.write_text(TOY.replace('0.5, "toy"', '0.5, "other"'))
+    assert "Draw toy" in fresh.snakemake(*toy, "--dry-run").stdout

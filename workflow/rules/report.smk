@@ -16,12 +16,11 @@ if workflow.is_main_process:
 
 rule report:
     input:
-        # Pictures and tables count by what they show: digests of what they are made from.
         figures=paths_of("figure", "png"),
         # Linked from the page.
         documents=paths_of("figure", "pdf"),
         tables=TABLES,
-        data=[ancient(f"{RESULTS}/{stage.path(scene)}") for stage, scene in data_of_study()],
+        data=[f"{RESULTS}/{stage.path(scene)}" for stage, scene in data_of_study()],
         captions=ancient(PAGE["captions"]),
         template=ancient(PAGE["template"]),
         digest=f"{freshness.FOLDER}/report",

@@ -24,7 +24,7 @@ def displays(kind):
 def paths_of(kind, *suffixes):
     """Return the function that lists the files of all figures or tables that the study can make."""
     return lambda wildcards: [
-        ancient(f"{RESULTS}/{kind}s/{name}.{suffix}")
+        f"{RESULTS}/{kind}s/{name}.{suffix}"
         for name in displays(kind).names()
         for suffix in suffixes
     ]
@@ -38,11 +38,7 @@ def sources_of(kind):
             found = displays(kind).files(wildcards[kind], RESULTS)
         except KnitstudyError as error:
             stop(error)
-        # No time of theirs counts, only their digests.
-        return {
-            role: [ancient(path) for path in each] if isinstance(each, list) else ancient(each)
-            for role, each in found.items()
-        }
+        return found
 
     return sources
 

@@ -9,7 +9,7 @@ def needs_of(stage):
             found = PLAN.needs(stage, scene_of(wildcards))
         except KnitstudyError as error:
             stop(error)
-        return {name: ancient(f"{RESULTS}/{other.path(scene)}") for name, (other, scene) in found.items()}
+        return {name: f"{RESULTS}/{other.path(scene)}" for name, (other, scene) in found.items()}
 
     return needs
 

@@ -2,11 +2,13 @@
 
 from knitstudy.figures.catalogue import draw
 from knitstudy.figures.saving import save
+from knitstudy.registry import load_plugins
 from knitstudy.report.sources import read_sources
 from knitstudy.stages.script import frame
 from knitstudy.study.scene import Scene
 
 with frame(snakemake):
+    load_plugins(snakemake.config.get("plugins", ()))
     sources = read_sources(snakemake.input.items())
     scenes = {role: Scene.from_dict(keys) for role, keys in snakemake.params.scenes.items()}
     figure = draw(snakemake.wildcards.figure, **sources, scenes=scenes)

@@ -4,12 +4,14 @@ from pathlib import Path
 
 from knitstudy.files.csv_table import read_table
 from knitstudy.files.replacing import replacing
+from knitstudy.registry import load_plugins
 from knitstudy.report.origin import origins
 from knitstudy.report.page import render
 from knitstudy.stages.script import frame
 from knitstudy.study.documents import read_yaml
 
 with frame(snakemake):
+    load_plugins(snakemake.config.get("plugins", ()))
     page = render(
         template=Path(snakemake.input.template),
         captions=read_yaml(Path(snakemake.input.captions)),

@@ -19,7 +19,7 @@ from knitstudy.crossings.tied_crossings import tied_pieces
 from knitstudy.errors import ConfigurationError
 from knitstudy.loading.load_path import load_path
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.yarn_contact import contact_law
@@ -308,7 +308,7 @@ def _title(scene: Scene, specimen: Knit | Pair) -> str:
 def _steps(scene: Scene, specimen: Knit | Pair) -> tuple[Step, ...]:
     """Grips held, and driven to one corner of the load path after another with equal shares of the increments."""
     motion = load_path(scene, specimen)
-    components = (motion.axis,) if scene.load.lateral == "free" else range(3)
+    components = (motion.axis,) if scene.value("load.lateral") == "free" else range(3)
     increments = math.ceil(scene.solver.increments / len(motion.displacement))
     held = Prescribed("HELD", 1, 3, 0.0)
     return tuple(

@@ -12,7 +12,7 @@ import numpy as np
 
 from knitstudy.exchange.deck import ContactPair, Deck, Equations, Step, Surface, TiedPair
 from knitstudy.exchange.dialects import abaqus, calculix  # noqa: F401  (they register themselves)
-from knitstudy.exchange.dialects.dialect import NUMBER, Dialect, Element, Wording, find
+from knitstudy.exchange.dialects.dialect import DIALECTS, NUMBER, Dialect, Element, Wording
 from knitstudy.files.provenance import code_version
 from knitstudy.files.replacing import replacing
 
@@ -47,7 +47,7 @@ def write_inp(deck: Deck, path: Path | str, dialect: str) -> None:
     DataFileError
         If the file cannot be written.
     """
-    program = find(dialect)
+    program = DIALECTS.find(dialect)()
     element, material = program.element(deck), program.material(deck.material)
     behaviour = Wording("") if deck.interaction is None else program.behaviour(deck.interaction)
     departures = (*element.departures, *material.departures, *behaviour.departures, *deck.departures)

@@ -1,1 +1,1 @@
-"""Figures of the paper, one module each: ``draw(**datasets) -> matplotlib Figure``. See `catalogue`."""
+"""Figures, one function each that registers itself in `catalogue`, and what draws them. No table, no simulation."""

@@ -20,7 +20,7 @@ from knitstudy.figures.curves import (
     stiffness_ratio,
     strain_label,
 )
-from knitstudy.figures.style import FAINT, MODELS, styled
+from knitstudy.figures.style import FAINT, MODELS, OTHER, styled
 from knitstudy.measures.cases import label_of
 from knitstudy.measures.selection import ISOTROPIC_COURSE, ISOTROPIC_WALE, TIED_COURSE, TIED_WALE
 from knitstudy.study.scene import Scene
@@ -128,7 +128,7 @@ def _draw_variants(
         axes.plot(
             PERCENT * history["strain"],
             history["force"],
-            color=MODELS[fidelity].colour,
+            color=MODELS.get(fidelity, OTHER).colour,
             linestyle=DASHES[drawn[fidelity] % len(DASHES)],
             linewidth=0.9,
             label=f"{label_of(scenes[name])} {stiffness_ratio(history, dns)}",

@@ -79,6 +79,9 @@ MODELS = {
     "rom2d": Look(NAMES["rom2d"], "#D9740B", "-.", "^"),
 }
 
+OTHER = Look("", "#5B6470", ":", "x")
+"""Models of other fidelities."""
+
 INTERACTIONS = {
     "tie": Look(INTERACTION_NAMES["tie"], INK, "-", "o"),
     "rough": Look(INTERACTION_NAMES["rough"], "#0072B2", "--", "s"),

@@ -114,7 +114,7 @@ def cases_of(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> It
 
 def label_of(scene: Scene) -> str:
     """Return what a model is called beside others of its case: its fidelity, and what makes it a variant."""
-    name = NAMES[scene.fidelity]
+    name = NAMES.get(scene.fidelity) or scene.kind.fidelity.meaning
     if scene.fidelity == "dns":
         return f"{name}, elements of {1e3 * scene.mesh.size:.2f} mm"
     if scene.fidelity == "beam":

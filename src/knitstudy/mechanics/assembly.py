@@ -7,6 +7,8 @@ formed directly, without the untied matrix.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -50,7 +52,12 @@ class Assembly:
         self._to_kept = sp.csr_matrix(dependence.T)
         self.indptr, self.indices = _pattern(local, corners)
         self._ones = np.ones(chunk * corners**2)
-        self._sums = [self._batch_sum(local, batch) for batch in self.batches]
+        sums = [self._batch_sum(local, batch) for batch in self.batches]
+        batches = np.zeros(self.entries, dtype=np.int32)
+        for touched, _ in sums:
+            batches[touched] += 1
+        self._own = [_part(touched, matrix, batches[touched] == 1) for touched, matrix in sums]
+        self._joint = [_part(touched, matrix, batches[touched] > 1) for touched, matrix in sums]
 
     @property
     def entries(self) -> int:
@@ -69,14 +76,9 @@ class Assembly:
         """Return T^T of forces at all nodes (N, block), shape (n block,)."""
         return (self._to_kept @ node_force).ravel()
 
-    def empty_stiffness(self) -> np.ndarray:
-        """Return zero blocks (entries, block^2) to add batches to."""
-        return np.zeros((self.entries, self.block**2))
-
-    def add_stiffness(self, data: np.ndarray, number: int, blocks: np.ndarray) -> None:
-        """Add the stiffness blocks (e, a^2, block^2) of batch `number` to `data`."""
-        rows, matrix = self._sums[number]
-        data[rows] += matrix @ blocks.reshape(-1, self.block**2)
+    def begin_stiffness(self) -> StiffnessSum:
+        """Return an empty sum of stiffness blocks."""
+        return StiffnessSum(self.entries, self.block, self._own, self._joint)
 
     def connection(self) -> sp.csr_matrix:
         """Return which kept nodes (n, n) share an element, as ones."""
@@ -84,13 +86,13 @@ class Assembly:
             (np.ones(self.entries, dtype=np.int8), self.indices, self.indptr), shape=(self.kept, self.kept)
         )
 
-    def matrix(self, data: np.ndarray) -> sp.bsr_matrix:
-        """Wrap blocks (entries, block^2) as a BSR matrix (no copy)."""
+    def matrix(self, total: StiffnessSum) -> sp.bsr_matrix:
+        """Return the sum of all batches as a BSR matrix (size, size)."""
         size = self.kept * self.block
-        blocks = data.reshape(-1, self.block, self.block)
+        blocks = total.data().reshape(-1, self.block, self.block)
         return sp.bsr_matrix((blocks, self.indices, self.indptr), shape=(size, size))
 
-    def _batch_sum(self, local: sp.csr_matrix, batch: slice) -> tuple[np.ndarray | slice, sp.csr_matrix]:
+    def _batch_sum(self, local: sp.csr_matrix, batch: slice) -> tuple[np.ndarray, sp.csr_matrix]:
         """Return the pattern entries that a batch touches and the weights that take its blocks there."""
         a = self.corners
         count = batch.stop - batch.start
@@ -113,8 +115,6 @@ class Assembly:
             (self._shared(weights[order]), pair[order].astype(np.int32), indptr.astype(np.int32)),
             shape=(len(touched), len(first)),
         )
-        if touched[-1] - touched[0] + 1 == len(touched):
-            touched = slice(int(touched[0]), int(touched[-1]) + 1)
         return touched, matrix
 
     def _shared(self, weights: np.ndarray) -> np.ndarray:
@@ -128,6 +128,45 @@ class Assembly:
         rows = np.repeat(np.arange(low, high), np.diff(self.indptr[low : high + 1]))
         keys = rows.astype(np.int64) * self.kept + self.indices[start:stop]
         return start + np.searchsorted(keys, row.astype(np.int64) * self.kept + column)
+
+
+class StiffnessSum:
+    """Stiffness blocks on their way into the matrix, batch by batch in any order and by any thread.
+
+    Entries that one batch alone touches are written at once; those at the seams of batches are kept and summed in the
+    order of the batches, so that rounding does not depend on who came first.
+    """
+
+    def __init__(self, entries: int, block: int, own: list[Part], joint: list[Part]) -> None:
+        self._data = np.empty((entries, block**2))
+        self._own, self._joint = own, joint
+        self._seams: list[np.ndarray | None] = [None] * len(own)
+
+    def put(self, number: int, blocks: np.ndarray) -> None:
+        """Take over the stiffness blocks (e, a^2, block^2) of batch `number`, each batch once."""
+        blocks = blocks.reshape(-1, self._data.shape[1])
+        self._data[self._own[number].entries] = self._own[number].weights @ blocks
+        self._seams[number] = self._joint[number].weights @ blocks
+
+    def data(self) -> np.ndarray:
+        """Return the sum (entries, block^2) once all batches are there."""
+        for part in self._joint:
+            self._data[part.entries] = 0
+        for part, seam in zip(self._joint, self._seams, strict=True):
+            self._data[part.entries] += seam
+        return self._data
+
+
+@dataclass(frozen=True)
+class Part:
+    """Entries (k,) of the pattern that a batch touches, and the weights (k, e a^2) that take its blocks there."""
+
+    entries: np.ndarray
+    weights: sp.csr_matrix
+
+
+def _part(entries: np.ndarray, weights: sp.csr_matrix, chosen: np.ndarray) -> Part:
+    return Part(entries[chosen], weights[np.flatnonzero(chosen)])
 
 
 def _pattern(local: sp.csr_matrix, corners: int) -> tuple[np.ndarray, np.ndarray]:

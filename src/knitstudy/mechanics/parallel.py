@@ -1,14 +1,77 @@
-"""Which part of the work threads share: batches of elements and yarns, never the inside of a matrix product."""
+"""Threads: which work they share, batches of elements, yarns and ranges of rows, and how many there are.
+
+NumPy, SciPy's sparse products and SuperLU leave the interpreter's lock while they compute; SciPy's wrappers of LAPACK
+do not (docs/performance.md). Results must not depend on how many threads there are: every piece of work writes to a
+place of its own, and sums are formed in the order of the pieces.
+"""
+
+from __future__ import annotations
 
 import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
+from functools import lru_cache
 
 from threadpoolctl import threadpool_limits
 
+from knitstudy.errors import ConfigurationError
+
+VARIABLE = "OMP_NUM_THREADS"
+
 
 def threads() -> int:
-    """Return the number of threads that OMP_NUM_THREADS allows, all cores if it is unset."""
-    return int(os.environ.get("OMP_NUM_THREADS") or os.cpu_count() or 1)
+    """Return the number of threads that OMP_NUM_THREADS allows, all cores if it is unset.
+
+    Of a list, one number for each level of nesting, the first counts.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is not a whole number of at least 1.
+    """
+    value = os.environ.get(VARIABLE, "").strip()
+    if not value:
+        return os.cpu_count() or 1
+    first = value.split(",")[0].strip()
+    if not (first.isascii() and first.isdigit() and int(first) >= 1):
+        raise ConfigurationError(
+            f"the environment variable {VARIABLE} is {value!r}; allowed is a whole number of at least 1"
+        )
+    return int(first)
+
+
+def share(work: Callable[[int], None], count: int) -> None:
+    """Call ``work(0)`` to ``work(count - 1)``; threads take the next number whenever they are free.
+
+    The first exception ends it.
+    """
+    helpers = min(threads(), count) - 1
+    numbers: Iterator[int] = iter(range(count))  # taking the next one cannot be interrupted
+
+    def take() -> None:
+        for number in numbers:
+            work(number)
+
+    if helpers < 1:
+        return take()
+    others = [_pool(threads()).submit(take) for _ in range(helpers)]
+    try:
+        take()
+    finally:
+        # After an exception nothing is left to take.
+        for _ in numbers:
+            pass
+        errors = [other.exception() for other in others]
+    for error in filter(None, errors):
+        raise error
+    return None
+
+
+@lru_cache(maxsize=1)
+def _pool(count: int) -> ThreadPoolExecutor:
+    """Return the threads that help the calling one, made once: a new one costs as much as a small batch."""
+    return ThreadPoolExecutor(count - 1, thread_name_prefix="knitstudy")
 
 
 def serial_blas() -> AbstractContextManager:

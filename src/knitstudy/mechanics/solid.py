@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,9 +13,10 @@ from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.points import ContactPoints
-from knitstudy.mechanics.hexahedron import Hexahedron
+from knitstudy.mechanics.elements import Hexahedron
 from knitstudy.mechanics.model import Response
-from knitstudy.mechanics.parallel import threads
+from knitstudy.mechanics.parallel import share, threads
+from knitstudy.mechanics.scratch import SCRATCH
 from knitstudy.mechanics.stabilisation import Stabilisation
 
 UNLOADED = 1e-9
@@ -114,7 +114,6 @@ class SolidModel:
         self.length = length
         # Where nothing resists yet, rounding is no measure of a residual.
         self._least_force = UNLOADED * elements.material.youngs_modulus * length**2
-        self._threads = threads()
         self._evaluated: tuple[SolidState, ContactPoints] | None = None
 
     def start(self) -> SolidState:
@@ -152,7 +151,7 @@ class SolidModel:
             node_force=node_force,
             mean_force=max(float(np.mean(np.linalg.norm(answer.force, axis=2))), self._least_force),
             energy={"internal": float(answer.internal.sum()), "hourglass": float(answer.hourglass.sum())},
-            stiffness=None if answer.data is None else self.assembly.matrix(answer.data),
+            stiffness=answer.stiffness,
         )
         summing = answer.assembly_seconds + time.perf_counter() - started
         if self.contact is not None:
@@ -262,29 +261,28 @@ class SolidModel:
     def _gather(self, state: SolidState, stiffness: bool) -> _Gathered:
         """Evaluate all batches; threads share them, and sums are formed in one fixed order."""
         displacement = self.node_displacement(state)
-        count = len(self.hexahedra)
+        count, batches = len(self.hexahedra), self.assembly.batches
         force = np.empty((count, 8, 3))
         internal, hourglass = np.empty(count), np.empty(count)
+        total = self.assembly.begin_stiffness() if stiffness else None
+        summing = np.zeros(len(batches))
 
-        def evaluate(batch: slice):
-            answer = self.elements.respond(batch, displacement[self.hexahedra[batch]], stiffness)
+        def evaluate(number: int) -> None:
+            batch = batches[number]
+            blocks = SCRATCH.array("stiffness", batch.stop - batch.start, 64, 9) if stiffness else None
+            answer = self.elements.respond(batch, displacement[self.hexahedra[batch]], stiffness, blocks)
             force[batch], internal[batch], hourglass[batch] = answer.force, answer.internal, answer.hourglass
-            return answer.stiffness
+            if stiffness:
+                started = time.perf_counter()
+                total.put(number, answer.stiffness)
+                summing[number] = time.perf_counter() - started
 
+        share(evaluate, len(batches))
         started = time.perf_counter()
-        data = self.assembly.empty_stiffness() if stiffness else None
-        summing = time.perf_counter() - started
-        batches = self.assembly.batches
-        with ThreadPoolExecutor(self._threads) as pool:
-            # A window of a few batches keeps the memory of finished ones bounded.
-            for first in range(0, len(batches), 2 * self._threads):
-                window = batches[first : first + 2 * self._threads]
-                for number, blocks in enumerate(pool.map(evaluate, window), start=first):
-                    if stiffness:
-                        started = time.perf_counter()
-                        self.assembly.add_stiffness(data, number, blocks)
-                        summing += time.perf_counter() - started
-        return _Gathered(force, internal, hourglass, data, summing)
+        matrix = self.assembly.matrix(total) if stiffness else None
+        # Threads sum up side by side: their mean counts.
+        seconds = summing.sum() / min(threads(), len(batches)) + time.perf_counter() - started
+        return _Gathered(force, internal, hourglass, matrix, seconds)
 
 
 @dataclass(frozen=True)
@@ -292,5 +290,5 @@ class _Gathered:
     force: np.ndarray  # (E, 8, 3)
     internal: np.ndarray  # (E,)
     hourglass: np.ndarray  # (E,)
-    data: np.ndarray | None  # blocks of the assembled tangent
+    stiffness: sp.bsr_matrix | None
     assembly_seconds: float

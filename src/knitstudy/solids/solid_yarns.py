@@ -10,9 +10,8 @@ from knitstudy.crossings.facets import CrossingFacets
 from knitstudy.crossings.tied_crossings import tied_crossings, tied_pieces
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
-from knitstudy.mechanics.hexahedron import OnePointHexahedron
-from knitstudy.mechanics.incompatible import IncompatibleHexahedron
-from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.elements import ELEMENTS
+from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.solid import Penetration, SolidModel
 from knitstudy.mechanics.stabilisation import Stabilisation
 from knitstudy.mesh.grips import Grips, grips
@@ -73,10 +72,7 @@ def _model(scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray) -> Solid
     yarn, size = scene.yarn, scene.mesh.size
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
     corners = tie.nodes[mesh.hexahedra]
-    if scene.mesh.element == "one_point":
-        elements = OnePointHexahedron(corners, material, scene.solver.hourglass)
-    else:
-        elements = IncompatibleHexahedron(corners, material)
+    elements = ELEMENTS.find(scene.mesh.element).build(corners, material, scene.solver.hourglass)
     dependence = tie.dependence() if len(tie.slave) else None
     contact = stabilisation = None
     limits = Penetration()

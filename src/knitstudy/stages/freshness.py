@@ -1,7 +1,7 @@
 """How the workflow engine learns which results are up to date: from files that hold the digests they should have.
 
-Such a file is an input of the rule, and the only one whose time counts. It is older than a result of its digest,
-whoever made that, and newer than one of another digest.
+Such a file is an input of the rule: older than a result of its digest, whoever made that, and newer than one of another
+digest. A result that is up to date is dated after all that it is made from, since the engine compares times alone.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from knitstudy.errors import ConfigurationError
 from knitstudy.files.netcdf import recorded_digest
 from knitstudy.stages.plan import Plan
 from knitstudy.study.scene import Scene, digest
@@ -50,11 +51,26 @@ def note(name: str | Path, wanted: str, result: Path | None = None) -> None:
 
 
 def note_all(plan: Plan, scenes: Iterable[Scene], results: Path) -> None:
-    """Note the digests of all that can be made of scenes."""
+    """Note the digests of all that can be made of scenes, and date what is up to date after what it is made from."""
     for stage, scene in plan.steps(scenes):
         path = stage.path(scene)
-        has_digest = path.suffix == ".nc"
-        note(path, plan.digest(stage, scene), results / path if has_digest else None)
+        try:
+            wanted = plan.digest(stage, scene)
+        except ConfigurationError:
+            continue  # it says so when it is asked for
+        if path.suffix != ".nc":
+            note(path, wanted)
+            continue
+        note(path, wanted, results / path)
+        if (results / path).is_file() and recorded_digest(results / path) == wanted:
+            made_from = (results / stage.path(scene) for stage, scene in plan.needs(stage, scene).values())
+            _date_after(results / path, [file for file in made_from if file.is_file()])
+
+
+def _date_after(result: Path, files: Iterable[Path]) -> None:
+    latest = max((file.stat().st_mtime_ns for file in files), default=0)
+    if latest > result.stat().st_mtime_ns:
+        os.utime(result, ns=(latest, latest))
 
 
 def digest_of_files(reads: Mapping, code: str, needed: Mapping[str, str]) -> str:

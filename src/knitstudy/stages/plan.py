@@ -79,11 +79,12 @@ class Plan:
         return self._digests[path]
 
     def steps(self, scenes: Iterable[Scene]) -> list[Step]:
-        """Return everything that may be made of scenes, each path once."""
+        """Return everything that may be made of scenes, each path once and after what it is made from."""
+        scenes = list(scenes)
         found = {
             stage.path(scene): (stage, scene)
-            for scene in scenes
             for stage in STAGES.all().values()
+            for scene in scenes
             if stage.of(scene)
         }
         return list(found.values())

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 # ELEMENTS
 # MATERIALS
+from knitstudy.errors import ConfigurationError
 from knitstudy.registry import Registry
 
 if TYPE_CHECKING:
@@ -210,6 +211,16 @@ STAGES.register(
         long=True,
     )
 )
+def _with_fields(scene: Scene, named: Callable[[str], Scene]) -> Needs:
+    """Return what deformed yarns are drawn from; refuse a scene that does not keep its fields."""
+    if "fields" not in scene.outputs:
+        raise ConfigurationError(
+            f"scene {scene.name!r}: outputs is [{', '.join(scene.outputs)}] but must hold 'fields':"
+            " node_displacement, which deformed yarns show, is kept with it"
+        )
+    return {"geometry": ("geometry", scene), "mesh": ("mesh", scene), "history": ("dns", scene)}
+
+
 STAGES.register(
     Stage(
         name="mesh_vtu",
@@ -226,13 +237,9 @@ STAGES.register(
     Stage(
         name="dns_vtu",
         does="Write the deformed yarns of {scene} for ParaView",
-        of=lambda scene: _solid(scene) and "fields" in scene.outputs,
+        of=_solid,
         reads=(*KIND, "load", "tie", "contact"),
-        needs=lambda scene, named: {
-            "geometry": ("geometry", scene),
-            "mesh": ("mesh", scene),
-            "history": ("dns", scene),
-        },
+        needs=_with_fields,
         function="knitstudy.exchange.vtu:write_deformed",
         leaves="dns/{scene}.vtu",
         wanted=lambda scene: {"fields", "vtu"} <= set(scene.outputs),

@@ -1,1 +1,1 @@
-"""Tables of the paper and of the study, one module each: ``build(...) -> DataFrame``. See `catalogue`."""
+"""Tables, one function each that registers itself in `catalogue`: from results to a DataFrame. No figure."""

@@ -5,19 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from knitstudy.exchange.dialects.dialect import (
+    DIALECTS,
     NUMBER,
     Dialect,
     Element,
     Wording,
     Words,
     elastic,
-    register,
     small_strain_neo_hooke,
 )
 
 if TYPE_CHECKING:
     from knitstudy.exchange.deck import Deck, Interaction
-    from knitstudy.mechanics.material import Material
+    from knitstudy.mechanics.materials import Material
 
 HOURGLASS = 0.005
 """Hourglass stiffness over shear modulus that a scaling factor of 1 stands for."""
@@ -94,7 +94,7 @@ def isotropic(interaction: Interaction) -> Wording:
     )
 
 
-@register
+@DIALECTS.register
 class Abaqus(Dialect):
     """Abaqus/Standard."""
 

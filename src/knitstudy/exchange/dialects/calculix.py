@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, ClassVar
 
 from knitstudy.exchange.deck import Step
 from knitstudy.exchange.dialects.dialect import (
+    DIALECTS,
     NUMBER,
     Dialect,
     Element,
     Wording,
     Words,
     elastic,
-    register,
     small_strain_neo_hooke,
 )
 
 if TYPE_CHECKING:
     from knitstudy.exchange.deck import Deck, Interaction
-    from knitstudy.mechanics.material import Material
+    from knitstudy.mechanics.materials import Material
 
 HOURGLASS = 0.008
 """Hourglass stiffness of C3D8R over (1 + nu) G: it is fixed, as 0.0005 E."""
@@ -105,7 +105,7 @@ def isotropic(interaction: Interaction) -> Wording:
     return Wording(_linear_contact(interaction) + friction)
 
 
-@register
+@DIALECTS.register
 class CalculiX(Dialect):
     """CalculiX CrunchiX."""
 

@@ -9,13 +9,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import TYPE_CHECKING, ClassVar
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.registry import Registry
 
 if TYPE_CHECKING:
     from knitstudy.exchange.deck import Deck, Interaction, Step
-    from knitstudy.mechanics.material import Material
+    from knitstudy.mechanics.materials import Material
 
 NUMBER = "%.12e"
 """At most 19 characters: CalculiX reads no more than 20 of a number."""
@@ -120,29 +121,8 @@ class Dialect(ABC):
         return words[value]
 
 
-DIALECTS: dict[str, Dialect] = {}
-"""All dialects by name."""
-
-Class = TypeVar("Class", bound=type[Dialect])
-
-
-def register(dialect: Class) -> Class:
-    """Make a dialect known by its name; to be used as a decorator."""
-    DIALECTS[dialect.name] = dialect()
-    return dialect
-
-
-def find(name: str) -> Dialect:
-    """Return a dialect.
-
-    Raises
-    ------
-    ConfigurationError
-        If it is unknown.
-    """
-    if name not in DIALECTS:
-        raise ConfigurationError(f"deck dialect: {name!r} is not allowed; one of {', '.join(DIALECTS)}")
-    return DIALECTS[name]
+DIALECTS: Registry[type[Dialect]] = Registry("deck dialect", "knitstudy.exchange.dialects")
+"""Classes of dialects."""
 
 
 def small_strain_neo_hooke(material: Material) -> str:

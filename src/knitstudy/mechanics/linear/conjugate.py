@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse as sp
 
+from knitstudy.mechanics.linear.rows import Rows
 from knitstudy.mechanics.linear.solver import Apply, Iterate
 
 
-def conjugate_gradients(
-    matrix: sp.bsr_matrix, apply: Apply, state: Iterate, goal: float, most: int
-) -> str | None:
+def conjugate_gradients(matrix: Rows, apply: Apply, state: Iterate, goal: float, most: int) -> str | None:
     """Improve an iterate in place by preconditioned conjugate gradients (Notay 2000).
 
     Parameters
     ----------
-    matrix : bsr matrix, shape (size, size)
+    matrix : Rows, shape (size, size)
         Symmetric positive definite.
     apply : callable
         The preconditioner.

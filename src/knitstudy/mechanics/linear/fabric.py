@@ -6,6 +6,7 @@ import numpy as np
 import pyamg
 import scipy.sparse as sp
 
+from knitstudy.mechanics.linear.rows import Rows
 from knitstudy.mechanics.linear.structure import KnitStructure, spins
 
 
@@ -15,12 +16,15 @@ class FabricScale:
     def __init__(self, structure: KnitStructure, slices: int = 2) -> None:
         group = _groups(structure, slices)
         self.prolongation = rigid_motions(structure, group)
+        self._restriction = self.prolongation.T.tobsr(blocksize=(6, 3))
+        self._spread, self._collect = Rows(self.prolongation), Rows(self._restriction)
         self._nullspace = _global_modes(structure, group)
 
     def update(self, matrix: sp.bsr_matrix) -> None:
         """Form the grid's operator and its pyamg hierarchy."""
-        self.effect = sp.bsr_matrix(matrix @ self.prolongation, blocksize=(3, 6))  # K P
-        coarse = sp.bsr_matrix(self.prolongation.T @ self.effect, blocksize=(6, 6))
+        effect = sp.bsr_matrix(matrix @ self.prolongation, blocksize=(3, 6))  # K P
+        self._effect = Rows(effect)
+        coarse = sp.bsr_matrix(self._restriction @ effect, blocksize=(6, 6))
         coarse = _anchor(coarse)
         self.hierarchy = pyamg.smoothed_aggregation_solver(
             coarse,
@@ -35,9 +39,9 @@ class FabricScale:
 
     def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
         """Add the grid's correction and take its effect off the residual, both (size,) in place."""
-        coarse = self._cycle @ (self.prolongation.T @ residual)
-        correction += self.prolongation @ coarse
-        residual -= self.effect @ coarse
+        coarse = self._cycle @ (self._collect @ residual)
+        correction += self._spread @ coarse
+        residual -= self._effect @ coarse
 
 
 def _groups(structure: KnitStructure, slices: int) -> np.ndarray:

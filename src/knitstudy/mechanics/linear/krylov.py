@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.linear.conjugate import conjugate_gradients
 from knitstudy.mechanics.linear.minimal_residual import minimal_residuals
+from knitstudy.mechanics.linear.rows import Rows
 from knitstudy.mechanics.linear.solver import NOWHERE, Iterate, Solution
 
 MOST_ITERATIONS = 400
@@ -30,8 +31,8 @@ class Preconditioner(Protocol):
         """Make it anew for the sum of a symmetric positive matrix and of what makes it unsymmetric, if anything."""
         ...
 
-    def apply(self, matrix: sp.bsr_matrix, residual: np.ndarray) -> np.ndarray:
-        """Return an approximate solution (size,) for a right-hand side (size,)."""
+    def apply(self, matrix: Rows, residual: np.ndarray) -> np.ndarray:
+        """Return an approximate solution (size,) for a right-hand side (size,); `matrix` is that of the system."""
         ...
 
 
@@ -49,6 +50,7 @@ class Krylov:
         self.setups = 0
         self._matrix: sp.bsr_matrix | None = None
         self._unsymmetric: sp.bsr_matrix | None = None
+        self._rows: Rows | None = None
         self._touching = self._known = NOWHERE
         self._fresh = False
         self._rate = 0.0  # decades an iteration of the fresh preconditioner
@@ -59,10 +61,11 @@ class Krylov:
     ) -> None:
         """Take over a new matrix; the preconditioner stays."""
         self._matrix, self._unsymmetric, self._touching, self._fresh = matrix, unsymmetric, touching, False
+        self._rows = Rows(matrix)
 
     def release(self) -> None:
         """Forget the matrix; the preconditioner stays."""
-        self._matrix = self._unsymmetric = None
+        self._matrix = self._unsymmetric = self._rows = None
 
     def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
         """Solve to a true relative residual of `tolerance`.
@@ -103,7 +106,7 @@ class Krylov:
 
     def _iterate(self, state: Iterate, tolerance: float) -> str | None:
         """Improve an iterate in place; return what went wrong, if anything."""
-        matrix, goal = self._matrix, tolerance * state.level
+        matrix, goal = self._rows, tolerance * state.level
         most = MOST_ITERATIONS if self._fresh else PATIENCE
         start, before = np.linalg.norm(state.residual), state.iterations
         method = conjugate_gradients if self._unsymmetric is None else minimal_residuals

@@ -5,21 +5,20 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-import scipy.sparse as sp
 from pyamg.krylov import fgmres
 from scipy.sparse.linalg import LinearOperator
 
+from knitstudy.mechanics.linear.rows import Rows
 from knitstudy.mechanics.linear.solver import Apply, Iterate
 
 RESTART = 30
 """Iterations after which the search directions are dropped; bounds the memory."""
 
 
-def minimal_residuals(
-    matrix: sp.bsr_matrix, apply: Apply, state: Iterate, goal: float, most: int
-) -> str | None:
+def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, most: int) -> str | None:
     """Improve an iterate in place by preconditioned flexible GMRES; parameters as of `conjugate_gradients`."""
-    operator = LinearOperator(matrix.shape, matvec=apply, dtype=float)
+    operator = LinearOperator(matrix.shape, matvec=matrix.__matmul__, dtype=float)
+    preconditioner = LinearOperator(matrix.shape, matvec=apply, dtype=float)
     start = np.linalg.norm(state.residual)
     left = most
     while left > 0 and start > goal:
@@ -28,12 +27,12 @@ def minimal_residuals(
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             step, _ = fgmres(
-                matrix,
+                operator,
                 state.residual,
                 tol=goal / start,
                 restart=inner,
                 maxiter=1,
-                M=operator,
+                M=preconditioner,
                 residuals=residuals,
             )
         used = max(len(residuals) - 1, 1)

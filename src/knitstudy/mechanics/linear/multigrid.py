@@ -6,6 +6,7 @@ import numpy as np
 import pyamg
 import scipy.sparse as sp
 
+from knitstudy.mechanics.linear.rows import Rows
 from knitstudy.mechanics.linear.solver import NOWHERE
 from knitstudy.mechanics.linear.structure import KnitStructure, rigid_modes
 
@@ -33,6 +34,6 @@ class AlgebraicMultigrid:
             coarse_solver="splu",
         ).aspreconditioner(cycle="V")
 
-    def apply(self, matrix: sp.bsr_matrix, residual: np.ndarray) -> np.ndarray:
+    def apply(self, matrix: Rows, residual: np.ndarray) -> np.ndarray:
         """Return one V-cycle's correction (size,)."""
         return self._cycle @ residual

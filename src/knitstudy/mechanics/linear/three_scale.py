@@ -15,6 +15,7 @@ import scipy.sparse as sp
 
 from knitstudy.mechanics.linear.crossing import CrossingScale
 from knitstudy.mechanics.linear.fabric import FabricScale
+from knitstudy.mechanics.linear.rows import Rows
 from knitstudy.mechanics.linear.solver import NOWHERE
 from knitstudy.mechanics.linear.structure import KnitStructure
 from knitstudy.mechanics.linear.yarn import YarnScale
@@ -39,7 +40,7 @@ class ThreeScale:
         self.crossing.update(matrix, unsymmetric, touching)
         self.fabric.update(matrix)
 
-    def apply(self, matrix: sp.bsr_matrix, residual: np.ndarray) -> np.ndarray:
+    def apply(self, matrix: Rows, residual: np.ndarray) -> np.ndarray:
         """Return the correction (size,) for a residual; `matrix` is the one of the system being solved."""
         residual = residual.copy()
         correction = np.zeros_like(residual)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import scipy.sparse as sp
-from scipy.linalg import lapack
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.linear import band as banded
 from knitstudy.mechanics.linear.structure import KnitStructure
-from knitstudy.mechanics.parallel import threads
+from knitstudy.mechanics.parallel import share
 
 
 class YarnScale:
@@ -27,21 +25,19 @@ class YarnScale:
         self._nodes = self._bounds // 3
         self._bandwidth = structure.bandwidth
         self._dtype = dtype
-        self._factors: list[np.ndarray] = []
+        self._factors: list[np.ndarray | None] = []
 
     def update(self, matrix: sp.bsr_matrix) -> None:
         """Factorise the yarns of a matrix; raises ConvergenceError if one is not positive definite."""
-        self._factors = []
-        with ThreadPoolExecutor(threads()) as pool:
-            self._factors = list(pool.map(lambda y: self._factor(matrix, y), range(len(self._nodes) - 1)))
+        self._factors = [None] * (len(self._nodes) - 1)
+        share(lambda yarn: self._factorise(matrix, yarn), len(self._factors))
 
-    def _factor(self, matrix: sp.bsr_matrix, yarn: int) -> np.ndarray:
+    def _factorise(self, matrix: sp.bsr_matrix, yarn: int) -> None:
         band = self._band(matrix, *self._nodes[yarn : yarn + 2])
-        factorise_band = lapack.spbtrf if self._dtype == np.float32 else lapack.dpbtrf
-        factor, info = factorise_band(band, lower=1, overwrite_ab=1)
-        if info != 0:
-            raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {info})")
-        return factor
+        minor = banded.factorise(band)
+        if minor:
+            raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {minor})")
+        self._factors[yarn] = band
 
     def _band(self, matrix: sp.bsr_matrix, first: int, last: int) -> np.ndarray:
         """Return the lower band (bandwidth + 1, unknowns) of nodes first .. last in LAPACK's order."""
@@ -78,8 +74,12 @@ class YarnScale:
     def solve(self, residual: np.ndarray) -> np.ndarray:
         """Return the correction of all yarns for a residual (size,)."""
         result = np.empty_like(residual)
-        solve_band = lapack.spbtrs if self._dtype == np.float32 else lapack.dpbtrs
-        for yarn, factor in enumerate(self._factors):
+
+        def solve(yarn: int) -> None:
             part = slice(*self._bounds[yarn : yarn + 2])
-            result[part] = solve_band(factor, residual[part].astype(self._dtype), lower=1)[0]
+            local = residual[part].astype(self._dtype)
+            banded.solve(self._factors[yarn], local)
+            result[part] = local
+
+        share(solve, len(self._factors))
         return result

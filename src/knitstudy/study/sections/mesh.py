@@ -4,13 +4,8 @@ from __future__ import annotations
 
 from pydantic import field_validator
 
-from knitstudy.registry import listed
+from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.study.keys import LONGEST, Section, key, registered
-
-ELEMENTS = {
-    "one_point": "with hourglass control",
-    "incompatible_modes": "the reference, some ten times slower",
-}
 
 
 class SolidMesh(Section):
@@ -36,7 +31,7 @@ class SolidMesh(Section):
     )
 
     element: str = key(
-        lambda: listed([f"{name} ({meaning})" for name, meaning in ELEMENTS.items()]),
+        ELEMENTS.allowed,
         standing="stated",
         source=(
             "section 2.3: linear hexahedra with reduced integration; incompatible modes are the reference"
@@ -47,7 +42,7 @@ class SolidMesh(Section):
     @field_validator("element")
     @classmethod
     def _is_registered(cls, value: str) -> str:
-        return registered(value, ELEMENTS)
+        return registered(value, ELEMENTS.names())
 
 
 class BeamMesh(Section):

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from pydantic import field_validator
 
-from knitstudy.registry import listed
+from knitstudy.mechanics.materials import LAWS
 from knitstudy.study.keys import LONGEST, Section, key, registered
-
-MATERIALS = ("hencky", "neo_hookean", "st_venant_kirchhoff")
 
 
 class Yarn(Section):
@@ -58,7 +56,7 @@ class Yarn(Section):
     )
 
     material: str = key(
-        lambda: listed(MATERIALS),
+        LAWS.allowed,
         standing="assumed",
         source=(
             "isotropic polypropylene (section 2.3) with geometric nonlinearity; Hencky is what Abaqus"
@@ -70,7 +68,7 @@ class Yarn(Section):
     @field_validator("material")
     @classmethod
     def _is_registered(cls, value: str) -> str:
-        return registered(value, MATERIALS)
+        return registered(value, LAWS.names())
 
     @property
     def radius(self) -> float:

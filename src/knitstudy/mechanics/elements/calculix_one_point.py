@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from knitstudy.mechanics.hexahedron import HOURGLASS, OnePointHexahedron
-from knitstudy.mechanics.material import Material
+from knitstudy.mechanics.elements.one_point import HOURGLASS, OnePointHexahedron
+from knitstudy.mechanics.materials import Material
 
 COEFFICIENT = 0.0005
 """Hourglass stiffness of C3D8R over Young's modulus, in CalculiX 2.20."""

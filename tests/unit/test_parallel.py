@@ -1,0 +1,111 @@
+"""Threads: how many there are, and that results do not depend on it."""
+
+import threading
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.mechanics.linear import band as banded
+from knitstudy.mechanics.linear.rows import Rows
+from knitstudy.mechanics.parallel import VARIABLE, share, threads
+from knitstudy.mechanics.solid import SolidState
+from knitstudy.mesh.knit import mesh_knit
+from knitstudy.solids.solid_yarns import assemble
+
+
+@pytest.mark.parametrize(("value", "count"), [("1", 1), (" 3 ", 3), ("2,2", 2), ("4, 1", 4)])
+def test_number_of_threads(monkeypatch, value, count):
+    monkeypatch.setenv(VARIABLE, value)
+    assert threads() == count
+
+
+@pytest.mark.parametrize("value", ["x", "0", "-1", "1.5", ",2", "x,2", "²"])
+def test_a_number_of_threads_that_is_none(monkeypatch, value):
+    monkeypatch.setenv(VARIABLE, value)
+    with pytest.raises(ConfigurationError) as caught:
+        threads()
+    assert f"{VARIABLE} is {value!r}" in str(caught.value)
+    assert "a whole number of at least 1" in str(caught.value)
+
+
+@pytest.mark.parametrize("count", ["1", "2", "5"])
+def test_every_piece_is_worked_on_once(monkeypatch, count):
+    monkeypatch.setenv(VARIABLE, count)
+    done = np.zeros(1000, dtype=int)
+
+    def work(number):
+        done[number] += 1
+
+    share(work, len(done))
+    assert (done == 1).all()
+
+
+def test_two_threads_work_at_once(monkeypatch):
+    monkeypatch.setenv(VARIABLE, "2")
+    both = threading.Barrier(2, timeout=10)
+    share(lambda number: both.wait(), 2)
+
+
+@pytest.mark.parametrize("count", ["1", "2"])
+def test_the_first_error_ends_it(monkeypatch, count):
+    monkeypatch.setenv(VARIABLE, count)
+
+    def work(number):
+        if number == 3:
+            raise ConvergenceError("three")
+
+    with pytest.raises(ConvergenceError, match="three"):
+        share(work, 10)
+
+
+@pytest.mark.parametrize("element", ["one_point", "incompatible_modes"])
+def test_forces_and_tangents_do_not_depend_on_threads(monkeypatch, plain_scene, knit_of, element):
+    keys = {"pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.9e-3, "mesh.element": element}
+    scene = plain_scene.vary({"fidelity": "dns"} | keys)
+    knit = knit_of(scene)
+    mesh = mesh_knit(knit, scene.mesh.size)
+
+    def response(count):
+        monkeypatch.setenv(VARIABLE, count)
+        model = assemble(scene, mesh, knit).model
+        shift = 1e-5 * np.random.default_rng(0).normal(size=(model.size // 3, 3))
+        return [model.respond(SolidState(scale * shift), stiffness=True) for scale in (0.5, 1.0)][1]
+
+    one, three = response("1"), response("3")
+    np.testing.assert_array_equal(one.force, three.force)
+    np.testing.assert_array_equal(one.stiffness.data, three.stiffness.data)
+    assert one.energy == three.energy
+
+
+def test_rows_give_the_product_of_the_matrix(monkeypatch):
+    monkeypatch.setenv(VARIABLE, "2")
+    rng = np.random.default_rng(0)
+    matrix = sp.random(900, 300, density=0.5, random_state=0).tobsr(blocksize=(3, 6))
+    vector = rng.normal(size=300)
+    monkeypatch.setattr("knitstudy.mechanics.linear.rows.ENTRIES", 5000)
+    np.testing.assert_array_equal(Rows(matrix) @ vector, matrix @ vector)
+    np.testing.assert_array_equal(Rows(sp.bsr_matrix((6, 6), blocksize=(3, 3))) @ np.ones(6), np.zeros(6))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_band_factors_solve(dtype):
+    n, width = 40, 5
+    dense = np.eye(n) * 10
+    for k in range(1, width):
+        dense += np.diag(np.ones(n - k), k) + np.diag(np.ones(n - k), -k)
+    band = np.zeros((width, n), dtype=dtype, order="F")
+    for k in range(width):
+        band[k, : n - k] = np.diag(dense, -k)
+    assert banded.factorise(band) == 0
+    rhs = np.arange(n, dtype=dtype)
+    expected = np.linalg.solve(dense, rhs.astype(float))
+    banded.solve(band, rhs)
+    np.testing.assert_allclose(rhs, expected, rtol=1e3 * np.finfo(dtype).eps)
+
+
+def test_a_band_that_is_not_positive_definite_names_the_minor():
+    band = np.ones((1, 4), order="F")
+    band[0, 2] = -1
+    assert banded.factorise(band) == 3
