@@ -10,6 +10,7 @@ import argparse
 import fcntl
 import os
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -20,6 +21,9 @@ from pathlib import Path
 RESULTS = Path("results")
 REPORT = RESULTS / "report.html"
 LOCK = Path("run/study.lock")
+INTERRUPTED = 130
+PATIENCE = 10
+"""Seconds that Snakemake has to end after an interruption, before it is told again."""
 
 
 def main() -> int:
@@ -30,10 +34,22 @@ def main() -> int:
     arguments = parser.parse_args()
     snakemake = [sys.executable, "-m", "snakemake", *arguments.options]
     snakemake += ["--config", f"study={arguments.study}"]
-    with alone() as process:
-        if process:
-            return fail(f"a study is running here already (process {process}); wait for it or end it")
-        return run(snakemake, arguments.study)
+    try:
+        with alone() as process:
+            if process:
+                return fail(f"a study is running here already (process {process}); wait for it or end it")
+            return run(snakemake, arguments.study)
+    except KeyboardInterrupt:
+        print(
+            f"stopped; finished files are in {RESULTS}, runs that were not done keep their last increment in "
+            f"{LOCK.parent}: `make study` goes on from there",
+            file=sys.stderr,
+        )
+        return INTERRUPTED
+    except OSError as error:
+        return fail(
+            f"{error.filename or LOCK}: {error.strerror}; move away what is there, or mend its permissions"
+        )
 
 
 @contextmanager
@@ -44,7 +60,7 @@ def alone() -> Iterator[str]:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            yield LOCK.read_text(encoding="utf-8").strip() or "unknown"
+            yield LOCK.read_text(encoding="utf-8", errors="replace").strip() or "unknown"
             return
         lock.truncate(0)
         lock.write(f"{os.getpid()}\n")
@@ -87,13 +103,34 @@ def execute(snakemake: list[str], steps: int) -> tuple[int, bool]:
     done, explained = 0, False
     silent = [*snakemake, "--quiet", "all"]
     with subprocess.Popen(silent, stderr=subprocess.PIPE, text=True, bufsize=1) as process:
-        for line in process.stderr:
-            if line.startswith("Using workflow specific profile"):
-                continue
-            done += bool(re.search(r"  done in \d+ s$", line))
-            explained |= line.startswith("error")
-            print(line if explained else f"[{done}/{steps}] {line}", end="", flush=True)
+        try:
+            for line in process.stderr:
+                if line.startswith("Using workflow specific profile"):
+                    continue
+                done += bool(re.search(r"  done in \d+ s$", line))
+                explained |= line.startswith("error")
+                print(line if explained else f"[{done}/{steps}] {line}", end="", flush=True)
+        except KeyboardInterrupt:
+            end(process)
+            raise
     return process.returncode, explained
+
+
+def end(process: subprocess.Popen) -> None:
+    """Wait until an interrupted Snakemake has ended its jobs, in silence; a second interruption kills it.
+
+    The terminal interrupts Snakemake as well; whoever interrupted this process alone did not. Jobs end with it.
+    """
+    for order in (None, signal.SIGINT, signal.SIGKILL):
+        if order is not None:
+            process.send_signal(order)
+        try:
+            process.communicate(timeout=PATIENCE)
+            return
+        except subprocess.TimeoutExpired:
+            continue
+        except KeyboardInterrupt:
+            process.kill()
 
 
 def count_of_steps(plan: str) -> int:

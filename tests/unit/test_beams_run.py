@@ -17,7 +17,9 @@ def beam_scene(plain_scene):
     cell = {"pattern.control_points": flat.tolist(), "pattern.loops": 1, "pattern.rows": 1}
     contact = {"fidelity": "beam", "interaction": "isotropic", "name": "beam", "contact.tied_edges": "none"}
     return plain_scene.vary(
-        cell | contact | {"mesh.beam_size": 1e-3, "load.strain": 0.03, "solver.increments": 3}
+        cell
+        | contact
+        | {"mesh.beam_size": 1e-3, "load.strain": 0.03, "solver.increments": 3, "gates.ledger": 0.2}
     )
 
 

@@ -29,9 +29,8 @@ def recorder():
 
 def increment(index, load):
     response = Response(np.arange(3.0) + index, 1.5, {"internal": 2.0 * load})
-    return Increment(
-        index, load, State(np.full((1, 3), load)), response, 0.25, (Rate(0.25, np.ones(3)),), 3, 7
-    )
+    rates, updates = (Rate(0.25, np.ones(3)),), (np.full(3, 0.5), np.full(3, 0.1))
+    return Increment(index, load, State(np.full((1, 3), load)), response, 0.25, rates, updates, 3, 7)
 
 
 @pytest.fixture
@@ -50,6 +49,7 @@ def test_a_restart_gives_back_increment_and_history(saved):
     assert (back.index, back.load, back.size) == (2, 0.5, 0.25)
     np.testing.assert_array_equal(back.state.displacement, np.full((1, 3), 0.5))
     np.testing.assert_array_equal(back.rates[0].step, np.ones(3))
+    np.testing.assert_array_equal(back.updates, [[0.5] * 3, [0.1] * 3])
     for name, values in record.columns.items():
         np.testing.assert_array_equal(fresh.columns[name], values)
     fresh.add(increment(3, 0.75), STILL)
@@ -137,3 +137,40 @@ def test_values_that_are_not_numbers_are_refused(saved, name):
         DataFileError, match=rf"a\.npz: .*{name} holds values that are not numbers.*delete it"
     ):
         file.load(recorder())
+
+
+def rewritten(file, **changes):
+    """Change entries of a restart file as whoever edits it could."""
+    with np.load(file.path) as archive:
+        data = dict(archive)
+    np.savez(file.path, **(data | changes))
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"column.energy": np.full((3, 6), np.nan)}, r"column\.energy holds values that are not numbers"),
+        ({"column.force": np.zeros(2)}, r"column\.force has 2 increments and must have 3"),
+        ({"rate.0": np.ones(4)}, r"rate\.0 has the shape \(4,\) and must have \(3,\)"),
+        ({"load": 1.5}, r"load is 1\.5 and must lie between 0 and 1"),
+        ({"index": np.arange(2)}, "this restart file cannot be used"),
+        ({"force": np.array(["a"])}, r"force holds <U1 and must hold numbers"),
+    ],
+)
+def test_what_no_run_has_written_is_refused(saved, changes, said):
+    file, _ = saved
+    rewritten(file, **changes)
+    with pytest.raises(DataFileError, match=said):
+        file.load(recorder())
+
+
+def test_something_else_in_the_place_of_a_restart_file_is_refused(tmp_path):
+    array, folder = tmp_path / "array.npz", tmp_path / "folder.npz"
+    with array.open("wb") as file:
+        np.save(file, np.ones(3))
+    folder.mkdir()
+    for path in (array, folder):
+        with pytest.raises(
+            DataFileError, match=rf"{path.name}: this restart file cannot be used .*delete it"
+        ):
+            Checkpoint(path, "key", State).load(recorder())

@@ -243,8 +243,12 @@ def test_ended_run_says_how_to_go_on(knitstudy, config, monkeypatch):
 
     monkeypatch.setattr("knitstudy.stages.simulate.simulate", end)
     result = knitstudy("run", "dns-a", "--config", config)
-    assert result.exit_code == 1
-    assert "ended; the same command goes on" in result.stderr
+    assert result.exit_code == 130
+    (line,) = result.stderr.splitlines()
+    assert line == (
+        "error: stopped; stages that were done and the last converged increment are kept in results: the same command "
+        "goes on from there"
+    )
 
 
 def test_show(knitstudy, knit, tmp_path):

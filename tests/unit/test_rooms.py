@@ -12,6 +12,7 @@ PACKAGE = Path(knitstudy.__file__).resolve().parent
 ROOMS = (
     {"errors"},
     {"registry"},
+    {"gates"},
     {"files"},
     {"mechanics"},
     {"study"},

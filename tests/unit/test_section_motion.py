@@ -89,7 +89,7 @@ def test_twist_of_a_straight_yarn_is_that_of_its_middle():
 def test_history_of_a_simulation_holds_the_motion_of_sections(plain_scene):
     """Tied yarns, the upper one pushed along the lower: the maps are those of its displacements at full load."""
     scene = synthetic.pair_scene(plain_scene, [[2e-5, 0.0, -1e-5]], interaction="tie")
-    scene = scene.replace("outputs", ["fields"]).replace("solver.increments", 1)
+    scene = scene.vary({"outputs": ["fields"], "solver.increments": 1, "gates.elements_across": 4})
     pair = Pair(0.9e-3, 90.0, scene.pair.length, 0.01)
     mesh = mesh_specimen(pair, SIZE, 2.0)
     history = dns.run(scene, mesh, pair)

@@ -81,3 +81,56 @@ def test_other_files_are_refused():
         DataFileError, match=r"must have the variables of one of history, contacts, mesh, geometry"
     ):
         kind_of(xr.Dataset({"temperature": 300.0}))
+
+
+WRONG = {
+    "no increments": (lambda d: d.isel(increment=slice(0, 0)), "history: there is no increment in it"),
+    "no iterations": (lambda d: d.drop_vars("newton_iterations"), "there is no variable 'newton_iterations'"),
+    "other dimensions": (
+        lambda d: d.rename(increment="step"),
+        r"variable 'force' has the dimensions \(step\) but must have \(increment\)",
+    ),
+    "one state": (lambda d: d.isel(increment=0), r"variable 'force' has the dimensions \(\) but must have"),
+    "texts": (
+        lambda d: d.assign(force=d["force"].astype(str)),
+        "variable 'force' holds .* but must hold numbers",
+    ),
+    "no stations": (lambda d: d.isel(station=slice(0, 0)), "there is no station in it"),
+    "unnamed forms": (lambda d: d.drop_vars("form"), "energy must have the forms external, internal"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_histories_that_are_laid_out_otherwise_are_refused(case):
+    change, said = WRONG[case]
+    with pytest.raises(DataFileError, match=said):
+        summarise(change(loaded_history()))
+
+
+def test_contacts_without_crossings_are_refused(knit):
+    dataset = contacts.extract(knit, contact_history(knit))
+    with pytest.raises(DataFileError, match="contacts: there is no crossing in it"):
+        summarise(dataset.isel(crossing=slice(0, 0)))
+
+
+def test_geometry_whose_numbers_are_lists_is_refused(knit):
+    dataset = geometry(knit).drop_vars("loops").assign(loops=("some", [3, 3]))
+    with pytest.raises(DataFileError, match="'loops' holds 2 values but must hold one"):
+        summarise(dataset)
+
+
+def test_attributes_that_are_lists_are_shown():
+    assert said(loaded_history(dof=[1, 2]))["dof"] == ("[1, 2]", "1")
+
+
+def test_a_word_where_nothing_touched():
+    """A gap of nan and forces of rounding say nothing by themselves."""
+    history = loaded_history()
+    assert "contact" not in said(history), "yarns that are all tied"
+    far = history.assign(smallest_gap=("increment", np.full(history.sizes["increment"], np.nan)))
+    energy = history["energy"].where(history["form"] != "penalty", 0.0)
+    assert said(far.assign(energy=energy))["smallest gap"] == ("nothing came near anything", "")
+    assert said(far.assign(energy=energy))["contact"][0].startswith("nothing touched")
+    near = history.assign(smallest_gap=("increment", [3e-6, 2e-6, np.nan]))
+    assert said(near)["smallest gap"] == (2e-6, "m")
+    assert "contact" not in said(near), "penalty energy says that something touched"

@@ -27,7 +27,8 @@ ACROSS = 100e-6
 
 def pulled(folder, path, increments, interaction="isotropic", rests=True):
     """Forces (i, 3) of the upper yarn at all increments but those of rest."""
-    scene = load_scene("pair-pressed-90").replace("mesh.size", SIZE).replace("contact.friction", FRICTION)
+    scene = load_scene("pair-pressed-90").replace("contact.friction", FRICTION)
+    scene = scene.vary({"mesh.size": SIZE, "gates.elements_across": 4})
     scene = scene.replace("load.path", path).replace("solver.increments", increments)
     scene = scene.replace("interaction", interaction)
     pair = Pair(scene.yarn.radius, scene.pair.angle, scene.pair.length, scene.pair.clearance)

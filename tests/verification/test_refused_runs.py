@@ -1,6 +1,7 @@
 """Runs that cannot go on: a named error, and everything up to the last converged increment kept and readable."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from knitstudy.study.configuration import load_scene
 def pair(changes):
     """Two crossing yarns that are as short as they may be, on a coarse mesh: scene, mesh and specimen."""
     scene = load_scene("pair-slid-90")
-    coarse = {"pair.length": 3.7e-3, "mesh.size": 0.6e-3, "solver.linear": "lu"}
+    coarse = {"pair.length": 3.7e-3, "mesh.size": 0.6e-3, "solver.linear": "lu", "gates.elements_across": 2.5}
     scene = scene.vary(coarse | changes)
     specimen = read_specimen(build(scene))
     return scene, mesh_specimen(specimen, scene.mesh.size, scene.mesh.growth), specimen
@@ -113,3 +114,66 @@ def test_yarns_that_overlap_at_the_start(tmp_path):
     with pytest.raises(MeshError, match=message):
         dns.run(scene, overlapping, specimen, Run(tmp_path / "run.npz", tmp_path / "run.nc"))
     assert not list(tmp_path.iterdir())
+
+
+PRESSED = {"load.path": [[0, 0, -90e-6]], "solver.increments": 6}
+
+WRONG = {
+    "hourglass modes without stiffness": (
+        {
+            "interaction": "tie",
+            "load.path": [[30e-6, 0, 0]],
+            "solver.hourglass": 1e-12,
+            "solver.increments": 2,
+        },
+        r"increment 1: hourglass energy, taken at the usual 0\.005, is \d+\.\d% of the internal energy with "
+        r"solver\.hourglass = 1e-12; gates\.hourglass allows 5\.0%\. Use solver\.hourglass 0\.005",
+        {"gates.hourglass": 1e12},
+    ),
+    "viscous forces that carry the load": (
+        PRESSED | {"solver.stabilisation": 1.0},
+        r"increment 1: with solver\.stabilisation = 1 viscous forces have dissipated .* of the internal energy; "
+        r"gates\.stabilisation allows 5\.0%\. Use a smaller solver\.stabilisation",
+        {"gates.stabilisation": 1e6, "gates.viscous_force": 1e6, "gates.ledger": 1e6},
+    ),
+    "viscous forces that hold against the load": (
+        PRESSED | {"solver.stabilisation": 1e-3, "gates.stabilisation": 1e6},
+        r"increment \d: with solver\.stabilisation = 0\.001 viscous forces are .* of the reaction, .* N; "
+        r"gates\.viscous_force allows 5\.0%",
+        {"gates.viscous_force": 1e6, "gates.ledger": 1e6},
+    ),
+    "an open ledger": (
+        PRESSED | {"solver.increments": 2},
+        r"increment \d: the ledger of energies is open by .* J, .* of the external work; gates\.ledger allows 5\.0%\."
+        r".*more solver\.increments",
+        {"gates.ledger": 1e6},
+    ),
+}
+"""Changes that make a run converge to something else than what was asked for, what it says, and what lets it pass."""
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_is_wrong_is_refused_unless_asked_for(case, tmp_path):
+    changes, message, asked = WRONG[case]
+    scene, mesh, specimen = pair(changes)
+    with pytest.raises(ConvergenceError, match=message):
+        dns.run(scene, mesh, specimen, Run(tmp_path / "run.npz", tmp_path / "run.nc"))
+    assert read_dataset(tmp_path / "run.nc").attrs["incomplete"]
+    history = dns.run(scene.vary(asked), mesh, specimen)
+    assert history["load"][-1] == 1
+
+
+def test_elements_that_are_too_large_for_the_yarn_are_refused():
+    scene, mesh, specimen = pair({"gates.elements_across": None})
+    message = r"mesh\.size is 0\.0006 m, 3 elements across.*gates\.elements_across asks for 7: use 0\.000257 m or less"
+    with pytest.raises(MeshError, match=message):
+        dns.run(scene, mesh, specimen)
+
+
+def test_a_simulation_that_does_not_fit_into_memory_is_refused(monkeypatch):
+    scene, mesh, specimen = pair({})
+    monkeypatch.setattr("psutil.virtual_memory", lambda: SimpleNamespace(available=1e6))
+    with pytest.raises(
+        MeshError, match=r"mesh\.size is 0\.0006 m: a simulation of .* unknowns would take about"
+    ):
+        dns.run(scene, mesh, specimen)

@@ -39,7 +39,7 @@ class Checkout:
             command, cwd=self.folder, env=self.environment, capture_output=True, text=True, check=False
         )
 
-    def start_study(self, *arguments):
+    def start_study(self, *arguments, output=subprocess.DEVNULL):
         """Start what `make study` runs in a process group of its own, and return at once."""
         command = [self.python, "workflow/study.py", *arguments]
         return subprocess.Popen(
@@ -47,8 +47,9 @@ class Checkout:
             cwd=self.folder,
             env=self.environment,
             start_new_session=True,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            text=True,
         )
 
     def snakemake(self, *arguments):

@@ -1,6 +1,8 @@
 """What a user can get wrong ends with one message and status 1, and earlier results stay."""
 
 import os
+import signal
+import subprocess
 
 import pytest
 
@@ -107,3 +109,25 @@ def test_run_that_cannot_go_on_keeps_what_had_converged(fresh):
     assert len(increments) == 1
     assert increments.pop() > 1
     assert "going on from increment" in (fresh.folder / "logs" / "dns" / "pair-slid-90.log").read_text()
+
+
+def test_folder_in_the_place_of_the_lock(fresh):
+    (fresh.folder / "run" / "study.lock").mkdir(parents=True)
+    said = "run/study.lock: Is a directory; move away what is there, or mend its permissions"
+    assert one_message(fresh.study("ci")) == f"error: {said}"
+
+
+def test_interrupted_study_says_in_one_line_how_to_go_on(fresh):
+    """The terminal interrupts the whole group: this process, Snakemake and its jobs."""
+    with fresh.start_study("ci", output=subprocess.PIPE) as process:
+        said = []
+        for line in process.stdout:
+            said.append(line)
+            if "0%" in line:
+                os.killpg(process.pid, signal.SIGINT)
+                break
+        said += process.stdout.read().splitlines()
+    assert process.returncode == 130
+    assert not [line for line in said if "Traceback" in line or "KeyboardInterrupt" in line]
+    assert said[-1].startswith("stopped; finished files are in results")
+    assert said[-1].endswith("`make study` goes on from there")

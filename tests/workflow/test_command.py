@@ -1,6 +1,8 @@
 """The `knitstudy` command as a user types it: a small knit is run, shown, killed and gone on with."""
 
 import os
+import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -74,3 +76,49 @@ def test_killed_run_goes_on(start, knitstudy, tmp_path):
     assert "going on from increment" in ended.stderr
     assert list((tmp_path / "results" / "dns").glob("dns-tie-course-coarse-*.nc"))
     assert not list(restart.glob("*.npz"))
+
+
+@pytest.mark.parametrize("closed", [">&-", ">&- 2>&-", "<&- >&-"])
+@pytest.mark.parametrize("arguments", ["list", "check dns-tie-course", "--help"])
+def test_closed_streams_are_no_error(tmp_path, arguments, closed):
+    """What is printed goes nowhere, and not into a file that happens to take the place of the stream."""
+    ended = subprocess.run(
+        f"{shlex.quote(sys.executable)} -m knitstudy {arguments} {closed}",
+        shell=True,
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(SOURCE)},
+        capture_output=True,
+        text=True,
+    )
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "", "")
+
+
+def test_reader_that_has_gone_is_no_error(start):
+    with start("list") as process:
+        process.stdout.close()
+        messages = process.stderr.read()
+    assert (process.returncode, messages) == (0, "")
+
+
+def test_interrupted_run_says_in_one_line_how_to_go_on(start, tmp_path):
+    arguments = ("run", "dns-tie-course-coarse", *SMALL, "--set", "solver.increments=12")
+    with start(*arguments) as process:
+        while process.poll() is None and not list((tmp_path / "results" / "restart").rglob("dns-*.npz")):
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        messages = process.stderr.read()
+    assert process.returncode == 130
+    assert "Traceback" not in messages
+    (line,) = [line for line in messages.splitlines() if line.startswith("error")]
+    assert line.startswith(
+        "error: stopped; stages that were done and the last converged increment are kept in results"
+    )
+
+
+@pytest.mark.parametrize("key", ["mesh.size=1e-9", "mesh.size=2e-5"])
+def test_meshes_that_do_not_fit_into_memory_are_refused(knitstudy, tmp_path, key):
+    ended = knitstudy("run", "dns-tie-course-coarse", *SMALL, "--set", key)
+    assert ended.returncode == 1
+    (line,) = [line for line in ended.stderr.splitlines() if line.startswith("error")]
+    assert re.match(r"error: mesh\.size is (1|2)e-0[59] m: a mesh of .* GiB are free; use about", line)
+    assert not (tmp_path / "results" / "mesh").exists()

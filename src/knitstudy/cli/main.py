@@ -10,6 +10,7 @@ import click
 from knitstudy.cli.check import check
 from knitstudy.cli.export import export
 from knitstudy.cli.list import list_scenes
+from knitstudy.cli.output import forget_output, open_standard_streams
 from knitstudy.cli.run import run
 from knitstudy.cli.show import show
 from knitstudy.errors import KnitstudyError
@@ -24,16 +25,37 @@ class OneMessage(click.ClickException):
         click.echo(f"error: {self.format_message()}", file=file or sys.stderr)
 
 
+class Stopped(OneMessage):
+    """The end of a command that was interrupted: status 130, as the shell's own commands have."""
+
+    exit_code = 130
+
+
 class Commands(click.Group):
     """Subcommands that end with one message where a user can mend what is wrong."""
+
+    def main(self, *arguments: Any, **options: Any) -> Any:
+        """Run the command, whichever of its standard streams are open."""
+        open_standard_streams()
+        return super().main(*arguments, **options)
 
     def invoke(self, context: click.Context) -> Any:
         """Run a subcommand; with ``--traceback`` its errors pass as they are."""
         try:
-            return super().invoke(context)
-        except (KnitstudyError, OSError) as error:
-            if context.params["traceback"] or isinstance(error, BrokenPipeError):
+            result = super().invoke(context)
+            sys.stdout.flush()
+            return result
+        except BrokenPipeError:
+            forget_output()
+        except (KnitstudyError, OSError, MemoryError, KeyboardInterrupt) as error:
+            if context.params["traceback"]:
                 raise
+            if isinstance(error, KeyboardInterrupt):
+                raise Stopped(str(error) or "stopped; what was there before is as it was") from error
+            if isinstance(error, MemoryError):
+                raise OneMessage(
+                    f"out of memory ({error or 'no more details'}); use larger elements"
+                ) from error
             raise OneMessage(str(error)) from error
 
 
@@ -68,7 +90,7 @@ def main(traceback: bool) -> None:
     knitstudy export dns-tie-course --dialect calculix
 
     The whole study, with its figures and its report, is `make study`. The same functions from Python: docs/example.md.
-    Status: 0 done, 1 something must be mended (one message says what), 2 the command was not understood.
+    Status: 0 done, 1 something must be mended (one message says what), 2 the command was not understood, 130 stopped.
     """
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.style import FAINT, INK, SINGLE, YARNS, figure, styled
 from knitstudy.geometry.specimen import read_specimen
-from knitstudy.measures.summary import kind_of
+from knitstudy.measures.summary import kind_of, require_layout, touched
 
 PERCENT, MILLI = 100.0, 1e3
 
@@ -25,14 +25,18 @@ def draw(dataset: xr.Dataset) -> Figure:
     DataFileError
         When it is not a result of this study.
     """
+    kind = kind_of(dataset)
+    require_layout(dataset, kind)
     drawing = figure(1.35 * SINGLE, SINGLE)
     axes = drawing.add_axes((0.14, 0.13, 0.82, 0.82))
-    _DRAWN[kind_of(dataset)](dataset, axes)
+    _DRAWN[kind](dataset, axes)
     axes.set_title(str(dataset.attrs.get("scene", "")), loc="left")
     return drawing
 
 
 def _history(dataset: xr.Dataset, axes: Axes) -> None:
+    if "smallest_gap" in dataset and not touched(dataset):
+        axes.text(0.5, 0.95, "nothing touched", transform=axes.transAxes, ha="center", va="top", color=FAINT)
     if int(dataset.attrs.get("axis", 0)) == 2:  # a pair: its way may go back and forth
         axes.plot(dataset["load"], dataset["force"], "o-", color=INK)
         axes.set(xlabel="load factor (1)", ylabel="force along z (N)")

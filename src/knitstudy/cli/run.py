@@ -65,8 +65,10 @@ def run(
         with _log_on_console(verbose):
             results = simulate(chosen, output, config=config, progress=Progress, anew=anew)
     except KeyboardInterrupt:
-        click.echo("ended; the same command goes on from the last increment", err=True)
-        raise
+        raise KeyboardInterrupt(
+            f"stopped; stages that were done and the last converged increment are kept in {output}: the same command "
+            "goes on from there"
+        ) from None
     click.echo(f"{results.path}:", err=True)
     print_table(("quantity", "value", "unit"), summarise(results.history))
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import click
@@ -10,6 +12,20 @@ from knitstudy.cli.output import print_table
 from knitstudy.errors import DataFileError
 from knitstudy.files.csv_table import read_table
 from knitstudy.files.netcdf import read_dataset
+
+
+@contextmanager
+def _naming(file: Path) -> Iterator[None]:
+    """Name the file in whatever is wrong with its content."""
+    try:
+        yield
+    except DataFileError as error:
+        raise DataFileError(f"{file}: {error}") from error
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        raise DataFileError(
+            f"{file}: its variables or attributes are not those of a result of this study "
+            f"({type(error).__name__}: {error}); make it again"
+        ) from error
 
 
 @click.command(short_help="What a result file holds.")
@@ -43,12 +59,11 @@ def show(file: Path, plot: Path | None) -> None:
     from knitstudy.measures.summary import kind_of, summarise
 
     dataset = read_dataset(file)
-    try:
+    with _naming(file):
         quantities = summarise(dataset)
-    except DataFileError as error:
-        raise DataFileError(f"{file}: {error}") from error
     print_table(("quantity", "value", "unit"), quantities)
     if plot is not None:
-        kind = kind_of(dataset)
-        save(draw(dataset), [plot], {kind: dataset}, f"{kind} of {dataset.attrs.get('scene', file.stem)}")
+        with _naming(file):
+            kind, drawing = kind_of(dataset), draw(dataset)
+        save(drawing, [plot], {kind: dataset}, f"{kind} of {dataset.attrs.get('scene', file.stem)}")
         click.echo(f"drawn: {plot}", err=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import UnionType
@@ -18,6 +17,9 @@ from knitstudy.mechanics.model import Response
 
 _LEAVES = (np.ndarray, np.generic, bool, int, float, str)
 _SCALARS = (bool, int, float, str)
+_JUDGED = tuple(
+    f"column.{name}" for name in ("load", "strain", "force", "reaction", "energy")
+)  # by gates and tables
 
 
 class Checkpoint:
@@ -76,18 +78,16 @@ class Checkpoint:
             with np.load(self.path, allow_pickle=False) as archive:
                 data = dict(archive)
             return self._restore(data, recorder)
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        except Exception as error:  # whatever bytes are there: readers of archives raise nearly anything
             raise DataFileError(
-                f"{self.path}: this restart file cannot be used ({error}); delete it to start the scene anew"
+                f"{self.path}: this restart file cannot be used ({error or type(error).__name__}); delete it to start "
+                "the scene anew"
             ) from None
 
     def _restore(self, data: dict[str, np.ndarray], recorder: Recorder) -> Increment:
         if str(data["key"]) != self.key:
             raise ValueError("it belongs to another scene or another version of the input")
-        for name, values in data.items():
-            needed = name in ("force", "load", "size") or name.startswith(("state.", "rate."))
-            if needed and values.dtype.kind == "f" and np.isnan(values).any():
-                raise ValueError(f"{name} holds values that are not numbers")
+        _require_whole(data)
         for name, values in data.items():
             if name.startswith("column."):
                 recorder.columns[name.removeprefix("column.")] = list(values)
@@ -106,6 +106,26 @@ class Checkpoint:
     def remove(self) -> None:
         """Delete the file: the scene has ended."""
         self.path.unlink(missing_ok=True)
+
+
+def _require_whole(data: dict[str, np.ndarray]) -> None:
+    """Refuse what no run has written: values that are not numbers, and columns of different lengths.
+
+    A gap is infinite, or nan in the history, where nothing is near.
+    """
+    increments = int(data["index"]) + 1
+    for name, values in data.items():
+        judged = name.startswith(("state.", "rate", "force", "mean_force", "load", "size", *_JUDGED))
+        if judged and values.dtype.kind == "f" and np.isnan(values).any():
+            raise ValueError(f"{name} holds values that are not numbers")
+        if name.startswith(("rate", "force")) and values.dtype.kind not in "iuf":
+            raise ValueError(f"{name} holds {values.dtype} and must hold numbers")
+        if name.startswith("column.") and len(values) != increments:
+            raise ValueError(f"{name} has {len(values)} increments and must have {increments}")
+        if name.startswith("rate.") and values.shape != data["force"].shape:
+            raise ValueError(f"{name} has the shape {values.shape} and must have {data['force'].shape}")
+    if not 0 <= float(data["load"]) <= 1:
+        raise ValueError(f"load is {float(data['load'])} and must lie between 0 and 1")
 
 
 def _arrays(value: Any, name: str) -> dict[str, np.ndarray]:

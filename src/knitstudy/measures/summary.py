@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,6 +25,10 @@ COST = {"wall_seconds": "s", "memory_growth": "bytes"}
 
 SURVEYED = ("loop_length", "radius_of_curvature", "gap", "interlock_angle", "leg_angle")
 """Variables of a geometry that its optimisation changed."""
+
+
+NOTHING = "nothing touched: forces at crossings in contact are zero or rounding"
+NEAR_NOTHING = "nothing came near anything"
 
 
 class Quantity(NamedTuple):
@@ -61,8 +65,43 @@ def summarise(dataset: xr.Dataset) -> list[Quantity]:
         When it is not a result of this study.
     """
     kind = kind_of(dataset)
+    require_layout(dataset, kind)
     _, quantities = KINDS[kind]
     return [Quantity("kind", kind), *_attributes(dataset, PROVENANCE), *quantities(dataset)]
+
+
+def require_layout(dataset: xr.Dataset, kind: str) -> None:
+    """Refuse a dataset whose variables are not laid out as those of its kind.
+
+    Raises
+    ------
+    DataFileError
+        Naming the variable, what it has and what it must have.
+    """
+    for name, dims in LAYOUT[kind].items():
+        if name not in dataset.variables:
+            raise DataFileError(f"{kind}: there is no variable {name!r}; make it again")
+        variable = dataset[name]
+        if variable.dims != dims:
+            raise DataFileError(
+                f"{kind}: variable {name!r} has the dimensions {_listed(variable.dims)} but must have "
+                f"{_listed(dims)}"
+            )
+        if variable.dtype.kind not in "iufb":
+            raise DataFileError(f"{kind}: variable {name!r} holds {variable.dtype} but must hold numbers")
+        empty = next((dim for dim in dims if dataset.sizes[dim] == 0), None)
+        if empty is not None:
+            raise DataFileError(
+                f"{kind}: there is no {empty} in it, nothing had been computed; make it again"
+            )
+    if kind == "history" and set(dataset["energy"].indexes.get("form", ())) != set(FORMS):
+        raise DataFileError(
+            f"history: its energy must have the forms {', '.join(FORMS)}, named by a coordinate 'form'"
+        )
+
+
+def _listed(dims: tuple) -> str:
+    return f"({', '.join(map(str, dims))})"
 
 
 def _geometry(dataset: xr.Dataset) -> list[Quantity]:
@@ -87,12 +126,15 @@ def _mesh(dataset: xr.Dataset) -> list[Quantity]:
 def _contacts(dataset: xr.Dataset) -> list[Quantity]:
     force = np.linalg.norm(dataset["force"].to_numpy()[-1], axis=-1)
     area = dataset["area"].to_numpy()
+    free = dataset["tied"].to_numpy() == 0
+    open_all_the_way = free.any() and not (dataset["contact_area"].to_numpy()[:, free] > 0).any()
     return [
         Quantity("interaction", dataset.attrs.get("interaction", "unknown")),
         Quantity("crossings", dataset.sizes["crossing"], "1"),
         Quantity("crossings that are tied", int(dataset["tied"].sum()), "1"),
         Quantity("crossings with a contact area at the end", int((area > 0).sum()), "1"),
         Quantity("contact area at the end", float(area.sum()), "m2"),
+        *([Quantity("contact", NOTHING)] if open_all_the_way else []),
         Quantity("largest force of a crossing at the end", float(force.max()), "N"),
         Quantity("strain at the end", float(dataset["strain"][-1]), "1"),
     ]
@@ -108,6 +150,7 @@ def _history(dataset: xr.Dataset) -> list[Quantity]:
         Quantity("displacement along the load at the end", last["displacement"].item(), "m"),
         Quantity("force along the load at the end", last["force"].item(), "N"),
         *([Quantity("secant stiffness", secant_stiffness(dataset), "N/m")] if loaded else []),
+        *_contact(dataset),
         Quantity("largest out-of-plane displacement of centrelines", largest_out_of_plane(dataset), "m"),
         *(Quantity(f"{form} energy at the end", last["energy"].sel(form=form).item(), "J") for form in FORMS),
         Quantity("Newton iterations", int(dataset["newton_iterations"].sum()), "1"),
@@ -115,18 +158,41 @@ def _history(dataset: xr.Dataset) -> list[Quantity]:
     ]
 
 
+def _contact(dataset: xr.Dataset) -> list[Quantity]:
+    """Return what was near and what touched, of yarns in contact."""
+    if "smallest_gap" not in dataset:
+        return []
+    gap = dataset["smallest_gap"].to_numpy()
+    near = float(np.fmin.reduce(gap)) if np.isfinite(gap).any() else NEAR_NOTHING
+    quantities = [Quantity("smallest gap", near, "m" if isinstance(near, float) else "")]
+    return quantities if touched(dataset) else [*quantities, Quantity("contact", NOTHING)]
+
+
+def touched(history: xr.Dataset) -> bool:
+    """Return whether any yarns that were in contact have pressed on each other in a history."""
+    return bool((history["energy"].sel(form="penalty") > 0).any())
+
+
 def _variable(dataset: xr.Dataset, name: str) -> Quantity:
     """Return a variable that is one number."""
+    if dataset[name].size != 1:
+        raise DataFileError(f"the variable {name!r} holds {dataset[name].size} values but must hold one")
     return Quantity(name.replace("_", " "), dataset[name].item(), dataset[name].attrs.get("units", "1"))
 
 
 def _attributes(dataset: xr.Dataset, units: Mapping[str, str]) -> list[Quantity]:
     """Return those attributes that a dataset has."""
     return [
-        Quantity(name.replace("_", " "), np.asarray(dataset.attrs[name]).item(), unit)
+        Quantity(name.replace("_", " "), _plain(dataset.attrs[name]), unit)
         for name, unit in units.items()
         if name in dataset.attrs
     ]
+
+
+def _plain(value: Any) -> float | int | str:
+    """Return an attribute as a number or a text."""
+    array = np.asarray(value)
+    return array.item() if array.size == 1 else str(array.tolist())
 
 
 KINDS: dict[str, tuple[tuple[str, ...], Callable[[xr.Dataset], list[Quantity]]]] = {
@@ -136,3 +202,28 @@ KINDS: dict[str, tuple[tuple[str, ...], Callable[[xr.Dataset], list[Quantity]]]]
     "geometry": (("point_of_contact", "arc_length", "radius"), _geometry),
 }
 """Variables by which a kind of result is known, and what is said of it."""
+
+LAYOUT: dict[str, dict[str, tuple[str, ...]]] = {
+    "history": {name: ("increment",) for name in ("force", "displacement", "strain", "newton_iterations")}
+    | {"energy": ("increment", "form"), "centreline_displacement": ("increment", "station", "xyz")},
+    "contacts": {
+        "strain": ("increment",),
+        "zone": ("crossing",),
+        "tied": ("crossing",),
+        "area": ("crossing",),
+    }
+    | {"force": ("increment", "crossing", "xyz"), "contact_area": ("increment", "crossing")},
+    "mesh": {
+        "nodes": ("node", "xyz"),
+        "hexahedra": ("element", "corner"),
+        "radius": (),
+        "first_slice": ("yarn_bound",),
+        "centres": ("slice", "xyz"),
+    },
+    "geometry": {
+        "radius": (),
+        "arc_length": ("crossing", "side"),
+        "point_of_contact": ("crossing", "side", "xyz"),
+    },
+}
+"""Dimensions of what is shown and drawn."""

@@ -30,6 +30,8 @@ class Response:
         as positive as the solids. None where the whole stiffness is.
     touching : ndarray of int
         Nodes of the unknowns that contact acts on; empty without contact.
+    viscous_force : float
+        Sum of the magnitudes of the viscous forces of stabilisation on all nodes [N].
     status : ndarray or None
         Which contact points touch, stick and slip: an increment has converged when that changes no more.
     assembly_seconds : float
@@ -44,6 +46,7 @@ class Response:
     unsymmetric: sp.bsr_matrix | None = None
     touching: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     status: np.ndarray | None = None
+    viscous_force: float = 0.0
     assembly_seconds: float = 0.0
 
     def same_status(self, other: Response) -> bool:

@@ -14,6 +14,7 @@ from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.points import ContactPoints
 from knitstudy.mechanics.elements import Hexahedron
+from knitstudy.mechanics.free_bodies import FreeBodies
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.parallel import share, threads
 from knitstudy.mechanics.scratch import SCRATCH
@@ -53,6 +54,8 @@ class SolidState:
         Load factor that the running increment ends at, and its size.
     augmentations : int
         Updates of the contact multipliers within the running increment.
+    led : bool
+        Whether a drag leads free bodies to their first contact: not any more where contact holds them.
     """
 
     displacement: np.ndarray
@@ -60,6 +63,7 @@ class SolidState:
     load: float = 0.0
     change: float = 1.0
     augmentations: int = 0
+    led: bool = True
 
 
 @dataclass(frozen=True)
@@ -90,6 +94,8 @@ class SolidModel:
     penetration : Penetration
         Of that contact.
     stabilisation : Stabilisation, optional
+    free_bodies : FreeBodies, optional
+        What nothing but that contact can hold; none of its nodes is tied.
     """
 
     block = 3
@@ -104,10 +110,12 @@ class SolidModel:
         contact: Contact | None = None,
         penetration: Penetration = Penetration(),
         stabilisation: Stabilisation | None = None,
+        free_bodies: FreeBodies | None = None,
     ) -> None:
         self.nodes, self.hexahedra, self.elements = nodes, hexahedra, elements
         self.dependence = dependence
         self.contact, self.penetration, self.stabilisation = contact, penetration, stabilisation
+        self.free_bodies = free_bodies
         self.assembly = Assembly(hexahedra, len(nodes), dependence)
         self.size = 3 * self.assembly.kept
         self.scale = np.ones(self.size)
@@ -125,7 +133,7 @@ class SolidModel:
 
     def begin(self, state: SolidState, load: float, change: float) -> SolidState:
         """Return the state in which an increment of the load factor by `change` to `load` starts."""
-        return replace(state, load=load, change=change, augmentations=0)
+        return replace(state, load=load, change=change, augmentations=0, led=True)
 
     def advance(self, state: SolidState, step: np.ndarray) -> SolidState:
         """Return the state displaced by `step` (size,) [m]."""
@@ -156,8 +164,8 @@ class SolidModel:
         summing = answer.assembly_seconds + time.perf_counter() - started
         if self.contact is not None:
             response = self._with_contact(response, state, stiffness)
-        if self.stabilisation is not None:
-            response = self._with_stabilisation(response, state)
+        if self.stabilisation is not None or self.free_bodies is not None:
+            response = self._with_drag(response, state)
         return replace(response, assembly_seconds=summing)
 
     def loaded(self, response: Response) -> bool:
@@ -165,7 +173,7 @@ class SolidModel:
         return response.mean_force > 100 * self._least_force
 
     def settle(self, state: SolidState) -> SolidState | None:
-        """Return None if nothing penetrates too far, or the state with updated multipliers.
+        """Return None if nothing penetrates too far, or the state with updated multipliers, or without drag.
 
         Raises
         ------
@@ -175,6 +183,8 @@ class SolidModel:
         if self.contact is None:
             return None
         points = self.contact_points(state)
+        if self.free_bodies is not None and state.led and self._held(state, points):
+            return replace(state, led=False)
         deepest = -self.contact.smallest_gap(points)
         if deepest <= self.penetration.limit:
             return None
@@ -196,6 +206,11 @@ class SolidModel:
         if self.contact is not None:
             history = self.contact.commit(self.contact_points(state))
         return replace(state, memory=Memory(state.displacement, history, self._damped(state)))
+
+    def _held(self, state: SolidState, points: ContactPoints) -> bool:
+        """Return whether contact alone holds the bodies that nothing else does."""
+        stiffness = self.contact.forces(points, stiffness=True).symmetric
+        return self.free_bodies.held(stiffness, self._places(state)[0])
 
     def _spread(self, displacement: np.ndarray) -> np.ndarray:
         return displacement if self.dependence is None else self.dependence @ displacement
@@ -232,8 +247,21 @@ class SolidModel:
         spread = sp.kron(self.dependence, sp.identity(3), format="csr")
         return sp.bsr_matrix(spread.T @ matrix.tocsr() @ spread, blocksize=(3, 3))
 
-    def _with_stabilisation(self, response: Response, state: SolidState) -> Response:
-        drag = self.stabilisation.stiffness(state.load, state.change)
+    def _drag(self, state: SolidState) -> np.ndarray:
+        """Return the diagonal stiffness (size,) against what moves within the increment [N/m]."""
+        drag = np.zeros(self.size)
+        if self.stabilisation is not None:
+            drag += self.stabilisation.stiffness(state.load, state.change)
+        if self.free_bodies is not None and state.led:
+            drag += np.repeat(self._collected_nodes(self.free_bodies.drag()), 3)
+        return drag
+
+    def _collected_nodes(self, values: np.ndarray) -> np.ndarray:
+        """Return what the nodes (N,) have at the kept ones (n,), tied ones going to those that they hang on."""
+        return values if self.dependence is None else self.dependence.T @ values
+
+    def _with_drag(self, response: Response, state: SolidState) -> Response:
+        drag = self._drag(state)
         moved = (state.displacement - state.memory.displacement).ravel()
         stiffness = response.stiffness
         if stiffness is not None:
@@ -246,15 +274,16 @@ class SolidModel:
         return replace(
             response,
             force=response.force + drag * moved,
+            viscous_force=float(np.linalg.norm((drag * moved).reshape(-1, 3), axis=1).sum()),
             energy=response.energy | {"stabilisation": self._damped(state)},
             stiffness=stiffness,
         )
 
     def _damped(self, state: SolidState) -> float:
-        """Return the work that stabilisation has taken up to a state [J]."""
-        if self.stabilisation is None:
+        """Return the work that viscous forces have taken up to a state [J]."""
+        if self.stabilisation is None and self.free_bodies is None:
             return 0.0
-        drag = self.stabilisation.stiffness(state.load, state.change)
+        drag = self._drag(state)
         moved = (state.displacement - state.memory.displacement).ravel()
         return state.memory.damped + float(drag @ moved**2)
 

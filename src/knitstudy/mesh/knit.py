@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knitstudy.mesh.memory import require_memory_to_mesh
 from knitstudy.mesh.quality import OVERLAP_TOLERANCE, check
 from knitstudy.mesh.roll import Targets
 from knitstudy.mesh.section import Section
@@ -42,10 +43,11 @@ def mesh_knit(knit: Knit, size: float, growth: float = 1.0, overlap: float = OVE
     Raises
     ------
     MeshError
-        If the sizes are not allowed, crossings are too close together for them, elements are folded, the yarn
-        bends too tightly, or yarns overlap.
+        If the sizes are not allowed, the mesh does not fit into memory, crossings are too close together for them,
+        elements are folded, the yarn bends too tightly, or yarns overlap.
     """
     radius = knit.loop.radius
+    require_memory_to_mesh(knit.centrelines, radius, size, growth)
     section = Section.for_size(2 * radius, size)
     spacing = crossing_spacing(knit, size, growth)
     mesh = sweep(knit.centrelines, section, radius, spacing, knit.loops, contact_targets(knit))

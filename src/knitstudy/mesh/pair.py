@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from knitstudy.mesh.knit import RAMP, REACH
+from knitstudy.mesh.memory import require_memory_to_mesh
 from knitstudy.mesh.quality import OVERLAP_TOLERANCE, check
 from knitstudy.mesh.roll import Targets
 from knitstudy.mesh.section import Section
@@ -34,9 +35,10 @@ def mesh_pair(pair: Pair, size: float, growth: float = 1.0, overlap: float = OVE
     Raises
     ------
     MeshError
-        If the sizes are not allowed, elements are folded, or the yarns overlap.
+        If the sizes are not allowed, the mesh does not fit into memory, elements are folded, or the yarns overlap.
     """
     radius, crossings = pair.radius, pair.crossings
+    require_memory_to_mesh(pair.centrelines, radius, size, growth)
     section = Section.for_size(2 * radius, size)
     spacing = Spacing(size, growth, (crossings.arc_length[0, 0],), reach=REACH * radius, ramp=RAMP * radius)
     targets = [Targets(s, crossings.point.mean(axis=1)) for s in crossings.arc_length.T]

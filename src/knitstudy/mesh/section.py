@@ -83,13 +83,7 @@ class Section:
         MeshError
             If the diameter or the size is not positive.
         """
-        for name, value in (("diameter", diameter), ("size", size)):
-            if not value > 0:
-                raise MeshError(f"section {name}: {value} m is not allowed; it must be positive")
-        # Rounded first: the same section in whatever unit of length, halves included.
-        across = round(round(diameter / size, 6))
-        rings = max(1, round(across / 6))
-        return cls.butterfly(max(FEWEST_CORE, across - 2 * rings), rings)
+        return cls.butterfly(*_divisions(diameter, size))
 
     @property
     def size(self) -> int:
@@ -113,6 +107,23 @@ class Section:
         corners = self.points[self.quads]
         p, q = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
         return 0.5 * (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+
+
+def nodes_for_size(diameter: float, size: float) -> int:
+    """Return how many nodes `Section.for_size` has, without making it."""
+    core, rings = _divisions(diameter, size)
+    return (core + 1) ** 2 + rings * 4 * core
+
+
+def _divisions(diameter: float, size: float) -> tuple[int, int]:
+    """Return the elements along a side of the core and the rings of elements about ``size`` wide."""
+    for name, value in (("diameter", diameter), ("size", size)):
+        if not value > 0:
+            raise MeshError(f"section {name}: {value} m is not allowed; it must be positive")
+    # Rounded first: the same section in whatever unit of length, halves included.
+    across = round(round(diameter / size, 6))
+    rings = max(1, round(across / 6))
+    return max(FEWEST_CORE, across - 2 * rings), rings
 
 
 def _core(core: int, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.gates.increment import require_sound
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.geometry.specimen import read_specimen
@@ -33,9 +34,6 @@ from knitstudy.study.scene import Scene
 
 DIRECT_UNKNOWNS = 20_000
 """Up to here a sparse LU is the fastest solver; beyond, its fill is not (see `make bench`)."""
-
-HOURGLASS_SHARE = 0.05
-"""Largest share of hourglass energy in the internal energy: beyond it the stabilisation carries load."""
 
 
 def simulate(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
@@ -69,7 +67,8 @@ def problem(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> Problem:
     Raises
     ------
     MeshError
-        If an element is folded after the tied nodes were moved, a crossing cannot be tied, or yarns overlap.
+        If elements are too large for the yarn, the simulation does not fit into memory, an element is folded after
+        the tied nodes were moved, a crossing cannot be tied, or yarns overlap.
     """
     meter = Meter()
     return problem_of(assemble(scene, mesh, specimen), scene, specimen, meter)
@@ -95,7 +94,7 @@ def problem_of(yarns: SolidYarns, scene: Scene, specimen: Knit | Pair, meter: Me
         stations=Stations(mesh.yarn_of_slice, mesh.arc_length, mesh.centres),
         observers=(SolidObserver(yarns),),
         checks=(
-            partial(require_small_hourglass, model, scene.solver.hourglass),
+            partial(require_sound, scene, model.loaded),
             partial(require_apart, model),
         ),
         constants={
@@ -133,29 +132,6 @@ def _contact_attributes(yarns: SolidYarns) -> dict[str, float]:
         "friction": contact.law.friction,
         "penetration_limit": yarns.model.penetration.limit,
     }
-
-
-def require_small_hourglass(
-    model: SolidModel, coefficient: float, increment: Increment, recorder: Recorder
-) -> None:
-    """Refuse a state in which hourglass control carries load.
-
-    In the first tenth of the load, with a hundredth of the energy, rounding and slack may prevail.
-
-    Raises
-    ------
-    ConvergenceError
-        If hourglass energy exceeds `HOURGLASS_SHARE` of the internal energy.
-    """
-    energy = increment.response.energy
-    if not model.loaded(increment.response) or increment.load < 0.1:
-        return
-    if energy["hourglass"] > HOURGLASS_SHARE * energy["internal"]:
-        raise ConvergenceError(
-            f"increment {increment.index}: hourglass energy is {energy['hourglass'] / energy['internal']:.1%} of the "
-            f"internal energy and may be {HOURGLASS_SHARE:.0%}: the mesh is too coarse for solver.hourglass = "
-            f"{coefficient:g}; use a smaller mesh.size, or the usual 0.005"
-        )
 
 
 def require_apart(model: SolidModel, increment: Increment, recorder: Recorder) -> None:

@@ -57,6 +57,10 @@ def run_stage(job: Any) -> None:
             stage.load()(scene, path=target, **needed)
 
 
+INTERRUPTED = 130
+"""Exit status after Ctrl-C: whoever started the study says the rest."""
+
+
 @contextmanager
 def frame(job: Any, restart: Path | None = None) -> Iterator[Progress]:
     """Run the body of a Snakemake script with everything it prints in the log file of its rule.
@@ -87,6 +91,9 @@ def frame(job: Any, restart: Path | None = None) -> Iterator[Progress]:
         print(f"{label}  ...", file=console)
         try:
             yield Progress(label, streams=(console, sys.stderr))
+        except KeyboardInterrupt:
+            print("interrupted", file=sys.stderr)
+            sys.exit(INTERRUPTED)
         except KnitstudyError as error:
             _fail(f"error in {label}: {error}", path, console)
         except Exception as error:

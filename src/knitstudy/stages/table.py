@@ -12,9 +12,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-# ELEMENTS
-# MATERIALS
 from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.elements import ELEMENTS
+from knitstudy.mechanics.materials import LAWS
 from knitstudy.registry import Registry
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def _solid(scene: Scene) -> bool:
 def _laws(scene: Scene) -> tuple[str, ...]:
     """Return the modules of the element, the material and the interaction of solid yarns."""
     contact = ("knitstudy.solids.yarn_contact",) if scene.kind.interaction.touches else ()
-    return contact
+    return (ELEMENTS.module(scene.mesh.element), LAWS.module(scene.yarn.material), *contact)
 
 
 STAGES.register(
@@ -151,7 +151,7 @@ STAGES.register(
         name="dns",
         does="Load {scene}",
         of=_solid,
-        reads=(*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver"),
+        reads=(*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver", "gates"),
         outputs=("fields",),
         needs=lambda scene, named: {"geometry": ("geometry", scene), "mesh": ("mesh", scene)},
         function="knitstudy.solids.dns:simulate",
@@ -189,7 +189,7 @@ STAGES.register(
         name="rom",
         does="Pull the reduced model {scene}",
         of=lambda scene: scene.fidelity in ("rom2d", "rom3d"),
-        reads=(*KIND, "pattern", "yarn", "load", "mesh", "solver", "rom"),
+        reads=(*KIND, "pattern", "yarn", "load", "mesh", "solver", "gates", "rom"),
         needs=_joined,
         function="knitstudy.networks.rom.run:simulate",
         leaves="rom/{scene}.nc",
@@ -203,7 +203,7 @@ STAGES.register(
         name="beams",
         does="Pull the beams in contact of {scene}",
         of=lambda scene: scene.fidelity == "beam",
-        reads=(*KIND, "pattern", "yarn", "load", "mesh", "contact", "solver", "beam"),
+        reads=(*KIND, "pattern", "yarn", "load", "mesh", "contact", "solver", "gates", "beam"),
         needs=lambda scene, named: {"geometry": ("geometry", scene)},
         function="knitstudy.networks.beams.run:simulate",
         leaves="beams/{scene}.nc",

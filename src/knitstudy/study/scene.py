@@ -127,7 +127,8 @@ class Scene:
                 raise ConfigurationError(f"{where}: {not_of_kind(kind, (first or [str(name)])[0])}")
         sections = {}
         for name, section in kind.sections.items():
-            if name not in document and name not in defaults:
+            required = any(field.is_required() for field in section.model_fields.values())
+            if required and name not in document and name not in defaults:
                 raise ConfigurationError(f"{where}: the key {name!r} is missing")
             own, below = document.get(name, {}), defaults.get(name, {})
             for inner in own if isinstance(own, Mapping) else ():

@@ -33,16 +33,19 @@ class YarnScale:
         share(lambda yarn: self._factorise(matrix, yarn), len(self._factors))
 
     def _factorise(self, matrix: sp.bsr_matrix, yarn: int) -> None:
-        band = self._band(matrix, *self._nodes[yarn : yarn + 2])
-        minor = banded.factorise(band)
-        if minor:
-            raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {minor})")
-        self._factors[yarn] = band
+        for dtype in (self._dtype, np.float64):
+            # In single precision a yarn that hardly anything holds cannot be told from one that nothing holds.
+            band = self._band(matrix, *self._nodes[yarn : yarn + 2], dtype)
+            minor = banded.factorise(band)
+            if not minor:
+                self._factors[yarn] = band
+                return
+        raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {minor})")
 
-    def _band(self, matrix: sp.bsr_matrix, first: int, last: int) -> np.ndarray:
+    def _band(self, matrix: sp.bsr_matrix, first: int, last: int, dtype: type) -> np.ndarray:
         """Return the lower band (bandwidth + 1, unknowns) of nodes first .. last in LAPACK's order."""
         width = 3 * (self._bandwidth + 1)
-        band = np.zeros((last - first) * 3 * width, dtype=self._dtype)
+        band = np.zeros((last - first) * 3 * width, dtype=dtype)
         for low in range(first, last, 2048):  # bounds the index arrays
             high = min(low + 2048, last)
             entries = slice(matrix.indptr[low], matrix.indptr[high])
@@ -77,7 +80,7 @@ class YarnScale:
 
         def solve(yarn: int) -> None:
             part = slice(*self._bounds[yarn : yarn + 2])
-            local = residual[part].astype(self._dtype)
+            local = residual[part].astype(self._factors[yarn].dtype)
             banded.solve(self._factors[yarn], local)
             result[part] = local
 

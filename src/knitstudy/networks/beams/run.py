@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.gates.increment import require_sound
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.cost import Meter
 from knitstudy.loading.follow import follow
@@ -91,7 +93,7 @@ def problem_of(beams: BeamKnit, scene: Scene, knit: Knit, meter: Meter | None = 
         driven=6 * ends.driven[:, None] + np.arange(3),
         stations=network.stations,
         observers=(observer,),
-        checks=(observer.require_seen,),
+        checks=(observer.require_seen, partial(require_sound, scene, None)),
         constants={"crossing_tied": beams.tied.astype(np.int8)},
         attributes={
             "dof": model.block * network.beam_nodes,

@@ -17,6 +17,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from knitstudy.errors import ConfigurationError, GeometryError
+from knitstudy.gates.memory import require_memory
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.history import Stations
 from knitstudy.mechanics.spring import LinearSprings
@@ -25,6 +26,9 @@ from knitstudy.networks.rom.network import Network
 from knitstudy.networks.rom.points import ContactPoints
 
 JOINTS = ("rigid", "printed")
+
+BYTES_A_NODE = 12_000
+"""Of a simulation of beams: tangent, its factors and the elements."""
 
 
 def build(
@@ -57,6 +61,8 @@ def build(
     ------
     ConfigurationError
         If the joint is unknown or the size is not positive.
+    MeshError
+        If the network does not fit into memory.
     GeometryError
         If two contacts of a yarn share a point C, or one lies at a stop.
     """
@@ -64,6 +70,8 @@ def build(
         raise ConfigurationError(f"rom.joint is {joint!r}: allowed are {', '.join(JOINTS)}")
     if not size > 0:
         raise ConfigurationError(f"mesh.beam_size is {size}: allowed is a positive length in m")
+    nodes = sum(centreline.length for centreline in knit.centrelines) / size
+    require_memory(nodes * BYTES_A_NODE, "mesh.beam_size", size, f"a network of {nodes:.2g} nodes", power=1)
     joints = joints or Joints.all_tied(len(contacts.yarn))
     stops = stops or {}
     pieces = [

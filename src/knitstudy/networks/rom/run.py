@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.gates.increment import require_sound
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.cost import Meter
 from knitstudy.loading.follow import follow
@@ -115,7 +117,7 @@ def problem_of(network: Network, scene: Scene, knit: Knit, meter: Meter | None =
         driven=6 * ends.driven[:, None] + np.arange(3),
         stations=network.stations,
         observers=(NetworkObserver(network, model),),
-        checks=(),
+        checks=(partial(require_sound, scene, None),),
         constants={} if joints is None else {"joint_stiffness": joints.stiffness},
         attributes={
             "dof": model.block * network.beam_nodes,

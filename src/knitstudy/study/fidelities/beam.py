@@ -2,6 +2,7 @@
 
 from knitstudy.study.kinds import FIDELITIES, Fidelity, Interaction, Sections
 from knitstudy.study.sections.beam import Beam
+from knitstudy.study.sections.gates import Gates
 from knitstudy.study.sections.interaction import TiedEdges
 from knitstudy.study.sections.mesh import BeamMesh
 from knitstudy.study.sections.solver import Newton
@@ -9,7 +10,13 @@ from knitstudy.study.sections.solver import Newton
 
 def sections(interaction: Interaction) -> Sections:
     """Return the sections of a scene."""
-    return {"mesh": BeamMesh, "contact": interaction.contact(TiedEdges), "solver": Newton, "beam": Beam}
+    return {
+        "mesh": BeamMesh,
+        "contact": interaction.contact(TiedEdges),
+        "solver": Newton,
+        "gates": Gates,
+        "beam": Beam,
+    }
 
 
 FIDELITIES.register(

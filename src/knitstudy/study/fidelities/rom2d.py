@@ -1,13 +1,14 @@
 """Planar reduced model: a honeycomb of beams (Fig. 4)."""
 
 from knitstudy.study.kinds import FIDELITIES, Fidelity, Interaction, Sections
+from knitstudy.study.sections.gates import Gates
 from knitstudy.study.sections.rom import PlanarJoints
 from knitstudy.study.sections.solver import Newton
 
 
 def sections(interaction: Interaction) -> Sections:
     """Return the sections of a scene: yarns are joined whatever the interaction."""
-    return {"solver": Newton, "rom": PlanarJoints}
+    return {"solver": Newton, "gates": Gates, "rom": PlanarJoints}
 
 
 FIDELITIES.register(

@@ -1,6 +1,7 @@
 """Spatial reduced model: a network of beams with ties or springs at the contacts (Figs. 5 and 6)."""
 
 from knitstudy.study.kinds import FIDELITIES, Fidelity, Interaction, Sections
+from knitstudy.study.sections.gates import Gates
 from knitstudy.study.sections.mesh import BeamMesh
 from knitstudy.study.sections.rom import SpatialJoints, Springs
 from knitstudy.study.sections.solver import Newton
@@ -8,7 +9,12 @@ from knitstudy.study.sections.solver import Newton
 
 def sections(interaction: Interaction) -> Sections:
     """Return the sections of a scene: springs only where yarns are not tied."""
-    return {"mesh": BeamMesh, "solver": Newton, "rom": Springs if interaction.touches else SpatialJoints}
+    return {
+        "mesh": BeamMesh,
+        "solver": Newton,
+        "gates": Gates,
+        "rom": Springs if interaction.touches else SpatialJoints,
+    }
 
 
 FIDELITIES.register(

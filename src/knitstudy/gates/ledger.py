@@ -1,0 +1,72 @@
+"""The ledger of energies must close: external work = the sum of all other forms.
+
+What is missing there was made or lost by the computation: work of a rule that is too coarse for how the force changes
+within an increment (the external work is a trapezoidal sum over increments, the work of friction takes the mean
+pressure of each), or forces that no form accounts for.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knitstudy.errors import ConvergenceError
+
+if TYPE_CHECKING:
+    from knitstudy.loading.history import Recorder
+    from knitstudy.loading.load_path import Motion
+
+
+def require_closed_ledger(recorder: Recorder, index: int, limit: float) -> None:
+    """Refuse an increment after which the ledger is open.
+
+    Where contact has only begun hardly any work is done, and the first increment's share in it is as good as arbitrary.
+    The gap is therefore held against the work that will have been done at full load if the force goes on as it does
+    now (`expected_work`): at full load that is the external work itself.
+
+    Parameters
+    ----------
+    recorder : Recorder
+        With the increment as its last one.
+    index : int
+        Number of the increment.
+    limit : float
+        Largest gap over that work, ``gates.ledger``.
+
+    Raises
+    ------
+    ConvergenceError
+        If the gap is larger.
+    """
+    energy = recorder.columns["energy"][-1]
+    gap, work = abs(2 * energy[0] - energy.sum()), expected_work(recorder)
+    if gap > limit * work:
+        raise ConvergenceError(
+            f"increment {index}: the ledger of energies is open by {gap:.3g} J, {gap / work:.1%} of the external work; "
+            f"gates.ledger allows {limit:.1%}. Sums over increments are too coarse for how the force changes: use "
+            "more solver.increments, then a smaller solver.stabilisation; gates.ledger raises the limit"
+        )
+
+
+def expected_work(recorder: Recorder) -> float:
+    """Return the largest external work so far, and what the force will do on the rest of the path [J].
+
+    The force is taken to go on growing as in the last increment, and not to fall.
+    """
+    columns, motion = recorder.columns, recorder.motion
+    done = max(abs(energy[0]) for energy in columns["energy"])
+    left = _way(motion, columns["load"][-1], 1.0)
+    if len(columns["load"]) < 2 or left == 0.0:
+        return done
+    force, before = (float(np.linalg.norm(columns["reaction"][i])) for i in (-1, -2))
+    went = _way(motion, columns["load"][-2], columns["load"][-1])
+    slope = max(force - before, 0.0) / went if went > 0 else 0.0
+    return done + left * (force + 0.5 * slope * left)
+
+
+def _way(motion: Motion, start: float, end: float) -> float:
+    """Return the length of the driven side's path between two load factors [m]."""
+    loads = [start, *(corner for corner in motion.corners if start < corner < end), end]
+    places = np.array([motion.at(load) for load in loads])
+    return float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())

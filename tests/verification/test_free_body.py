@@ -1,0 +1,97 @@
+"""A yarn that nothing holds before others touch it: led there by a drag that the result does not know."""
+
+import numpy as np
+import pytest
+from contact_bodies import MODULUS, Straight, back, drive, law, reaction, together, yarn
+
+from knitstudy.mechanics import free_bodies
+from knitstudy.mechanics.free_bodies import FreeBodies
+from knitstudy.mechanics.increment import Settings
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.newton import trace
+from knitstudy.mesh.section import Section
+
+SIZE, RADIUS, GAP = 0.4, 1.0, 0.01
+DOWN = np.array([0, 0, -1.0])
+
+
+class Stack:
+    """A free yarn along y between two held ones below it and two driven ones above it, a gap apart from each."""
+
+    def __init__(self, friction=np.inf):
+        section, rise = Section.butterfly(3, 1), 2 * RADIUS + GAP
+        across = [(y, z) for z in (-rise, rise) for y in (-1.5, 1.5)]
+        curves = [Straight(np.array([-2.0, y, z]), np.array([1.0, 0, 0]), 4.0) for y, z in across]
+        curves.append(Straight(np.array([0, -3.0, 0]), np.array([0, 1.0, 0]), 6.0))
+        bodies = [
+            yarn(
+                curve,
+                RADIUS,
+                section,
+                SIZE,
+                facing=0.5 * (curve.start + curve.position([curve.length])[0]) * [0, 1, 0],
+            )
+            for curve in curves
+        ]
+        self.model, first = together(bodies, law(SIZE, friction), size=SIZE)
+        each = np.repeat(self.model.elements.volume / 8, 8)
+        volume = np.bincount(self.model.hexahedra.ravel(), each, len(self.model.nodes))
+        self.model.free_bodies = FreeBodies.of([np.arange(first[4], first[5])], volume, MODULUS, SIZE)
+        self.held = np.concatenate([first[i] + back(bodies[i], DOWN) for i in (0, 1)])
+        self.driven = np.concatenate([first[i] + back(bodies[i], -DOWN) for i in (2, 3)])
+
+    def press(self, depth, increments):
+        settings = Settings(
+            increments=increments, residual_tolerance=1e-6, correction_tolerance=1e-6, predictor=1
+        )
+        path = np.array([(2 * GAP + depth) * DOWN])
+        return list(trace(self.model, drive(self.held, self.driven, path), settings, LU()))
+
+    def holds(self, state):
+        """Whether contact holds the free yarn in a state."""
+        touch = self.model.contact.forces(self.model.contact_points(state), stiffness=True)
+        return self.model.free_bodies.held(touch.symmetric, self.model.nodes + state.displacement)
+
+    def force(self, increment):
+        return -reaction(increment, self.driven)[2]
+
+
+@pytest.fixture(scope="module")
+def pressed():
+    return {share: _pressed(share) for share in (1e-7, 1e-6, 1e-5)}
+
+
+def _pressed(share):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(free_bodies, "SHARE", share)
+        stack = Stack()
+        increments = stack.press(0.04, 6)
+    return stack, increments
+
+
+def test_result_does_not_depend_on_the_drag(pressed, verify):
+    forces = {
+        share: [stack.force(each) for each in increments] for share, (stack, increments) in pressed.items()
+    }
+    usual = forces[free_bodies.SHARE][-1]
+    for share in (1e-7, 1e-5):
+        verify.within(f"free yarn: force for a drag of {share:g} E V / h2", forces[share][-1], usual, 1e-4)
+
+
+def test_drag_has_died_out(pressed, verify):
+    stack, increments = pressed[free_bodies.SHARE]
+    assert not stack.holds(increments[0].state)
+    assert stack.holds(increments[-1].state)
+    assert increments[-1].state.led is False
+    carried = reaction(increments[-1], stack.held)[2]
+    verify.within(
+        "free yarn: force below it over that above it", carried / stack.force(increments[-1]), 1.0, 1e-6
+    )
+    led = [each for each in increments[1:] if each.state.led]
+    assert led, "the first increment ends before all yarns touch"
+    felt = max(abs(stack.force(each)) for each in led) / stack.force(increments[-1])
+    verify.at_most("free yarn: force before anything holds it, over that at the end", felt, 1e-3)
+    taken = increments[-1].response.energy
+    verify.at_most(
+        "free yarn: work of the drag over energy", taken["stabilisation"] / taken["internal"], 1e-3
+    )
