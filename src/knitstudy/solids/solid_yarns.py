@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,16 +15,16 @@ from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.solid import Penetration, SolidModel
+from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.stabilisation import Stabilisation
 from knitstudy.mesh.grips import Grips, grips
 from knitstudy.mesh.memory import require_memory_to_simulate
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.solids.beside_ties import BesideTies
-from knitstudy.solids.free_yarns import free_yarns
 from knitstudy.solids.tie import Tie, tie_crossings
-from knitstudy.solids.yarn_contact import yarn_contact
 from knitstudy.study.scene import Scene
+
+if TYPE_CHECKING:
+    from knitstudy.solids.touching import Touching
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,17 +37,17 @@ class SolidYarns:
     model : SolidModel
     tie : Tie
     facets : CrossingFacets
-    beside : BesideTies or None
-        Watches tied yarns where others are in contact.
     ends : Grips
+    touching : Touching or None
+        What contact adds.
     """
 
     mesh: SweptMesh
     model: SolidModel
     tie: Tie
     facets: CrossingFacets
-    beside: BesideTies | None
     ends: Grips
+    touching: Touching | None = None
 
 
 def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> SolidYarns:
@@ -62,16 +64,14 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> SolidYarns
     tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied)
     pieces = tied_pieces(mesh, specimen.crossings, tied)
     ends = grips(mesh, scene, specimen)
-    model = _model(scene, mesh, tie, pieces, ends)
-    watched = model.contact is not None and tied.any()
-    return SolidYarns(
-        mesh=mesh,
-        model=model,
-        tie=tie,
-        facets=CrossingFacets.of(specimen.crossings, mesh),
-        beside=BesideTies(scene, mesh, tie, pieces) if watched else None,
-        ends=ends,
-    )
+    facets = CrossingFacets.of(specimen.crossings, mesh)
+    solids, options, volume = _solids(scene, mesh, tie)
+    interaction = scene.kind.interaction
+    if not interaction.touches:
+        return SolidYarns(mesh, SolidModel(*solids, **options), tie, facets, ends)
+    contact = import_module(interaction.solids)
+    touching = contact.touching(scene, mesh, tie, pieces, ends, facets, volume, *solids, **options)
+    return SolidYarns(mesh, touching.model, tie, facets, ends, touching)
 
 
 def _require_resolution(scene: Scene, mesh: SweptMesh) -> None:
@@ -81,7 +81,8 @@ def _require_resolution(scene: Scene, mesh: SweptMesh) -> None:
     require_memory_to_simulate(mesh.nodes.size, mesh.section.size + mesh.section.bandwidth, scene.mesh.size)
 
 
-def _model(scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray, ends: Grips) -> SolidModel:
+def _solids(scene: Scene, mesh: SweptMesh, tie: Tie) -> tuple[tuple, dict[str, Any], np.ndarray]:
+    """Return the arguments of `SolidModel`, and the volume (N,) of every node [m3]."""
     yarn, size = scene.yarn, scene.mesh.size
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
     corners = tie.nodes[mesh.hexahedra]
@@ -89,15 +90,9 @@ def _model(scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray, ends: Gr
     dependence = tie.dependence() if len(tie.slave) else None
     each = elements.volume.reshape(-1, len(corners)).sum(axis=0)  # of its integration points
     volume = np.bincount(mesh.hexahedra.ravel(), np.repeat(each / 8, 8), len(tie.nodes))
-    contact = stabilisation = free = None
-    limits = Penetration()
-    if scene.kind.interaction.touches:
-        contact = yarn_contact(scene, mesh, tie.nodes, pieces)
-        limits = Penetration(scene.contact.penetration * size, scene.contact.augmentations)
-        free = free_yarns(mesh, tie, ends, volume, yarn.youngs_modulus, size)
+    stabilisation = None
     if scene.solver.stabilisation > 0:
         kept = volume if dependence is None else dependence.T @ volume
         stabilisation = Stabilisation.of(scene.solver.stabilisation, yarn.youngs_modulus, size, kept)
-    return SolidModel(
-        tie.nodes, mesh.hexahedra, elements, size, dependence, contact, limits, stabilisation, free
-    )
+    solids = (tie.nodes, mesh.hexahedra, elements, size)
+    return solids, {"dependence": dependence, "stabilisation": stabilisation}, volume
