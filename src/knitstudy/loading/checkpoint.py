@@ -17,9 +17,8 @@ from knitstudy.mechanics.model import Response
 
 _LEAVES = (np.ndarray, np.generic, bool, int, float, str)
 _SCALARS = (bool, int, float, str)
-_JUDGED = tuple(
-    f"column.{name}" for name in ("load", "strain", "force", "reaction", "energy")
-)  # by gates and tables
+# By gates and tables.
+_JUDGED = tuple(f"column.{name}" for name in ("load", "strain", "force", "reaction", "energy"))
 
 
 class Checkpoint:
@@ -57,6 +56,7 @@ class Checkpoint:
             "index": increment.index,
             "load": increment.load,
             "size": increment.size,
+            "updates": np.array(increment.updates),
             "rate_sizes": np.array([rate.increment for rate in increment.rates]),
             "force": increment.response.force,
             "mean_force": increment.response.mean_force,
@@ -101,6 +101,7 @@ class Checkpoint:
             response=Response(data["force"], float(data["mean_force"])),
             size=float(data["size"]),
             rates=tuple(rates),
+            updates=tuple(data["updates"]),
         )
 
     def remove(self) -> None:
@@ -115,7 +116,7 @@ def _require_whole(data: dict[str, np.ndarray]) -> None:
     """
     increments = int(data["index"]) + 1
     for name, values in data.items():
-        judged = name.startswith(("state.", "rate", "force", "mean_force", "load", "size", *_JUDGED))
+        judged = name.startswith(("state.", "rate", "update", "force", "mean_force", "load", "size", *_JUDGED))
         if judged and values.dtype.kind == "f" and np.isnan(values).any():
             raise ValueError(f"{name} holds values that are not numbers")
         if name.startswith(("rate", "force")) and values.dtype.kind not in "iuf":
