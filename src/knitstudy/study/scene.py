@@ -192,22 +192,32 @@ class Scene:
                 found[section] = document[section]
         return found
 
-    def only(self, document: Mapping) -> Scene:
-        """Return the scene as a stage sees it that has `read` a document: another key is an AttributeError there."""
-        return Scene.seen(
-            {name: _plain(getattr(self, name)) for name in Labels.model_fields} | dict(document)
-        )
+    def only(self, document: Mapping, keys: Iterable[str]) -> Scene:
+        """Return the scene as a stage sees it that has `read` a document by some keys; see `seen`."""
+        labels = {name: _plain(getattr(self, name)) for name in Labels.model_fields}
+        return Scene.seen(labels | dict(document), keys)
 
     @classmethod
-    def seen(cls, document: Mapping) -> Scene:
-        """Return a scene of some of its keys, not checked again; `document` is of `read`, with all labels."""
-        kind = Kind.of(document, "scene")
+    def seen(cls, document: Mapping, keys: Iterable[str]) -> Scene:
+        """Return a scene of some of its keys, not checked again: any other is an AttributeError there.
+
+        Parameters
+        ----------
+        document : mapping
+            What `read` returns, with all labels.
+        keys : iterable of str
+            What was read: keys that are not in the document for that are at their defaults.
+        """
+        kind, keys = Kind.of(document, "scene"), set(keys)
         labels = validated(Labels, {name: document[name] for name in Labels.model_fields}, "scene")
-        sections = {
-            name: section.model_construct(**{key: _tuples(value) for key, value in document[name].items()})
-            for name, section in kind.sections.items()
-            if name in document
-        }
+        sections = {}
+        for name, section in kind.sections.items():
+            wanted = {field for field in section.model_fields if keys & {name, f"{name}.{field}"}}
+            if wanted:
+                values = {key: _tuples(value) for key, value in document.get(name, {}).items()}
+                sections[name] = section.model_construct(**values)
+                for field in section.model_fields.keys() - wanted:
+                    sections[name].__dict__.pop(field, None)  # the default of what was not read
         return cls(labels, kind, sections)
 
     def replace(self, key: str, value: Any) -> Scene:
@@ -315,9 +325,8 @@ def all_sections() -> dict[str, dict[str, type[Section]]]:
 
 
 @cache
-def _sections_of(
-    specimens: tuple, interactions: tuple, fidelities: tuple
-) -> dict[str, dict[str, type[Section]]]:
+def _sections_of(*names: tuple[str, ...]) -> dict[str, dict[str, type[Section]]]:
+    """Return `all_sections`, formed once for all that is registered under these names."""
     found: dict[str, dict[str, type[Section]]] = {}
     for kind in all_kinds():
         for section, described in kind.sections.items():
