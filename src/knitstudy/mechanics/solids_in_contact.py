@@ -162,12 +162,11 @@ class SolidsInContact(SolidModel):
             full, symmetric = self._tied.collect(full), self._tied.collect(symmetric)
         if self._sum is None or not self._sum.fits(response.stiffness, full):
             self._sum = PatternSum(response.stiffness, full)
+        unsymmetric = (full.data - symmetric.data, full.indices, full.indptr)
         return replace(
             response,
             stiffness=self._sum.add(response.stiffness, full),
-            unsymmetric=sp.bsr_matrix(
-                (full.data - symmetric.data, full.indices, full.indptr), shape=full.shape
-            ),
+            unsymmetric=sp.bsr_matrix(unsymmetric, shape=full.shape),
             touching=np.flatnonzero(np.diff(full.indptr)),
         )
 
