@@ -11,7 +11,8 @@ from knitstudy.crossings.tied_crossings import tied_crossings, tied_pieces
 from knitstudy.gates.resolution import ELEMENTS_ACROSS, require_elements_across
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
-from knitstudy.mechanics.elements import ELEMENTS
+from knitstudy.mechanics.elements import ELEMENTS, Hexahedron
+from knitstudy.mechanics.free_bodies import FreeBodies
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.solid import Penetration, SolidModel
 from knitstudy.mechanics.stabilisation import Stabilisation
@@ -81,21 +82,26 @@ def _require_resolution(scene: Scene, mesh: SweptMesh) -> None:
     require_memory_to_simulate(mesh.nodes.size, mesh.section.size + mesh.section.bandwidth, scene.mesh.size)
 
 
+def _node_volume(elements: Hexahedron, mesh: SweptMesh) -> np.ndarray:
+    """Return an eighth of the volume of all elements at every node (N,) [m3]."""
+    return np.bincount(mesh.hexahedra.ravel(), np.repeat(elements.volume / 8, 8), len(mesh.nodes))
+
+
 def _model(scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray, ends: Grips) -> SolidModel:
     yarn, size = scene.yarn, scene.mesh.size
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
     corners = tie.nodes[mesh.hexahedra]
     elements = ELEMENTS.find(scene.mesh.element).build(corners, material, scene.solver.hourglass)
     dependence = tie.dependence() if len(tie.slave) else None
-    each = elements.volume.reshape(-1, len(corners)).sum(axis=0)  # of its integration points
-    volume = np.bincount(mesh.hexahedra.ravel(), np.repeat(each / 8, 8), len(tie.nodes))
     contact = stabilisation = free = None
     limits = Penetration()
     if scene.kind.interaction.touches:
         contact = yarn_contact(scene, mesh, tie.nodes, pieces)
         limits = Penetration(scene.contact.penetration * size, scene.contact.augmentations)
-        free = free_yarns(mesh, tie, ends, volume, yarn.youngs_modulus, size)
+        if yarns := free_yarns(mesh, tie, ends):
+            free = FreeBodies.of(yarns, _node_volume(elements, mesh), yarn.youngs_modulus, size)
     if scene.solver.stabilisation > 0:
+        volume = _node_volume(elements, mesh)
         kept = volume if dependence is None else dependence.T @ volume
         stabilisation = Stabilisation.of(scene.solver.stabilisation, yarn.youngs_modulus, size, kept)
     return SolidModel(

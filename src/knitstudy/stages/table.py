@@ -211,6 +211,8 @@ STAGES.register(
         long=True,
     )
 )
+
+
 def _with_fields(scene: Scene, named: Callable[[str], Scene]) -> Needs:
     """Return what deformed yarns are drawn from; refuse a scene that does not keep its fields."""
     if "fields" not in scene.outputs:
