@@ -45,8 +45,14 @@ class Registry(Generic[Entry]):
         self._entries: dict[str, Entry] = {}
         self._modules: dict[str, str] = {}
 
-    def register(self, entry: Entry) -> Entry:
+    def register(self, entry: Entry, module: str = "") -> Entry:
         """Add an entry and return it: a decorator of classes as well.
+
+        Parameters
+        ----------
+        entry : object with a name
+        module : str
+            Dotted name of the module that it stands in; by default the one that calls.
 
         Raises
         ------
@@ -56,7 +62,7 @@ class Registry(Generic[Entry]):
         if entry.name in self._entries:
             raise ConfigurationError(f"{self.what} {entry.name!r} is registered twice")
         self._entries[entry.name] = entry
-        self._modules[entry.name] = sys._getframe(1).f_globals["__name__"]
+        self._modules[entry.name] = module or sys._getframe(1).f_globals["__name__"]
         return entry
 
     def forget(self, name: str) -> None:
@@ -97,7 +103,9 @@ class Registry(Generic[Entry]):
     def allowed(self) -> str:
         """Return all names with what they mean, where entries say it."""
         meanings = {name: getattr(entry, "meaning", "") for name, entry in self.all().items()}
-        return listed([f"{name} ({meaning})" if meaning else name for name, meaning in meanings.items()])
+        return listed(
+            [f"{name} ({meaning})" if meaning else name for name, meaning in sorted(meanings.items())]
+        )
 
 
 def load_plugins(modules: Iterable[str]) -> None:

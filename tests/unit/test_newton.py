@@ -1,6 +1,7 @@
 """Newton's method on springs whose solution is known."""
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -131,6 +132,95 @@ def test_iterations_go_on_while_the_residual_falls():
     assert end.residual <= settings.residual_tolerance
 
 
+class Noisy(Chain):
+    """Springs with a noise that no correction takes away, and contact points that never change their status."""
+
+    def __init__(self):
+        super().__init__(4, lambda e: UNLIKE * e * (1 + 1e-3 * np.sin(1e9 * e)), lambda e: UNLIKE)
+
+    def respond(self, state, stiffness):
+        return replace(super().respond(state, stiffness), status=np.zeros((1, 3)))
+
+
 def test_an_increment_fails_where_the_residual_does_not_fall():
-    with pytest.raises(ConvergenceError, match="after 15 iterations the residual is"):
-        list(trace(with_tangent(1e30), PULL, Settings(increments=1, cutbacks=1), LU()))
+    settings = Settings(increments=1, cutbacks=1)
+    with pytest.raises(ConvergenceError, match=r"after \d+ iterations the residual is"):
+        list(trace(Noisy(), PULL, settings, LU()))
+
+
+def test_a_path_that_makes_no_headway_is_left():
+    settings = Settings(increments=1, cutbacks=1000, waste=40)
+    with pytest.raises(ConvergenceError, match=r"makes no headway beyond load factor 0") as caught:
+        list(trace(Noisy(), PULL, settings, LU()))
+    assert settings.waste < int(re.search(r"(\d+) iterations were in vain", str(caught.value))[1]) <= 100
+
+
+def test_rounding_is_no_reason_for_smaller_increments():
+    """Corrections as small as these leave every unknown as it is."""
+    with pytest.raises(ConvergenceError, match=r"increment 1, .*rounding keeps the residual at"):
+        list(trace(with_tangent(1e30), PULL, Settings(increments=1), LU()))
+
+
+def test_the_last_reason_is_given_once():
+    chain = Chain(4, lambda e: np.where(e > 0.55, np.nan, e), np.ones_like)
+    with pytest.raises(ConvergenceError) as caught:
+        list(trace(chain, PULL, Settings(increments=4, cutbacks=100), LU()))
+    assert str(caught.value).count("too small") == 1
+    assert "folded" in str(caught.value)
+
+
+@dataclass(frozen=True)
+class Pressed:
+    x: np.ndarray
+    multiplier: float = 0.0
+
+
+class Wall(Chain):
+    """A spring pulled against a stop by a penalty, whose multiplier is updated until it is penetrated by 0.01."""
+
+    penalty, allowed = 20.0, 0.01
+
+    def __init__(self):
+        super().__init__(3, lambda e: e, np.ones_like)
+
+    def start(self):
+        return Pressed(np.zeros(3))
+
+    def begin(self, state, load, change):
+        return replace(state, multiplier=0.0)
+
+    def advance(self, state, step):
+        return replace(state, x=state.x + step)
+
+    def pressure(self, state):
+        return max(0.0, state.multiplier + self.penalty * state.x[1])
+
+    def respond(self, state, stiffness):
+        answer = super().respond(state, stiffness)
+        pressure = self.pressure(state)
+        force = answer.force + np.array([0, pressure, 0])
+        if stiffness and pressure > 0:
+            answer.stiffness[1, 1] += self.penalty
+        return replace(answer, force=force, status=np.array([[0, 0, pressure > 0]]))
+
+    def settle(self, state):
+        return None if state.x[1] <= self.allowed else replace(state, multiplier=self.pressure(state))
+
+
+def test_updates_of_multipliers_are_foreseen():
+    """Every increment ends where updates from zero end, and starts nearer to where multipliers are zero."""
+    drive, settings = PrescribedDisplacement(np.array([0, 2]), np.array([0.0, 1.0])), Settings(increments=3)
+    _, first, second, third = trace(Wall(), drive, settings, LU())
+    for increment in (first, second, third):
+        x, multiplier = 0.0, 0.0
+        while True:
+            # Two springs and the penalty in balance.
+            x = (increment.load - multiplier) / (2 + Wall.penalty)
+            if x <= Wall.allowed:
+                break
+            multiplier += Wall.penalty * x
+        np.testing.assert_allclose(increment.state.x[1], x, atol=1e-9)
+    assert len(first.updates) == len(third.updates) == 1
+    (without,) = trace(Wall(), drive, settings, LU(), resume=replace(second, updates=()))
+    np.testing.assert_allclose(without.state.x, third.state.x, atol=1e-9)
+    assert third.residuals[0] < 0.6 * without.residuals[0]

@@ -77,7 +77,8 @@ def test_is_frozen_to_the_last_number(scene):
         (
             "yarn.material",
             "rubber",
-            "hencky (linear in logarithmic strain), neo_hookean (of rubber) or st_venant_kirchhoff (linear in Green's strain)",
+            "hencky (linear in logarithmic strain), neo_hookean (of rubber) or"
+            " st_venant_kirchhoff (linear in Green's strain)",
         ),
         ("pattern.loops", 0, "a whole number from 1 to 10000"),
         ("pattern.rows", 1.5, "a whole number from 1 to 10000"),

@@ -82,6 +82,8 @@ class Settings:
         Iterations without a smaller residual than before after which it does.
     cutbacks : int
         Halvings in a row after which the path counts as unreachable.
+    waste : int
+        Iterations of failed attempts, while the path goes on by less than a regular increment, after which it does.
     growth : float
         Factor on the increment after a quick one (at most `quick` iterations).
     quick : int
@@ -98,6 +100,7 @@ class Settings:
     iterations: int = 60
     patience: int = 15
     cutbacks: int = 8
+    waste: int = 120
     growth: float = 1.5
     quick: int = 6
     predictor: int = 2
@@ -139,6 +142,8 @@ class Increment:
         Increment of the load factor to try next.
     rates : tuple of Rate
         The last converged increments, newest first, for the predictor.
+    updates : tuple of ndarray, shape (size,)
+        What every settling of the state, such as an update of multipliers, changed: the first guess for the next one.
     newton_iterations, krylov_iterations : int
         Iterations spent on this increment, failed attempts included.
     residual, correction : float
@@ -155,6 +160,7 @@ class Increment:
     response: Response
     size: float
     rates: tuple[Rate, ...] = ()
+    updates: tuple[np.ndarray, ...] = ()
     newton_iterations: int = 0
     krylov_iterations: int = 0
     residual: float = 0.0

@@ -8,7 +8,8 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ import numpy as np
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.constraints import DirichletElimination, without
 from knitstudy.mechanics.increment import PHASES, Increment, PrescribedDisplacement, Rate, Settings
+from knitstudy.mechanics.line_search import Trial, line_search
 from knitstudy.mechanics.linear.solver import LinearSolver
 from knitstudy.mechanics.model import Model, Response
 
@@ -23,6 +25,17 @@ log = logging.getLogger(__name__)
 
 SMALLEST = 1e-9
 """Increment of the load factor below which the path counts as ended: rounding would go on for ever."""
+
+ROUNDING = 1e-13
+"""Correction over the element size that is nothing but rounding: further ones leave the residual where it is."""
+
+REMEDY = (
+    "Results up to there are kept. More solver.increments, a finer mesh, a contact.normal_stiffness nearer to its "
+    "default or a smaller load.strain may help."
+)
+
+ROUGHLY = 1e-3
+"""Residual at which a state is balanced well enough to see whether it will be settled."""
 
 
 class _Failed(Exception):
@@ -46,7 +59,8 @@ def trace(
     Raises
     ------
     ConvergenceError
-        If halving the increment `settings.cutbacks` times does not help; what was yielded stays valid.
+        If halving the increment `settings.cutbacks` times does not help, `settings.waste` iterations were in vain, or
+        rounding keeps the residual up; what was yielded stays valid.
     """
     largest = 1.0 / settings.increments
     now = resume
@@ -55,8 +69,8 @@ def trace(
         now = Increment(0, 0.0, state, model.respond(state, stiffness=False), largest)
         yield now
     path = _Path(model, prescribed, settings, solver)
-    cutbacks, reason = 0, "nothing had failed"
-    spent = [0, 0]
+    cutbacks, reason, since = 0, "", now.load
+    spent, failed = _Spent(), _Spent()
     size = now.size
     while now.load < 1.0:
         target = now.load + size
@@ -67,36 +81,55 @@ def trace(
         stop = prescribed.next_stop(now.load)
         if target > stop - 1e-9:
             target = stop
+        if not target - now.load > SMALLEST:
+            raise ConvergenceError(
+                f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {reason}; the "
+                f"increment has become too small. {REMEDY}"
+            )
         try:
-            if not target - now.load > SMALLEST:
-                raise _Failed(f"the increment has become too small; before that, {reason}")
             done = path.increment(now, target)
         except ConvergenceError as error:
             raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
         except _Failed as failure:
             cutbacks, reason = cutbacks + 1, str(failure)
-            spent[0] += path.newton_iterations
-            spent[1] += path.krylov_iterations
+            spent, failed = spent.after(path), failed.after(path)
             if cutbacks > settings.cutbacks:
                 raise ConvergenceError(
-                    f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}; "
-                    f"the increment was halved {settings.cutbacks} times. Results up to there are kept. "
-                    "More solver.increments, a finer mesh or a smaller load.strain may help."
+                    f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {reason}; "
+                    f"the increment was halved {settings.cutbacks} times. {REMEDY}"
+                ) from None
+            if failed.newton > settings.waste:
+                raise ConvergenceError(
+                    f"increment {now.index + 1} makes no headway beyond load factor {now.load:.6g}: {failed.newton} "
+                    f"iterations were in vain since load factor {since:.6g}; at last, {reason}. {REMEDY}"
                 ) from None
             size = 0.5 * (target - now.load)
             log.warning("increment %d failed (%s); trying %.3g of the load", now.index + 1, failure, size)
             continue
         cutbacks = 0
+        if target - since >= largest:
+            since, failed = target, _Spent()
         if done.newton_iterations <= settings.quick:
             size = min(largest, size * settings.growth)
         now = replace(
             done,
             size=size,
-            newton_iterations=done.newton_iterations + spent[0],
-            krylov_iterations=done.krylov_iterations + spent[1],
+            newton_iterations=done.newton_iterations + spent.newton,
+            krylov_iterations=done.krylov_iterations + spent.krylov,
         )
-        spent = [0, 0]
+        spent = _Spent()
         yield now
+
+
+@dataclass(frozen=True)
+class _Spent:
+    """Iterations of failed attempts."""
+
+    newton: int = 0
+    krylov: int = 0
+
+    def after(self, path: _Path) -> _Spent:
+        return _Spent(self.newton + path.newton_iterations, self.krylov + path.krylov_iterations)
 
 
 class _Path:
@@ -120,26 +153,36 @@ class _Path:
         self.seconds = dict.fromkeys(PHASES, 0.0)
         change = target - now.load
         begun = model.begin(now.state, target, change)
-        total = self._predict(now, begun, target)
+        # Multipliers start from zero again, so does what they moved.
+        total = self._predict(now, begun, target) - sum(now.updates)
+        updated: list[np.ndarray] = []
         state = model.advance(begun, total)
         response = self._respond(state, stiffness=False)
         self._require_finite(response)
         residuals = [self._residual(response)]
         correction = np.inf
-        tangent_is_stale = True
+        tangent_is_stale, still = True, 0
         changed = response.status is not None
         settled = 0
         while True:
             balanced = residuals[-1] <= settings.residual_tolerance
-            if balanced and correction <= settings.correction_tolerance:
+            converged = balanced and correction <= settings.correction_tolerance
+            # What the next update changes anyway need not be balanced to the last digit.
+            if converged or (residuals[-1] <= ROUGHLY and not changed):
                 better = model.settle(state)
-                if better is None:
+                if better is not None:
+                    state, settled = better, self.newton_iterations
+                    updated.append(total.copy())
+                    if len(updated) <= len(now.updates):
+                        step = now.updates[len(updated) - 1]
+                        state, total = model.advance(state, step), total + step
+                    response = self._respond(state, stiffness=False)
+                    self._require_finite(response)
+                    residuals.append(self._residual(response))
+                    correction, tangent_is_stale = np.inf, True
+                    continue
+                if converged:
                     break
-                state, settled = better, self.newton_iterations
-                response = self._respond(state, stiffness=False)
-                residuals.append(self._residual(response))
-                correction, tangent_is_stale = np.inf, True
-                continue
             done = self.newton_iterations - settled
             idle = done - int(np.argmin(residuals[len(residuals) - 1 - done :]))
             if done == settings.iterations or idle >= settings.patience:
@@ -147,6 +190,12 @@ class _Path:
                     f"after {done} iterations the residual is {residuals[-1]:.2e} "
                     f"(allowed {settings.residual_tolerance:.1e}) and the correction {correction:.2e} h "
                     f"(allowed {settings.correction_tolerance:.1e})"
+                )
+            if still >= 2 and not balanced:
+                raise ConvergenceError(
+                    f"rounding keeps the residual at {residuals[-1]:.1e} (allowed {settings.residual_tolerance:.1e}): "
+                    "some stiffness is too large beside the others. Use a contact.normal_stiffness nearer to its "
+                    "default, or a larger solver.residual_tolerance"
                 )
             # A balanced state needs only the proof that its last correction is small: the tangent of the
             # iteration before serves for that.
@@ -156,11 +205,15 @@ class _Path:
             forcing = self._forcing(residuals, changed)
             step = self._solve(np.where(self.free, -response.force, 0.0), forcing)
             before = response
-            step, state, response = self._search(state, response, step)
-            total += step
+            taken = self._search(state, response, step)
+            state, response = taken.state, taken.response
+            total += taken.step
             self.newton_iterations += 1
-            correction = float(np.max(np.abs(step * model.scale)[self.free], initial=0.0)) / model.length
+            correction = (
+                float(np.max(np.abs(taken.step * model.scale)[self.free], initial=0.0)) / model.length
+            )
             changed = not response.same_status(before)
+            still = still + 1 if correction <= ROUNDING and not changed else 0
             if changed:
                 correction, tangent_is_stale = np.inf, True
             residuals.append(self._residual(response))
@@ -177,6 +230,7 @@ class _Path:
             response=response,
             size=change,
             rates=(Rate(change, total / change), *now.rates)[: settings.predictor],
+            updates=tuple(after - before for before, after in pairwise([*updated, total])),
             newton_iterations=self.newton_iterations,
             krylov_iterations=self.krylov_iterations,
             residual=residuals[-1],
@@ -250,35 +304,25 @@ class _Path:
         if self.settings.exact:
             return 1e-12
         eta = 3e-2 if changed else 1e-3
-        if len(residuals) > 1:
+        if len(residuals) > 1 and residuals[-1] < residuals[-2]:
             eta = min(eta, 0.9 * (residuals[-1] / residuals[-2]) ** 2)
         # Nothing is gained by solving further than the increment has to be balanced.
         floor = 0.1 * self.settings.residual_tolerance / max(residuals[-1], 1e-300)
         return min(max(eta, floor, 1e-8), 1e-1)
 
-    def _search(self, state: Any, response: Response, step: np.ndarray) -> tuple[np.ndarray, Any, Response]:
-        """Shorten the step until the force along it has fallen (Crisfield's s criterion)."""
-        slope = float(step @ response.force)
-        before = self._residual(response)
-        alpha, best = 1.0, None
-        for _ in range(6):
-            trial = self.model.advance(state, alpha * step)
-            reply = self._respond(trial, stiffness=False)
-            if np.all(np.isfinite(reply.force)):
-                s = float(step @ reply.force)
-                if abs(s) <= 0.8 * abs(slope) or self._residual(reply) <= max(
-                    before, self.settings.residual_tolerance
-                ):
-                    return alpha * step, trial, reply
-                if best is None or self._residual(reply) < self._residual(best[2]):
-                    best = alpha * step, trial, reply
-                alpha *= min(max(slope / (slope - s), 0.1), 0.5) if slope != s else 0.5
-            else:
-                alpha *= 0.25
-        # Where points begin to touch or to slip, force jumps: the next tangent knows better than a shorter step.
-        if best is not None and best[2].status is not None:
-            return best
-        raise _Failed("the line search found no shorter step that lowers the residual")
+    def _search(self, state: Any, response: Response, step: np.ndarray) -> Trial:
+        """Return how far a step is taken."""
+
+        def trial(share: float) -> Trial:
+            moved = self.model.advance(state, share * step)
+            reply = self._respond(moved, stiffness=False)
+            return Trial(share, share * step, moved, reply, float(step @ reply.force), self._residual(reply))
+
+        slope, before = float(step @ response.force), self._residual(response)
+        found = line_search(trial, slope, before, self.settings.residual_tolerance)
+        if found is None:
+            raise _Failed("the line search found no shorter step that lowers the residual")
+        return found
 
     def _residual(self, response: Response) -> float:
         unbalanced = float(np.max(np.abs(response.force / self.model.scale)[self.free], initial=0.0))

@@ -12,9 +12,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-# ELEMENTS
-# MATERIALS
 from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.elements import ELEMENTS
+from knitstudy.mechanics.materials import LAWS
 from knitstudy.registry import Registry
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def _solid(scene: Scene) -> bool:
 def _laws(scene: Scene) -> tuple[str, ...]:
     """Return the modules of the element, the material and the interaction of solid yarns."""
     contact = ("knitstudy.solids.yarn_contact",) if scene.kind.interaction.touches else ()
-    return contact
+    return (ELEMENTS.module(scene.mesh.element), LAWS.module(scene.yarn.material), *contact)
 
 
 STAGES.register(

@@ -74,14 +74,14 @@ class Kind:
         return self.make(corners, material)
 
 
-ELEMENTS: Registry[Kind] = Registry("mesh.element")
+ELEMENTS: Registry[Kind] = Registry("mesh.element", "knitstudy.mechanics.elements")
 
 
 def element(name: str, meaning: str, hourglass: bool = False) -> Callable[[type], type]:
     """Return a decorator that registers a class of elements; what the arguments are stands in `Kind`."""
 
     def register(make: type) -> type:
-        ELEMENTS.register(Kind(name, meaning, make, hourglass))
+        ELEMENTS.register(Kind(name, meaning, make, hourglass), make.__module__)
         return make
 
     return register

@@ -1,6 +1,5 @@
 """Isotropic elastic laws, one file each; a law is the function that its file registers."""
 
-from knitstudy.mechanics.materials import hencky, neo_hookean, st_venant_kirchhoff  # noqa: F401
 from knitstudy.mechanics.materials.material import LAWS, Material, law
 
 __all__ = ["LAWS", "Material", "law"]

@@ -44,14 +44,14 @@ class Kind:
     respond: Law
 
 
-LAWS: Registry[Kind] = Registry("yarn.material")
+LAWS: Registry[Kind] = Registry("yarn.material", "knitstudy.mechanics.materials")
 
 
 def law(name: str, meaning: str) -> Callable[[Law], Law]:
     """Return a decorator that registers a law under a name with what it means in one line."""
 
     def register(respond: Law) -> Law:
-        LAWS.register(Kind(name, meaning, respond))
+        LAWS.register(Kind(name, meaning, respond), respond.__module__)
         return respond
 
     return register
