@@ -18,7 +18,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.geometry.pattern import Crossings, Knit
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.loading.columns import CONTACTS
-from knitstudy.mechanics.contact.interaction import PASS_SHARE
+from knitstudy.mechanics.contact.passes import PASS_SHARE
 from knitstudy.study.scene import Scene
 
 

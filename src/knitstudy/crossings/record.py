@@ -6,7 +6,8 @@ import numpy as np
 
 from knitstudy.crossings.facets import CrossingFacets
 from knitstudy.mechanics.contact.friction import OPEN, STICK
-from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
+from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.contact.passes import PASS_SHARE
 from knitstudy.mechanics.contact.points import ContactPoints
 
 

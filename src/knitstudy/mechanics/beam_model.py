@@ -155,9 +155,9 @@ class BeamModel(Memoryless):
             armed = self._armed
             matrices[armed] = rigid_arm.stiffness_at_nodes(matrices[armed], at_ends[armed], arm[armed])
         blocks = matrices.reshape(-1, 2, 6, 2, 6).swapaxes(2, 3).reshape(-1, 4, 36)
-        data = self._assembly.empty_stiffness()
-        self._assembly.add_stiffness(data, 0, blocks)
-        return self._assembly.matrix(data)
+        total = self._assembly.begin_stiffness()
+        total.put(0, blocks)
+        return self._assembly.matrix(total)
 
     def _mean(self, at_ends: np.ndarray) -> float:
         """Mean magnitude [N] of end forces and of end moments over the radius.

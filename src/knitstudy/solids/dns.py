@@ -8,18 +8,17 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from knitstudy.errors import ConvergenceError
 from knitstudy.gates.increment import require_sound
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.loading.cost import Meter
 from knitstudy.loading.follow import follow
-from knitstudy.loading.history import Recorder, Stations
+from knitstudy.loading.history import Stations
 from knitstudy.loading.load_path import Motion, load_path
 from knitstudy.loading.problem import Problem
 from knitstudy.loading.run import IN_MEMORY, Run
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.linear.multigrid import AlgebraicMultigrid
@@ -76,11 +75,11 @@ def problem(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> Problem:
 
 def problem_of(yarns: SolidYarns, scene: Scene, specimen: Knit | Pair, meter: Meter | None = None) -> Problem:
     """Return solid yarns with the load of a scene, and with what is seen and refused on the way."""
-    mesh, model, tie = yarns.mesh, yarns.model, yarns.tie
+    mesh, model, tie, touching = yarns.mesh, yarns.model, yarns.tie, yarns.touching
     motion = load_path(scene, specimen)
     prescribed, driven = _prescribed(yarns, scene, motion)
     settings = Settings.of(scene.solver)
-    if model.contact is not None:
+    if touching is not None:
         # Where contact begins, a parabola through what came before overshoots far into the other yarn.
         settings = replace(settings, predictor=1)
     return Problem(
@@ -95,7 +94,7 @@ def problem_of(yarns: SolidYarns, scene: Scene, specimen: Knit | Pair, meter: Me
         observers=(SolidObserver(yarns),),
         checks=(
             partial(require_sound, scene, model.loaded),
-            partial(require_apart, model),
+            *([touching.require_apart] if touching else []),
         ),
         constants={
             "crossing_tied": np.isfinite(tie.area).astype(np.int8),
@@ -109,7 +108,7 @@ def problem_of(yarns: SolidYarns, scene: Scene, specimen: Knit | Pair, meter: Me
             "tie_tolerance": tie.tolerance,
             "tie_nodes": len(tie.slave),
             "tie_largest_adjustment": float(tie.adjustment.max(initial=0.0)),
-            **_contact_attributes(yarns),
+            **(touching.attributes() if touching else {}),
         },
         meter=meter or Meter(),
     )
@@ -118,39 +117,6 @@ def problem_of(yarns: SolidYarns, scene: Scene, specimen: Knit | Pair, meter: Me
 def _fields(model: SolidModel, state: SolidState) -> dict[str, np.ndarray]:
     """Return the fields of a state."""
     return {"node_displacement": model.node_displacement(state)}
-
-
-def _contact_attributes(yarns: SolidYarns) -> dict[str, float]:
-    """Return what contact was computed with."""
-    contact = yarns.model.contact
-    if contact is None:
-        return {}
-    return {
-        "facets_around": yarns.mesh.section.ring.size,
-        "contact_stiffness": contact.law.normal,
-        "stick_stiffness": contact.law.tangential,
-        "friction": contact.law.friction,
-        "penetration_limit": yarns.model.penetration.limit,
-    }
-
-
-def require_apart(model: SolidModel, increment: Increment, recorder: Recorder) -> None:
-    """Refuse a state in which tied yarns go through each other beside the ties; contact sees to all others.
-
-    Raises
-    ------
-    ConvergenceError
-        If the smallest gap is below the penetration that the scene allows.
-    """
-    if model.contact is None:
-        return
-    gap, limit = recorder.columns["smallest_gap"][-1], model.penetration.limit
-    if gap < -limit:
-        raise ConvergenceError(
-            f"increment {increment.index}: tied yarns penetrate each other by {-gap:.3g} m beside their ties; "
-            f"contact.penetration allows {limit:.3g} m. Use contact.tied_edges 'none', a larger tie.tolerance or a "
-            "smaller load.strain"
-        )
 
 
 def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[PrescribedDisplacement, np.ndarray]:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from knitstudy.crossings.record import crossing_forces, touching_points
 from knitstudy.crossings.section_motion import section_motion
 from knitstudy.mechanics.increment import Increment
 from knitstudy.solids.solid_yarns import SolidYarns
@@ -30,18 +29,10 @@ class SolidObserver:
         displacement = model.node_displacement(state)
         rings = mesh.slice_nodes(np.arange(mesh.slices))[:, mesh.section.ring]
         force = tie.resultants(increment.response.node_force)
-        points, contact = {}, {}
-        if model.contact is not None:
-            touching = model.contact_points(state)
-            points = touching_points(model.contact, touching, facets)
-            force += crossing_forces(points, len(force))
-            gap = model.contact.smallest_gap(touching)
-            if yarns.beside is not None:
-                gap = min(gap, yarns.beside.smallest_gap(tie.nodes + displacement))
-            contact = {
-                "smallest_gap": gap if np.isfinite(gap) else np.nan,
-                "augmentations": state.augmentations,
-            }
+        contact, points = {}, {}
+        if yarns.touching is not None:
+            contact, points, pushed = yarns.touching.record(increment, len(force))
+            force += pushed
         stations = displacement[rings].mean(axis=1)
         resultant, moment = yarn_resultants(yarns, increment.response.node_force, displacement, stations)
         sections = section_motion(facets.crossings, mesh, tie.nodes, displacement)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,19 +13,18 @@ from knitstudy.crossings.tied_crossings import tied_crossings, tied_pieces
 from knitstudy.gates.resolution import ELEMENTS_ACROSS, require_elements_across
 from knitstudy.geometry.pair import Pair
 from knitstudy.geometry.pattern import Knit
-from knitstudy.mechanics.elements import ELEMENTS, Hexahedron
-from knitstudy.mechanics.free_bodies import FreeBodies
+from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.solid import Penetration, SolidModel
+from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.stabilisation import Stabilisation
 from knitstudy.mesh.grips import Grips, grips
 from knitstudy.mesh.memory import require_memory_to_simulate
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.solids.beside_ties import BesideTies
-from knitstudy.solids.free_yarns import free_yarns
 from knitstudy.solids.tie import Tie, tie_crossings
-from knitstudy.solids.yarn_contact import yarn_contact
 from knitstudy.study.scene import Scene
+
+if TYPE_CHECKING:
+    from knitstudy.solids.touching import Touching
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,17 +37,17 @@ class SolidYarns:
     model : SolidModel
     tie : Tie
     facets : CrossingFacets
-    beside : BesideTies or None
-        Watches tied yarns where others are in contact.
     ends : Grips
+    touching : Touching or None
+        What contact adds.
     """
 
     mesh: SweptMesh
     model: SolidModel
     tie: Tie
     facets: CrossingFacets
-    beside: BesideTies | None
     ends: Grips
+    touching: Touching | None = None
 
 
 def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> SolidYarns:
@@ -63,16 +64,14 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> SolidYarns
     tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied)
     pieces = tied_pieces(mesh, specimen.crossings, tied)
     ends = grips(mesh, scene, specimen)
-    model = _model(scene, mesh, tie, pieces, ends)
-    watched = model.contact is not None and tied.any()
-    return SolidYarns(
-        mesh=mesh,
-        model=model,
-        tie=tie,
-        facets=CrossingFacets.of(specimen.crossings, mesh),
-        beside=BesideTies(scene, mesh, tie, pieces) if watched else None,
-        ends=ends,
-    )
+    facets = CrossingFacets.of(specimen.crossings, mesh)
+    solids, options, volume = _solids(scene, mesh, tie)
+    interaction = scene.kind.interaction
+    if not interaction.touches:
+        return SolidYarns(mesh, SolidModel(*solids, **options), tie, facets, ends)
+    contact = import_module(interaction.solids)
+    touching = contact.touching(scene, mesh, tie, pieces, ends, facets, volume, *solids, **options)
+    return SolidYarns(mesh, touching.model, tie, facets, ends, touching)
 
 
 def _require_resolution(scene: Scene, mesh: SweptMesh) -> None:
@@ -82,28 +81,18 @@ def _require_resolution(scene: Scene, mesh: SweptMesh) -> None:
     require_memory_to_simulate(mesh.nodes.size, mesh.section.size + mesh.section.bandwidth, scene.mesh.size)
 
 
-def _node_volume(elements: Hexahedron, mesh: SweptMesh) -> np.ndarray:
-    """Return an eighth of the volume of all elements at every node (N,) [m3]."""
-    return np.bincount(mesh.hexahedra.ravel(), np.repeat(elements.volume / 8, 8), len(mesh.nodes))
-
-
-def _model(scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray, ends: Grips) -> SolidModel:
+def _solids(scene: Scene, mesh: SweptMesh, tie: Tie) -> tuple[tuple, dict[str, Any], np.ndarray]:
+    """Return the arguments of `SolidModel`, and the volume (N,) of every node [m3]."""
     yarn, size = scene.yarn, scene.mesh.size
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
     corners = tie.nodes[mesh.hexahedra]
     elements = ELEMENTS.find(scene.mesh.element).build(corners, material, scene.solver.hourglass)
     dependence = tie.dependence() if len(tie.slave) else None
-    contact = stabilisation = free = None
-    limits = Penetration()
-    if scene.kind.interaction.touches:
-        contact = yarn_contact(scene, mesh, tie.nodes, pieces)
-        limits = Penetration(scene.contact.penetration * size, scene.contact.augmentations)
-        if yarns := free_yarns(mesh, tie, ends):
-            free = FreeBodies.of(yarns, _node_volume(elements, mesh), yarn.youngs_modulus, size)
+    each = elements.volume.reshape(-1, len(corners)).sum(axis=0)  # of its integration points
+    volume = np.bincount(mesh.hexahedra.ravel(), np.repeat(each / 8, 8), len(tie.nodes))
+    stabilisation = None
     if scene.solver.stabilisation > 0:
-        volume = _node_volume(elements, mesh)
         kept = volume if dependence is None else dependence.T @ volume
         stabilisation = Stabilisation.of(scene.solver.stabilisation, yarn.youngs_modulus, size, kept)
-    return SolidModel(
-        tie.nodes, mesh.hexahedra, elements, size, dependence, contact, limits, stabilisation, free
-    )
+    solids = (tie.nodes, mesh.hexahedra, elements, size)
+    return solids, {"dependence": dependence, "stabilisation": stabilisation}, volume

@@ -49,12 +49,16 @@ class Interaction:
         Coefficient of friction of a scene, inf where nothing slips; None where yarns are tied instead.
     keys : subclass of Section or None
         What the section ``contact`` has beside the keys of the fidelity.
+    solids : str
+        Module of the contact of solid yarns, with a function as `knitstudy.solids.touching` has; only scenes that
+        ask for it depend on its code.
     """
 
     name: str
     meaning: str
     friction: Callable[[Scene], float] | None
     keys: type[Section] | None = None
+    solids: str = "knitstudy.solids.touching"
 
     @property
     def touches(self) -> bool:

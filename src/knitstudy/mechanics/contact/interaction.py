@@ -16,15 +16,13 @@ import scipy.sparse as sp
 from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, Coulomb
 from knitstudy.mechanics.contact.history import ContactHistory, joined, same_pair, taken
+from knitstudy.mechanics.contact.passes import PASS_SHARE
 from knitstudy.mechanics.contact.points import ContactPoints
 from knitstudy.mechanics.contact.projection import Projection, project
 from knitstudy.mechanics.contact.quadrature import Quadrature
 from knitstudy.mechanics.contact.search import Candidates, Search
 from knitstudy.mechanics.contact.surface import Grid, Stencil, Surfaces, interpolate
 from knitstudy.mechanics.contact.tangent import stiffness as tangent
-
-PASS_SHARE = 0.5
-"""Each of the two surfaces' points carries half of the contact stiffness."""
 
 
 @dataclass(frozen=True, eq=False)

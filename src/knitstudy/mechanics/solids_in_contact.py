@@ -1,0 +1,180 @@
+"""Solids in contact: what contact between their surfaces adds to the model of solids."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.contact.history import ContactHistory
+from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.contact.points import ContactPoints
+from knitstudy.mechanics.free_bodies import FreeBodies
+from knitstudy.mechanics.model import Response
+from knitstudy.mechanics.solid import Memory, SolidModel, SolidState
+
+
+@dataclass(frozen=True)
+class ContactMemory(Memory):
+    """What solids in contact remember of the last converged increment besides.
+
+    Attributes
+    ----------
+    contact : ContactHistory
+    """
+
+    contact: ContactHistory | None = None
+
+
+@dataclass(frozen=True)
+class ContactState(SolidState):
+    """State of solids in contact.
+
+    Attributes
+    ----------
+    memory : ContactMemory
+    augmentations : int
+        Updates of the contact multipliers within the running increment.
+    led : bool
+        Whether a drag leads free bodies to their first contact: not any more where contact holds them.
+    """
+
+    memory: ContactMemory | None = None
+    augmentations: int = 0
+    led: bool = True
+
+
+@dataclass(frozen=True)
+class Penetration:
+    """What is done about penetration: the largest allowed [m], and how often multipliers may be updated."""
+
+    limit: float = np.inf
+    augmentations: int = 0
+
+
+class SolidsInContact(SolidModel):
+    """Solids whose surfaces are in contact.
+
+    Parameters
+    ----------
+    *solids
+        As of `SolidModel`.
+    contact : Contact
+        Between surfaces of the nodes.
+    penetration : Penetration
+        Of that contact.
+    free_bodies : FreeBodies, optional
+        What nothing but that contact can hold; none of its nodes is tied.
+    **options
+        As of `SolidModel`.
+    """
+
+    def __init__(
+        self,
+        *solids,
+        contact: Contact,
+        penetration: Penetration = Penetration(),
+        free_bodies: FreeBodies | None = None,
+        **options,
+    ) -> None:
+        super().__init__(*solids, **options)
+        self.contact, self.penetration, self.free_bodies = contact, penetration, free_bodies
+        self._evaluated: tuple[ContactState, ContactPoints] | None = None
+
+    def start(self) -> ContactState:
+        """Return the undeformed state."""
+        rest = np.zeros((self.assembly.kept, 3))
+        return ContactState(rest, ContactMemory(rest, contact=ContactHistory.empty()))
+
+    def begin(self, state: ContactState, load: float, change: float) -> ContactState:
+        """Return the state in which an increment of the load factor by `change` to `load` starts."""
+        return replace(super().begin(state, load, change), augmentations=0, led=True)
+
+    def contact_points(self, state: ContactState) -> ContactPoints:
+        """Return all pairs of points and surfaces that are near each other."""
+        if self._evaluated is None or self._evaluated[0] is not state:
+            self._evaluated = state, self.contact.points(*self._places(state), state.memory.contact)
+        return self._evaluated[1]
+
+    def respond(self, state: ContactState, stiffness: bool) -> Response:
+        """Return internal force, energies and, if asked, the tangent."""
+        return self._with_contact(super().respond(state, stiffness), state, stiffness)
+
+    def settle(self, state: ContactState) -> ContactState | None:
+        """Return None if nothing penetrates too far, or the state with updated multipliers, or without drag.
+
+        Raises
+        ------
+        ConvergenceError
+            If the penetration is too large and the updates allowed are used up.
+        """
+        points = self.contact_points(state)
+        if self.free_bodies is not None and state.led and self._held(state, points):
+            return replace(state, led=False)
+        deepest = -self.contact.smallest_gap(points)
+        if deepest <= self.penetration.limit:
+            return None
+        if state.augmentations == self.penetration.augmentations:
+            raise ConvergenceError(
+                f"yarns penetrate each other by {deepest:.3g} m; allowed is {self.penetration.limit:.3g} m "
+                f"({deepest / self.length:.2%} and {self.penetration.limit / self.length:.2%} of the element size), "
+                f"after {state.augmentations} updates of the contact pressure. Use a larger "
+                "contact.normal_stiffness or contact.augmentations"
+            )
+        memory = replace(state.memory, contact=self.contact.augment(points))
+        return replace(state, memory=memory, augmentations=state.augmentations + 1)
+
+    def commit(self, state: ContactState) -> ContactState:
+        """Return the state that a converged increment leaves: slip history, and work of viscous forces."""
+        history = self.contact.commit(self.contact_points(state))
+        return replace(state, memory=ContactMemory(state.displacement, self._damped(state), history))
+
+    def _held(self, state: ContactState, points: ContactPoints) -> bool:
+        """Return whether contact alone holds the bodies that nothing else does."""
+        stiffness = self.contact.forces(points, stiffness=True).symmetric
+        return self.free_bodies.held(stiffness, self._places(state)[0])
+
+    def _places(self, state: ContactState) -> tuple[np.ndarray, np.ndarray]:
+        """Return where all nodes (N, 3) are and were at the last converged increment [m]."""
+        return (
+            self.nodes + self._spread(state.displacement),
+            self.nodes + self._spread(state.memory.displacement),
+        )
+
+    def _with_contact(self, response: Response, state: ContactState, stiffness: bool) -> Response:
+        touch = self.contact.forces(self.contact_points(state), stiffness)
+        response = replace(
+            response,
+            force=response.force + self.assembly.collect(touch.node_force),
+            energy=response.energy | touch.energy,
+            status=touch.points.signature(),
+        )
+        if not stiffness:
+            return response
+        full = self._collected(touch.stiffness)
+        return replace(
+            response,
+            stiffness=sp.bsr_matrix(response.stiffness + full),
+            unsymmetric=full - self._collected(touch.symmetric),
+            touching=np.flatnonzero(np.diff(full.indptr)),
+        )
+
+    def _collected(self, matrix: sp.bsr_matrix) -> sp.bsr_matrix:
+        """Return T^T K T (3 n, 3 n) of a matrix over all nodes that has few entries."""
+        if self.dependence is None:
+            return matrix
+        spread = sp.kron(self.dependence, sp.identity(3), format="csr")
+        return sp.bsr_matrix(spread.T @ matrix.tocsr() @ spread, blocksize=(3, 3))
+
+    def _drag(self, state: ContactState) -> np.ndarray | None:
+        drag = super()._drag(state)
+        if self.free_bodies is None or not state.led:
+            return drag
+        leading = np.repeat(self._collected_nodes(self.free_bodies.drag()), 3)
+        return leading if drag is None else drag + leading
+
+    def _collected_nodes(self, values: np.ndarray) -> np.ndarray:
+        """Return what the nodes (N,) have at the kept ones (n,), tied ones going to those that they hang on."""
+        return values if self.dependence is None else self.dependence.T @ values

@@ -1,0 +1,131 @@
+"""What contact adds to solid yarns: their model, what is seen of it, and what is refused.
+
+An interaction names this module (`study.kinds.Interaction`); scenes whose yarns are all tied never load it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from knitstudy.crossings.facets import CrossingFacets
+from knitstudy.crossings.record import crossing_forces, touching_points
+from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.increment import Increment
+from knitstudy.mechanics.solids_in_contact import Penetration, SolidsInContact
+from knitstudy.mesh.grips import Grips
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.beside_ties import BesideTies
+from knitstudy.solids.free_yarns import free_yarns
+from knitstudy.solids.tie import Tie
+from knitstudy.solids.yarn_contact import yarn_contact
+from knitstudy.study.scene import Scene
+
+if TYPE_CHECKING:
+    from knitstudy.loading.history import Recorder
+
+
+@dataclass(frozen=True, eq=False)
+class Touching:
+    """Contact of solid yarns, as the history sees it.
+
+    Attributes
+    ----------
+    model : SolidsInContact
+    facets : CrossingFacets
+    around : int
+        Facets around a yarn.
+    beside : BesideTies or None
+        Watches tied yarns where others are in contact.
+    """
+
+    model: SolidsInContact
+    facets: CrossingFacets
+    around: int
+    beside: BesideTies | None
+
+    def record(
+        self, increment: Increment, crossings: int
+    ) -> tuple[dict[str, Any], dict[str, np.ndarray], np.ndarray]:
+        """Return columns of the history, columns of the points in contact, and forces (K, 3) at the crossings [N]."""
+        model, state = self.model, increment.state
+        touching = model.contact_points(state)
+        points = touching_points(model.contact, touching, self.facets)
+        gap = model.contact.smallest_gap(touching)
+        if self.beside is not None:
+            gap = min(gap, self.beside.smallest_gap(model.nodes + model.node_displacement(state)))
+        columns = {"smallest_gap": gap if np.isfinite(gap) else np.nan, "augmentations": state.augmentations}
+        return columns, points, crossing_forces(points, crossings)
+
+    def require_apart(self, increment: Increment, recorder: Recorder) -> None:
+        """Refuse a state in which tied yarns go through each other beside the ties; contact sees to all others.
+
+        Raises
+        ------
+        ConvergenceError
+            If the smallest gap is below the penetration that the scene allows.
+        """
+        gap, limit = recorder.columns["smallest_gap"][-1], self.model.penetration.limit
+        if gap < -limit:
+            raise ConvergenceError(
+                f"increment {increment.index}: tied yarns penetrate each other by {-gap:.3g} m beside their ties; "
+                f"contact.penetration allows {limit:.3g} m. Use contact.tied_edges 'none', a larger tie.tolerance or a "
+                "smaller load.strain"
+            )
+
+    def attributes(self) -> dict[str, float]:
+        """Return what contact was computed with."""
+        law = self.model.contact.law
+        return {
+            "facets_around": self.around,
+            "contact_stiffness": law.normal,
+            "stick_stiffness": law.tangential,
+            "friction": law.friction,
+            "penetration_limit": self.model.penetration.limit,
+        }
+
+
+def touching(
+    scene: Scene,
+    mesh: SweptMesh,
+    tie: Tie,
+    pieces: np.ndarray,
+    ends: Grips,
+    facets: CrossingFacets,
+    volume: np.ndarray,
+    *solids: Any,
+    **options: Any,
+) -> Touching:
+    """Return the contact of a scene's yarns, with the model that it is a part of.
+
+    Parameters
+    ----------
+    scene : Scene
+    mesh : SweptMesh
+    tie : Tie
+    pieces : ndarray of int, shape (S,)
+        What every slice is tied in; see `tied_crossings.tied_pieces`.
+    ends : Grips
+    facets : CrossingFacets
+    volume : ndarray, shape (N,)
+        Of every node [m3].
+    *solids, **options
+        As of `SolidModel`.
+
+    Raises
+    ------
+    MeshError
+        If yarns overlap before anything moves.
+    """
+    size = scene.mesh.size
+    model = SolidsInContact(
+        *solids,
+        contact=yarn_contact(scene, mesh, tie.nodes, pieces),
+        penetration=Penetration(scene.contact.penetration * size, scene.contact.augmentations),
+        free_bodies=free_yarns(mesh, tie, ends, volume, scene.yarn.youngs_modulus, size),
+        **options,
+    )
+    beside = BesideTies(scene, mesh, tie, pieces) if len(tie.slave) else None
+    return Touching(model, facets, mesh.section.ring.size, beside)
