@@ -114,7 +114,7 @@ class WilsonHexahedron(IncompatibleHexahedron):
     def __init__(self, corners, material):
         super().__init__(corners, material)
         middle = 0.125 * np.swapaxes(corners, 1, 2) @ CORNER
-        self.gradient[:, :, 8:] = -2 * GAUSS[:, None, :, None] * np.linalg.inv(middle)
+        self.gradient[:, 8:] = -2 * GAUSS.T[:, :, None] * np.linalg.inv(middle)[:, :, None]
 
 
 def element_force(element, corners, displacement):
