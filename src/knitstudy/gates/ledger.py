@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 UNLOADED = 1e-12
-"""Energy over E d^3 up to which yarns of diameter d count as unloaded; a knit at 0.1 % stores a million times as much."""
+"""Energy over E d^3 up to which yarns of diameter d count as unloaded: a cell at 0.1 % stores 100,000 times as much."""
 
 
 def require_closed_ledger(recorder: Recorder, index: int, limit: float, unloaded: float = 0.0) -> None:
