@@ -50,7 +50,7 @@ def history_of(knit, size=2e-3):
             "arc_length": ("station", np.concatenate(s)),
             "centreline": (("station", "xyz"), position),
         },
-        attrs={"scene": "rom3d-a", "scene_hash": "0123"},
+        attrs={"scene": "rom3d-a", "digest": "0123"},
     )
 
 
@@ -113,7 +113,7 @@ def contact_history(knit: Knit, interaction="isotropic", friction=0.76, **attrib
         stations.drop_attrs()
         .assign_attrs(
             scene="dns-a",
-            scene_hash="abcd",
+            digest="abcd",
             interaction=interaction,
             facets_around=24,
             **attributes,

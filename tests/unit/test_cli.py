@@ -136,6 +136,18 @@ def test_check_scene(knitstudy, config):
     assert size[:5] == ["mesh.size", "0.0004", "m", "stated", "Table 5: 0.3 mm"]
 
 
+def test_plugins_of_the_configuration_are_imported(knitstudy, config, monkeypatch):
+    (config / "config.yaml").write_text("study: ci\nfolder: config\nplugins: [plugin_of_a_test]\n")
+    said = "plugins: 'plugin_of_a_test' cannot be imported: No module named 'plugin_of_a_test'"
+    for arguments in (("list", "--config", config), ("check", config), ("run", "dns-a", "--config", config)):
+        assert said in message(knitstudy(*arguments))
+    (config / "plugin_of_a_test.py").write_text("")
+    monkeypatch.syspath_prepend(config)
+    assert knitstudy("check", config).exit_code == 0
+    (config / "config.yaml").write_text("study: ci\nfolder: config\nplugin: []\n")
+    assert "unknown key 'plugin' (did you mean 'plugins'?)" in message(knitstudy("check", config))
+
+
 def test_check_prints_keys_of_the_kind_alone(knitstudy, config):
     keys = {row[0] for row in table(knitstudy("check", "rom3d-a", "--config", config))}
     assert {"mesh.beam_size", "rom.joint", "rom.contacts_from"} <= keys

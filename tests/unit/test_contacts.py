@@ -67,7 +67,7 @@ def history():
             "contact_traction": (vector, [[0, 0, 0.0], [5e5, 0, 0], [0, 1.5e6, 0]]),
         }
         | {name: ("point", values) for name, values in touching.items()},
-        attrs={"facets_around": 12, "scene": "pair", "scene_hash": "ab"},
+        attrs={"facets_around": 12, "scene": "pair", "digest": "ab"},
     )
 
 

@@ -64,7 +64,7 @@ def results(knit):
         "geometry": synthetic.geometry(knit),
         "mesh": mesh_knit(knit, 1.2e-3).to_dataset(),
         "contacts": contacts_of_crossings(knit),
-        "dns": synthetic.history(scene="dns-a", scene_hash="abcd"),
+        "dns": synthetic.history(scene="dns-a", digest="abcd"),
         "rom3d": synthetic.history(force=(0, 6, 12)),
         "rom2d": synthetic.history(force=(0, 10, 20)),
         "tie": synthetic.history(force=(0, 9, 18), lift=1e-4),
@@ -322,8 +322,8 @@ def test_unknown_format_is_refused(drawn, tmp_path):
 def test_origin_of_several_results_of_one_name():
     several = {
         "pairs": {
-            "a": synthetic.history(scene="a", scene_hash="1"),
-            "b": synthetic.history(scene="b", scene_hash="2"),
+            "a": synthetic.history(scene="a", digest="1"),
+            "b": synthetic.history(scene="b", digest="2"),
         }
     }
     assert describe(several) == "pairs of a [1]; pairs of b [2]"

@@ -139,7 +139,7 @@ def test_what_had_converged_before_a_failure_is_kept(problem, tmp_path):
     kept = read_dataset(files["partial"])
     np.testing.assert_allclose(kept["force"], [0, 0.5 + 0.125, 2])
     assert kept.attrs["incomplete"] == "increment 3, load factor 0.75: the spring breaks"
-    assert kept.attrs["scene_hash"] == problem.scene.hash
+    assert kept.attrs["scene"] == problem.scene.name
     # With a remedy the run goes on from there, and nothing incomplete is left.
     whole = follow(problem, Run(**files))
     assert alike(whole, follow(problem))

@@ -50,6 +50,7 @@ def test_open_ledger_is_refused():
     with pytest.raises(ConvergenceError, match=message):
         require_closed_ledger(recorder, 4, 0.05)
     require_closed_ledger(recorder, 4, 0.06)
+    require_closed_ledger(recorder, 4, 0.05, unloaded=0.3)
 
 
 def test_where_contact_has_only_begun_little_work_is_done():

@@ -9,7 +9,7 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.files.csv_table import read_table, write_table
-from knitstudy.files.netcdf import read_dataset, write_dataset
+from knitstudy.files.netcdf import read_dataset, recorded_digest, write_dataset
 from knitstudy.files.replacing import replacing
 from knitstudy.study.configuration import load_scene
 
@@ -47,11 +47,11 @@ def test_replacing_into_something_that_is_no_folder(tmp_path):
 
 def test_dataset_round_trip_with_provenance(tmp_path, config, dataset):
     scene = load_scene("dns-a", config)
-    write_dataset(dataset, tmp_path / "a.nc", scene)
+    write_dataset(dataset, tmp_path / "a.nc", scene, digest="beef")
     read = read_dataset(tmp_path / "a.nc", needs=["force"])
     xr.testing.assert_equal(read, dataset)
     assert read.force.units == "N"
-    assert (read.scene, read.scene_hash) == (scene.name, scene.hash)
+    assert (read.scene, read.digest) == (scene.name, "beef") == ("dns-a", recorded_digest(tmp_path / "a.nc"))
     assert read.numpy == np.__version__
     assert {"code_version", "scipy", "pyamg"} <= set(read.attrs)
     (tmp_path / "a.nc").unlink()

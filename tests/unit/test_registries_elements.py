@@ -48,7 +48,7 @@ def pull(plain_scene, knit_of):
                 "pattern.rows": 1,
                 "load.strain": 0.002,
                 "mesh.size": 0.9e-3,
-                "gates.elements_across": 2,
+                "gates.elements_across": 2.0,
                 "yarn.material": "st_venant_kirchhoff",
                 "solver.increments": 1,
                 # The toy law leaves the hourglass control as it is.

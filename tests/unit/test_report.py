@@ -57,7 +57,7 @@ def pictures(tmp_path):
         figure = Figure(figsize=(0.5, 0.4))
         if number == 0:
             figure.text(0, 0, "note", gid=FALLBACK)
-        save(figure, [path], {"dns": synthetic.history(scene="dns-a", scene_hash="beef")}, path.stem)
+        save(figure, [path], {"dns": synthetic.history(scene="dns-a", digest="beef")}, path.stem)
     return paths
 
 
@@ -227,11 +227,11 @@ def test_cells_are_readable():
 
 def test_origins_are_relative_to_the_page(tmp_path, plain_scene):
     file = tmp_path / "results" / "rom" / "a.nc"
-    write_dataset(synthetic.history(), file, plain_scene)
+    write_dataset(synthetic.history(), file, plain_scene, digest="beef")
     table = origins([file], tmp_path / "results" / "report.html")
     assert table.loc[0, "file"] == "rom/a.nc"
     assert table.loc[0, "scene"] == plain_scene.name
-    assert table.loc[0, "hash of the scene"] == plain_scene.hash
+    assert table.loc[0, "digest"] == "beef"
     assert table.loc[0, "numpy"]
 
 

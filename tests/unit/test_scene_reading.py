@@ -34,7 +34,8 @@ def test_sections_and_single_keys_are_read(scene):
 
 
 def test_other_keys_are_not_there(scene):
-    seen = scene.only(scene.read(["load", "mesh.size"]))
+    keys = ["load", "mesh.size"]
+    seen = scene.only(scene.read(keys), keys)
     assert (seen.name, seen.fidelity, seen.kind) == (scene.name, scene.fidelity, scene.kind)
     assert seen.load == scene.load
     assert seen.mesh.size == scene.mesh.size
@@ -45,9 +46,20 @@ def test_other_keys_are_not_there(scene):
     assert seen.value("mesh.growth") is None
 
 
+def test_keys_at_their_defaults_are_seen_although_nothing_is_read_of_them(scene):
+    assert scene.read(["gates"]) == {}
+    assert scene.only({}, ["gates"]).gates == scene.gates
+    varied = scene.replace("gates.ledger", 0.5)
+    assert varied.only(varied.read(["gates"]), ["gates"]).gates == varied.gates
+    one = varied.only(varied.read(["gates.hourglass"]), ["gates.hourglass"])
+    assert one.gates.hourglass == scene.gates.hourglass
+    with pytest.raises(AttributeError, match="ledger"):
+        one.gates.ledger  # noqa: B018
+
+
 def test_what_is_seen_is_what_was_read(scene):
     whole = ["specimen", "interaction", "fidelity", "outputs", *scene.sections]
-    assert scene.only(scene.read(whole)) == scene
+    assert scene.only(scene.read(whole), whole) == scene
 
 
 class Grown(Section):

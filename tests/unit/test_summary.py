@@ -29,7 +29,7 @@ def said(dataset):
 
 
 def test_history():
-    found = said(loaded_history(scene="rom3d-a", scene_hash="0123", fidelity="rom3d", incomplete="no way"))
+    found = said(loaded_history(scene="rom3d-a", digest="0123", fidelity="rom3d", incomplete="no way"))
     assert found["kind"] == ("history", "")
     assert found["scene"] == ("rom3d-a", "")
     assert found["incomplete"] == ("no way", "")

@@ -67,7 +67,7 @@ def test_what_had_converged_is_kept(case, tmp_path):
         f"The history up to load factor {seen[-1]:.4g} is in {files['partial']}"
     )
     assert str(refused.value).startswith(kept.attrs["incomplete"].rstrip("."))
-    assert kept.attrs["scene_hash"] == scene.hash
+    assert kept.attrs["scene"] == scene.name
     np.testing.assert_array_equal(kept["load"], seen)
     assert 0 < seen[-1] < 1
     assert np.isfinite(kept["force"]).all()

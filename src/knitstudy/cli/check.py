@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from knitstudy.cli.options import changed_scene, config_option, set_option
+from knitstudy.cli.options import changed_scene, config_option, load_plugins_of, set_option
 from knitstudy.cli.output import print_table
 from knitstudy.study.configuration import STUDIES, load_knits, load_scenes, load_study
 from knitstudy.study.differences import flattened
@@ -42,6 +42,7 @@ def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None
 
 
 def _check_folder(folder: Path) -> None:
+    load_plugins_of(folder)
     scenes, knits = load_scenes(folder), load_knits(folder)
     studies = ", ".join(f"{len(load_study(name, folder))} of study {name}" for name in STUDIES)
     click.echo(f"{folder}: valid; {len(scenes)} scenes ({studies}), {len(knits)} geometries")

@@ -8,9 +8,11 @@ from typing import Any
 import click
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.registry import load_plugins
 from knitstudy.study.configuration import CONFIG, load_scene
-from knitstudy.study.documents import parsed
+from knitstudy.study.documents import parsed, read_yaml
 from knitstudy.study.scene import Scene
+from knitstudy.study.sections.workflow import workflow_configuration
 
 
 class Change(click.ParamType):
@@ -33,10 +35,26 @@ class Change(click.ParamType):
             self.fail(str(error), param, ctx)
 
 
+def load_plugins_of(folder: Path) -> None:
+    """Import the modules that ``config.yaml`` of a configuration folder names, as the workflow does."""
+    path = folder / "config.yaml"
+    if path.is_file():
+        load_plugins(workflow_configuration(read_yaml(path)).plugins)
+
+
+def _with_plugins(context: click.Context, option: click.Parameter, folder: Path) -> Path:
+    """Return the configuration folder once its plugins are imported: values of other options may need them."""
+    if not context.resilient_parsing:
+        load_plugins_of(folder)
+    return folder
+
+
 config_option = click.option(
     "--config",
     type=click.Path(path_type=Path),
     default=CONFIG,
+    is_eager=True,
+    callback=_with_plugins,
     show_default="the checkout's own",
     help="Configuration folder: defaults.yaml, the families in scenes, and what they name.",
 )

@@ -75,11 +75,7 @@ def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(
         {"strain": history["strain"]} | CONTACTS.variables(values),
         coords={"xyz": list("xyz")},
-        attrs={
-            name: history.attrs[name]
-            for name in ("scene", "scene_hash", "interaction")
-            if name in history.attrs
-        },
+        attrs={name: history.attrs[name] for name in ("scene", "interaction") if name in history.attrs},
     )
 
 

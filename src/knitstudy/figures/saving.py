@@ -64,9 +64,9 @@ def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Sour
 
 
 def describe(sources: Mapping[str, Source]) -> str:
-    """Return the stages, scenes and scene hashes of datasets in one line."""
+    """Return the stages, scenes and digests of datasets in one line."""
     parts = [
-        f"{stage} of {each.attrs.get('scene', 'unknown')} [{each.attrs.get('scene_hash', 'unknown')}]"
+        f"{stage} of {each.attrs.get('scene', 'unknown')} [{each.attrs.get('digest', 'unknown')}]"
         for stage, source in sources.items()
         for each in ([source] if isinstance(source, xr.Dataset) else source.values())
     ]

@@ -38,7 +38,7 @@ def write_dataset(
     DataFileError
         When the file cannot be written.
     """
-    named = {} if scene is None else {"scene": scene.name, "scene_hash": scene.hash}
+    named = {} if scene is None else {"scene": scene.name}
     known = {} if digest is None else {"digest": digest}
     dataset = dataset.assign_attrs(provenance() | named | known)
     # Compression at its lowest level: fields shrink by a third or more, writing stays as fast.

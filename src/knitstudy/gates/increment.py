@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knitstudy.gates.hourglass import require_small_hourglass
-from knitstudy.gates.ledger import require_closed_ledger
+from knitstudy.gates.ledger import UNLOADED, require_closed_ledger
 from knitstudy.gates.stabilisation import require_small_stabilisation
 
 if TYPE_CHECKING:
@@ -51,4 +51,5 @@ def require_sound(
             allowed.stabilisation,
             allowed.viscous_force,
         )
-    require_closed_ledger(recorder, index, allowed.ledger)
+    unloaded = UNLOADED * scene.yarn.youngs_modulus * scene.yarn.diameter**3
+    require_closed_ledger(recorder, index, allowed.ledger, unloaded)

@@ -110,7 +110,6 @@ def _history(problem: Problem, recorder: Recorder, last: Increment) -> xr.Datase
     return recorder.to_dataset(
         problem.constants | fields,
         scene=scene.name,
-        scene_hash=scene.hash,
         fidelity=scene.fidelity,
         interaction=scene.interaction,
         unknowns=problem.model.size - len(problem.prescribed.fixed),

@@ -12,7 +12,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.loading.history import FORMS
 from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
 
-PROVENANCE = dict.fromkeys(("scene", "scene_hash", "code_version", "numpy", "scipy", "pyamg"), "")
+PROVENANCE = dict.fromkeys(("scene", "digest", "code_version", "numpy", "scipy", "pyamg"), "")
 """Attributes that say where a result comes from."""
 
 HISTORY = dict.fromkeys(("fidelity", "interaction", "incomplete"), "") | dict.fromkeys(

@@ -9,11 +9,11 @@ from knitstudy.gates.memory import require_memory
 from knitstudy.mesh.section import nodes_for_size
 from knitstudy.mesh.sweep import Curve
 
-BYTES_A_NODE = 4000
-"""Of a mesh while its quality is checked (measured: 3.5 to 4.1 kB from 0.1 to 0.05 mm)."""
+BYTES_A_NODE = 1750
+"""Of a mesh while its quality is checked; measured were 1.5 to 1.8 kB, from 0.2 to 0.05 mm."""
 
-BYTES_AN_UNKNOWN = 1500
-"""Of a simulation without the factors of its yarns."""
+BYTES_AN_UNKNOWN = 2000
+"""Of a simulation of tied yarns without their factors; yarns in contact were measured to take up to twice as much."""
 
 BYTES_AN_ENTRY = 4
 """Of those factors, in single precision."""

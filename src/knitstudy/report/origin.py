@@ -12,7 +12,7 @@ from knitstudy.files.netcdf import read_dataset
 
 ATTRIBUTES = {
     "scene": "scene",
-    "scene_hash": "hash of the scene",
+    "digest": "digest",
     "code_version": "code",
     "numpy": "numpy",
     "scipy": "scipy",

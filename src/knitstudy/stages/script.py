@@ -41,7 +41,7 @@ def run_stage(job: Any) -> None:
     load_plugins(job.config.get("plugins", ()))
     stage = STAGES.find(job.rule)
     document = dict(job.params.reads)
-    scene = Scene.seen(dict(job.params.scene) | document)
+    scene = Scene.seen(dict(job.params.scene) | document, stage.reads)
     files = {name: path for name, path in job.input.items() if name != "digest"}
     made_from = {name: recorded_digest(path) for name, path in files.items()}
     wanted = digest_of(stage, document, scene, made_from)

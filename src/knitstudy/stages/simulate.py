@@ -155,7 +155,7 @@ class _Keeper:
             log.info("%s %s: %s is not up to date and will be replaced", stage.name, scene.name, path)
         dataset = self._make(stage, scene, wanted)
         if path is not None:
-            write_dataset(dataset, path, scene.only(stage.document(scene)), wanted)
+            write_dataset(dataset, path, scene.only(stage.document(scene), stage.reads), wanted)
             log.info("%s %s: written to %s", stage.name, scene.name, path)
         return dataset
 
@@ -167,7 +167,7 @@ class _Keeper:
             report = self.progress(f"{stage.name} {scene.name}")
             restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
             needed["run"] = run_with(restart, report)
-        return stage.load()(scene.only(stage.document(scene)), **needed)
+        return stage.load()(scene.only(stage.document(scene), stage.reads), **needed)
 
 
 def _silence(label: str) -> ReportProgress:

@@ -175,7 +175,7 @@ class Scene:
         """Return what sections and dotted keys say, as plain nested mappings: what a result depends on.
 
         Keys that were added with a default (see `study.keys.key`) are left out at that default, so that adding one
-        changes nothing; sections that the scene does not have are left out as well.
+        changes nothing, and sections that the scene does not have; a section that is all at its defaults stays, empty.
         """
         document = self.to_dict()
         found: dict = {}
@@ -183,31 +183,42 @@ class Scene:
             section, _, inner = name.partition(".")
             if section in self.sections:
                 fields = type(self.sections[section]).model_fields
+                found.setdefault(section, {})
                 for field in [inner] if inner else fields:
                     value = document[section].get(field)
                     added = field in fields and not fields[field].is_required()
                     if field in fields and not (added and value == _plain(fields[field].default)):
-                        found.setdefault(section, {})[field] = value
+                        found[section][field] = value
             elif section in Labels.model_fields:
                 found[section] = document[section]
         return found
 
-    def only(self, document: Mapping) -> Scene:
-        """Return the scene as a stage sees it that has `read` a document: another key is an AttributeError there."""
-        return Scene.seen(
-            {name: _plain(getattr(self, name)) for name in Labels.model_fields} | dict(document)
-        )
+    def only(self, document: Mapping, keys: Iterable[str]) -> Scene:
+        """Return the scene as a stage sees it that has `read` a document by some keys; see `seen`."""
+        labels = {name: _plain(getattr(self, name)) for name in Labels.model_fields}
+        return Scene.seen(labels | dict(document), keys)
 
     @classmethod
-    def seen(cls, document: Mapping) -> Scene:
-        """Return a scene of some of its keys, not checked again; `document` is of `read`, with all labels."""
-        kind = Kind.of(document, "scene")
+    def seen(cls, document: Mapping, keys: Iterable[str]) -> Scene:
+        """Return a scene of some of its keys, not checked again: any other is an AttributeError there.
+
+        Parameters
+        ----------
+        document : mapping
+            What `read` returns, with all labels.
+        keys : iterable of str
+            What was read: keys that are not in the document for that are at their defaults.
+        """
+        kind, keys = Kind.of(document, "scene"), set(keys)
         labels = validated(Labels, {name: document[name] for name in Labels.model_fields}, "scene")
-        sections = {
-            name: section.model_construct(**{key: _tuples(value) for key, value in document[name].items()})
-            for name, section in kind.sections.items()
-            if name in document
-        }
+        sections = {}
+        for name, section in kind.sections.items():
+            wanted = {field for field in section.model_fields if keys & {name, f"{name}.{field}"}}
+            if wanted:
+                values = {key: _tuples(value) for key, value in document.get(name, {}).items()}
+                sections[name] = section.model_construct(**values)
+                for field in section.model_fields.keys() - wanted:
+                    sections[name].__dict__.pop(field, None)  # the default of what was not read
         return cls(labels, kind, sections)
 
     def replace(self, key: str, value: Any) -> Scene:
@@ -315,9 +326,8 @@ def all_sections() -> dict[str, dict[str, type[Section]]]:
 
 
 @cache
-def _sections_of(
-    specimens: tuple, interactions: tuple, fidelities: tuple
-) -> dict[str, dict[str, type[Section]]]:
+def _sections_of(*names: tuple[str, ...]) -> dict[str, dict[str, type[Section]]]:
+    """Return `all_sections`, formed once for all that is registered under these names."""
     found: dict[str, dict[str, type[Section]]] = {}
     for kind in all_kinds():
         for section, described in kind.sections.items():
@@ -361,5 +371,14 @@ def _times(value: Any, factor: float) -> Any:
 
 
 def digest(document: Any) -> str:
-    """Return a short hash of plain data; numbers enter with all their digits."""
-    return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:16]
+    """Return a short hash of plain data; numbers enter with all their digits, empty mappings not at all."""
+    plain = json.dumps(_without_empty(document), sort_keys=True)
+    return hashlib.sha256(plain.encode()).hexdigest()[:16]
+
+
+def _without_empty(document: Any) -> Any:
+    """Return nested mappings without empty ones: a section at its defaults says nothing."""
+    if not isinstance(document, Mapping):
+        return document
+    inside = {name: _without_empty(value) for name, value in document.items()}
+    return {name: value for name, value in inside.items() if value != {}}

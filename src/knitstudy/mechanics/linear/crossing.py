@@ -7,6 +7,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from knitstudy.mechanics.linear.lu import factorise
+from knitstudy.mechanics.linear.rows import Rows
 from knitstudy.mechanics.linear.solver import NOWHERE
 from knitstudy.mechanics.linear.structure import KnitStructure
 from knitstudy.mechanics.parallel import share
@@ -42,8 +43,9 @@ class CrossingScale:
             columns = columns + unsymmetric.tocsc()[:, self.unknowns]
         columns = sp.csr_matrix(columns)
         own = columns[self.unknowns]
-        self._reached = np.flatnonzero(np.diff(columns.indptr))
-        self._columns = columns[self._reached]
+        reached = np.unique(np.flatnonzero(np.diff(columns.indptr)) // 3)  # nodes
+        self._reached = (3 * reached[:, None] + np.arange(3)).ravel()
+        self._columns = Rows(columns[self._reached].tobsr(blocksize=(3, 3)))
         self._groups = _groups(own)
         self._factors = [None] * len(self._groups)
 

@@ -23,18 +23,19 @@ def hencky(strain: np.ndarray, mu: float, lame: float, tangent: bool) -> Stress:
     stress = (axes * principal[:, None, :]) @ np.swapaxes(axes, 1, 2)
     if not tangent:
         return Stress(energy, stress, None)
-    moduli = np.zeros((len(strain), 6, 6))
+    p, q = VOIGT[3:].T
+    first, second = square[:, p], square[:, q]
+    ratio = (first - second) / second
+    ratio[ratio == 0] = np.finfo(float).tiny  # the quotient below is 1 there
+    shear = (mu * np.log1p(ratio) / ratio - 2 * mu * logs[:, q] - lame * volume[:, None]) / (first * second)
+    normal = lame / (square[:, :, None] * square[:, None, :])
     a = np.arange(3)
-    product = square[:, :, None] * square[:, None, :]
-    moduli[:, :3, :3] = lame / product
-    moduli[:, a, a] += (2 * mu - 2 * square * principal) / square**2
-    for position, (p, q) in enumerate(VOIGT[3:], start=3):
-        ratio = (square[:, p] - square[:, q]) / square[:, q]
-        quotient = np.where(ratio == 0, 1.0, np.log1p(ratio) / np.where(ratio == 0, 1.0, ratio))
-        slope = mu * quotient - 2 * mu * logs[:, q] - lame * volume
-        moduli[:, position, position] = slope / product[:, p, q]
+    normal[:, a, a] += (2 * mu - 2 * square * principal) / square**2
     rotation = rotate_strain(axes)
-    return Stress(energy, stress, np.swapaxes(rotation, 1, 2) @ moduli @ rotation)
+    half = np.empty_like(rotation)
+    np.matmul(normal, rotation[:, :3], out=half[:, :3])
+    np.multiply(shear[:, :, None], rotation[:, 3:], out=half[:, 3:])
+    return Stress(energy, stress, np.swapaxes(rotation, 1, 2) @ half)
 
 
 def rotate_strain(axes: np.ndarray) -> np.ndarray:

@@ -1,0 +1,115 @@
+"""A kind of scene from outside of the package: one file that registers it, and all that is said of keys knows it."""
+
+import sys
+
+import pytest
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.registry import load_plugins
+from knitstudy.study.configuration import load_scenes
+from knitstudy.study.documentation import inputs_table, keys_page, schema_of
+from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS
+from knitstudy.study.scene import Scene, all_kinds
+
+STICKY = '''
+from knitstudy.study.keys import Section, key
+from knitstudy.study.kinds import INTERACTIONS, Interaction
+
+
+class Adhesion(Section):
+    """Yarns that stick."""
+
+    adhesion: float = key(
+        "a number from 0 to 1e9, in Pa", unit="Pa", standing="assumed", source="a test", checked="none", ge=0, le=1e9
+    )
+
+
+INTERACTIONS.register(Interaction("sticky", "contact that sticks", friction=lambda scene: 0.0, keys=Adhesion))
+'''
+
+RODS = """
+from knitstudy.study.kinds import FIDELITIES, Fidelity
+from knitstudy.study.sections.mesh import BeamMesh
+from knitstudy.study.sections.solver import Newton
+
+FIDELITIES.register(
+    Fidelity(
+        name="rods", meaning="rods without torsion", specimens=("knit", "pair"), stage="rods",
+        sections=lambda interaction: {"mesh": BeamMesh, "solver": Newton},
+    )
+)
+"""
+
+
+@pytest.fixture
+def plugin(tmp_path, monkeypatch):
+    """Function that imports a module written for it; what it registers is forgotten afterwards."""
+    monkeypatch.syspath_prepend(tmp_path)
+    before = {id(registry): set(registry.names()) for registry in (SPECIMENS, INTERACTIONS, FIDELITIES)}
+    written = []
+
+    def load(name, text):
+        (tmp_path / f"{name}.py").write_text(text)
+        written.append(name)
+        load_plugins([name])
+
+    yield load
+    for registry in (SPECIMENS, INTERACTIONS, FIDELITIES):
+        for name in set(registry.names()) - before[id(registry)]:
+            registry.forget(name)
+    for name in written:
+        sys.modules.pop(name, None)
+
+
+def test_an_interaction_brings_its_keys(plugin, config):
+    scene = load_scenes(config)["dns-a"]
+    plugin("sticky_yarns", STICKY)
+    sticky = scene.vary({"interaction": "sticky", "contact.adhesion": 1e5})
+    assert sticky.contact.adhesion == 1e5
+    assert sticky.contact.points == scene.replace("interaction", "rough").contact.points
+    assert sticky.scaled(stiffness=1e-6).contact.adhesion == pytest.approx(0.1)
+    assert Scene.from_dict(sticky.to_dict()) == sticky
+    with pytest.raises(
+        ConfigurationError, match=r"contact\.adhesion is -1 but must be a number from 0 to 1e9, in Pa"
+    ):
+        sticky.replace("contact.adhesion", -1)
+    with pytest.raises(
+        ConfigurationError, match=r"contact\.adhesion is no key of a scene whose .* interaction rough"
+    ):
+        scene.vary({"interaction": "rough", "contact.adhesion": 1e5})
+    assert "contact.adhesion\tPa\tassumed\ta test\tnone\n" in inputs_table()
+    assert "| beam with sticky; dns with sticky | assumed |" in keys_page()
+    assert "adhesion" in schema_of(sticky.kind)["properties"]["contact"]["properties"]
+
+
+def test_a_fidelity_says_which_sections_it_has(plugin, config):
+    scene = load_scenes(config)["dns-a"]
+    plugin("rods", RODS)
+    rods = scene.replace("fidelity", "rods")
+    assert set(rods.sections) == {"pattern", "geometry", "load", "yarn", "mesh", "solver"}
+    assert rods.outputs == ()
+    assert len([kind for kind in all_kinds() if kind.fidelity.name == "rods"]) == 2 * len(
+        INTERACTIONS.names()
+    )
+    with pytest.raises(ConfigurationError, match=r"unknown fidelity 'rids' \(did you mean 'rods'\?\)"):
+        scene.replace("fidelity", "rids")
+
+
+def test_what_is_forgotten_leaves_nothing(plugin, config):
+    page = keys_page()
+    plugin("sticky_again", STICKY)
+    assert keys_page() != page
+    INTERACTIONS.forget("sticky")
+    assert keys_page() == page
+
+
+def test_a_name_that_is_taken(plugin):
+    with pytest.raises(ConfigurationError, match="interaction 'rough' is registered twice"):
+        plugin("second_rough", STICKY.replace('"sticky"', '"rough"'))
+
+
+def test_a_module_that_is_not_there():
+    with pytest.raises(
+        ConfigurationError, match="plugins: 'no_such_module' cannot be imported: No module named"
+    ):
+        load_plugins(["no_such_module"])
