@@ -50,9 +50,9 @@ def main() -> None:
         rows["this code"] = measure.run(
             "calculix_contact:here", options.threads, scene=scene.to_dict(), folder=scratch
         )
-        rows["CalculiX"] = _there(scene, folder, options.threads)
+        rows["CalculiX"] = there(scene, folder, options.threads)
         if options.first_step:
-            rows["CalculiX, no step of rest"] = _there(scene, folder, options.threads, rests=False)
+            rows["CalculiX, no step of rest"] = there(scene, folder, options.threads, rests=False)
     text = _table(scene, rows, options.threads)
     print(text, end="")
     if options.log:
@@ -109,8 +109,8 @@ def here(scene: dict, folder: str) -> dict:
     }
 
 
-def _there(scene: Scene, folder: Path, threads: int, rests: bool = True) -> dict:
-    """Run CalculiX on them."""
+def there(scene: Scene, folder: Path, threads: int, rests: bool = True) -> dict:
+    """Run CalculiX on the knit and the mesh in a folder; without contact nothing `rests` before the load."""
     knit, mesh = knits.load(str(folder))
     tie = tie_crossings(mesh, knit, scene.tie.tolerance, tied_crossings(scene, knit.crossings))
     deck = specimen_deck(scene, knit, mesh, tie, "equations")

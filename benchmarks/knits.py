@@ -1,39 +1,36 @@
-"""The inputs of benchmarks: knit and mesh of a scene, made once and kept in a scratch folder; and runs on them."""
+"""The inputs of benchmarks: knit and mesh of a scene, made once by its stages and kept in a scratch folder; and runs."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import xarray as xr
 from measure import ready
 
-from knitstudy.crossings import contacts
 from knitstudy.files.netcdf import read_dataset, write_dataset
-from knitstudy.geometry.build import build
 from knitstudy.geometry.pattern import Knit
-from knitstudy.mesh.knit import mesh_knit
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
 from knitstudy.networks.rom.run import run as run_rom
-from knitstudy.solids import dns
+from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene
 
 
 def prepare(scene: Scene, folder: Path) -> None:
-    """Write knit and mesh of a DNS scene."""
-    knit = build(scene)
-    write_dataset(knit, folder / "knit.nc")
-    mesh = mesh_knit(Knit.from_dataset(knit), scene.mesh.size, scene.mesh.growth)
-    write_dataset(mesh.to_dataset(), folder / "mesh.nc")
+    """Write geometry and mesh of a DNS scene."""
+    geometry = STAGES.find("geometry").load()(scene)
+    write_dataset(geometry, folder / "geometry.nc")
+    write_dataset(STAGES.find("mesh").load()(scene, geometry), folder / "mesh.nc")
 
 
 def load(folder: str) -> tuple[Knit, SweptMesh]:
     """Read them."""
-    place = Path(folder)
-    return (
-        Knit.from_dataset(read_dataset(place / "knit.nc")),
-        SweptMesh.from_dataset(read_dataset(place / "mesh.nc")),
-    )
+    return Knit.from_dataset(_read(folder, "geometry")), SweptMesh.from_dataset(_read(folder, "mesh"))
+
+
+def _read(folder: str, name: str) -> xr.Dataset:
+    return read_dataset(Path(folder) / f"{name}.nc")
 
 
 def run_dns(scene: str, folder: str, increments: int | None = None) -> dict:
@@ -41,21 +38,28 @@ def run_dns(scene: str, folder: str, increments: int | None = None) -> dict:
     wanted = load_scene(scene)
     if increments:
         wanted = wanted.replace("solver.increments", increments)
-    knit, mesh = load(folder)
-    history = dns.run(wanted, mesh, knit)
-    write_dataset(contacts.extract(knit, history), Path(folder) / "contacts.nc")
+    return run_direct(wanted, folder)
+
+
+def run_direct(scene: Scene, folder: str) -> dict:
+    """Run a DNS scene on the geometry and the mesh in a folder; its contacts stay there."""
+    geometry, mesh = _read(folder, "geometry"), _read(folder, "mesh")
+    ready()
+    history = STAGES.find("dns").load()(scene, geometry=geometry, mesh=mesh)
+    contacts = STAGES.find("contacts").load()(scene, geometry=geometry, history=history)
+    write_dataset(contacts, Path(folder) / "contacts.nc")
     return cost(history)
 
 
 def run_reduced(scene: str, folder: str) -> dict:
     """Run a reduced model of the DNS in the folder."""
-    knit = Knit.from_dataset(read_dataset(Path(folder) / "knit.nc"))
-    return cost(run_rom(load_scene(scene), knit, read_dataset(Path(folder) / "contacts.nc")))
+    geometry, contacts = _read(folder, "geometry"), _read(folder, "contacts")
+    return cost(STAGES.find("rom").load()(load_scene(scene), geometry=geometry, contacts=contacts))
 
 
 def run_tiled(scene: str, folder: str, loops: int, increments: int) -> dict:
     """Run a tied reduced model of `loops` x `loops` cells of the knit in the folder, joined where it crosses itself."""
-    loop = Knit.from_dataset(read_dataset(Path(folder) / "knit.nc")).loop
+    loop = load(folder)[0].loop
     size = {"pattern.loops": loops, "pattern.rows": loops}
     wanted = load_scene(scene).vary(size | {"solver.increments": increments})
     ready()
@@ -63,7 +67,7 @@ def run_tiled(scene: str, folder: str, loops: int, increments: int) -> dict:
     return cost(run_rom(wanted, knit, contacts_of_crossings(knit)))
 
 
-def cost(history) -> dict:
+def cost(history: xr.Dataset) -> dict:
     """Return the columns of a history that tell what it cost; `path_s` leaves out reading and writing."""
     newton = int(history["newton_iterations"].sum())
     phases = history["seconds"].sum("increment") / max(newton, 1)

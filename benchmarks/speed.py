@@ -1,0 +1,85 @@
+"""How long the 3 x 3 knit takes with one and two threads, beside CalculiX: ties, friction, and the other element.
+
+    python benchmarks/speed.py [--cases tie friction-course] [--no-calculix] [--log FILE]
+
+Every run has a process of its own, one after the other, in 12 increments to 5 % without stops: leave the machine alone
+meanwhile. CalculiX, where it is installed, gets the same mesh and the same ties. With friction it takes ten minutes a case.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+import calculix_contact
+import knits
+import measure
+import pandas as pd
+
+from knitstudy.errors import KnitstudyError
+from knitstudy.exchange import calculix
+from knitstudy.study.configuration import load_scene
+from knitstudy.study.scene import Scene
+
+CASES = {
+    "tie": ("dns-tie-course", {}),
+    "tie, incompatible modes": ("dns-tie-course", {"mesh.element": "incompatible_modes"}),
+    "friction-course": ("dns-isotropic-course", {}),
+    "friction-wale": ("dns-isotropic-wale", {}),
+}
+
+THREADS = 2
+
+
+def main() -> None:
+    """Measure the cases that the command line asks for, and print and keep the table."""
+    options = _options()
+    rows = []
+    for name in options.cases:
+        label, changes = CASES[name]
+        scene = load_scene(label).vary({"load.stops": []} | changes)
+        with tempfile.TemporaryDirectory() as folder:
+            knits.prepare(scene, Path(folder))
+            found = {f"{count} threads": _here(scene, folder, count) for count in (1, THREADS)}
+            if options.calculix and not changes and calculix.available():
+                ties_alone = not scene.kind.interaction.touches
+                found["CalculiX"] = calculix_contact.there(scene, Path(folder), THREADS, rests=not ties_alone)
+        alone = found["1 threads"]["wall_s"]
+        for who, measured in found.items():
+            over = {"over one thread": alone / measured["wall_s"]}
+            if "CalculiX" in found:
+                over["over CalculiX"] = measured["wall_s"] / found["CalculiX"]["wall_s"]
+            rows.append({"case": name, "who": who} | measured | over)
+            print(rows[-1], file=sys.stderr, flush=True)
+    text = pd.DataFrame(rows).to_string(index=False, float_format="{:.4g}".format, na_rep="") + "\n"
+    print(text, end="")
+    if options.log:
+        Path(options.log).write_text(text, encoding="utf-8")
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--cases", nargs="+", choices=list(CASES), default=list(CASES))
+    parser.add_argument("--no-calculix", dest="calculix", action="store_false", help="this code alone")
+    parser.add_argument("--log", help="file that keeps the table")
+    return parser.parse_args()
+
+
+def _here(scene: Scene, folder: str, threads: int) -> dict:
+    return measure.run("speed:here", threads, scene=scene.to_dict(), folder=folder)
+
+
+def here(scene: dict, folder: str) -> dict:
+    """Run a scene on the knit and the mesh in a folder."""
+    return knits.run_direct(Scene.from_dict(scene), folder)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except KnitstudyError as error:
+        sys.exit(f"error: {error}")
