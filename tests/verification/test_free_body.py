@@ -58,7 +58,7 @@ class Stack:
 
 @pytest.fixture(scope="module")
 def pressed():
-    return {share: _pressed(share) for share in (1e-7, 1e-6, 1e-5)}
+    return {share: _pressed(share) for share in (1e-5, 1e-4, 1e-3)}
 
 
 def _pressed(share):
@@ -74,7 +74,7 @@ def test_result_does_not_depend_on_the_drag(pressed, verify):
         share: [stack.force(each) for each in increments] for share, (stack, increments) in pressed.items()
     }
     usual = forces[free_bodies.SHARE][-1]
-    for share in (1e-7, 1e-5):
+    for share in (1e-5, 1e-3):
         verify.within(f"free yarn: force for a drag of {share:g} E V / h2", forces[share][-1], usual, 1e-4)
 
 
@@ -82,7 +82,7 @@ def test_drag_has_died_out(pressed, verify):
     stack, increments = pressed[free_bodies.SHARE]
     assert not stack.holds(increments[0].state)
     assert stack.holds(increments[-1].state)
-    assert increments[-1].state.led is False
+    assert increments[-1].state.led == 0.0
     carried = reaction(increments[-1], stack.held)[2]
     verify.within(
         "free yarn: force below it over that above it", carried / stack.force(increments[-1]), 1.0, 1e-6

@@ -2,9 +2,9 @@
 
 A body without a grip or a tie can move rigidly for nothing, so that no equilibrium tells where it goes. In every
 increment it therefore drags on its way from where the increment began, as with the contact stabilisation of
-Abaqus/Standard. Once the increment has converged, and contact resists every rigid motion of all such bodies by itself,
-the drag is taken away and the increment balanced anew, at the same load: what is accepted knows nothing of it. Until
-then it is all that the grips feel.
+Abaqus/Standard: first by as much as lets contact find its places, then by next to nothing. As soon as such a state has
+converged in which contact resists every rigid motion of all such bodies by itself, the drag is taken away and the
+increment balanced anew, at the same load: what is accepted knows nothing of it. Before that, grips feel only drag.
 """
 
 from __future__ import annotations
@@ -16,8 +16,11 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
-SHARE = 1e-6
-"""Drag over E V / h^2, V the volume of a node: next to nothing for a yarn, enough for a linear solver."""
+SHARE = 1e-4
+"""Drag over E V / h^2, V the volume of a node, with which an increment begins."""
+
+FADED = 1e-2
+"""Share of it that stays where contact does not hold the bodies: next to nothing, enough for a linear solver."""
 
 HELD = 1e-6
 """Resistance of contact to the easiest rigid motion over E V / h^2, from which on contact holds the bodies."""

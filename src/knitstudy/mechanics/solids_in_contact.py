@@ -11,7 +11,7 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.points import ContactPoints
-from knitstudy.mechanics.free_bodies import FreeBodies
+from knitstudy.mechanics.free_bodies import FADED, FreeBodies
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.pattern_sum import PatternSum
 from knitstudy.mechanics.solid import Memory, SolidModel, SolidState
@@ -39,13 +39,13 @@ class ContactState(SolidState):
     memory : ContactMemory
     augmentations : int
         Updates of the contact multipliers within the running increment.
-    led : bool
-        Whether a drag leads free bodies to their first contact: not any more where contact holds them.
+    led : float
+        Share of the drag that leads free bodies to their first contact: 1, `FADED`, or 0 where contact holds them.
     """
 
     memory: ContactMemory | None = None
     augmentations: int = 0
-    led: bool = True
+    led: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class SolidsInContact(SolidModel):
 
     def begin(self, state: ContactState, load: float, change: float) -> ContactState:
         """Return the state in which an increment of the load factor by `change` to `load` starts."""
-        return replace(super().begin(state, load, change), augmentations=0, led=True)
+        return replace(super().begin(state, load, change), augmentations=0, led=1.0)
 
     def contact_points(self, state: ContactState) -> ContactPoints:
         """Return all pairs of points and surfaces that are near each other."""
@@ -115,8 +115,11 @@ class SolidsInContact(SolidModel):
             If the penetration is too large and the updates allowed are used up.
         """
         points = self.contact_points(state)
-        if self.free_bodies is not None and state.led and self._held(state, points):
-            return replace(state, led=False)
+        if self.free_bodies is not None and state.led:
+            if self._held(state, points):
+                return replace(state, led=0.0)
+            if state.led > FADED:
+                return replace(state, led=FADED)
         deepest = -self.contact.smallest_gap(points)
         if deepest <= self.penetration.limit:
             return None
@@ -174,10 +177,8 @@ class SolidsInContact(SolidModel):
         drag = super()._drag(state)
         if self.free_bodies is None:
             return drag
-        drag = np.zeros(self.size) if drag is None else drag
-        if state.led:
-            drag = drag + np.repeat(self._collected_nodes(self.free_bodies.drag()), 3)
-        return drag
+        leading = state.led * np.repeat(self._collected_nodes(self.free_bodies.drag()), 3)
+        return leading if drag is None else drag + leading
 
     def _collected_nodes(self, values: np.ndarray) -> np.ndarray:
         """Return what the nodes (N,) have at the kept ones (n,), tied ones going to those that they hang on."""
