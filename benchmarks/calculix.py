@@ -23,7 +23,7 @@ from knitstudy.errors import KnitstudyError
 from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import CONSTRAINTS, specimen_deck
 from knitstudy.exchange.inp import write_inp
-from knitstudy.geometry.build import build
+from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.problem import Problem
 from knitstudy.mechanics.elements.calculix_one_point import CalculixHexahedron
@@ -58,7 +58,7 @@ def main() -> None:
     }
     changes = {key: value for key, value in asked.items() if value is not None}
     scene = load_scene(options.scene).vary({"yarn.material": "st_venant_kirchhoff"} | changes)
-    knit = Knit.from_dataset(build(scene))
+    knit = Knit.from_dataset(lay_out(scene))
     yarns = dns.assemble(scene, mesh_knit(knit, scene.mesh.size, scene.mesh.growth), knit)
     problem = dns.problem_of(yarns, scene, knit)
     pulls = [
@@ -89,7 +89,7 @@ def _options() -> argparse.Namespace:
 
 def _with_calculix_element(model: SolidModel) -> SolidModel:
     elements = CalculixHexahedron(model.nodes[model.hexahedra], model.elements.material)
-    return SolidModel(model.nodes, model.hexahedra, elements, model.length, model.dependence)
+    return SolidModel(model.nodes, model.hexahedra, elements, model.length, model.transformation)
 
 
 def _here(problem: Problem, label: str, model: SolidModel) -> Pull:

@@ -1,4 +1,4 @@
-"""The inputs of benchmarks: knit and mesh of a scene, made once by its stages and kept in a scratch folder; and runs."""
+"""The inputs of benchmarks: knit and mesh of a scene, made once and kept in a scratch folder; and runs on them."""
 
 from __future__ import annotations
 

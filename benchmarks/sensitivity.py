@@ -23,7 +23,7 @@ from scipy.optimize import minimize_scalar
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files.csv_table import write_table
-from knitstudy.geometry.build import build
+from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.mesh.specimen import mesh_specimen
 from knitstudy.solids import dns
@@ -101,7 +101,7 @@ def sweep(scene: Scene, changes: Mapping[str, Sequence]) -> pd.DataFrame:
 
 def measure(scene: Scene) -> dict:
     """Pull a scene and return what came out."""
-    specimen = read_specimen(build(scene))
+    specimen = read_specimen(lay_out(scene))
     mesh = mesh_specimen(specimen, scene.mesh.size, scene.mesh.growth)
     history = dns.run(scene, mesh, specimen)
     strain, energy = history["strain"].to_numpy(), history["energy"].isel(increment=-1)

@@ -2,8 +2,9 @@
 
     python benchmarks/speed.py [--cases tie friction-course] [--no-calculix] [--log FILE]
 
-Every run has a process of its own, one after the other, in 12 increments to 5 % without stops: leave the machine alone
-meanwhile. CalculiX, where it is installed, gets the same mesh and the same ties. With friction it takes ten minutes a case.
+Every run has a process of its own, one after the other, in 12 increments to 5 % without stops: leave the machine
+alone meanwhile. CalculiX, where it is installed, gets the same mesh and the same ties; with friction it takes ten
+minutes a case.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.build import initial_loop
+from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
 from knitstudy.study.scene import Scene

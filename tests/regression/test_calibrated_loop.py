@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import yaml
 
-from knitstudy.geometry.build import build
 from knitstudy.geometry.calibrate import read_problem
 from knitstudy.geometry.calibration import Candidate, residuals, solve
+from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.sensitivity import sensitivity
 from knitstudy.study.configuration import CONFIG, load_knits
 
@@ -18,7 +18,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def after(scene):
-    return build(scene)
+    return lay_out(scene)
 
 
 def radii(dataset, name):

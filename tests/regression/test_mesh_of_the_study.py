@@ -2,7 +2,7 @@
 
 import pytest
 
-from knitstudy.geometry.build import build
+from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh import quality
 from knitstudy.mesh.knit import mesh_knit
@@ -12,7 +12,7 @@ from knitstudy.study.configuration import load_scene
 @pytest.fixture(scope="module")
 def fine():
     scene = load_scene("dns-tie-course")
-    return mesh_knit(Knit.from_dataset(build(scene)), scene.mesh.size, scene.mesh.growth)
+    return mesh_knit(Knit.from_dataset(lay_out(scene)), scene.mesh.size, scene.mesh.growth)
 
 
 def test_degrees_of_freedom_are_those_of_table_5(fine):

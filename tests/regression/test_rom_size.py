@@ -2,7 +2,7 @@
 
 import pytest
 
-from knitstudy.geometry.build import build as build_geometry
+from knitstudy.geometry.lay_out import lay_out as build_geometry
 from knitstudy.geometry.pattern import Knit
 from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
 from knitstudy.networks.rom.run import assemble

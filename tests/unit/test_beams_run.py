@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.mechanics.increment import Increment
-from knitstudy.networks.beams.build import build
+from knitstudy.networks.beams.beam_knit import beam_knit
 from knitstudy.networks.beams.neighbours import Gaps
 from knitstudy.networks.beams.run import UNSEEN, require_seen, run
 
@@ -63,7 +63,7 @@ def test_work_is_stored_or_lost(history):
 
 
 def test_line_of_contact_has_many_points(beam_scene, cell):
-    model = build(beam_scene.replace("beam.contact", "line"), cell).model
+    model = beam_knit(beam_scene.replace("beam.contact", "line"), cell).model
     assert len(model.contact.crossing.weight) > 100 * len(cell.crossings.row)
 
 
@@ -80,7 +80,7 @@ def tied_scene(beam_scene):
 
 def test_outer_rows_are_tied(tied_scene, knit):
     for direction, place in (("course", "row"), ("wale", "column")):
-        beams = build(tied_scene.replace("load.direction", direction), knit)
+        beams = beam_knit(tied_scene.replace("load.direction", direction), knit)
         at = getattr(knit.crossings, place)
         np.testing.assert_array_equal(beams.tied, (at == 0) | (at == 2))
         assert np.bincount(beams.network.station_node).max() == 2
@@ -89,7 +89,7 @@ def test_outer_rows_are_tied(tied_scene, knit):
 
 def test_pinned_ties_join_points_and_not_sections(tied_scene, knit):
     """A pin is as stiff as contact that sticks, and leaves both sections free to turn."""
-    beams = build(tied_scene.replace("beam.tie", "pinned"), knit)
+    beams = beam_knit(tied_scene.replace("beam.tie", "pinned"), knit)
     assert np.bincount(beams.network.station_node).max() == 1
     penalty = tied_scene.beam.stiffness * tied_scene.yarn.youngs_modulus * tied_scene.yarn.radius
     springs = beams.network.springs
@@ -121,7 +121,7 @@ def test_solid_scene_is_refused(beam_scene, cell):
 
 
 def test_penetration_that_contact_does_not_see_is_refused(beam_scene, cell):
-    beams = build(beam_scene, cell)
+    beams = beam_knit(beam_scene, cell)
     radius = beam_scene.yarn.radius
     increment = Increment(3, 0.5, None, None, 0.1)
     contact_gap = np.full(4, -2e-6)

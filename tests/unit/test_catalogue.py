@@ -13,7 +13,7 @@ from knitstudy.registry import load_plugins
 from knitstudy.stages.code import PACKAGE, modules_behind
 from knitstudy.stages.displays import Displays
 from knitstudy.stages.plan import Plan
-from knitstudy.tables.catalogue import TABLES, build
+from knitstudy.tables.catalogue import TABLES, tabulate
 
 TOY = """
 import pandas as pd
@@ -65,7 +65,7 @@ def test_figure_from_outside_is_drawn_and_named_with_its_code(toy, plain_scene):
 
 
 def test_table_from_outside_is_built(toy):
-    table = build("toy_stiffness", rom3d=synthetic.history(), tie_wale_dns_contacts=None)
+    table = tabulate("toy_stiffness", rom3d=synthetic.history(), tie_wale_dns_contacts=None)
     pd.testing.assert_frame_equal(table, pd.DataFrame({"k": table["k"]}))
     assert table["k"].item() > 0
 

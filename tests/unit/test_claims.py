@@ -11,7 +11,7 @@ import synthetic
 
 from knitstudy.crossings.contacts import extract
 from knitstudy.files.csv_table import read_table
-from knitstudy.geometry.build import initial_loop
+from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.claims.contact import asymmetry, largest_bend

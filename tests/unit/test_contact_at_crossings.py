@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.crossings.facets import REACH, CrossingFacets
 from knitstudy.crossings.record import crossing_forces, touching_points
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.loading.columns import HISTORY
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.history import ContactHistory
@@ -19,7 +19,7 @@ RADIUS, SIZE = 0.9e-3, 0.45e-3
 
 @pytest.fixture(scope="module")
 def pair():
-    return Pair(RADIUS, 60.0, 6e-3, 0.01)
+    return YarnPair(RADIUS, 60.0, 6e-3, 0.01)
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from knitstudy.crossings.kinematics import (
     since_first,
     twist,
 )
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.loading.columns import CONTACTS
 from knitstudy.mechanics.rotation import exp
 
@@ -26,7 +26,7 @@ X, Y, Z = np.eye(3)
 @pytest.fixture
 def pair():
     """Yarns along x, below, and along y, above."""
-    return Pair(RADIUS, 90.0, 10e-3, 0.01)
+    return YarnPair(RADIUS, 90.0, 10e-3, 0.01)
 
 
 def of_pair(pair, lower, upper, relative=(0, 0, 0), contact=None):

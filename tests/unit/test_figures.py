@@ -15,7 +15,7 @@ from knitstudy.figures.fig_pair_slip import Slide
 from knitstudy.figures.interlock import InterlockSide
 from knitstudy.figures.picture import CHOICE, is_fallback
 from knitstudy.figures.saving import FALLBACK_RENDERER, describe, save
-from knitstudy.geometry.build import initial_loop
+from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.selection import CASES
 from knitstudy.mesh.knit import mesh_knit
@@ -250,7 +250,7 @@ def test_unit_cell_marks_overlaps_before_only(drawn):
 def test_honeycomb_shows_every_beam_and_zone(drawn, knit, results):
     (axes,) = drawn("fig04_honeycomb").axes
     beams = next(each for each in axes.collections if isinstance(each, LineCollection))
-    network = honeycomb.build(knit, results["contacts"])
+    network = honeycomb.planar_network(knit, results["contacts"])
     assert len(beams.get_segments()) == len(network.ends)
     np.testing.assert_allclose(beams.get_segments()[0], 1e3 * network.nodes[network.ends[0], :2])
     sizes = [len(each.get_offsets()) for each in axes.collections if not isinstance(each, LineCollection)]

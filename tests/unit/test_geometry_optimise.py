@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.build import build, initial_loop
 from knitstudy.geometry.energy import squared_join_curvature
+from knitstudy.geometry.lay_out import initial_loop, lay_out
 from knitstudy.geometry.optimise import free_components, optimise
 from knitstudy.geometry.survey import check_yarns, survey
 from knitstudy.study.configuration import load_knits
@@ -68,13 +68,13 @@ def test_loop_turned_inside_out_does_not_interlock(scene):
 
 def test_weight_too_small_to_part_the_yarns_is_refused(scene):
     with pytest.raises(GeometryError, match=r"crossing zone .* geometry\.alpha"):
-        build(with_weights(scene, alpha=1e-5))
+        lay_out(with_weights(scene, alpha=1e-5))
 
 
 def test_yarn_too_thick_for_the_loop_is_refused(scene):
     thick = scene.replace("yarn.diameter", 4.0e-3)
     with pytest.raises(GeometryError, match="optimisation"):
-        build(thick)
+        lay_out(thick)
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ import pytest
 
 from knitstudy.errors import DataFileError, GeometryError
 from knitstudy.files.netcdf import read_dataset, write_dataset
-from knitstudy.geometry.build import build
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.lay_out import lay_out
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.specimen import read_specimen
 
 RADIUS, LENGTH, CLEARANCE = 0.9e-3, 10e-3, 0.02
@@ -14,7 +14,7 @@ RADIUS, LENGTH, CLEARANCE = 0.9e-3, 10e-3, 0.02
 
 @pytest.fixture(params=[90.0, 30.0])
 def pair(request):
-    return Pair(RADIUS, request.param, LENGTH, CLEARANCE)
+    return YarnPair(RADIUS, request.param, LENGTH, CLEARANCE)
 
 
 def test_yarns_are_straight_and_as_long_as_wanted(pair):
@@ -53,9 +53,9 @@ def test_crossing_is_where_the_centrelines_are_nearest(pair):
 def test_file_and_back(plain_scene, knit, tmp_path):
     scene = plain_scene.vary({"specimen": "pair", "fidelity": "dns", "load.path": [[0, 0, -1e-5]]})
     path = tmp_path / "pair.nc"
-    write_dataset(build(scene), path, scene)
+    write_dataset(lay_out(scene), path, scene)
     again = read_specimen(read_dataset(path))
-    assert again == Pair(scene.yarn.radius, scene.pair.angle, scene.pair.length, scene.pair.clearance)
+    assert again == YarnPair(scene.yarn.radius, scene.pair.angle, scene.pair.length, scene.pair.clearance)
     write_dataset(knit.to_dataset(), path, plain_scene)
     assert read_specimen(read_dataset(path)).to_dataset().equals(knit.to_dataset())
 
@@ -65,7 +65,7 @@ def test_file_of_something_else(pair):
     with pytest.raises(DataFileError, match=r"specimen is None; allowed are knit, pair"):
         read_specimen(dataset.drop_attrs())
     with pytest.raises(
-        DataFileError, match=r"\['angle'\] are missing; allowed is what Pair\.to_dataset makes"
+        DataFileError, match=r"\['angle'\] are missing; allowed is what YarnPair\.to_dataset makes"
     ):
         read_specimen(dataset.drop_vars("angle"))
 
@@ -82,4 +82,4 @@ def test_file_of_something_else(pair):
 )
 def test_pair_that_is_not_allowed(changed, message):
     with pytest.raises(GeometryError, match=message):
-        Pair(**{"radius": RADIUS, "angle": 90.0, "length": LENGTH} | changed)
+        YarnPair(**{"radius": RADIUS, "angle": 90.0, "length": LENGTH} | changed)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.loading.load_path import Motion, load_path, place
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.study.sections.load import Path
@@ -63,7 +63,7 @@ def test_a_knit_is_pulled_along_the_course(plain_scene, knit):
 
 def test_a_pair_follows_its_path(plain_scene):
     pair = plain_scene.vary({"specimen": "pair", "fidelity": "dns", "load.path": CORNERS.tolist()})
-    motion = load_path(pair, Pair(0.9e-3, 90.0, 5e-3, 0.01))
+    motion = load_path(pair, YarnPair(0.9e-3, 90.0, 5e-3, 0.01))
     assert motion.corners == QUARTERS
     np.testing.assert_array_equal(motion.displacement, CORNERS)
     assert (motion.axis, motion.length) == (2, 1.8e-3)

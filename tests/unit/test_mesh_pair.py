@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import MeshError
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.specimen import mesh_specimen
 from knitstudy.solids.tie import tie_crossings
@@ -14,7 +14,7 @@ RADIUS, LENGTH, CLEARANCE, SIZE = 0.9e-3, 8e-3, 0.02, 0.45e-3
 
 @pytest.fixture(scope="module", params=[90.0, 30.0])
 def pair(request):
-    return Pair(RADIUS, request.param, LENGTH, CLEARANCE)
+    return YarnPair(RADIUS, request.param, LENGTH, CLEARANCE)
 
 
 @pytest.fixture(scope="module")
@@ -54,8 +54,8 @@ def test_yarns_that_overlap():
         mesh_specimen(_Overlapping(RADIUS, 90.0, LENGTH), SIZE, 1.0)
 
 
-class _Overlapping(Pair):
-    """Pair whose yarns are three hundredths of a diameter too near each other."""
+class _Overlapping(YarnPair):
+    """YarnPair whose yarns are three hundredths of a diameter too near each other."""
 
     @property
     def middles(self):

@@ -78,7 +78,7 @@ def test_models_of_the_study_can_be_told_apart():
 
 
 def test_distances_of_all_models_and_of_the_meshes(every, scenes):
-    table = catalogue.build("rom_distance", every=every, scenes=scenes).set_index("model")
+    table = catalogue.tabulate("rom_distance", every=every, scenes=scenes).set_index("model")
     assert table.index.is_unique
     assert len(table) == 4 * 7
     of = table.loc["3D ROM, printed joints; tie constraint, wale"]
@@ -94,13 +94,13 @@ def test_distances_of_all_models_and_of_the_meshes(every, scenes):
 
 def test_distance_without_a_second_mesh_is_not_compared(every, scenes):
     single = {name: each for name, each in every.items() if "medium" not in name}
-    table = catalogue.build("rom_distance", every=single, scenes=scenes)
+    table = catalogue.tabulate("rom_distance", every=single, scenes=scenes)
     assert table["distance over that of DNS's meshes [1]"].isna().all()
     assert table["L2 distance of force to DNS [1]"].max() == pytest.approx(1.5)
 
 
 def test_beams_say_what_each_ingredient_changes(every, scenes):
-    table = catalogue.build("beams", every=every, scenes=scenes).set_index("model")
+    table = catalogue.tabulate("beams", every=every, scenes=scenes).set_index("model")
     assert len(table) == 2 * 5
     hertz = table.loc["beams, point contact, Hertzian; course"]
     assert hertz["stiffness over DNS's [1]"] == pytest.approx(0.8)
@@ -111,12 +111,12 @@ def test_beams_say_what_each_ingredient_changes(every, scenes):
 
 def test_tables_of_a_study_without_their_models_are_empty(scenes, every):
     for name in ("beams", "rom_distance"):
-        assert catalogue.build(name, every={}, scenes=scenes).empty
+        assert catalogue.tabulate(name, every={}, scenes=scenes).empty
 
 
 def test_responses_by_hand(every, scenes):
     """10 N at 5 % on 3 loops and rows: widths are 3 w and 3 c."""
-    table = catalogue.build("responses", every=every, scenes=scenes).set_index("scene")
+    table = catalogue.tabulate("responses", every=every, scenes=scenes).set_index("scene")
     assert list(table.index) == list(every)
     pattern = scenes["dns-isotropic-course"].pattern
     height, width = 3 * pattern.course_spacing, 3 * pattern.wale_spacing
@@ -133,7 +133,7 @@ def test_responses_by_hand(every, scenes):
 
 
 def test_responses_name_only_keys_that_a_model_reads(every, scenes):
-    table = catalogue.build("responses", every=every, scenes=scenes).set_index("scene").astype(object)
+    table = catalogue.tabulate("responses", every=every, scenes=scenes).set_index("scene").astype(object)
     keys_of_models = table.loc[:, "tied edges":"beam ties"]
     for name, keys in {
         "dns-tie-course": set(),
@@ -158,14 +158,14 @@ def test_responses_name_only_keys_that_a_model_reads(every, scenes):
 
 def test_strain_that_was_not_reached_has_no_force(scenes):
     every = study.histories(scenes, **{"dns-tie-course": {"strain": (0, 0.01, 0.02)}})
-    row = catalogue.build("responses", every=every, scenes=scenes).iloc[0]
+    row = catalogue.tabulate("responses", every=every, scenes=scenes).iloc[0]
     assert row["force at 1% strain [N]"] == 6
     assert np.isnan(row["force at 3% strain [N]"])
 
 
 def test_cost_beside_the_papers_for_ties_only(every, scenes):
     paper = read_table(RESOURCES / "paper_tables.csv")
-    table = catalogue.build("table5_cost", every=every, paper=paper, scenes=scenes).set_index("model")
+    table = catalogue.tabulate("table5_cost", every=every, paper=paper, scenes=scenes).set_index("model")
     assert len(table) == 4 * 3
     tie, slides = (table.loc[f"3D ROM; {kind}, course"] for kind in ("tie constraint", "isotropic friction"))
     assert tie["DNS's degrees of freedom over these [1]"] == pytest.approx(189_513 / 5_994)
@@ -180,7 +180,9 @@ def test_cost_beside_the_papers_for_ties_only(every, scenes):
 def test_springs_at_a_glance(contacts, scenes):
     paper = read_table(RESOURCES / "paper_tables.csv")
     sprung = study.sprung(contacts)
-    table = catalogue.build("springs", sprung_contacts=sprung, paper=paper, scenes=scenes).set_index("load")
+    table = catalogue.tabulate("springs", sprung_contacts=sprung, paper=paper, scenes=scenes).set_index(
+        "load"
+    )
     for way, stiffness in study.SPRINGS.items():
         for axis, value in zip("xyz", stiffness, strict=True):
             assert table.loc[way, f"k{axis} [N/m]"] == pytest.approx(value)

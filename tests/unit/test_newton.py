@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -233,7 +234,7 @@ def test_the_predictor_is_the_polynomial_through_the_last_states(order):
     polynomial = np.polynomial.Polynomial(rng.normal(size=order + 1))
     rates = tuple(
         Rate(new - old, np.array([(polynomial(new) - polynomial(old)) / (new - old)]))
-        for new, old in zip(loads[:-1], loads[1:], strict=True)
+        for new, old in pairwise(loads)
     )
     np.testing.assert_allclose(
         extrapolated(rates, 0.25), polynomial(loads[0] + 0.25) - polynomial(loads[0]), rtol=1e-9

@@ -30,7 +30,7 @@ from knitstudy.report.origin import origins
 from knitstudy.report.page import BY_MODEL, LONG, render
 from knitstudy.report.sources import read_sources
 from knitstudy.report.wording import cells, value
-from knitstudy.tables.catalogue import TABLES, build
+from knitstudy.tables.catalogue import TABLES, tabulate
 
 ROOT = Path(__file__).resolve().parents[2]
 REPORT, RESOURCES = ROOT / "workflow" / "report", ROOT / "resources" / "reference"
@@ -152,7 +152,7 @@ def test_captions_speak_of_models_that_there_are(plain_scene):
     scenes |= {f"line-{key}": scene.replace("name", f"line-{key}") for key, scene in line.items()}
     every = study.histories(scenes) | {name: study.history() for name in scenes if name.startswith("line")}
     sources = {"every": every, "scenes": scenes, "paper": read_table(RESOURCES / "paper_tables.csv")}
-    built = {name: build(name, **sources) for name in BY_MODEL}
+    built = {name: tabulate(name, **sources) for name in BY_MODEL}
     texts = (REPORT / "captions.yaml").read_text()
     named = re.findall(r'value\("(\w+)",\s+"([^"]+)",\s+"([^"]+)"', texts)
     asked = [(table, row, column) for table, row, column in named if table in BY_MODEL]

@@ -7,7 +7,7 @@ import pytest
 
 from knitstudy.errors import GeometryError
 from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.networks.rom.points import contact_normal_planes, contact_points
+from knitstudy.networks.rom.points import contact_normal_planes, joint_points
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def test_yarns_that_meet_have_no_normal():
 
 def test_closest_points_are_the_points_C_of_their_own_contacts(knit, contacts):
     """P halfway between closest points, with the normal across, puts both of them into the plane."""
-    points = contact_points(knit, contacts)
+    points = joint_points(knit, contacts)
     np.testing.assert_allclose(points.arc_length, knit.crossings.arc_length, atol=1e-11)
     np.testing.assert_allclose(points.point, knit.crossings.point, atol=1e-11)
 
@@ -47,7 +47,7 @@ def test_points_C_lie_in_the_plane_of_P_and_normal(knit, contacts):
     normal = contacts["normal"].to_numpy() + 0.1 * rng.normal(size=(36, 3))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     moved = contacts.assign(centroid=contacts["centroid"] + shift, normal=(("crossing", "xyz"), normal))
-    points = contact_points(knit, moved)
+    points = joint_points(knit, moved)
     plane = contact_normal_planes(moved)
     height = np.einsum("ksi,ki->ks", points.point - moved["centroid"].to_numpy()[:, None], plane)
     np.testing.assert_allclose(height, 0, atol=1e-11)
@@ -81,4 +81,4 @@ def test_normal_along_the_line_between_partners_is_refused(contacts):
 
 def test_contact_far_from_its_yarns_is_refused(knit, contacts):
     with pytest.raises(GeometryError, match="row 0, column 0, zone 0 on yarn 0"):
-        contact_points(knit, contacts.assign(centroid=contacts["centroid"] + [0, 5e-3, 0]))
+        joint_points(knit, contacts.assign(centroid=contacts["centroid"] + [0, 5e-3, 0]))

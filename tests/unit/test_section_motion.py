@@ -8,7 +8,7 @@ import synthetic
 
 from knitstudy.crossings.contacts import extract
 from knitstudy.crossings.section_motion import LAYERS, nodes_around, section_motion
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.mesh.specimen import mesh_specimen
@@ -58,7 +58,7 @@ def test_sections_lie_symmetrically_about_their_crossing_on_its_yarn(knitted):
 
 @pytest.mark.parametrize(("end", "outermost"), [(0.0, [0, 1, 2, 3]), (1.0, [-4, -3, -2, -1])])
 def test_no_slices_beyond_the_end_of_a_yarn(end, outermost):
-    pair = Pair(0.9e-3, 90.0, 5e-3, 0.01)
+    pair = YarnPair(0.9e-3, 90.0, 5e-3, 0.01)
     mesh = mesh_specimen(pair, SIZE, 1.0)
     crossings = replace(pair.crossings, arc_length=np.full((1, 2), end * pair.length))
     slices = np.unique(nodes_around(crossings, mesh) // mesh.section.size, axis=2)[0]
@@ -69,7 +69,7 @@ def test_no_slices_beyond_the_end_of_a_yarn(end, outermost):
 
 def test_twist_of_a_straight_yarn_is_that_of_its_middle():
     """Both yarns twist uniformly about their axes: sections turn, and neither stretch nor tilt."""
-    pair = Pair(0.9e-3, 90.0, 5e-3, 0.01)
+    pair = YarnPair(0.9e-3, 90.0, 5e-3, 0.01)
     mesh = mesh_specimen(pair, SIZE, 1.0)
     rate, axes, middles = 40.0, pair.directions, pair.middles
     displacement = np.empty_like(mesh.nodes)
@@ -90,7 +90,7 @@ def test_history_of_a_simulation_holds_the_motion_of_sections(plain_scene):
     """Tied yarns, the upper one pushed along the lower: the maps are those of its displacements at full load."""
     scene = synthetic.pair_scene(plain_scene, [[2e-5, 0.0, -1e-5]], interaction="tie")
     scene = scene.vary({"outputs": ["fields"], "solver.increments": 1, "gates.elements_across": 4})
-    pair = Pair(0.9e-3, 90.0, scene.pair.length, 0.01)
+    pair = YarnPair(0.9e-3, 90.0, scene.pair.length, 0.01)
     mesh = mesh_specimen(pair, SIZE, 2.0)
     history = dns.run(scene, mesh, pair)
     assert history["section_gradient"].dims == ("increment", "crossing", "side", "xyz", "undeformed_xyz")

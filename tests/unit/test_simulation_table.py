@@ -40,7 +40,7 @@ def test_table_of_the_direct_simulation(history):
     scenes = {
         "dns": SimpleNamespace(solver=SimpleNamespace(residual_tolerance=1e-6, correction_tolerance=1e-6))
     }
-    table = catalogue.build("simulation", dns=history, scenes=scenes).set_index("quantity")
+    table = catalogue.tabulate("simulation", dns=history, scenes=scenes).set_index("quantity")
     assert table.loc["Newton iterations", "value"] == 7
     assert table.loc["Krylov iterations", "value"] == 70
     assert table.loc["largest residual over mean internal force", ["value", "bar"]].tolist() == [2e-7, 1e-6]
@@ -64,7 +64,7 @@ def test_table_of_contact_adds_penetration_and_dissipation(history):
             mesh=SimpleNamespace(size=3e-4),
         )
     }
-    table = catalogue.build("simulation_contact", dns=contact, scenes=scenes).set_index("quantity")
+    table = catalogue.tabulate("simulation_contact", dns=contact, scenes=scenes).set_index("quantity")
     assert table.loc["largest penetration over element size", ["value", "bar"]].tolist() == [
         pytest.approx(0.01),
         0.01,

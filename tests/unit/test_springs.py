@@ -7,7 +7,7 @@ import synthetic
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
 from knitstudy.networks.rom.joints import Joints, spring_joints
-from knitstudy.networks.rom.points import contact_points
+from knitstudy.networks.rom.points import joint_points
 from knitstudy.networks.rom.run import assemble, run
 from knitstudy.networks.rom.springs import springs
 
@@ -147,12 +147,12 @@ def test_springs_and_points_of_the_model_follow_the_contacts(scene, knit, touchi
     ratio = np.divide(*(np.diagonal(model.springs.stiffness, axis1=1, axis2=2) for model in (after, before)))
     np.testing.assert_allclose(ratio[number], [2.0, 3.0, 4.0])
     np.testing.assert_allclose(np.delete(ratio, number, axis=0), 1.0)
-    points = contact_points(knit, moved)
+    points = joint_points(knit, moved)
     nodes = after.nodes[after.springs.ends[number]]
     np.testing.assert_allclose(nodes, points.point[14], atol=1e-15)
     expected = np.tile(centroid[14], (2, 1)) if joint == "rigid" else points.point[14]
     np.testing.assert_allclose(nodes + after.springs.offsets[number], expected, atol=1e-15)
-    away = np.linalg.norm(points.point - contact_points(knit, touching).point, axis=-1).max(axis=1)
+    away = np.linalg.norm(points.point - joint_points(knit, touching).point, axis=-1).max(axis=1)
     np.testing.assert_array_equal(np.flatnonzero(away > 1e-7), [14])
 
 

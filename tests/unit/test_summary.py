@@ -7,7 +7,7 @@ from synthetic import contact_history, geometry, history
 
 from knitstudy.crossings import contacts
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.loading.history import FORMS
 from knitstudy.measures.summary import kind_of, summarise
 from knitstudy.mesh.pair import mesh_pair
@@ -15,7 +15,7 @@ from knitstudy.mesh.pair import mesh_pair
 
 @pytest.fixture
 def pair():
-    return Pair(0.9e-3, 90.0, 5e-3, 0.01)
+    return YarnPair(0.9e-3, 90.0, 5e-3, 0.01)
 
 
 def loaded_history(**attributes):

@@ -8,7 +8,7 @@ import synthetic
 
 from knitstudy.errors import DataFileError
 from knitstudy.files.csv_table import read_table
-from knitstudy.tables.table2_springs import AVERAGES, STATISTICS, build
+from knitstudy.tables.table2_springs import AVERAGES, STATISTICS, tabulate
 
 PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
 STIFFNESS = np.array([80e3, 60e3, 900e3])
@@ -38,7 +38,7 @@ def rows_of(table, **values):
 
 def test_one_row_a_scene_measure_statistic_and_axis(touching, scenes, paper):
     both = touching.assign(centreline_relative_displacement=2 * touching["relative_displacement"])
-    table = build({"course": touching, "wale": both}, paper, scenes)
+    table = tabulate({"course": touching, "wale": both}, paper, scenes)
     assert len(table) == (1 + 2) * len(STATISTICS) * (3 + 2)
     for statistic in AVERAGES:
         rows = rows_of(table, scene="dns-wale", displacement="centreline", statistic=statistic)
@@ -49,7 +49,7 @@ def test_one_row_a_scene_measure_statistic_and_axis(touching, scenes, paper):
 
 
 def test_numbers_of_the_paper_stand_beside_averages_along_its_axes(touching, scenes, paper):
-    table = build({"course": touching, "wale": touching}, paper, scenes)
+    table = tabulate({"course": touching, "wale": touching}, paper, scenes)
     for load, printed in {"course": [84.5e3, 67.6e3, 952.1e3], "wale": [73.4e3, 233.2e3, 600e3]}.items():
         rows = rows_of(table, load=load, statistic=AVERAGES[0]).set_index("axis")
         np.testing.assert_array_equal(rows.loc[["x", "y", "z"], "paper [N/m]"], printed)
@@ -59,7 +59,9 @@ def test_numbers_of_the_paper_stand_beside_averages_along_its_axes(touching, sce
 
 
 def test_paper_prints_nothing_for_rough_contact(touching, scenes, paper):
-    table = build({"course": touching}, paper, {"course": scenes["course"].replace("interaction", "rough")})
+    table = tabulate(
+        {"course": touching}, paper, {"course": scenes["course"].replace("interaction", "rough")}
+    )
     assert table["paper [N/m]"].isna().all()
 
 
@@ -72,7 +74,7 @@ def test_spread_and_counts(touching, scenes, paper):
         force=(touching["force"].dims, force),
         relative_displacement=(touching["relative_displacement"].dims, displacement),
     )
-    table = build({"course": changed}, paper, scenes).set_index(["statistic", "axis"])
+    table = tabulate({"course": changed}, paper, scenes).set_index(["statistic", "axis"])
     value = table["stiffness [N/m]"]
     assert value["largest F / d", "x"] == pytest.approx(3 * STIFFNESS[0])
     assert value["smallest F / d", "y"] == pytest.approx(-STIFFNESS[1])
@@ -84,6 +86,6 @@ def test_spread_and_counts(touching, scenes, paper):
 def test_ties_and_contacts_without_their_scene_are_refused(touching, scenes, paper):
     tied = touching.assign(tied=("crossing", np.ones(touching.sizes["crossing"], dtype=np.int8)))
     with pytest.raises(DataFileError, match="'course' are all tied"):
-        build({"course": tied}, paper, scenes)
+        tabulate({"course": tied}, paper, scenes)
     with pytest.raises(DataFileError, match="contacts of 'other' but not its scene"):
-        build({"other": touching}, paper, scenes)
+        tabulate({"other": touching}, paper, scenes)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files.csv_table import read_table
-from knitstudy.geometry.build import initial_loop
+from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact, snapshots
 from knitstudy.measures.cost import element_length
@@ -67,7 +67,7 @@ def test_printed_text_is_no_number(paper):
 
 
 def test_angles_of_a_known_honeycomb(paper):
-    table = catalogue.build("table4_angles", contacts=contacts(), paper=paper).set_index("segment")
+    table = catalogue.tabulate("table4_angles", contacts=contacts(), paper=paper).set_index("segment")
     interlock, leg = np.degrees(np.arctan([2, 3]))
     np.testing.assert_allclose(table["angle to x [deg]"], [0, interlock, interlock, leg, leg, 0], atol=6e-4)
     np.testing.assert_allclose(table["angle to y [deg]"], 90 - table["angle to x [deg]"], atol=2e-3)
@@ -80,13 +80,13 @@ def test_angles_of_a_known_honeycomb(paper):
 def test_spread_of_angles_shows_one_zone_out_of_place(paper):
     bent = contacts()
     bent["centroid"][0, 0] += 0.5
-    table = catalogue.build("table4_angles", contacts=bent, paper=paper).set_index("kind")
+    table = catalogue.tabulate("table4_angles", contacts=bent, paper=paper).set_index("kind")
     assert table.loc["interlock, left", "spread over the knit [deg]"] > 1
     assert table.loc["head", "spread over the knit [deg]"] == 0
 
 
 def test_knit_of_one_cell_has_heads_and_interlocks_only(paper):
-    table = catalogue.build("table4_angles", contacts=contacts(1, 1), paper=paper)
+    table = catalogue.tabulate("table4_angles", contacts=contacts(1, 1), paper=paper)
     assert table["kind"].tolist() == ["head", "interlock, left", "interlock, right"]
 
 
@@ -99,7 +99,7 @@ def test_residuals_of_the_calibration(geometry):
         "targets": {"length": {"value": 40e-3}, "interlock_angle": {"value": 66}, "leg_angle": {"value": 80}}
     }
     targets["targets"]["diameter"] = {"value": 1.8e-3}
-    table = catalogue.build("geometry", geometry=geometry, targets=targets).set_index("quantity")
+    table = catalogue.tabulate("geometry", geometry=geometry, targets=targets).set_index("quantity")
     assert table.loc["yarn in a loop", "residual"] == pytest.approx(0.2e-3)
     assert table.loc["angle of interlock segments to x", "residual"] == pytest.approx(0.5)
     assert table.loc["yarn diameter", "residual"] == pytest.approx(0, abs=1e-15)
@@ -111,7 +111,7 @@ def test_residuals_of_the_calibration(geometry):
 
 def test_missing_target_is_named(geometry):
     with pytest.raises(ConfigurationError, match=r"targets\.length\.value must be there"):
-        catalogue.build("geometry", geometry=geometry, targets={"targets": {}})
+        catalogue.tabulate("geometry", geometry=geometry, targets={"targets": {}})
 
 
 def test_unknown_table_names_the_known_ones():
@@ -119,18 +119,18 @@ def test_unknown_table_names_the_known_ones():
         ConfigurationError,
         match=r"unknown table 'table6'.*allowed are rom_distance, interactions, table1_contact, ",
     ):
-        catalogue.build("table6")
+        catalogue.tabulate("table6")
 
 
 def test_missing_result_is_named(paper):
     with pytest.raises(ConfigurationError, match="table4_angles' needs contacts, paper: contacts is missing"):
-        catalogue.build("table4_angles", paper=paper)
+        catalogue.tabulate("table4_angles", paper=paper)
 
 
 def test_claims_without_judge_wait(geometry, paper, scenes):
     claims = pd.DataFrame({"id": ["K9"], "where": ["Fig 11a"], "claim": ["none"]})
     sources = {"geometry": geometry, "paper": paper, "claims": claims, "scenes": scenes, "every": {}}
-    table = catalogue.build("claims", **sources)
+    table = catalogue.tabulate("claims", **sources)
     assert table["verdict"].tolist() == ["not yet run"]
     assert table["measured"].tolist() == [""]
 
@@ -146,7 +146,7 @@ def interactions():
 
 
 def test_interactions_are_compared_where_all_have_been(interactions, geometry):
-    table = catalogue.build("interactions", **interactions, geometry=geometry).set_index("interaction")
+    table = catalogue.tabulate("interactions", **interactions, geometry=geometry).set_index("interaction")
     assert table.index.tolist() == ["tie constraint", "rough contact", "isotropic friction"]
     assert (table["strain [1]"] == 0.025).all()
     assert table["force [N]"].tolist() == [5, 4, 2.5]
@@ -170,7 +170,7 @@ def test_contact_beside_table_1(paper, scenes):
         smallest_gap=("increment", [np.nan, 1e-6, -2.25e-6]), augmentations=("increment", [0, 3, 1])
     )
     scene = scenes["dns"].replace("contact.friction", 0.5).replace("contact.normal_stiffness", 20)
-    table = catalogue.build("table1_contact", dns=history, paper=paper, scenes={"dns": scene})
+    table = catalogue.tabulate("table1_contact", dns=history, paper=paper, scenes={"dns": scene})
     table = table.set_index("property")
     assert table.loc["friction coefficient", ["paper", "this study"]].tolist() == ["0.76", "0.5"]
     ratio = table.loc["contact stiffness over element stiffness"]

@@ -49,7 +49,7 @@ def test_slave_is_the_upper_rows_yarn(tie, knit, mesh):
 def test_dependence_carries_rigid_and_affine_motions(tie):
     gradient = np.random.default_rng(0).normal(size=(3, 3))
     everywhere = tie.nodes @ gradient.T
-    np.testing.assert_allclose(tie.dependence() @ everywhere[tie.kept], everywhere, atol=1e-15)
+    np.testing.assert_allclose(tie.transformation() @ everywhere[tie.retained], everywhere, atol=1e-15)
 
 
 def test_tied_area_and_centroid(tie, knit, mesh):
@@ -77,7 +77,7 @@ def test_only_the_crossings_asked_for_are_tied(tie, knit, mesh):
     assert not some.resultants(np.ones_like(some.nodes))[~upper].any()
     assert not len(none.slave)
     np.testing.assert_array_equal(none.nodes, mesh.nodes)
-    np.testing.assert_array_equal(none.kept, np.arange(len(mesh.nodes)))
+    np.testing.assert_array_equal(none.retained, np.arange(len(mesh.nodes)))
 
 
 def test_resultants_act_on_the_lower_yarn(tie):

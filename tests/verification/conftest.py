@@ -13,7 +13,7 @@ from knitstudy.files.replacing import replacing
 from knitstudy.stages.code import code_digest
 
 PHYSICS = (
-    "knitstudy.geometry.build",
+    "knitstudy.geometry.lay_out",
     "knitstudy.mesh.knit",
     "knitstudy.solids.dns",
     "knitstudy.networks.rom.run",

@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 from knitstudy.files.netcdf import write_dataset
-from knitstudy.geometry.build import build
+from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.run import Run
 from knitstudy.mesh.knit import mesh_knit
@@ -23,7 +23,7 @@ from knitstudy.study.configuration import load_scene
 
 def knit_and_mesh(scene):
     """Knit and mesh of a scene."""
-    knit = Knit.from_dataset(build(scene))
+    knit = Knit.from_dataset(lay_out(scene))
     return knit, mesh_knit(knit, scene.mesh.size, scene.mesh.growth)
 
 

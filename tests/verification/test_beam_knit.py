@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.build import build as build_geometry
+from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.load_path import load_path
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.newton import trace
-from knitstudy.networks.beams.build import build
+from knitstudy.networks.beams.beam_knit import beam_knit
 from knitstudy.networks.beams.crossings import CrossingRecord
 from knitstudy.networks.beams.run import run
 from knitstudy.networks.rom.grips import grips, tension
@@ -25,7 +25,7 @@ def scenes(full):
 
 @pytest.fixture(scope="module")
 def loop_knit(scenes):
-    return Knit.from_dataset(build_geometry(scenes["course"]))
+    return Knit.from_dataset(lay_out(scenes["course"]))
 
 
 def test_knit_of_beams_in_contact_comes_to_five_per_cent(scenes, loop_knit, verify):
@@ -51,7 +51,7 @@ def test_knit_of_beams_in_contact_comes_to_five_per_cent(scenes, loop_knit, veri
 def test_every_yarn_is_in_balance(scenes, loop_knit, direction, verify):
     """What ties and contact exert on a yarn is what its grips hold against."""
     scene = scenes[direction]
-    beams = build(scene, loop_knit)
+    beams = beam_knit(scene, loop_knit)
     network, model = beams.network, beams.model
     ends = grips(network, loop_knit, direction)
     drive = tension(ends, load_path(scene.replace("load.strain", 0.01), loop_knit), "fixed")

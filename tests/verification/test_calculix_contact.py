@@ -10,7 +10,7 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.mesh.pair import mesh_pair
 from knitstudy.solids.tie import tie_crossings
 from knitstudy.study.configuration import load_scene
@@ -31,7 +31,7 @@ def pulled(folder, path, increments, interaction="isotropic", rests=True):
     scene = scene.vary({"mesh.size": SIZE, "gates.elements_across": 4})
     scene = scene.replace("load.path", path).replace("solver.increments", increments)
     scene = scene.replace("interaction", interaction)
-    pair = Pair(scene.yarn.radius, scene.pair.angle, scene.pair.length, scene.pair.clearance)
+    pair = YarnPair(scene.yarn.radius, scene.pair.angle, scene.pair.length, scene.pair.clearance)
     mesh = mesh_pair(pair, SIZE, scene.mesh.growth)
     untied = tie_crossings(mesh, pair, scene.tie.tolerance, np.zeros(1, dtype=bool))
     deck = replace(specimen_deck(scene, pair, mesh, untied), fields=False, rests=rests)

@@ -60,9 +60,9 @@ def pulled_here(knit, mesh, tie, element, *options):
     """Reaction in N of every increment, with this code."""
     material = Material("st_venant_kirchhoff", SCENE.yarn.youngs_modulus, SCENE.yarn.poisson_ratio)
     elements = element(tie.nodes[mesh.hexahedra], material, *options)
-    model = SolidModel(tie.nodes, mesh.hexahedra, elements, SIZE, tie.dependence())
+    model = SolidModel(tie.nodes, mesh.hexahedra, elements, SIZE, tie.transformation())
     number = np.full(len(tie.nodes), -1)
-    number[tie.kept] = np.arange(len(tie.kept))
+    number[tie.retained] = np.arange(len(tie.retained))
     held, driven = (3 * number[mesh.end_nodes(side)][:, None] + np.arange(3) for side in ("left", "right"))
     value = np.zeros((len(driven), 3))
     value[:, 0] = STRAIN * knit.loops * knit.loop.wale_spacing

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.build import build
+from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.mesh.specimen import mesh_specimen
 from knitstudy.solids import dns
@@ -14,7 +14,7 @@ from knitstudy.study.configuration import load_scene
 def history():
     """Two crossed yarns pressed so deep that the penalty alone would let them in too far."""
     scene = load_scene("pair-pressed-90").replace("mesh.size", 0.25e-3).replace("solver.increments", 6)
-    pair = read_specimen(build(scene))
+    pair = read_specimen(lay_out(scene))
     return dns.run(scene, mesh_specimen(pair, scene.mesh.size, scene.mesh.growth), pair)
 
 

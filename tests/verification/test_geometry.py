@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.build import build, initial_loop
 from knitstudy.geometry.crossing import refine
+from knitstudy.geometry.lay_out import initial_loop, lay_out
 from knitstudy.geometry.optimise import cost_function
 from knitstudy.geometry.spline import CatmullRom
 from knitstudy.study.configuration import load_knits
@@ -70,7 +70,7 @@ def test_shortest_distance_of_two_linked_circles(verify):
 
 @pytest.mark.parametrize("factor", [1e-3, 1e3])
 def test_optimised_knit_does_not_depend_on_the_unit_of_length(scene, factor, verify):
-    here, there = build(scene), build(scene.scaled(length=factor))
+    here, there = lay_out(scene), lay_out(scene.scaled(length=factor))
     size = float(here["radius"])
     apart = np.abs(there["control_points"] / factor - here["control_points"]).max() / size
     verify.at_most(f"optimised loop in units {factor:g} m, over R", float(apart), 1e-9)

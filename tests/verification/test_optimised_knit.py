@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.build import build
+from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
@@ -18,7 +18,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def geometry(scene):
-    return build(scene)
+    return lay_out(scene)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 
 from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.files.netcdf import read_dataset
-from knitstudy.geometry.build import build
+from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.loading.run import Run
 from knitstudy.mesh.specimen import mesh_specimen
@@ -21,7 +21,7 @@ def pair(changes):
     scene = load_scene("pair-slid-90")
     coarse = {"pair.length": 3.7e-3, "mesh.size": 0.6e-3, "solver.linear": "lu", "gates.elements_across": 2.5}
     scene = scene.vary(coarse | changes)
-    specimen = read_specimen(build(scene))
+    specimen = read_specimen(lay_out(scene))
     return scene, mesh_specimen(specimen, scene.mesh.size, scene.mesh.growth), specimen
 
 

@@ -14,7 +14,7 @@ from knitstudy.mechanics.newton import trace
 from knitstudy.networks.rom import honeycomb, rom3d
 from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
 from knitstudy.networks.rom.grips import grips, tension
-from knitstudy.networks.rom.points import contact_points
+from knitstudy.networks.rom.points import joint_points
 from knitstudy.networks.rom.run import assemble, problem_of, run
 
 
@@ -34,7 +34,7 @@ def sprung_contacts(contacts):
 
 def pulled(scene, knit, contacts, joint):
     """Return network, model and final state of the three-dimensional model at 5% strain."""
-    network = rom3d.build(knit, contact_points(knit, contacts), 2e-3, joint)
+    network = rom3d.spatial_network(knit, joint_points(knit, contacts), 2e-3, joint)
     model = network.model(scene.yarn.diameter, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
     drive = tension(grips(network, knit, "course"), load_path(scene, knit), "fixed")
     *_, last = trace(model, drive, Settings(increments=4, residual_tolerance=1e-10), LU())
@@ -187,7 +187,9 @@ def test_force_of_the_honeycomb_converges_with_elements_a_segment(plain_scene, k
     scene = plain_scene.replace("solver.increments", 1).replace("load.strain", 0.002)
     counts = np.array([1, 2, 4, 8, 16])
     force = [
-        float(follow(problem_of(honeycomb.build(knit, contacts, int(count)), scene, knit))["force"][-1])
+        float(
+            follow(problem_of(honeycomb.planar_network(knit, contacts, int(count)), scene, knit))["force"][-1]
+        )
         for count in counts
     ]
     change = np.abs(np.diff(force))

@@ -5,10 +5,10 @@ from knitstudy.registry import load_plugins
 from knitstudy.report.sources import read_sources
 from knitstudy.stages.script import frame
 from knitstudy.study.scene import Scene
-from knitstudy.tables.catalogue import build
+from knitstudy.tables.catalogue import tabulate
 
 with frame(snakemake):
     load_plugins(snakemake.config.get("plugins", ()))
     sources = read_sources(snakemake.input.items())
     scenes = {role: Scene.from_dict(keys) for role, keys in snakemake.params.scenes.items()}
-    write_table(build(snakemake.wildcards.table, **sources, scenes=scenes), snakemake.output[0])
+    write_table(tabulate(snakemake.wildcards.table, **sources, scenes=scenes), snakemake.output[0])

@@ -25,7 +25,7 @@ from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.yarn_contact import contact_law
 
 if TYPE_CHECKING:
-    from knitstudy.geometry.pair import Pair
+    from knitstudy.geometry.pair import YarnPair
     from knitstudy.geometry.pattern import Knit
     from knitstudy.solids.tie import Tie
     from knitstudy.study.scene import Scene
@@ -170,7 +170,7 @@ class Deck:
 
 def specimen_deck(
     scene: Scene,
-    specimen: Knit | Pair,
+    specimen: Knit | YarnPair,
     mesh: SweptMesh,
     tie: Tie,
     constraints: str = "surfaces",
@@ -181,7 +181,7 @@ def specimen_deck(
     Parameters
     ----------
     scene : Scene
-    specimen : Knit or Pair
+    specimen : Knit or YarnPair
     mesh : SweptMesh
     tie : Tie
         Constraints of the tied crossings; elsewhere yarns touch by the scene's interaction.
@@ -240,7 +240,7 @@ def interaction(scene: Scene) -> Interaction:
 
 
 def touching_row(mesh: SweptMesh, row: int, reach: float, free: np.ndarray) -> ContactPair:
-    """Pair of surfaces of an interlock row: the facets of both yarns within a distance (m) of the other one.
+    """YarnPair of surfaces of an interlock row: the facets of both yarns within a distance (m) of the other one.
 
     Only facets between slices that are ``free`` (S,) of ties count. The upper yarn is the slave.
     """
@@ -299,13 +299,13 @@ def _yarn_elements(mesh: SweptMesh, yarn: int) -> slice:
     return slice(int(first) * mesh.section.quads.shape[0], int(last) * mesh.section.quads.shape[0])
 
 
-def _title(scene: Scene, specimen: Knit | Pair) -> str:
+def _title(scene: Scene, specimen: Knit | YarnPair) -> str:
     if scene.specimen == "pair":
         return f"{scene.name}: two yarns at {scene.pair.angle:g} degrees, {scene.interaction}"
     return f"{scene.name}: {specimen.loops} x {specimen.rows} knit, {scene.interaction}, {scene.load.direction} tension"
 
 
-def _steps(scene: Scene, specimen: Knit | Pair) -> tuple[Step, ...]:
+def _steps(scene: Scene, specimen: Knit | YarnPair) -> tuple[Step, ...]:
     """Grips held, and driven to one corner of the load path after another with equal shares of the increments."""
     motion = load_path(scene, specimen)
     components = (motion.axis,) if scene.value("load.lateral") == "free" else range(3)

@@ -37,7 +37,7 @@ def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure
         Of one direct simulation (see docs/architecture.md).
     """
     solid = SweptMesh.from_dataset(mesh)
-    network = honeycomb.build(Knit.from_dataset(geometry), contacts)
+    network = honeycomb.planar_network(Knit.from_dataset(geometry), contacts)
     surfaces = [yarn_of_mesh(solid, i, tint(YARNS[i % len(YARNS)])) for i in range(solid.yarns)]
     drawing, axes = front_view(surfaces)
     _draw_network(axes, network)

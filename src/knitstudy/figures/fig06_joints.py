@@ -16,7 +16,7 @@ from knitstudy.figures.surface import Surface, arrow, rod, sphere, tube
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.selection import TIED_COURSE
-from knitstudy.networks.rom.points import contact_points
+from knitstudy.networks.rom.points import joint_points
 
 WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=34, tilt=-37)
 
@@ -75,7 +75,7 @@ def _beams(rom3d: xr.Dataset, radius: float) -> list[Surface]:
 
 def _joints(knit: Knit, contacts: xr.Dataset) -> list[Surface]:
     """Return the arms from the points C to P, and the points C, of all contacts."""
-    points, radius = contact_points(knit, contacts), knit.loop.radius
+    points, radius = joint_points(knit, contacts), knit.loop.radius
     arms = [
         rod(end, centroid, ARM * radius, ACCENT)
         for pair, centroid in zip(points.point, points.centroid, strict=True)

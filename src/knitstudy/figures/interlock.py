@@ -11,7 +11,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.figures.style import YARNS
 from knitstudy.figures.surface import Surface, tube
 from knitstudy.geometry.pattern import Knit
-from knitstudy.networks.rom.points import contact_normal_planes, contact_points
+from knitstudy.networks.rom.points import contact_normal_planes, joint_points
 
 LEFT_ZONES = (0, 2)
 """Lower and upper contact on the left of an interlock, where P1 and P2 of Fig. 5 lie."""
@@ -63,7 +63,7 @@ class InterlockSide:
                 f"contacts: row {row}, column {column} must have the zones {LEFT_ZONES}, once each"
             )
         pair = np.concatenate(found)
-        points = contact_points(knit, contacts)
+        points = joint_points(knit, contacts)
         return cls(
             yarn=points.yarn[pair[0]],
             P=points.centroid[pair],

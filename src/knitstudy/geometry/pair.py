@@ -15,7 +15,7 @@ CONTROL_POINTS = 4
 
 
 @dataclass(frozen=True)
-class Pair:
+class YarnPair:
     """Two equally long yarns that cross in their middles, at the origin.
 
     The lower yarn lies along x below the plane z = 0; the upper one is turned from x to y by the angle and lies above
@@ -123,6 +123,6 @@ class Pair:
         missing = [name for name in needed if name not in dataset]
         if missing:
             raise DataFileError(
-                f"geometry dataset: variables {missing} are missing; allowed is what Pair.to_dataset makes"
+                f"geometry dataset: variables {missing} are missing; allowed is what YarnPair.to_dataset makes"
             )
         return cls(*(float(dataset[name]) for name in needed))

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from knitstudy.geometry.build import initial_loop
+from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.optimise import optimise
 from knitstudy.geometry.survey import survey
 

@@ -1,10 +1,10 @@
 """What is simulated, a knit or a pair of crossing yarns, from the file of its geometry."""
 
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 
-SPECIMENS = {"knit": Knit, "pair": Pair}
+SPECIMENS = {"knit": Knit, "pair": YarnPair}
 
 
 def read_specimen(dataset):
@@ -13,11 +13,11 @@ def read_specimen(dataset):
     Parameters
     ----------
     dataset : xarray.Dataset
-        Of `Knit.to_dataset` or `Pair.to_dataset`; its attribute ``specimen`` says which.
+        Of `Knit.to_dataset` or `YarnPair.to_dataset`; its attribute ``specimen`` says which.
 
     Returns
     -------
-    Knit or Pair
+    Knit or YarnPair
 
     Raises
     ------

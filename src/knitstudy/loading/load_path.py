@@ -7,7 +7,7 @@ from math import ceil
 
 import numpy as np
 
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.increment import between_corners
 from knitstudy.study.scene import Scene
@@ -46,7 +46,7 @@ class Motion:
         return between_corners(self.displacement, self.corners, load)
 
 
-def load_path(scene: Scene, specimen: Knit | Pair) -> Motion:
+def load_path(scene: Scene, specimen: Knit | YarnPair) -> Motion:
     """Return how a scene's grips move: a knit's along the load to its strain, a pair's along its path."""
     if scene.specimen == "pair":
         legs = np.array(scene.load.path)

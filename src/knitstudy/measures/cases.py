@@ -31,7 +31,7 @@ PLAIN = ("point", "rigid", "rigid")
 
 
 @dataclass(frozen=True)
-class Model:
+class Simulation:
     """A simulation: its scene and its history."""
 
     scene: Scene
@@ -50,31 +50,31 @@ class Case:
     Attributes
     ----------
     interaction, direction : str
-    dns : Model
-    other_mesh : Model or None
+    dns : Simulation
+    other_mesh : Simulation or None
         The direct simulation on another mesh.
-    reduced : tuple of Model
+    reduced : tuple of Simulation
         All reduced models made from it.
-    main : mapping of str to Model
+    main : mapping of str to Simulation
         Those that are no variants, by fidelity, "rom3d" and "rom2d".
-    beams : tuple of Model
+    beams : tuple of Simulation
         The same knit as beams in contact.
     """
 
     interaction: str
     direction: str
-    dns: Model
-    other_mesh: Model | None
-    reduced: tuple[Model, ...]
-    main: Mapping[str, Model]
-    beams: tuple[Model, ...]
+    dns: Simulation
+    other_mesh: Simulation | None
+    reduced: tuple[Simulation, ...]
+    main: Mapping[str, Simulation]
+    beams: tuple[Simulation, ...]
 
     @property
     def label(self) -> str:
         """Interaction and direction in words."""
         return f"{INTERACTIONS[self.interaction]}, {self.direction}"
 
-    def name_of(self, model: Model) -> str:
+    def name_of(self, model: Simulation) -> str:
         """Return what one of the models is called: "DNS" the one that others are compared with."""
         return "DNS" if model is self.dns else model.label
 
@@ -91,8 +91,8 @@ def cases_of(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> It
     """
     known = [scene for name, scene in scenes.items() if name in every]
 
-    def model(scene: Scene) -> Model:
-        return Model(scene, every[scene.name])
+    def model(scene: Scene) -> Simulation:
+        return Simulation(scene, every[scene.name])
 
     for name, of in CASES.items():
         found = models_of(known, of)

@@ -1,7 +1,7 @@
 """Sums element forces and stiffness blocks into the unknowns, through one sparsity pattern computed once.
 
-Linear ties between nodes are part of the summation: with u = T v (T scalar, nodes x kept nodes) an entry of an
-element goes to every kept node that its node depends on, times the weights. So K = T^T (sum of elements) T is
+Linear ties between nodes are part of the summation: with u = T v (T scalar, nodes x retained nodes) an entry of an
+element goes to every retained node that its node depends on, times the weights. So K = T^T (sum of elements) T is
 formed directly, without the untied matrix.
 """
 
@@ -20,8 +20,8 @@ class Assembly:
     ----------
     connectivity : ndarray of int, shape (E, a)
         Nodes of the elements.
-    dependence : csr matrix, shape (N, n), optional
-        T: every node as a weighted sum of kept nodes. The identity if omitted.
+    transformation : csr matrix, shape (N, n), optional
+        T: every node as a weighted sum of retained nodes. The identity if omitted.
     nodes : int
         N; number of nodes.
     block : int
@@ -34,22 +34,22 @@ class Assembly:
         self,
         connectivity: np.ndarray,
         nodes: int,
-        dependence: sp.csr_matrix | None = None,
+        transformation: sp.csr_matrix | None = None,
         block: int = 3,
         chunk: int = 512,
     ) -> None:
         elements, corners = connectivity.shape
         self.block, self.corners = block, corners
         self.batches = [slice(i, min(i + chunk, elements)) for i in range(0, elements, chunk)]
-        if dependence is None:
-            dependence = sp.identity(nodes, format="csr")
-        self.kept = dependence.shape[1]
-        local = sp.csr_matrix(dependence)[connectivity.ravel()]  # (E a, n): corners on kept nodes
+        if transformation is None:
+            transformation = sp.identity(nodes, format="csr")
+        self.retained = transformation.shape[1]
+        local = sp.csr_matrix(transformation)[connectivity.ravel()]  # (E a, n): corners on retained nodes
         corner = np.arange(connectivity.size)
         self._to_nodes = sp.csr_matrix(
             (np.ones(connectivity.size), (connectivity.ravel(), corner)), shape=(nodes, connectivity.size)
         )
-        self._to_kept = sp.csr_matrix(dependence.T)
+        self._to_kept = sp.csr_matrix(transformation.T)
         self.indptr, self.indices = _pattern(local, corners)
         self._ones = np.ones(chunk * corners**2)
         sums = [self._batch_sum(local, batch) for batch in self.batches]
@@ -81,14 +81,15 @@ class Assembly:
         return StiffnessSum(self.entries, self.block, self._own, self._joint)
 
     def connection(self) -> sp.csr_matrix:
-        """Return which kept nodes (n, n) share an element, as ones."""
+        """Return which retained nodes (n, n) share an element, as ones."""
         return sp.csr_matrix(
-            (np.ones(self.entries, dtype=np.int8), self.indices, self.indptr), shape=(self.kept, self.kept)
+            (np.ones(self.entries, dtype=np.int8), self.indices, self.indptr),
+            shape=(self.retained, self.retained),
         )
 
     def matrix(self, total: StiffnessSum) -> sp.bsr_matrix:
         """Return the sum of all batches as a BSR matrix (size, size)."""
-        size = self.kept * self.block
+        size = self.retained * self.block
         blocks = total.data().reshape(-1, self.block, self.block)
         return sp.bsr_matrix((blocks, self.indices, self.indptr), shape=(size, size))
 
@@ -126,8 +127,8 @@ class Assembly:
         low, high = int(row.min()), int(row.max()) + 1
         start, stop = self.indptr[low], self.indptr[high]
         rows = np.repeat(np.arange(low, high), np.diff(self.indptr[low : high + 1]))
-        keys = rows.astype(np.int64) * self.kept + self.indices[start:stop]
-        return start + np.searchsorted(keys, row.astype(np.int64) * self.kept + column)
+        keys = rows.astype(np.int64) * self.retained + self.indices[start:stop]
+        return start + np.searchsorted(keys, row.astype(np.int64) * self.retained + column)
 
 
 class StiffnessSum:
@@ -185,7 +186,7 @@ def _part(entries: np.ndarray, weights: sp.csr_matrix, chosen: np.ndarray) -> Pa
 
 
 def _pattern(local: sp.csr_matrix, corners: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return row pointers and sorted columns (int32) of all pairs of kept nodes that share an element."""
+    """Return row pointers and sorted columns (int32) of all pairs of retained nodes that share an element."""
     elements = local.shape[0] // corners
     incidence = sp.csr_matrix(
         (

@@ -26,7 +26,7 @@ class Memory:
     Attributes
     ----------
     displacement : ndarray, shape (n, 3)
-        Of the kept nodes [m].
+        Of the retained nodes [m].
     damped : float
         Work that viscous forces have taken so far [J].
     """
@@ -37,12 +37,12 @@ class Memory:
 
 @dataclass(frozen=True)
 class SolidState:
-    """Displacement of the kept nodes; with viscous forces, what came before.
+    """Displacement of the retained nodes; with viscous forces, what came before.
 
     Attributes
     ----------
     displacement : ndarray, shape (n, 3)
-        Of the kept nodes [m].
+        Of the retained nodes [m].
     memory : Memory or None
     load, change : float
         Load factor that the running increment ends at, and its size.
@@ -65,7 +65,7 @@ class SolidModel:
         Elements in VTK order.
     elements : Hexahedron
         The batch that answers for them.
-    dependence : csr matrix, shape (N, n), optional
+    transformation : csr matrix, shape (N, n), optional
         T of the ties; see `knitstudy.mechanics.assembly`.
     length : float
         Element size h [m].
@@ -80,14 +80,14 @@ class SolidModel:
         hexahedra: np.ndarray,
         elements: Hexahedron,
         length: float,
-        dependence: sp.csr_matrix | None = None,
+        transformation: sp.csr_matrix | None = None,
         stabilisation: Stabilisation | None = None,
     ) -> None:
         self.nodes, self.hexahedra, self.elements = nodes, hexahedra, elements
-        self.dependence = dependence
+        self.transformation = transformation
         self.stabilisation = stabilisation
-        self.assembly = Assembly(hexahedra, len(nodes), dependence)
-        self.size = 3 * self.assembly.kept
+        self.assembly = Assembly(hexahedra, len(nodes), transformation)
+        self.size = 3 * self.assembly.retained
         self.scale = np.ones(self.size)
         self.length = length
         # Where nothing resists yet, rounding is no measure of a residual.
@@ -95,7 +95,7 @@ class SolidModel:
 
     def start(self) -> SolidState:
         """Return the undeformed state."""
-        rest = np.zeros((self.assembly.kept, 3))
+        rest = np.zeros((self.assembly.retained, 3))
         return SolidState(rest, Memory(rest) if self.stabilisation else None)
 
     def begin(self, state: SolidState, load: float, change: float) -> SolidState:
@@ -143,7 +143,7 @@ class SolidModel:
         return replace(state, memory=Memory(state.displacement, self._damped(state)))
 
     def _spread(self, displacement: np.ndarray) -> np.ndarray:
-        return displacement if self.dependence is None else self.dependence @ displacement
+        return displacement if self.transformation is None else self.transformation @ displacement
 
     def _drag(self, state: SolidState) -> np.ndarray | None:
         """Return the diagonal stiffness (size,) against what moves within the increment [N/m]; None if nothing is."""

@@ -83,13 +83,13 @@ class SolidsInContact(SolidModel):
     ) -> None:
         super().__init__(*solids, **options)
         self.contact, self.penetration, self.free_bodies = contact, penetration, free_bodies
-        self._tied = None if self.dependence is None else TiedBlocks(self.dependence)
+        self._tied = None if self.transformation is None else TiedBlocks(self.transformation)
         self._sum: PatternSum | None = None
         self._evaluated: tuple[ContactState, ContactPoints] | None = None
 
     def start(self) -> ContactState:
         """Return the undeformed state."""
-        rest = np.zeros((self.assembly.kept, 3))
+        rest = np.zeros((self.assembly.retained, 3))
         return ContactState(rest, ContactMemory(rest, contact=ContactHistory.empty()))
 
     def begin(self, state: ContactState, load: float, change: float) -> ContactState:
@@ -181,5 +181,5 @@ class SolidsInContact(SolidModel):
         return leading if drag is None else drag + leading
 
     def _collected_nodes(self, values: np.ndarray) -> np.ndarray:
-        """Return what the nodes (N,) have at the kept ones (n,), tied ones going to those that they hang on."""
-        return values if self.dependence is None else self.dependence.T @ values
+        """Return what the nodes (N,) have at the retained ones (n,), tied ones going to those that they hang on."""
+        return values if self.transformation is None else self.transformation.T @ values

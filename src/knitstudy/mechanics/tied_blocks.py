@@ -7,22 +7,22 @@ import scipy.sparse as sp
 
 
 class TiedBlocks:
-    """Collects matrices over all nodes to kept ones.
+    """Collects matrices over all nodes to retained ones.
 
     Parameters
     ----------
-    dependence : csr matrix, shape (N, n)
-        T: every node as a weighted sum of kept nodes.
+    transformation : csr matrix, shape (N, n)
+        T: every node as a weighted sum of retained nodes.
     """
 
-    def __init__(self, dependence: sp.csr_matrix) -> None:
-        self._dependence, self._kept = dependence, dependence.shape[1]
-        # The kept node that a node is, or -1 if it depends on several.
-        self._itself = np.full(dependence.shape[0], -1)
-        single = np.flatnonzero(np.diff(dependence.indptr) == 1)
-        entry = dependence.indptr[single]
-        same = dependence.data[entry] == 1
-        self._itself[single[same]] = dependence.indices[entry[same]]
+    def __init__(self, transformation: sp.csr_matrix) -> None:
+        self._transformation, self._kept = transformation, transformation.shape[1]
+        # The retained node that a node is, or -1 if it depends on several.
+        self._itself = np.full(transformation.shape[0], -1)
+        single = np.flatnonzero(np.diff(transformation.indptr) == 1)
+        entry = transformation.indptr[single]
+        same = transformation.data[entry] == 1
+        self._itself[single[same]] = transformation.indices[entry[same]]
 
     def collect(self, matrix: sp.bsr_matrix) -> sp.bsr_matrix:
         """Return T^T K T (3 n, 3 n) of K (3 N, 3 N), columns sorted in every row and none there twice."""
@@ -45,7 +45,7 @@ class TiedBlocks:
         """Collect blocks of nodes that may depend on several."""
         count = len(matrix.indices)
         row = np.repeat(np.arange(len(matrix.indptr) - 1), np.diff(matrix.indptr))
-        first, second = self._dependence[row], self._dependence[matrix.indices]
+        first, second = self._transformation[row], self._transformation[matrix.indices]
         width = np.diff(second.indptr)
         many = np.diff(first.indptr) * width
         entry = np.repeat(np.arange(count), many)

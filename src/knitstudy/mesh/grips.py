@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitstudy.geometry.arcs import head_arcs, inside, sinker_arcs
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
@@ -33,7 +33,7 @@ class Grips:
     driven: np.ndarray
 
 
-def grips(mesh: SweptMesh, scene: Scene, specimen: Knit | Pair) -> Grips:
+def grips(mesh: SweptMesh, scene: Scene, specimen: Knit | YarnPair) -> Grips:
     """Return the nodes at which a specimen is held and driven.
 
     Of a knit in course tension (section 2.3 of the paper) the left ends of all yarns are held and the right ends
@@ -45,7 +45,7 @@ def grips(mesh: SweptMesh, scene: Scene, specimen: Knit | Pair) -> Grips:
     mesh : SweptMesh
         Of the scene's knit or pair.
     scene : Scene
-    specimen : Knit or Pair
+    specimen : Knit or YarnPair
     """
     if scene.specimen == "knit" and scene.load.direction == "course":
         return Grips(mesh.end_nodes("left"), mesh.end_nodes("right"))

@@ -13,10 +13,12 @@ from knitstudy.mesh.spacing import Spacing
 from knitstudy.mesh.sweep import SweptMesh, sweep
 
 if TYPE_CHECKING:
-    from knitstudy.geometry.pair import Pair
+    from knitstudy.geometry.pair import YarnPair
 
 
-def mesh_pair(pair: Pair, size: float, growth: float = 1.0, overlap: float = OVERLAP_TOLERANCE) -> SweptMesh:
+def mesh_pair(
+    pair: YarnPair, size: float, growth: float = 1.0, overlap: float = OVERLAP_TOLERANCE
+) -> SweptMesh:
     """Mesh both yarns of a pair, and refuse the mesh if it fails a gate.
 
     The crossing lies in the middle of a layer of elements of each yarn, and the point of contact over the middle of
@@ -24,7 +26,7 @@ def mesh_pair(pair: Pair, size: float, growth: float = 1.0, overlap: float = OVE
 
     Parameters
     ----------
-    pair : Pair
+    pair : YarnPair
     size : float
         Element size across the yarns, and along them near the crossing, m.
     growth : float

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.mesh.knit import mesh_knit
@@ -13,9 +13,9 @@ from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
 
 
-def mesh_specimen(specimen: Knit | Pair, size: float, growth: float) -> SweptMesh:
+def mesh_specimen(specimen: Knit | YarnPair, size: float, growth: float) -> SweptMesh:
     """Mesh a knit or a pair of yarns; see `mesh_knit` and `mesh_pair` for the sizes and the errors."""
-    mesh = mesh_pair if isinstance(specimen, Pair) else mesh_knit
+    mesh = mesh_pair if isinstance(specimen, YarnPair) else mesh_knit
     return mesh(specimen, size, growth)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.gates.increment import require_sound
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.loading.cost import Meter
@@ -55,12 +55,12 @@ def simulate(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, run: Run = IN
     return follow(problem(scene, SweptMesh.from_dataset(mesh), read_specimen(geometry)), run)
 
 
-def run(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair, how: Run = IN_MEMORY) -> xr.Dataset:
+def run(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair, how: Run = IN_MEMORY) -> xr.Dataset:
     """Return the history of a scene: `problem`, followed; see `simulate`."""
     return follow(problem(scene, mesh, specimen), how)
 
 
-def problem(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> Problem:
+def problem(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Problem:
     """Return a scene of fidelity "dns" as a problem.
 
     Raises
@@ -73,7 +73,9 @@ def problem(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> Problem:
     return problem_of(assemble(scene, mesh, specimen), scene, specimen, meter)
 
 
-def problem_of(yarns: SolidYarns, scene: Scene, specimen: Knit | Pair, meter: Meter | None = None) -> Problem:
+def problem_of(
+    yarns: SolidYarns, scene: Scene, specimen: Knit | YarnPair, meter: Meter | None = None
+) -> Problem:
     """Return solid yarns with the load of a scene, and with what is seen and refused on the way."""
     mesh, model, tie, touching = yarns.mesh, yarns.model, yarns.tie, yarns.touching
     motion = load_path(scene, specimen)
@@ -136,7 +138,7 @@ def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[Prescr
 def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement, rings: int = 1) -> KnitStructure:
     """Return where the unknowns lie; a patch reaches `rings` elements around the tied nodes."""
     mesh, tie = yarns.mesh, yarns.tie
-    kept = tie.kept
+    kept = tie.retained
     inside = np.zeros(len(kept), dtype=bool)
     inside[tie.unknown[np.unique(tie.master)]] = True
     pattern = yarns.model.assembly.connection()

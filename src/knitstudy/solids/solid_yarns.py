@@ -11,7 +11,7 @@ import numpy as np
 from knitstudy.crossings.facets import CrossingFacets
 from knitstudy.crossings.tied_crossings import tied_crossings, tied_pieces
 from knitstudy.gates.resolution import ELEMENTS_ACROSS, require_elements_across
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.materials import Material
@@ -50,7 +50,7 @@ class SolidYarns:
     touching: Touching | None = None
 
 
-def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | Pair) -> SolidYarns:
+def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SolidYarns:
     """Return the solid yarns of a scene.
 
     Raises
@@ -87,12 +87,12 @@ def _solids(scene: Scene, mesh: SweptMesh, tie: Tie) -> tuple[tuple, dict[str, A
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
     corners = tie.nodes[mesh.hexahedra]
     elements = ELEMENTS.find(scene.mesh.element).build(corners, material, scene.solver.hourglass)
-    dependence = tie.dependence() if len(tie.slave) else None
+    transformation = tie.transformation() if len(tie.slave) else None
     each = elements.volume.reshape(-1, len(corners)).sum(axis=0)  # of its integration points
     volume = np.bincount(mesh.hexahedra.ravel(), np.repeat(each / 8, 8), len(tie.nodes))
     stabilisation = None
     if scene.solver.stabilisation > 0:
-        kept = volume if dependence is None else dependence.T @ volume
+        kept = volume if transformation is None else transformation.T @ volume
         stabilisation = Stabilisation.of(scene.solver.stabilisation, yarn.youngs_modulus, size, kept)
     solids = (tie.nodes, mesh.hexahedra, elements, size)
-    return solids, {"dependence": dependence, "stabilisation": stabilisation}, volume
+    return solids, {"transformation": transformation, "stabilisation": stabilisation}, volume

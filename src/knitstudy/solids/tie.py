@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.tube import distance, project
@@ -65,7 +65,7 @@ class Tie:
     tolerance: float
 
     @cached_property
-    def kept(self) -> np.ndarray:
+    def retained(self) -> np.ndarray:
         """Nodes that are not slaves, ascending."""
         mask = np.ones(len(self.nodes), dtype=bool)
         mask[self.slave] = False
@@ -75,15 +75,15 @@ class Tie:
     def unknown(self) -> np.ndarray:
         """Position of every node (N,) among those kept, -1 for slaves."""
         position = np.full(len(self.nodes), -1)
-        position[self.kept] = np.arange(len(self.kept))
+        position[self.retained] = np.arange(len(self.retained))
         return position
 
-    def dependence(self) -> sp.csr_matrix:
-        """Return T (N, n): every node as a weighted sum of the kept nodes."""
-        rows = np.concatenate([self.kept, np.repeat(self.slave, 4)])
-        columns = np.concatenate([self.unknown[self.kept], self.unknown[self.master].ravel()])
-        values = np.concatenate([np.ones(len(self.kept)), self.weight.ravel()])
-        return sp.csr_matrix((values, (rows, columns)), shape=(len(self.nodes), len(self.kept)))
+    def transformation(self) -> sp.csr_matrix:
+        """Return T (N, n): every node as a weighted sum of the retained nodes."""
+        rows = np.concatenate([self.retained, np.repeat(self.slave, 4)])
+        columns = np.concatenate([self.unknown[self.retained], self.unknown[self.master].ravel()])
+        values = np.concatenate([np.ones(len(self.retained)), self.weight.ravel()])
+        return sp.csr_matrix((values, (rows, columns)), shape=(len(self.nodes), len(self.retained)))
 
     def resultants(self, node_force: np.ndarray) -> np.ndarray:
         """Return the force (K, 3) of every crossing's tie on the lower row's yarn [N].
@@ -99,14 +99,14 @@ class Tie:
 
 
 def tie_crossings(
-    mesh: SweptMesh, knit: Knit | Pair, tolerance: float, tied: np.ndarray | None = None
+    mesh: SweptMesh, knit: Knit | YarnPair, tolerance: float, tied: np.ndarray | None = None
 ) -> Tie:
     """Tie the crossings of a specimen.
 
     Parameters
     ----------
     mesh : SweptMesh
-    knit : Knit or Pair
+    knit : Knit or YarnPair
     tolerance : float
         Gap beyond the clearance within which nodes count as touching, as a share of the facet size.
     tied : ndarray of bool, shape (K,), optional
@@ -166,7 +166,7 @@ def _facet_areas(corners: np.ndarray) -> np.ndarray:
 
 
 def _tie_row(
-    mesh: SweptMesh, knit: Knit | Pair, row: int, here: np.ndarray, reach: float
+    mesh: SweptMesh, knit: Knit | YarnPair, row: int, here: np.ndarray, reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return tied facets (f, 4) of the upper yarn of an interlock row at crossings `here`, and the crossing of each."""
     middle = cKDTree(knit.crossings.point[here].mean(axis=1))
@@ -188,7 +188,7 @@ def _tie_row(
     return quads[candidates[tied]], here[owner[tied]]
 
 
-def _parameter(knit: Knit | Pair, row: int, crossing: np.ndarray) -> np.ndarray:
+def _parameter(knit: Knit | YarnPair, row: int, crossing: np.ndarray) -> np.ndarray:
     """Return the spline parameters (k,) of crossings on the lower yarn of a row."""
     return knit.centrelines[row].parameter(knit.crossings.arc_length[crossing, 0])
 
@@ -216,7 +216,7 @@ def _between(values: np.ndarray, first: np.ndarray, along: np.ndarray) -> np.nda
 
 
 def _masters(
-    mesh: SweptMesh, knit: Knit | Pair, yarn: int, points: np.ndarray, guess: np.ndarray
+    mesh: SweptMesh, knit: Knit | YarnPair, yarn: int, points: np.ndarray, guess: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the facet (k, 4) of a yarn that points (k, 3) lie radially over, and their bilinear weights (k, 4)."""
     centreline = knit.centrelines[yarn]

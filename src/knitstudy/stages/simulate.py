@@ -16,7 +16,7 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files.netcdf import read_dataset, recorded_digest, write_dataset
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.loading.progress import ReportProgress, silent
@@ -106,7 +106,7 @@ def simulate(
 
 def lay_out(
     scene: Scene, folder: Path | str | None = None, *, config: Path = CONFIG
-) -> tuple[Scene, Knit | Pair, SweptMesh]:
+) -> tuple[Scene, Knit | YarnPair, SweptMesh]:
     """Return a labelled scene, its knit or pair, and the solid mesh; see `simulate` for the arguments.
 
     Raises

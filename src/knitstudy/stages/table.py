@@ -130,7 +130,7 @@ STAGES.register(
             "yarn.diameter",
             "geometry",
         ),
-        function="knitstudy.geometry.build:build",
+        function="knitstudy.geometry.lay_out:lay_out",
         leaves="geometry/{knit}.nc",
         memory=500,
     )

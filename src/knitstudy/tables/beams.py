@@ -36,7 +36,7 @@ COLUMNS = [
     needs=("every", "scenes"),
     order=8,
 )
-def build(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one row a model: direct simulation, main 3D reduced model, and beams in contact, by direction.
 
     Parameters

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 TABLES = Catalogue("table", "knitstudy.tables")
 
 
-def build(name: str, **sources: Any) -> pd.DataFrame:
+def tabulate(name: str, **sources: Any) -> pd.DataFrame:
     """Build a table from what it takes.
 
     Raises

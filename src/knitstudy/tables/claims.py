@@ -32,7 +32,7 @@ from knitstudy.tables.catalogue import TABLES
     ),
     order=15,
 )
-def build(
+def tabulate(
     geometry: xr.Dataset,
     paper: pd.DataFrame,
     claims: pd.DataFrame,

@@ -30,7 +30,7 @@ MEASURES = {
     of=TIED_COURSE,
     order=14,
 )
-def build(geometry: xr.Dataset, targets: dict) -> pd.DataFrame:
+def tabulate(geometry: xr.Dataset, targets: dict) -> pd.DataFrame:
     """Return measures and terms of F before and after, with targets and residuals where there are any.
 
     Parameters

@@ -25,7 +25,7 @@ from knitstudy.tables.catalogue import TABLES
     of=ISOTROPIC_COURSE,
     order=2,
 )
-def build(tie: xr.Dataset, rough: xr.Dataset, isotropic: xr.Dataset, geometry: xr.Dataset) -> pd.DataFrame:
+def tabulate(tie: xr.Dataset, rough: xr.Dataset, isotropic: xr.Dataset, geometry: xr.Dataset) -> pd.DataFrame:
     """Return one row an interaction, at the largest strain that all have reached.
 
     Parameters

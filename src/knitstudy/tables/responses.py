@@ -31,7 +31,7 @@ DISSIPATED = ("friction", "stabilisation")
     needs=("every", "scenes"),
     order=9,
 )
-def build(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one row a simulation; what a model has no key or no result for is empty.
 
     Stiffnesses are those of a cloth: force per width over strain at the largest strain, secant and tangent. The width

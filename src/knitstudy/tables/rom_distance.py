@@ -20,7 +20,7 @@ from knitstudy.tables.catalogue import TABLES
     needs=("every", "scenes"),
     order=1,
 )
-def build(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one row a model of each of the four cases, the direct simulation on another mesh among them.
 
     Parameters

@@ -55,7 +55,7 @@ STABILISATION, STABILISATION_AT_END = 0.05, 0.01
     of=ISOTROPIC_WALE,
     order=13,
 )
-def build(dns: xr.Dataset, scenes: dict[str, Scene]) -> pd.DataFrame:
+def tabulate(dns: xr.Dataset, scenes: dict[str, Scene]) -> pd.DataFrame:
     """Return one quantity a row, with its unit and its bar where it has one.
 
     Parameters

@@ -10,7 +10,7 @@ import xarray as xr
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 from knitstudy.tables.table2_springs import STATISTICS
-from knitstudy.tables.table2_springs import build as all_springs
+from knitstudy.tables.table2_springs import tabulate as all_springs
 
 DISPLACEMENT, STATISTIC = "interface", next(iter(STATISTICS))
 """What is shown: what the main reduced models use."""
@@ -25,7 +25,7 @@ NAMES = {"x": "kx", "y": "ky", "z": "kz", "normal": "normal to contact", "tangen
     needs=("sprung_contacts", "paper", "scenes"),
     order=4,
 )
-def build(
+def tabulate(
     sprung_contacts: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
 ) -> pd.DataFrame:
     """Return stiffnesses along all axes beside the paper's, and how many of the crossings are negative.

@@ -26,7 +26,7 @@ STATED = ("stiffness ratio (contact / element)", "stick ratio (stick / element)"
     of=ISOTROPIC_COURSE,
     order=3,
 )
-def build(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one property a row.
 
     Parameters

@@ -34,7 +34,7 @@ AVERAGES = tuple(STATISTICS)[:2]
     needs=("sprung_contacts", "paper", "scenes"),
     order=5,
 )
-def build(
+def tabulate(
     sprung_contacts: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
 ) -> pd.DataFrame:
     """Return one row a scene, displacement measure, statistic and axis.

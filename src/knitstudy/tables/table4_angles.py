@@ -33,7 +33,7 @@ REPORTED = {
     of=TIED_COURSE,
     order=6,
 )
-def build(contacts: xr.Dataset, paper: pd.DataFrame) -> pd.DataFrame:
+def tabulate(contacts: xr.Dataset, paper: pd.DataFrame) -> pd.DataFrame:
     """Return the angles of each kind of segment, averaged over the knit, and the paper's.
 
     Parameters

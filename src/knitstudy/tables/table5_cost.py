@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.cases import Case, Model, cases_of
+from knitstudy.measures.cases import Case, Simulation, cases_of
 from knitstudy.measures.cost import MEGABYTE, element_length
 from knitstudy.measures.names import NAMES
 from knitstudy.measures.reference import REPORTED, number, reported
@@ -27,7 +27,9 @@ BEAM = "beam, 2 nodes, 1 point"
     needs=("every", "paper", "scenes"),
     order=7,
 )
-def build(every: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate(
+    every: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
+) -> pd.DataFrame:
     """Return size, memory and time of the main models of each case.
 
     Memory growth is the largest resident memory above that of the process just before the simulation. The
@@ -74,7 +76,7 @@ def _rows(case: Case, paper: pd.DataFrame) -> Iterator[dict]:
             yield _row(fidelity, models[fidelity], case, paper)
 
 
-def _row(fidelity: str, model: Model, case: Case, paper: pd.DataFrame) -> dict:
+def _row(fidelity: str, model: Simulation, case: Case, paper: pd.DataFrame) -> dict:
     history, cost, reference = model.history, model.history.attrs, case.dns.history.attrs
     theirs = _reported(paper, fidelity) if case.interaction == "tie" and case.direction == "course" else {}
     values = {

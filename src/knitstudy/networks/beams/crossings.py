@@ -9,7 +9,7 @@ from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_contact.contact import Places
 from knitstudy.mechanics.beam_contact.model import TouchingState
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
-from knitstudy.networks.beams.build import BeamKnit
+from knitstudy.networks.beams.beam_knit import BeamKnit
 from knitstudy.study.scene import Scene
 
 

@@ -20,7 +20,7 @@ from knitstudy.loading.problem import Problem
 from knitstudy.loading.run import IN_MEMORY, Run
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.lu import LU
-from knitstudy.networks.beams.build import BeamKnit, build
+from knitstudy.networks.beams.beam_knit import BeamKnit, beam_knit
 from knitstudy.networks.beams.crossings import CrossingRecord
 from knitstudy.networks.beams.neighbours import Gaps
 from knitstudy.networks.rom.grips import grips, tension
@@ -71,7 +71,7 @@ def problem(scene: Scene, knit: Knit) -> Problem:
         If no beams can be made of the yarns.
     """
     meter = Meter()
-    return problem_of(build(scene, knit), scene, knit, meter)
+    return problem_of(beam_knit(scene, knit), scene, knit, meter)
 
 
 def problem_of(beams: BeamKnit, scene: Scene, knit: Knit, meter: Meter | None = None) -> Problem:

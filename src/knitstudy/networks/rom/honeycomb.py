@@ -23,7 +23,7 @@ from knitstudy.loading.history import Stations
 from knitstudy.networks.rom.network import Network
 
 
-def build(knit: Knit, contacts: xr.Dataset, elements: int = 1, doubled: bool = False) -> Network:
+def planar_network(knit: Knit, contacts: xr.Dataset, elements: int = 1, doubled: bool = False) -> Network:
     """Return the network of a knit.
 
     Parameters

@@ -30,7 +30,7 @@ SAMPLES = 40
 
 
 @dataclass(frozen=True)
-class ContactPoints:
+class JointPoints:
     """Where two yarns touch and where their centrelines belong to that touch, for K crossings.
 
     Attributes
@@ -51,7 +51,7 @@ class ContactPoints:
     centroid: np.ndarray
 
 
-def contact_points(knit: Knit, contacts: xr.Dataset) -> ContactPoints:
+def joint_points(knit: Knit, contacts: xr.Dataset) -> JointPoints:
     """Return points P and C of all crossings.
 
     Parameters
@@ -84,7 +84,7 @@ def contact_points(knit: Knit, contacts: xr.Dataset) -> ContactPoints:
             lambda k, crossing=crossing, number=number: _name(contacts, crossing[k], number),
         )
         point[on_yarn] = centreline.position(arc_length[on_yarn])
-    return ContactPoints(yarn, arc_length, point, centroid)
+    return JointPoints(yarn, arc_length, point, centroid)
 
 
 def contact_normal_planes(contacts: xr.Dataset) -> np.ndarray:

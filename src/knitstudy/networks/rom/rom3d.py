@@ -23,7 +23,7 @@ from knitstudy.loading.history import Stations
 from knitstudy.mechanics.spring import LinearSprings
 from knitstudy.networks.rom.joints import Joints
 from knitstudy.networks.rom.network import Network
-from knitstudy.networks.rom.points import ContactPoints
+from knitstudy.networks.rom.points import JointPoints
 
 JOINTS = ("rigid", "printed")
 
@@ -31,9 +31,9 @@ BYTES_A_NODE = 8_200
 """Of a simulation of beams; measured were 7.9 to 8.2 kB, from 0.5 to 0.02 mm."""
 
 
-def build(
+def spatial_network(
     knit: Knit,
-    contacts: ContactPoints,
+    contacts: JointPoints,
     size: float,
     joint: str = "rigid",
     joints: Joints | None = None,
@@ -45,7 +45,7 @@ def build(
     ----------
     knit : Knit
         Centrelines of the yarns.
-    contacts : ContactPoints
+    contacts : JointPoints
         Points C and P.
     size : float
         Wanted length of an element [m]; every piece between points C has the whole number of elements that
@@ -124,7 +124,7 @@ def _divide(inner: np.ndarray, length: float, size: float, yarn: int) -> np.ndar
     return np.append(stops[piece] + step * (gaps / counts)[piece], length)
 
 
-def _stations_of(contacts: ContactPoints, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
+def _stations_of(contacts: JointPoints, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
     """Stations (K, 2) at the points C."""
     station = np.empty(contacts.yarn.shape, dtype=int)
     for number in range(yarn[-1] + 1):

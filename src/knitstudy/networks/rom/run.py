@@ -24,7 +24,7 @@ from knitstudy.networks.rom import honeycomb, rom3d
 from knitstudy.networks.rom.grips import gripped_arcs, grips, tension
 from knitstudy.networks.rom.joints import Joints, spring_joints
 from knitstudy.networks.rom.network import Network
-from knitstudy.networks.rom.points import contact_points
+from knitstudy.networks.rom.points import joint_points
 from knitstudy.study.scene import Scene
 
 PIN = 10.0
@@ -162,8 +162,8 @@ def assemble(
         As `problem`.
     """
     if scene.fidelity == "rom2d":
-        return honeycomb.build(knit, contacts, doubled=scene.rom.section == "doubled")
-    points = contact_points(knit, contacts)
+        return honeycomb.planar_network(knit, contacts, doubled=scene.rom.section == "doubled")
+    points = joint_points(knit, contacts)
     if scene.interaction == "tie":
         joints = Joints.all_tied(len(points.yarn))
     else:
@@ -174,7 +174,7 @@ def assemble(
         joints = joints.pinned(PIN * scene.yarn.youngs_modulus * scene.yarn.radius)
     stops = gripped_arcs(knit, scene.load.direction)
     arms = "printed" if scene.rom.joint == "printed" else "rigid"
-    return rom3d.build(knit, points, scene.mesh.beam_size, arms, joints, stops)
+    return rom3d.spatial_network(knit, points, scene.mesh.beam_size, arms, joints, stops)
 
 
 def _require_all_crossings(contacts: xr.Dataset, knit: Knit) -> None:

@@ -22,7 +22,7 @@ from knitstudy.networks.rom import rom3d
 from knitstudy.networks.rom.grips import gripped_arcs
 from knitstudy.networks.rom.joints import Joints
 from knitstudy.networks.rom.network import Network
-from knitstudy.networks.rom.points import ContactPoints
+from knitstudy.networks.rom.points import JointPoints
 from knitstudy.study.scene import Scene
 
 
@@ -45,7 +45,7 @@ class BeamKnit:
     neighbours: Neighbours
 
 
-def build(scene: Scene, knit: Knit) -> BeamKnit:
+def beam_knit(scene: Scene, knit: Knit) -> BeamKnit:
     """Return the beams of a scene.
 
     Raises
@@ -57,7 +57,7 @@ def build(scene: Scene, knit: Knit) -> BeamKnit:
     """
     crossings = knit.crossings
     tied = tied_crossings(scene, crossings)
-    points = ContactPoints(
+    points = JointPoints(
         crossings.yarn[tied],
         crossings.arc_length[tied],
         crossings.point[tied],
@@ -68,7 +68,7 @@ def build(scene: Scene, knit: Knit) -> BeamKnit:
         # As stiff as contact that sticks, and never open.
         joints = joints.pinned(_penalty(scene, "point"))
     stops = gripped_arcs(knit, scene.load.direction)
-    network = rom3d.build(knit, points, scene.mesh.beam_size, joints=joints, stops=stops)
+    network = rom3d.spatial_network(knit, points, scene.mesh.beam_size, joints=joints, stops=stops)
     yarn = scene.yarn
     beams = network.model(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio)
     stations = network.stations

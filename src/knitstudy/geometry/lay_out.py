@@ -5,12 +5,12 @@ import xarray as xr
 
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, optimise
-from knitstudy.geometry.pair import Pair
+from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit, metre
 from knitstudy.geometry.survey import check_yarns, survey
 
 
-def build(scene):
+def lay_out(scene):
     """Lay out the specimen of a scene; the loop of a knit is optimised first.
 
     Parameters
@@ -22,7 +22,7 @@ def build(scene):
     Returns
     -------
     xarray.Dataset
-        ``Pair.to_dataset()``, or ``Knit.to_dataset()`` with the initial control points and, for both states
+        ``YarnPair.to_dataset()``, or ``Knit.to_dataset()`` with the initial control points and, for both states
         "before" and "after", the terms of F, length, smallest radius of curvature, deepest penetration, gaps and
         angles.
 
@@ -33,7 +33,7 @@ def build(scene):
     """
     if scene.specimen == "pair":
         pair = scene.pair
-        return Pair(scene.yarn.radius, pair.angle, pair.length, pair.clearance).to_dataset()
+        return YarnPair(scene.yarn.radius, pair.angle, pair.length, pair.clearance).to_dataset()
     initial = initial_loop(scene)
     loop, optimum = optimise(initial, scene.geometry)
     surveys = survey(initial), survey(loop)
