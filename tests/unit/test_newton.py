@@ -8,10 +8,10 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.increment import PrescribedDisplacement, Rate, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.model import Memoryless, Response
-from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.newton import extrapolated, trace
 
 
 @dataclass(frozen=True)
@@ -224,3 +224,17 @@ def test_updates_of_multipliers_are_foreseen():
     (without,) = trace(Wall(), drive, settings, LU(), resume=replace(second, updates=()))
     np.testing.assert_allclose(without.state.x, third.state.x, atol=1e-9)
     assert third.residuals[0] < 0.6 * without.residuals[0]
+
+
+@pytest.mark.parametrize("order", [1, 2, 3, 4])
+def test_the_predictor_is_the_polynomial_through_the_last_states(order):
+    rng = np.random.default_rng(order)
+    loads = np.array([0.9, 0.7, 0.65, 0.3, 0.1])[: order + 1]
+    polynomial = np.polynomial.Polynomial(rng.normal(size=order + 1))
+    rates = tuple(
+        Rate(new - old, np.array([(polynomial(new) - polynomial(old)) / (new - old)]))
+        for new, old in zip(loads[:-1], loads[1:], strict=True)
+    )
+    np.testing.assert_allclose(
+        extrapolated(rates, 0.25), polynomial(loads[0] + 0.25) - polynomial(loads[0]), rtol=1e-9
+    )

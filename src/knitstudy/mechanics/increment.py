@@ -75,7 +75,8 @@ class Settings:
     residual_tolerance : float
         Largest unbalanced force over the mean internal force.
     correction_tolerance : float
-        Largest last correction over the element size h.
+        Largest last correction over the element size h; where a full step has balanced the state well, the next one's
+        estimate: corrections fall as residuals do.
     iterations : int
         Newton iterations after which an increment counts as failed.
     patience : int
@@ -89,7 +90,7 @@ class Settings:
     quick : int
         See `growth`.
     predictor : int
-        Order of the extrapolation from the increments before: 0, 1 or 2.
+        Largest order of the extrapolation from the increments before.
     exact : bool
         Solve every linear system to 1e-12 instead of as far as Newton profits.
     """
@@ -103,7 +104,7 @@ class Settings:
     waste: int = 120
     growth: float = 1.5
     quick: int = 6
-    predictor: int = 2
+    predictor: int = 3
     exact: bool = False
 
     @classmethod

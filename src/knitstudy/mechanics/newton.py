@@ -34,6 +34,9 @@ REMEDY = (
     "default or a smaller load.strain may help."
 )
 
+NEAR = 1e-2
+"""Residual from which one accurate step usually balances a state."""
+
 ROUGHLY = 1e-3
 """Residual at which a state is balanced well enough to see whether it will be settled."""
 
@@ -217,6 +220,9 @@ class _Path:
             if changed:
                 correction, tangent_is_stale = np.inf, True
             residuals.append(self._residual(response))
+            if not changed and taken.share == 1.0 and residuals[-1] <= 0.3 * settings.residual_tolerance:
+                # Corrections fall as residuals do: what is still to come need not be computed to be known.
+                correction *= min(residuals[-1] / max(residuals[-2], 1e-300), 1.0)
             log.debug(
                 "iteration %d: residual %.3e, correction %.3e h",
                 len(residuals) - 1,
@@ -252,10 +258,7 @@ class _Path:
             pull = np.where(self.free, -(response.stiffness @ guess), 0.0)
             self._eliminate(response)
             return guess + self._solve(pull, 1e-12 if self.settings.exact else 1e-3)
-        guess = change * rates[0].step
-        if len(rates) > 1:
-            bend = (change + rates[0].increment) / (rates[0].increment + rates[1].increment)
-            guess += change * bend * (rates[0].step - rates[1].step)
+        guess = extrapolated(rates, change)
         guess[self.prescribed.fixed] = moved
         return guess
 
@@ -308,6 +311,9 @@ class _Path:
             eta = min(eta, 0.9 * (residuals[-1] / residuals[-2]) ** 2)
         # Nothing is gained by solving further than the increment has to be balanced.
         floor = 0.1 * self.settings.residual_tolerance / max(residuals[-1], 1e-300)
+        if residuals[-1] <= NEAR and not changed:
+            # Balance is one good step away: a few more Krylov iterations spare a tangent.
+            eta = min(eta, floor)
         return min(max(eta, floor, 1e-8), 1e-1)
 
     def _search(self, state: Any, response: Response, step: np.ndarray) -> Trial:
@@ -333,3 +339,28 @@ class _Path:
     def _require_finite(self, response: Response) -> None:
         if not np.all(np.isfinite(response.force)):
             raise _Failed("the predicted state has folded elements or forces that are not finite")
+
+
+def extrapolated(rates: tuple[Rate, ...], change: float) -> np.ndarray:
+    """Return the change (size,) of the unknowns that the polynomial through the last converged states foresees.
+
+    Parameters
+    ----------
+    rates : tuple of Rate
+        The last increments, newest first; as many as the polynomial's order.
+    change : float
+        Of the load factor.
+    """
+    # Newton's divided differences: rates are the first ones.
+    differences = [rate.step for rate in rates]
+    widths = [rate.increment for rate in rates]
+    guess, factor = change * differences[0], change
+    for order in range(1, len(rates)):
+        spans = [sum(widths[i : i + order + 1]) for i in range(len(rates) - order)]
+        differences = [
+            (newer - older) / span
+            for newer, older, span in zip(differences[:-1], differences[1:], spans, strict=True)
+        ]
+        factor *= change + sum(widths[:order])
+        guess += factor * differences[0]
+    return guess

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
-from pyamg.krylov import fgmres
-from scipy.sparse.linalg import LinearOperator
 
 from knitstudy.mechanics.linear.rows import Rows
 from knitstudy.mechanics.linear.solver import Apply, Iterate
@@ -16,26 +12,11 @@ RESTART = 30
 
 
 def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, most: int) -> str | None:
-    """Improve an iterate in place by preconditioned flexible GMRES; parameters as of `conjugate_gradients`."""
-    operator = LinearOperator(matrix.shape, matvec=matrix.__matmul__, dtype=float)
-    preconditioner = LinearOperator(matrix.shape, matvec=apply, dtype=float)
+    """Improve an iterate in place by flexible GMRES (Saad 1993); parameters as of `conjugate_gradients`."""
     start = np.linalg.norm(state.residual)
     left = most
     while left > 0 and start > goal:
-        inner = min(RESTART, left, len(state.x))
-        residuals: list[float] = []
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            step, _ = fgmres(
-                operator,
-                state.residual,
-                tol=goal / start,
-                restart=inner,
-                maxiter=1,
-                M=preconditioner,
-                residuals=residuals,
-            )
-        used = max(len(residuals) - 1, 1)
+        step, used = _cycle(matrix, apply, state.residual, goal, min(RESTART, left, len(state.x)))
         state.iterations += used
         left -= used
         state.x += step
@@ -45,3 +26,31 @@ def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, m
             return f"minimal residuals stagnate at {reached / state.level:.1e}"
         start = reached
     return None
+
+
+def _cycle(
+    matrix: Rows, apply: Apply, residual: np.ndarray, goal: float, most: int
+) -> tuple[np.ndarray, int]:
+    """Return the step (size,) of one cycle of at most so many iterations, and how many it took."""
+    level = np.linalg.norm(residual)
+    basis, corrections = np.empty((most + 1, len(residual))), np.empty((most, len(residual)))
+    hessenberg, target = np.zeros((most + 1, most)), np.zeros(most + 1)
+    basis[0], target[0] = residual / level, level
+    used, weights = 0, np.empty(0)
+    while used < most:
+        corrections[used] = apply(basis[used])
+        image = matrix @ corrections[used]
+        before = basis[: used + 1]
+        for _ in range(2):  # Gram-Schmidt twice is enough (Giraud et al. 2005)
+            shares = before @ image
+            image -= shares @ before
+            hessenberg[: used + 1, used] += shares
+        rest = np.linalg.norm(image)
+        used += 1
+        hessenberg[used, used - 1] = rest
+        small = hessenberg[: used + 1, :used]
+        weights = np.linalg.lstsq(small, target[: used + 1], rcond=None)[0]
+        if np.linalg.norm(target[: used + 1] - small @ weights) <= goal or not rest > 0:
+            break
+        basis[used] = image / rest
+    return weights @ corrections[:used], used

@@ -5,7 +5,9 @@
 - **fabric**: a Galerkin grid whose unknowns are the rigid motions of every few cross-sections, a beam network,
   solved by pyamg with the rigid modes of the whole knit as near-nullspace.
 
-They are combined multiplicatively and symmetrically: fabric, crossing, yarn, crossing, fabric.
+They are combined multiplicatively: symmetrically (fabric, crossing, yarn, crossing, fabric) for conjugate gradients,
+and once each (crossing, yarn, fabric) where friction has made the matrix unsymmetric. Minimal residuals need no
+symmetry; on a knit in contact the shorter way takes 7 iterations for 12.
 """
 
 from __future__ import annotations
@@ -22,12 +24,13 @@ from knitstudy.mechanics.linear.yarn import YarnScale
 
 
 class ThreeScale:
-    """The combined preconditioner: symmetric, and positive definite where the matrix is."""
+    """The combined preconditioner: of a symmetric matrix symmetric, and positive definite where that is."""
 
     def __init__(self, structure: KnitStructure, slices: int = 2, dtype: type = np.float32) -> None:
         self.fabric = FabricScale(structure, slices)
         self.crossing = CrossingScale(structure)
         self.yarn = YarnScale(structure, dtype)
+        self._order = (self.fabric, self.crossing, self.yarn, self.crossing, self.fabric)
 
     def update(
         self,
@@ -36,6 +39,8 @@ class ThreeScale:
         touching: np.ndarray = NOWHERE,
     ) -> None:
         """Make all factors anew; only those of the crossings know what friction adds."""
+        if unsymmetric is not None:
+            self._order = (self.crossing, self.yarn, self.fabric)
         self.yarn.update(matrix)
         self.crossing.update(matrix, unsymmetric, touching)
         self.fabric.update(matrix)
@@ -44,9 +49,6 @@ class ThreeScale:
         """Return the correction (size,) for a residual; `matrix` is the one of the system being solved."""
         residual = residual.copy()
         correction = np.zeros_like(residual)
-        self.fabric.correct(residual, correction)
-        self.crossing.correct(residual, correction)
-        self.yarn.correct(residual, correction)
-        self.crossing.correct(residual, correction)
-        self.fabric.correct(residual, correction)
+        for scale in self._order:
+            scale.correct(residual, correction)
         return correction
