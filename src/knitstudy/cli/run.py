@@ -15,7 +15,7 @@ from knitstudy.cli.options import changed_scene, config_option, output_option, s
 from knitstudy.cli.output import print_table
 from knitstudy.loading.progress import Progress
 
-STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.follow")
+STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.follow.resumed")
 """Loggers that say which stages ran, and whether a run goes on where another one ended."""
 
 

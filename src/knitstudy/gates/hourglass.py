@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.gates.wording import times
 
 USUAL = 0.005
 """Hourglass stiffness over shear stiffness as in C3D8R."""
@@ -39,13 +40,13 @@ def require_small_hourglass(
     """
     if load < FIRST:
         return
-    share = energy["hourglass"] * max(1.0, USUAL / coefficient) / energy["internal"]
-    if share > limit:
+    hourglass = energy["hourglass"] * max(1.0, USUAL / coefficient)
+    if hourglass > limit * energy["internal"]:
         at = f", taken at the usual {USUAL}," if coefficient < USUAL else ""
         raise ConvergenceError(
-            f"increment {index}: hourglass energy{at} is {share:.1%} of the internal energy with solver.hourglass = "
-            f"{coefficient:g}; gates.hourglass allows {limit:.1%}. Use {_remedy(coefficient)}; gates.hourglass raises "
-            "the limit"
+            f"increment {index}: hourglass energy{at} is {times(hourglass, energy['internal'])} the internal energy "
+            f"with solver.hourglass = {coefficient:g}; gates.hourglass allows {limit:.1%}. Use {_remedy(coefficient)}; "
+            "gates.hourglass raises the limit"
         )
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.gates.wording import times
 
 if TYPE_CHECKING:
     from knitstudy.loading.history import Recorder
@@ -49,7 +50,7 @@ def require_closed_ledger(recorder: Recorder, index: int, limit: float, unloaded
     gap, work = abs(2 * energy[0] - energy.sum()), expected_work(recorder)
     if gap > max(limit * work, unloaded):
         raise ConvergenceError(
-            f"increment {index}: the ledger of energies is open by {gap:.3g} J, {gap / work:.1%} of the external work; "
+            f"increment {index}: the ledger of energies is open by {gap:.3g} J, {times(gap, work)} the external work; "
             f"gates.ledger allows {limit:.1%}. Sums over increments are too coarse for how the force changes: use "
             "more solver.increments, then a smaller solver.stabilisation; gates.ledger raises the limit"
         )

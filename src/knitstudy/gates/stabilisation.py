@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.gates.wording import times
 
 FIRST = 0.1
 """Load factor before which nothing may hold the yarns but stabilisation: that is what it is for."""
@@ -48,16 +49,11 @@ def require_small_stabilisation(
     remedy = "Use a smaller solver.stabilisation, or none"
     if energy["stabilisation"] > limit * energy["internal"]:
         raise ConvergenceError(
-            f"{what} viscous forces have dissipated {_share(energy['stabilisation'], energy['internal'])} of the "
+            f"{what} viscous forces have dissipated {times(energy['stabilisation'], energy['internal'])} the "
             f"internal energy; gates.stabilisation allows {limit:.1%}. {remedy}; gates.stabilisation raises the limit"
         )
     if viscous_force > force_limit * reaction:
         raise ConvergenceError(
-            f"{what} viscous forces are {_share(viscous_force, reaction)} of the reaction, {reaction:.3g} N; "
+            f"{what} viscous forces are {times(viscous_force, reaction)} the reaction, {reaction:.3g} N; "
             f"gates.viscous_force allows {force_limit:.1%}. {remedy}; gates.viscous_force raises the limit"
         )
-
-
-def _share(part: float, whole: float) -> str:
-    """Return a share as a text, also of next to nothing."""
-    return f"{part / whole:.1%}" if part < 10 * whole else "many times"

@@ -19,6 +19,8 @@ from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.parallel import serial_blas
 
 log = logging.getLogger(__name__)
+resumed = logging.getLogger(f"{__name__}.resumed")
+"""Says whether a run goes on where another one ended: of use to who has no wish for every increment."""
 
 
 def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
@@ -48,7 +50,9 @@ def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
         checkpoint = Checkpoint(run.restart, scene.hash, type(problem.model.start()))
     last = checkpoint.load(recorder) if checkpoint else None
     if last is not None:
-        log.info("going on from increment %d at load factor %.4g (%s)", last.index, last.load, run.restart)
+        resumed.info(
+            "going on from increment %d at load factor %.4g (%s)", last.index, last.load, run.restart
+        )
         run.progress(last.load, place(scene.load, last.load))
     path = trace(problem.model, problem.prescribed, problem.settings, problem.solver, last)
     try:

@@ -175,7 +175,7 @@ class Scene:
         """Return what sections and dotted keys say, as plain nested mappings: what a result depends on.
 
         Keys that were added with a default (see `study.keys.key`) are left out at that default, so that adding one
-        changes nothing, and sections that the scene does not have; a section that is all at its defaults stays, empty.
+        changes nothing; sections that the scene does not have are left out as well.
         """
         document = self.to_dict()
         found: dict = {}
@@ -183,12 +183,11 @@ class Scene:
             section, _, inner = name.partition(".")
             if section in self.sections:
                 fields = type(self.sections[section]).model_fields
-                found.setdefault(section, {})
                 for field in [inner] if inner else fields:
                     value = document[section].get(field)
                     added = field in fields and not fields[field].is_required()
                     if field in fields and not (added and value == _plain(fields[field].default)):
-                        found[section][field] = value
+                        found.setdefault(section, {})[field] = value
             elif section in Labels.model_fields:
                 found[section] = document[section]
         return found
@@ -371,14 +370,5 @@ def _times(value: Any, factor: float) -> Any:
 
 
 def digest(document: Any) -> str:
-    """Return a short hash of plain data; numbers enter with all their digits, empty mappings not at all."""
-    plain = json.dumps(_without_empty(document), sort_keys=True)
-    return hashlib.sha256(plain.encode()).hexdigest()[:16]
-
-
-def _without_empty(document: Any) -> Any:
-    """Return nested mappings without empty ones: a section at its defaults says nothing."""
-    if not isinstance(document, Mapping):
-        return document
-    inside = {name: _without_empty(value) for name, value in document.items()}
-    return {name: value for name, value in inside.items() if value != {}}
+    """Return a short hash of plain data; numbers enter with all their digits."""
+    return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:16]
