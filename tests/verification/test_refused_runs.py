@@ -54,7 +54,8 @@ REFUSED = {
             "gates.hourglass": 1e6,
             "gates.ledger": 1e6,
         },
-        r"increment \d+ (does not converge|makes no headway) beyond load factor 0\.\d+: .*More solver.increments, a finer mesh",
+        r"increment \d+ (does not converge|makes no headway) beyond load factor 0\.\d+: "
+        ".*More solver.increments, a finer mesh",
     ),
 }
 """Changes that make a run end early, and what it says then."""
