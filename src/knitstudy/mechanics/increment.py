@@ -84,7 +84,7 @@ class Settings:
     cutbacks : int
         Halvings in a row after which the path counts as unreachable.
     waste : int
-        Iterations of failed attempts, while the path goes on by less than a regular increment, after which it does.
+        Iterations of failed attempts, while the path hardly goes on, after which it does.
     growth : float
         Factor on the increment after a quick one (at most `quick` iterations).
     quick : int

@@ -34,6 +34,9 @@ REMEDY = (
     "default or a smaller load.strain may help."
 )
 
+HEADWAY = 0.05
+"""Share of the load by which a path has gone on, whatever failed on the way."""
+
 NEAR = 1e-2
 """Residual from which one accurate step usually balances a state."""
 
@@ -110,7 +113,7 @@ def trace(
             log.warning("increment %d failed (%s); trying %.3g of the load", now.index + 1, failure, size)
             continue
         cutbacks = 0
-        if target - since >= largest:
+        if target - since >= min(largest, HEADWAY):
             since, failed = target, _Spent()
         if done.newton_iterations <= settings.quick:
             size = min(largest, size * settings.growth)
