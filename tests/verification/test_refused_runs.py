@@ -52,8 +52,8 @@ REFUSED = {
             "load.path": [[0, 0, -40e-3]],
             "solver.increments": 2,
             # Crushed as no knit is: what the gates say of that comes first unless they are told not to look.
-            "gates.hourglass": 1.0,
-            "gates.ledger": 1.0,
+            "gates.hourglass": 1e6,
+            "gates.ledger": 1e6,
         },
         r"increment \d+ (does not converge|makes no headway) beyond load factor 0\.\d+: .*More solver.increments",
     ),
