@@ -97,7 +97,8 @@ def test_friction_law_runs_no_tied_model(checkout, edited):
     edited("src/knitstudy/mechanics/contact/friction.py", "\nOPEN, STICK", "\nEDITED = True\nOPEN, STICK")
     jobs = checkout.jobs()
     assert "Load dns-isotropic-course-coarse" in jobs
-    assert not [job for job in jobs if TIED.search(job)]
+    simulated = [job for job in jobs if job.startswith(("Lay", "Mesh", "Load", "Find", "Pull"))]
+    assert not [job for job in simulated if TIED.search(job)]
 
 
 @pytest.mark.parametrize(

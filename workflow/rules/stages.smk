@@ -39,8 +39,6 @@ for stage in STAGES.all().values():
             update(f"{RESULTS}/{stage.leaves}"),
         log:
             f"logs/{stage.name}/{Path(place).name}.log",
-        benchmark:
-            f"logs/{stage.name}/{Path(place).name}.benchmark.tsv"
         wildcard_constraints:
             scene=names(stage),
         threads: 1

@@ -85,9 +85,15 @@ def read_dataset(path: Path | str, needs: Iterable[str] = ()) -> xr.Dataset:
 
 
 def recorded_digest(path: Path | str) -> str:
-    """Return the digest that a file was written with; nothing where it has none or cannot be read."""
+    """Return the digest that a file was written with; nothing where it has none.
+
+    Raises
+    ------
+    DataFileError
+        When the file is truncated or no netCDF.
+    """
     try:
         with netCDF4.Dataset(path) as file:
             return str(getattr(file, "digest", ""))
-    except OSError:
-        return ""
+    except OSError as error:
+        raise DataFileError(f"{path}: is truncated or is not netCDF ({error})") from error

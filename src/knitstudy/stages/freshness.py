@@ -11,16 +11,15 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.files.netcdf import recorded_digest
-from knitstudy.stages.plan import Plan
+from knitstudy.stages.plan import Plan, digest_or_warning
 from knitstudy.study.scene import Scene, digest
 
 FOLDER = Path("run/digests")
 """Where they lie, beside restart files."""
 
 
-def note(name: str | Path, wanted: str, result: Path | None = None) -> None:
-    """Write the digest that a result should have, unless it is written already.
+def note(name: str | Path, wanted: str, result: Path | None = None) -> bool:
+    """Write the digest that a result should have, unless it is written already; return whether the result has it.
 
     Parameters
     ----------
@@ -35,19 +34,20 @@ def note(name: str | Path, wanted: str, result: Path | None = None) -> None:
     if result is None or not result.is_file():
         if written != wanted:
             _write(path, wanted)
-        return
-    recorded = recorded_digest(result)
+        return False
+    recorded = digest_or_warning(result)
     if recorded == wanted:
         if written != wanted:
             _write(path, wanted)
         older = result.stat().st_mtime - 1
         if path.stat().st_mtime > older:
             os.utime(path, (older, older))
-        return
+        return True
     # The engine compares contents as well as times: what is there now is part of it.
     text = f"{wanted} instead of {recorded or 'none'}"
     if written != text or path.stat().st_mtime <= result.stat().st_mtime:
         _write(path, text)
+    return False
 
 
 def note_all(plan: Plan, scenes: Iterable[Scene], results: Path) -> None:
@@ -60,10 +60,8 @@ def note_all(plan: Plan, scenes: Iterable[Scene], results: Path) -> None:
             continue  # it says so when it is asked for
         if path.suffix != ".nc":
             note(path, wanted)
-            continue
-        note(path, wanted, results / path)
-        if (results / path).is_file() and recorded_digest(results / path) == wanted:
-            made_from = (results / stage.path(scene) for stage, scene in plan.needs(stage, scene).values())
+        elif note(path, wanted, results / path):
+            made_from = (results / other.path(of) for other, of in plan.needs(stage, scene).values())
             _date_after(results / path, [file for file in made_from if file.is_file()])
 
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from knitstudy.errors import DataFileError
+from knitstudy.files.netcdf import recorded_digest
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.table import STAGES, Stage
 from knitstudy.study.configuration import CONFIG, check_source, load_scenes
 from knitstudy.study.scene import Scene, digest
+
+log = logging.getLogger(__name__)
 
 DIGITS = 8
 """Digits of a hash in the name of a scene or knit that the configuration does not have."""
@@ -34,6 +39,18 @@ def digest_of(stage: Stage, document: Mapping, scene: Scene, needed: Mapping[str
     """
     code = code_digest(stage.module, *stage.code(scene))
     return digest({"stage": stage.name, "reads": document, "code": code, "needs": dict(needed)})
+
+
+def digest_or_warning(path: Path) -> str:
+    """Return the digest that a result was written with; nothing, and a warning, where it cannot be read.
+
+    What cannot be read is not up to date: it is made again.
+    """
+    try:
+        return recorded_digest(path)
+    except DataFileError as error:
+        log.warning("%s; it will be made again", error)
+        return ""
 
 
 class Plan:

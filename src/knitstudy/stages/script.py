@@ -16,12 +16,12 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from knitstudy.errors import KnitstudyError
-from knitstudy.files.netcdf import read_dataset, recorded_digest, write_dataset
+from knitstudy.files.netcdf import read_dataset, write_dataset
 from knitstudy.files.provenance import provenance
 from knitstudy.loading.progress import Progress
 from knitstudy.loading.restart import restart_of, run_with
 from knitstudy.registry import load_plugins
-from knitstudy.stages.plan import digest_of
+from knitstudy.stages.plan import digest_of, digest_or_warning
 from knitstudy.stages.table import STAGES
 from knitstudy.study.scene import Scene
 
@@ -43,10 +43,11 @@ def run_stage(job: Any) -> None:
     document = dict(job.params.reads)
     scene = Scene.seen(dict(job.params.scene) | document, stage.reads)
     files = {name: path for name, path in job.input.items() if name != "digest"}
-    made_from = {name: recorded_digest(path) for name, path in files.items()}
+    made_from = {name: digest_or_warning(path) for name, path in files.items()}
     wanted = digest_of(stage, document, scene, made_from)
     restart = restart_of(RESTARTS / stage.name, scene.name, wanted) if stage.long else None
     with frame(job, restart) as progress:
+        # Here a file that cannot be read is an error.
         needed = {name: read_dataset(path) for name, path in files.items()}
         if stage.long:
             needed["run"] = run_with(restart, progress)

@@ -15,14 +15,14 @@ from typing import Any
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.files.netcdf import read_dataset, recorded_digest, write_dataset
+from knitstudy.files.netcdf import read_dataset, write_dataset
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.loading.progress import ReportProgress, silent
 from knitstudy.loading.restart import restart_of, run_with
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.stages.plan import Plan
+from knitstudy.stages.plan import Plan, digest_or_warning
 from knitstudy.stages.table import STAGES, Stage, stage_of
 from knitstudy.study.configuration import CONFIG
 from knitstudy.study.scene import Scene
@@ -149,7 +149,7 @@ class _Keeper:
     def _kept(self, stage: Stage, scene: Scene, anew: bool) -> xr.Dataset:
         path, wanted = self.path(stage, scene), self.plan.digest(stage, scene)
         if path is not None and path.is_file() and not anew:
-            if recorded_digest(path) == wanted:
+            if digest_or_warning(path) == wanted:
                 log.info("%s %s: taken from %s", stage.name, scene.name, path)
                 return read_dataset(path)
             log.info("%s %s: %s is not up to date and will be replaced", stage.name, scene.name, path)
