@@ -80,7 +80,7 @@ def test_truncated_mesh_is_named_and_made_again(finished_copy):
     mesh = finished_copy.folder / "results" / "mesh" / "dns-tie-course-coarse.nc"
     earlier = read_dataset(mesh)
     os.truncate(mesh, mesh.stat().st_size // 2)
-    ended = finished_copy.study("ci")
+    ended = finished_copy.snakemake("results/mesh/dns-tie-course-coarse.nc", "--config", "study=ci")
     assert ended.returncode == 0, ended.stdout + ended.stderr
     said = r"results/mesh/dns-tie-course-coarse.nc: is truncated or is not netCDF .*; it will be made again"
     assert re.search(said, ended.stdout + ended.stderr)
