@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -12,6 +13,11 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PARTS = ("Snakefile", "config", "profiles", "resources", "src", "workflow", "pyproject.toml")
+
+
+def interruptible():
+    """Let Ctrl-C end a process that is started, also where the tests run in the background of a shell."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @dataclass(frozen=True)
@@ -50,6 +56,7 @@ class Checkout:
             stdout=output,
             stderr=subprocess.STDOUT,
             text=True,
+            preexec_fn=interruptible,
         )
 
     def snakemake(self, *arguments):
