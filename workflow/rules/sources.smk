@@ -24,9 +24,7 @@ def displays(kind):
 def paths_of(kind, *suffixes):
     """Return the function that lists the files of all figures or tables that the study can make."""
     return lambda wildcards: [
-        f"{RESULTS}/{kind}s/{name}.{suffix}"
-        for name in displays(kind).names()
-        for suffix in suffixes
+        f"{RESULTS}/{kind}s/{name}.{suffix}" for name in displays(kind).names() for suffix in suffixes
     ]
 
 

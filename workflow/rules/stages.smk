@@ -41,8 +41,8 @@ for stage in STAGES.all().values():
             f"logs/{stage.name}/{Path(place).name}.log",
         wildcard_constraints:
             scene=names(stage),
-        threads: 1
         priority: stage.priority
+        threads: 1
         resources:
             mem_mb=stage.memory,
         params:
