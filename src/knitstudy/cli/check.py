@@ -8,7 +8,7 @@ import click
 
 from knitstudy.cli.options import changed_scene, config_option, load_plugins_of, set_option
 from knitstudy.cli.output import print_table
-from knitstudy.study.configuration import STUDIES, load_knits, load_scenes, load_study
+from knitstudy.study.configuration import STUDIES, knits_of, load_scenes, load_study
 from knitstudy.study.differences import flattened
 from knitstudy.study.keys import describe
 from knitstudy.study.scene import Scene
@@ -43,7 +43,8 @@ def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None
 
 def _check_folder(folder: Path) -> None:
     load_plugins_of(folder)
-    scenes, knits = load_scenes(folder), load_knits(folder)
+    scenes = load_scenes(folder)
+    knits = knits_of(scenes)
     studies = ", ".join(f"{len(load_study(name, folder))} of study {name}" for name in STUDIES)
     click.echo(f"{folder}: valid; {len(scenes)} scenes ({studies}), {len(knits)} geometries")
 

@@ -10,7 +10,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.files.netcdf import recorded_digest
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.table import STAGES, Stage
-from knitstudy.study.configuration import CONFIG, check_source, load_scenes
+from knitstudy.study.configuration import CONFIG, check_source, knits_of, load_scenes
 from knitstudy.study.scene import Scene, digest
 
 log = logging.getLogger(__name__)
@@ -66,9 +66,7 @@ class Plan:
 
     def __init__(self, scenes: Mapping[str, Scene]) -> None:
         self.scenes = dict(scenes)
-        self.knits: dict[str, Scene] = {}
-        for scene in self.scenes.values():
-            self.knits.setdefault(scene.knit, scene)
+        self.knits = knits_of(self.scenes)
         self._digests: dict[Path, str] = {}
 
     @classmethod

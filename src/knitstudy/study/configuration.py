@@ -104,9 +104,14 @@ def _kinds() -> Iterator[dict]:
 
 
 def load_knits(config: Path = CONFIG) -> dict[str, Scene]:
+    """Return for every knit or pair of a configuration folder the first scene of it; see `load_scenes`."""
+    return knits_of(load_scenes(config))
+
+
+def knits_of(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
     """Return for every knit or pair the first scene of it: the geometry of all that share the label is the same."""
     found: dict[str, Scene] = {}
-    for scene in load_scenes(config).values():
+    for scene in scenes.values():
         found.setdefault(scene.knit, scene)
     return found
 
