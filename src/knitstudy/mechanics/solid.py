@@ -181,14 +181,15 @@ class SolidModel:
         """Evaluate all batches; threads share them, and sums are formed in one fixed order."""
         displacement = self.node_displacement(state)
         count, batches = len(self.hexahedra), self.assembly.batches
-        force = np.empty((count, 8, 3))
+        a = self.hexahedra.shape[1]
+        force = np.empty((count, a, 3))
         internal, hourglass = np.empty(count), np.empty(count)
         total = self.assembly.begin_stiffness() if stiffness else None
         magnitude, summing = np.zeros(len(batches)), np.zeros(len(batches))
 
         def evaluate(number: int) -> None:
             batch = batches[number]
-            blocks = SCRATCH.array("stiffness", batch.stop - batch.start, 64, 9) if stiffness else None
+            blocks = SCRATCH.array("stiffness", batch.stop - batch.start, a**2, 9) if stiffness else None
             answer = self.elements.respond(batch, displacement[self.hexahedra[batch]], stiffness, blocks)
             force[batch], internal[batch], hourglass[batch] = answer.force, answer.internal, answer.hourglass
             magnitude[number] = np.sqrt(np.einsum("eai,eai->ea", answer.force, answer.force)).sum()
