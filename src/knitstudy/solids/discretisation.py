@@ -12,6 +12,7 @@ from knitstudy.mechanics.contact.surface import Grid
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mesh.grips import Grips
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.faces import Faces
 
 Locate = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
@@ -51,6 +52,8 @@ class Discretisation:
         Nodes of `mesh` as weighted sums of nodes; None where they are the nodes.
     dependence : csr matrix, shape (N, N), optional
         Nodes as weighted sums of nodes that depend on no others; the identity if None.
+    faces : Faces, optional
+        Of elements, where there are any on the surface: what ties by facets join.
     """
 
     mesh: SweptMesh
@@ -67,6 +70,7 @@ class Discretisation:
     size: float
     sampling: sp.csr_matrix | None = None
     dependence: sp.csr_matrix | None = None
+    faces: Faces | None = None
 
     def sampled(self, values: np.ndarray) -> np.ndarray:
         """Return what the nodes (N, ...) give at the nodes of `mesh` (M, ...)."""
