@@ -6,8 +6,8 @@ import numpy as np
 from hexahedral_block import connect, unknowns
 
 from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.contact.grids import Grid, Grids
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.surface import Grid
 from knitstudy.mechanics.elements.one_point import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mechanics.materials import Material
@@ -124,7 +124,7 @@ def together(
     meets = ~np.eye(len(bodies), dtype=bool)
     contact = Contact(
         nodes,
-        grids,
+        Grids(grids),
         law,
         meets=meets,
         points=points,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mesh.sweep import SweptMesh
@@ -34,7 +35,7 @@ class BesideTies:
         meets[rows, rows + 1] = meets[rows + 1, rows] = True
         self._contact = Contact(
             tie.nodes,
-            yarn_surfaces(mesh),
+            Grids(yarn_surfaces(mesh)),
             contact_law(scene),
             meets=meets,
             points=1,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.contact.grids import Grid, Grids, circular_stretch
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.surface import Grid, circular_stretch
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
 
@@ -35,7 +35,7 @@ def yarn_contact(scene: Scene, mesh: SweptMesh, nodes: np.ndarray, pieces: np.nd
     """
     return Contact(
         nodes,
-        yarn_surfaces(mesh),
+        Grids(yarn_surfaces(mesh)),
         contact_law(scene),
         pieces=pieces,
         points=scene.contact.points,
