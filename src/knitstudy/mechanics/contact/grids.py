@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.contact.surface import Stencil
+from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,15 +93,8 @@ class Grids:
         index = along.index[:, :, None] * shape[:, 1][:, None, None] + around.index[:, None, :]
         nodes = self._nodes[self._first[surface][:, None] + index.reshape(-1, 16)]
 
-        weights = along.weight[:, _ALONG, :, None] * around.weight[:, _AROUND, None, :]
+        weights = along.weight[:, ALONG, :, None] * around.weight[:, AROUND, None, :]
         return Stencil(nodes, weights.reshape(-1, 6, 16), key=nodes[:, 5])  # the cell's first corner
-
-    def inside(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
-        """Return whether places xi (k, 2) lie within their surfaces' edges."""
-        last = (self.shape[surface] - 1).astype(float)
-        within = (xi >= 0) & (xi <= last)
-        within[:, 1] |= self.closed[surface]
-        return within.all(axis=1)
 
     def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
         """Return xi (k, 2) moved to the nearest place within the surfaces' edges."""
@@ -181,6 +174,3 @@ _TANGENTS = _with_derivatives(
     * np.array([[0.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [2.0, 1.0, -2.0, -1.0], [-1.0, -1.0, 1.0, 1.0]])
 )
 """What the nodes themselves and the tangents at them contribute. Rows: powers of t; columns: the four nodes."""
-
-_ALONG, _AROUND = [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]
-"""Orders of the derivatives whose weights a stencil has."""

@@ -13,6 +13,9 @@ from typing import Protocol
 import numpy as np
 import scipy.sparse as sp
 
+ALONG, AROUND = [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]
+"""Orders of the derivatives whose weights a stencil has."""
+
 
 @dataclass(frozen=True, eq=False)
 class Stencil:
@@ -81,9 +84,6 @@ class Surfaces(Protocol):
 
     def stencil(self, surface: np.ndarray, xi: np.ndarray) -> Stencil:
         """Return the stencils of places xi (k, 2) on surfaces (k,)."""
-
-    def inside(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
-        """Return whether places xi (k, 2) lie within their surfaces' edges."""
 
     def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
         """Return xi (k, 2) moved to the nearest place within the surfaces' edges."""
