@@ -1,7 +1,7 @@
 """Spans of solid yarns: elements in total Lagrangian form for any law, with the tangent from a few large products.
 
-An element is one span of the splines of a yarn, its local nodes the coefficients of the d + 1 splines that do not vanish
-there, spline by spline, k within. With parent coordinates (x1, x2, s), G_a = dX/dxi_a and g_a = dx/dxi_a the tangent is
+An element is one span of the splines of a yarn, its local nodes the coefficients of the d + 1 splines that do not
+vanish there, spline by spline, k within. With parent coordinates xi = (x1, x2, s) and g_a = dx/dxi_a the tangent is
 
     K[ja, lb] = sum over points of  d_alpha(phi_a N_j) A[alpha, beta] d_beta(phi_b N_l),
     A[alpha, beta]_ik = g_gamma,i C^(alpha gamma beta delta) g_delta,k + S^(alpha beta) delta_ik.
@@ -85,8 +85,8 @@ class Spans:
             worst = np.unravel_index(np.argmin(size), size.shape) if size.ndim > 1 else (np.argmin(size),)
             raise MeshError(
                 f"span {int(worst[0]) // (along.shape[2] * len(section))} of the yarns is folded: its Jacobian is "
-                f"{size.min():.3g} m3 and has to be positive; the yarn is bent tighter than its radius, or spans are too "
-                "long for its bends: use a smaller yarn.diameter or mesh.span"
+                f"{size.min():.3g} m3 and has to be positive; the yarn is bent tighter than its radius, or spans are "
+                "too long for its bends: use a smaller yarn.diameter or mesh.span"
             )
         self._weight = ((weight[..., None] * section).reshape(-1)) * size
         self.volume = self._weight.reshape(len(corners), -1).sum(axis=1)

@@ -129,9 +129,9 @@ class Spline:
         return sp.csr_matrix((values[0].ravel(), column.ravel(), indptr), shape=(len(s), self.size))
 
     def fit(self, s: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Return the coefficients (J, m) of values (k, m) at rising places (k,), the first and last of them met exactly.
+        """Return the coefficients (J, m) of values (k, m) at rising places (k,) from end to end.
 
-        Least squares in between.
+        Least squares, but the first and the last value are met.
 
         Raises
         ------
