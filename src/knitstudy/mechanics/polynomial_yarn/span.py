@@ -13,13 +13,11 @@ have the same degrees over the section are one batch (`span_groups`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.determinant import determinant, inverse
-from knitstudy.mechanics.elements.element import ElementResponse
+from knitstudy.mechanics.elements.element import ElementGroup, ElementResponse
 from knitstudy.mechanics.elements.hexahedron import tangent_moduli
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.materials.hencky import rotate_strain
@@ -29,14 +27,6 @@ from knitstudy.mechanics.scratch import SCRATCH
 
 CACHE = 1500
 """Points whose moduli fit into a processor's cache together."""
-
-
-@dataclass(frozen=True, eq=False)
-class Group:
-    """Spans of equal local size: nodes (e, a), and the batch of elements that answers for them."""
-
-    connectivity: np.ndarray
-    elements: Spans
 
 
 class Spans:
@@ -95,6 +85,14 @@ class Spans:
     def points(self) -> int:
         """Number of quadrature points a span."""
         return self._along.shape[2] * len(self._table)
+
+    def node_volume(self) -> np.ndarray:
+        """Return the integrals (E, a) of N_j phi_k^2, of which those with k = 0 add up to the volume [m3]."""
+        value = self._along[0]  # (E, g, d + 1)
+        weight = self._weight.reshape(*value.shape[:2], -1)
+        across = weight @ self._table[:, 2] ** 2  # (E, g, k)
+        found = (np.swapaxes(value, 1, 2) @ across).reshape(len(value), -1)
+        return found if self._kept is None else found[:, self._kept]
 
     def respond(
         self, batch: slice, displacement: np.ndarray, stiffness: bool, out: np.ndarray | None = None
@@ -223,7 +221,7 @@ def _pair_tables(table: np.ndarray) -> tuple[tuple[np.ndarray, tuple[int, ...]],
     return tuple(found)
 
 
-def span_groups(space: Space, nodes: np.ndarray, material: Material) -> list[Group]:
+def span_groups(space: Space, nodes: np.ndarray, material: Material) -> tuple[ElementGroup, ...]:
     """Return all spans of yarns, in groups of equal local size, by rising size.
 
     Parameters
@@ -263,5 +261,5 @@ def span_groups(space: Space, nodes: np.ndarray, material: Material) -> list[Gro
         along = np.concatenate([each for _, each, _ in parts], axis=1)
         weight = np.concatenate([each for _, _, each in parts])
         elements = Spans(nodes[connectivity], along, weight, np.array(degrees), material)
-        groups.append(Group(connectivity.astype(np.int32), elements))
-    return groups
+        groups.append(ElementGroup(connectivity.astype(np.int32), elements))
+    return tuple(groups)
