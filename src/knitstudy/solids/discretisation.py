@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.contact.surface import Grid
+from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mesh.grips import Grips
 from knitstudy.mesh.sweep import SweptMesh
@@ -40,8 +40,8 @@ class Discretisation:
         Elements, from the nodes (N, 3) that ties may have moved; raises MeshError where one is folded.
     volume : callable
         Of every node (N,) [m3], from the groups.
-    surfaces : tuple of Grid
-        Of every yarn, for contact.
+    surfaces : Surfaces
+        One of every yarn, for contact.
     ends : Grips
         Nodes that are held and driven.
     locate : callable
@@ -64,7 +64,7 @@ class Discretisation:
     bandwidth: int
     groups: Callable[[np.ndarray], tuple[ElementGroup, ...]]
     volume: Callable[[tuple[ElementGroup, ...]], np.ndarray]
-    surfaces: tuple[Grid, ...]
+    surfaces: Surfaces
     ends: Grips
     locate: Locate
     size: float

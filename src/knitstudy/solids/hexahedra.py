@@ -9,6 +9,7 @@ import numpy as np
 from knitstudy.gates.resolution import ELEMENTS_ACROSS, require_elements_across
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
+from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.grips import grips
@@ -45,7 +46,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         bandwidth=bandwidth,
         groups=partial(_groups, scene, mesh),
         volume=partial(_volume, len(mesh.nodes)),
-        surfaces=tuple(yarn_surfaces(mesh)),
+        surfaces=Grids(yarn_surfaces(mesh)),
         ends=grips(mesh, scene, specimen),
         locate=partial(_locate, mesh),
         size=scene.mesh.size,
