@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.crossings.rings import Rings
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mesh.grips import Grips
@@ -42,6 +43,8 @@ class Discretisation:
         Of every node (N,) [m3], from the groups.
     surfaces : Surfaces
         One of every yarn, for contact.
+    rings : Rings
+        Where the edges of its cells across lie along the yarns.
     ends : Grips
         Nodes that are held and driven.
     locate : callable
@@ -65,6 +68,7 @@ class Discretisation:
     groups: Callable[[np.ndarray], tuple[ElementGroup, ...]]
     volume: Callable[[tuple[ElementGroup, ...]], np.ndarray]
     surfaces: Surfaces
+    rings: Rings
     ends: Grips
     locate: Locate
     size: float
