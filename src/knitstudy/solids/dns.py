@@ -146,8 +146,9 @@ def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement, rings: int 
         inside = pattern @ inside > 0
     return KnitStructure(
         position=tie.nodes[kept],
+        unity=np.ones(len(kept)),
         yarn=mesh.yarn_of_slice[kept // mesh.section.size],
-        slice=kept // mesh.section.size,
+        station=kept // mesh.section.size,
         bandwidth=mesh.section.size + mesh.section.bandwidth,
         patch=np.flatnonzero(inside),
         fixed=prescribed.fixed,
