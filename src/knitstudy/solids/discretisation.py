@@ -43,8 +43,6 @@ class Discretisation:
         Of every node (N,) [m3], from the groups.
     surfaces : Surfaces
         One of every yarn, for contact.
-    rings : Rings
-        Where the edges of its cells across lie along the yarns.
     ends : Grips
         Nodes that are held and driven.
     locate : callable
@@ -57,6 +55,8 @@ class Discretisation:
         Nodes as weighted sums of nodes that depend on no others; the identity if None.
     faces : Faces, optional
         Of elements, where there are any on the surface: what ties by facets join.
+    rings : Rings, optional
+        Where the edges of the surfaces' cells across lie along the yarns; of those that contact knows.
     """
 
     mesh: SweptMesh
@@ -68,13 +68,13 @@ class Discretisation:
     groups: Callable[[np.ndarray], tuple[ElementGroup, ...]]
     volume: Callable[[tuple[ElementGroup, ...]], np.ndarray]
     surfaces: Surfaces
-    rings: Rings
     ends: Grips
     locate: Locate
     size: float
     sampling: sp.csr_matrix | None = None
     dependence: sp.csr_matrix | None = None
     faces: Faces | None = None
+    rings: Rings | None = None
 
     def sampled(self, values: np.ndarray) -> np.ndarray:
         """Return what the nodes (N, ...) give at the nodes of `mesh` (M, ...)."""
