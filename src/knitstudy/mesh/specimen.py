@@ -13,12 +13,15 @@ from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
 
 
-def mesh_specimen(specimen: Knit | YarnPair, size: float, growth: float) -> SweptMesh:
+def mesh_specimen(
+    specimen: Knit | YarnPair, size: float, growth: float, refinement: float = 1.0
+) -> SweptMesh:
     """Mesh a knit or a pair of yarns; see `mesh_knit` and `mesh_pair` for the sizes and the errors."""
     mesh = mesh_pair if isinstance(specimen, YarnPair) else mesh_knit
-    return mesh(specimen, size, growth)
+    return mesh(specimen, size, growth, refinement)
 
 
 def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
     """Return the solid mesh of a scene, from its geometry; both in the formats of docs/architecture.md."""
-    return mesh_specimen(read_specimen(geometry), scene.mesh.size, scene.mesh.growth).to_dataset()
+    sizes = scene.mesh
+    return mesh_specimen(read_specimen(geometry), sizes.size, sizes.growth, sizes.refinement).to_dataset()

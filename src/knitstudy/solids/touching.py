@@ -123,7 +123,7 @@ def touching(
     model = SolidsInContact(
         *solids,
         contact=yarn_contact(scene, mesh, tie.nodes, pieces),
-        penetration=Penetration(scene.contact.penetration * size, scene.contact.augmentations),
+        penetration=Penetration(scene.contact.penetration * scene.mesh.smallest, scene.contact.augmentations),
         free_bodies=free_yarns(mesh, tie, ends, volume, scene.yarn.youngs_modulus, size),
         **options,
     )

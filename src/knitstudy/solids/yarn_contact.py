@@ -6,7 +6,7 @@ import numpy as np
 
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.surface import Grid, circular_stretch
+from knitstudy.mechanics.contact.surface import Grid, circular_chords, circular_stretch
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
 
@@ -40,7 +40,7 @@ def yarn_contact(scene: Scene, mesh: SweptMesh, nodes: np.ndarray, pieces: np.nd
         pieces=pieces,
         points=scene.contact.points,
         margin=MARGIN * mesh.radius,
-        overlap=scene.contact.penetration * scene.mesh.size,
+        overlap=scene.contact.penetration * scene.mesh.smallest,
     )
 
 
@@ -48,15 +48,19 @@ def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
     """Return the surface of every yarn; its polygon is inflated, the contact surface has the true radius."""
     inflated = mesh.radius * float(np.linalg.norm(mesh.section.points[mesh.section.ring], axis=1).mean())
     stretch = circular_stretch(mesh.section.ring.size)
-    return [
-        Grid(mesh.surface_nodes(yarn), offset=inflated - mesh.radius, stretch=stretch)
-        for yarn in range(mesh.yarns)
-    ]
+    graded = circular_chords(mesh.angles) if mesh.pull.any() else None
+    grids = []
+    for yarn in range(mesh.yarns):
+        chords = None if graded is None else graded[slice(*mesh.first_slice[yarn : yarn + 2])]
+        grids.append(
+            Grid(mesh.surface_nodes(yarn), offset=inflated - mesh.radius, stretch=stretch, chords=chords)
+        )
+    return grids
 
 
 def contact_law(scene: Scene) -> Coulomb:
     """Return the law of a scene: stiffnesses as ratios to E / h (Table 1), no slip at all where contact is rough."""
-    unit = scene.yarn.youngs_modulus / scene.mesh.size
+    unit = scene.yarn.youngs_modulus / scene.mesh.smallest
     return Coulomb(
         normal=scene.contact.normal_stiffness * unit,
         tangential=scene.contact.tangential_stiffness * unit,

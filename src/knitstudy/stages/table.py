@@ -140,7 +140,7 @@ STAGES.register(
         name="mesh",
         does="Mesh the yarns of {scene}",
         of=_solid,
-        reads=("mesh.size", "mesh.growth"),
+        reads=("mesh.size", "mesh.growth", "mesh.refinement"),
         needs=lambda scene, named: {"geometry": ("geometry", scene)},
         function="knitstudy.mesh.specimen:mesh",
         leaves="mesh/{scene}.nc",

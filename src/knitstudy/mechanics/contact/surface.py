@@ -26,6 +26,9 @@ class Grid:
         Whether the last column is followed by the first.
     stretch : float
         Length of the tangents around, over Catmull and Rom's; see `circular_stretch`.
+    chords : ndarray, shape (m, a, 2), optional
+        Where angles are not equal: what the chords before and behind a node contribute to its tangent around, in place
+        of half the stretch each; see `circular_chords`.
     offset : float
         How far inside of the interpolated surface the contact surface lies [m]: a polygon inflated to the area of
         its circle has its nodes outside of the circle.
@@ -35,12 +38,32 @@ class Grid:
     closed: bool = True
     offset: float = 0.0
     stretch: float = 1.0
+    chords: np.ndarray | None = None
 
 
 def circular_stretch(angles: int) -> float:
     """Return the stretch at which the curve through equal angles of a circle has its middles on the circle, too."""
     step = 2 * np.pi / angles
     return float(4 * (1 - np.cos(step / 2)) / (np.sin(step) * np.sin(step / 2)))
+
+
+def circular_chords(angles: np.ndarray) -> np.ndarray:
+    """Return the share (m, a, 2) of the chords before and behind every node in its tangent, for nodes on circles.
+
+    Tangents touch the circle then. Their length is the harmonic mean of those, 4 tan(step / 4), with which each of the two
+    pieces would have its middle on the circle.
+
+    Parameters
+    ----------
+    angles : ndarray, shape (m, a)
+        Increasing in every row, once around [rad].
+    """
+    ahead = np.mod(np.roll(angles, -1, axis=1) - angles, 2 * np.pi)
+    behind = np.roll(ahead, 1, axis=1)
+    length = 8 / (1 / np.tan(behind / 4) + 1 / np.tan(ahead / 4))
+    # Shares that go with 1 / sin(step / 2)^2 leave no part along the normal.
+    scale = 0.5 * length / (1 / np.tan(behind / 2) + 1 / np.tan(ahead / 2))
+    return np.stack([scale / np.sin(behind / 2) ** 2, scale / np.sin(ahead / 2) ** 2], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +118,9 @@ class Surfaces:
         self.cells = self.shape - np.stack([np.ones(len(self.grids), int), ~self.closed], axis=1)
         self._first = np.concatenate([[0], np.cumsum(self.shape.prod(axis=1))])
         self._nodes = np.concatenate([np.asarray(grid.nodes).ravel() for grid in self.grids])
+        self._chords = None
+        if any(grid.chords is not None for grid in self.grids):
+            self._chords = np.concatenate([_chords(grid).reshape(-1, 2) for grid in self.grids])
 
     def cell(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
         """Return the cells (k, 2) that places xi (k, 2) of surfaces (k,) lie in; around is counted on one turn."""
@@ -115,10 +141,14 @@ class Surfaces:
         share = np.where(closed, share, xi[:, 1] - cell[:, 1])
         around = _curve(cell[:, 1], share, shape[:, 1], closed, self._stretch[surface])
         index = along.index[:, :, None] * shape[:, 1][:, None, None] + around.index[:, None, :]
-        nodes = self._nodes[self._first[surface][:, None] + index.reshape(-1, 16)]
-
-        weights = along.weight[:, _ALONG, :, None] * around.weight[:, _AROUND, None, :]
-        return Stencil(nodes, weights.reshape(-1, 6, 16))
+        index += self._first[surface][:, None, None]
+        weights = along.weight[:, _ALONG, :, None]
+        if self._chords is None:
+            weights = weights * around.weight[:, _AROUND, None, :]
+        else:
+            chords = self._chords[index[:, :, 1:3]]  # (k, 4 rows, 2 nodes, 2)
+            weights = weights * _weights(share, chords).swapaxes(1, 2)[:, _AROUND]
+        return Stencil(self._nodes[index.reshape(-1, 16)], weights.reshape(-1, 6, 16))
 
     def inside(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
         """Return whether places xi (k, 2) lie within their surfaces' edges."""
@@ -169,8 +199,29 @@ def _curve(
     return _Curve(index, weight)
 
 
+def _chords(grid: Grid) -> np.ndarray:
+    """Return what the chords beside every node of a grid (m, a, 2) contribute to its tangent around."""
+    if grid.chords is None:
+        return np.full((*grid.nodes.shape, 2), 0.5 * grid.stretch)
+    return grid.chords
+
+
+def _weights(t: np.ndarray, chords: np.ndarray) -> np.ndarray:
+    """Return weights (k, r, 3, 4) at local parameters t (k,) of r rows whose tangents consist of chords (k, r, 2, 2)."""
+    powers = np.stack([np.ones_like(t), t, t * t, t**3], axis=1)
+    before, behind = chords[..., 0], chords[..., 1]  # (k, r, 2 nodes)
+    tangents = np.zeros((*chords.shape[:2], 2, 4))
+    for node in range(2):
+        tangents[:, :, node, node] = -before[..., node]
+        tangents[:, :, node, node + 1] = before[..., node] - behind[..., node]
+        tangents[:, :, node, node + 2] = behind[..., node]
+    points = (powers @ _POINTS).reshape(-1, 1, 3, 4)
+    at_tangents = (powers @ _HERMITE).reshape(-1, 1, 3, 2)
+    return points + at_tangents @ tangents
+
+
 def _with_derivatives(coefficients: np.ndarray) -> np.ndarray:
-    """Return polynomials (4 powers, 4 nodes), their first and second derivatives, side by side: (4, 12)."""
+    """Return polynomials (4 powers, n nodes), their first and second derivatives, side by side: (4, 3 n)."""
     slope = np.zeros((4, 4))
     slope[[0, 1, 2], [1, 2, 3]] = 1, 2, 3  # of the powers of t
     return np.concatenate([coefficients, slope @ coefficients, slope @ slope @ coefficients], axis=1)
@@ -184,6 +235,9 @@ _TANGENTS = _with_derivatives(
     * np.array([[0.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [2.0, 1.0, -2.0, -1.0], [-1.0, -1.0, 1.0, 1.0]])
 )
 """What the nodes themselves and the tangents at them contribute. Rows: powers of t; columns: the four nodes."""
+
+_HERMITE = _with_derivatives(np.array([[0.0, 0.0], [1.0, 0.0], [-2.0, -1.0], [1.0, 1.0]]))
+"""What the tangents at the two nodes of a piece contribute, of any length. Columns: the two nodes."""
 
 _ALONG, _AROUND = [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]
 """Orders of the derivatives whose weights a stencil has."""
