@@ -1,7 +1,7 @@
 """Grading of cross-sections: near crossings their nodes are drawn towards the other yarn.
 
-The section keeps its topology along the yarn, so what is finer on one side has to be coarser on the other. A Moebius map
-of the disc onto itself,
+The section keeps its topology along the yarn, so what is finer on one side has to be coarser on the other. A Moebius
+map of the disc onto itself,
 
     f(z) = (z + a) / (1 + conj(a) z) ,   |a| = (m - 1) / (m + 1) ,
 
@@ -82,8 +82,12 @@ class Grading:
         return ((finer - 1) / (finer + 1))[:, None] * np.stack([np.cos(towards), np.sin(towards)], axis=-1)
 
 
+UNIFORM = Grading()
+"""No refinement anywhere."""
+
+
 def drawn(points: np.ndarray, pull: np.ndarray) -> np.ndarray:
-    """Return points (k, q, 2) of sections: points (q, 2) of the disc that the outermost of them bound, drawn by (k, 2)."""
+    """Return points (k, q, 2) of sections: points (q, 2) in the circle of the outermost ones, drawn by pull (k, 2)."""
     radius = np.linalg.norm(points, axis=-1).max()
     z, a = (points @ [1, 1j])[None] / radius, (pull @ [1, 1j])[:, None]
     image = radius * (z + a) / (1 + a.conj() * z)

@@ -24,7 +24,7 @@ RAMP = 2.0
 """Distance over which their spacing then grows, over the yarn's radius."""
 
 PATCH = 0.5
-"""Distance from a crossing up to which a mesh is refined in full, over the radius: patches are 0.1 to 0.4 wide and slide."""
+"""Distance from a crossing of full refinement, over the radius: half of a patch, and what it slides."""
 
 PATCH_RAMP = 1.0
 """Distance over which the refinement then ends, over the radius."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitstudy.errors import MeshError
-from knitstudy.mesh.grading import Grading
+from knitstudy.mesh.grading import UNIFORM, Grading
 
 SpacingFunction = Callable[[np.ndarray], np.ndarray]
 """Wanted distance of slices in m at arc lengths s in m: (k,) -> (k,)."""
@@ -47,7 +47,7 @@ class Spacing:
     period: float = np.inf
     reach: float = 0.0
     ramp: float = 1.0
-    grading: Grading = Grading()
+    grading: Grading = UNIFORM
 
     def __post_init__(self):
         if not self.size > 0:

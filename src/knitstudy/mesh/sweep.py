@@ -12,7 +12,7 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError, MeshError
 from knitstudy.mesh.frames import rotation_minimising
-from knitstudy.mesh.grading import Grading, drawn, drawn_angles
+from knitstudy.mesh.grading import UNIFORM, Grading, drawn, drawn_angles
 from knitstudy.mesh.roll import Targets, bearings, roll_towards, rolled
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import SpacingFunction, place_slices
@@ -100,9 +100,9 @@ class SweptMesh:
     def facet_at(
         self, slices: np.ndarray, angle: np.ndarray, along: np.ndarray | float = 0.5
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Facets (k,) that lie at angles (k,) in rad of the layers above slices (k,), and the share (k,) of each before it.
+        """Facets (k,) at angles (k,) in rad in the layers above slices (k,), and the share (k,) of each before them.
 
-        The angles of the nodes lie ``along`` (k,) of the way from one slice to the next.
+        Angles count ``along`` (k,) of the way from one slice to the next.
         """
         share = np.broadcast_to(along, np.shape(slices))[:, None]
         begin, end = ((1 - share) * a[slices] + share * a[slices + 1] for a in self.facet_edges)
@@ -239,7 +239,7 @@ def sweep(
     spacing: SpacingFunction,
     periods: int = 1,
     targets: Sequence[Targets] | None = None,
-    grading: Grading = Grading(),
+    grading: Grading = UNIFORM,
 ) -> SweptMesh:
     """Sweep a section along every centreline.
 

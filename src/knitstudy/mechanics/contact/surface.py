@@ -48,10 +48,10 @@ def circular_stretch(angles: int) -> float:
 
 
 def circular_chords(angles: np.ndarray) -> np.ndarray:
-    """Return the share (m, a, 2) of the chords before and behind every node in its tangent, for nodes on circles.
+    """Return the shares (m, a, 2) of the chords before and behind every node of a circle in its tangent.
 
-    Tangents touch the circle then. Their length is the harmonic mean of those, 4 tan(step / 4), with which each of the two
-    pieces would have its middle on the circle.
+    Tangents touch the circle then. Their length is the harmonic mean of those, 4 tan(step / 4), with which each of
+    the two pieces would have its middle on the circle.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ def _chords(grid: Grid) -> np.ndarray:
 
 
 def _weights(t: np.ndarray, chords: np.ndarray) -> np.ndarray:
-    """Return weights (k, r, 3, 4) at local parameters t (k,) of r rows whose tangents consist of chords (k, r, 2, 2)."""
+    """Return weights (k, r, 3, 4) at local parameters t (k,) of r rows, with tangents of chords (k, r, 2, 2)."""
     powers = np.stack([np.ones_like(t), t, t * t, t**3], axis=1)
     before, behind = chords[..., 0], chords[..., 1]  # (k, r, 2 nodes)
     tangents = np.zeros((*chords.shape[:2], 2, 4))
