@@ -20,6 +20,7 @@ from knitstudy.errors import MeshError
 from knitstudy.mechanics.determinant import determinant
 from knitstudy.mechanics.elements.quadratic import GRADIENTS
 from knitstudy.mesh.frames import rotation_minimising
+from knitstudy.mesh.grading import drawn
 from knitstudy.mesh.roll import rolled
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.sweep import Curve, SweptMesh
@@ -141,9 +142,10 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Curve]) -> QuadraticMesh:
     slice_nodes = start[:, None] + section.place  # (S, q + m): corners, middles
     middle_nodes = start[lower, None] + whole + np.arange(q + a)  # (L, q + a): corners, face centres
     nodes = np.empty((start[-1] + whole, 3))
-    nodes[slice_nodes] = _tube(mesh.centres, mesh.frames, mesh.radius * disc)
+    nodes[slice_nodes] = _tube(mesh.centres, mesh.frames, mesh.radius * drawn(disc, mesh.pull))
     centres, frames = _middle_slices(mesh, curves)
-    nodes[middle_nodes[:, :q]] = _tube(centres, frames, mesh.radius * disc[:q])
+    pull = 0.5 * (mesh.pull[lower] + mesh.pull[lower + 1])
+    nodes[middle_nodes[:, :q]] = _tube(centres, frames, mesh.radius * drawn(disc[:q], pull))
 
     ring, ring_edges = section.section.ring, q + section.ring_edges
     ahead, below, above = np.roll(ring, -1), slice_nodes[lower], slice_nodes[lower + 1]
@@ -179,8 +181,8 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Curve]) -> QuadraticMesh:
 
 
 def _tube(centres: np.ndarray, frames: np.ndarray, disc: np.ndarray) -> np.ndarray:
-    """Points (S, k, 3) at places (k, 2) [m] of cross-sections."""
-    return centres[:, None] + np.einsum("kd,sdi->ski", disc, frames[:, :2])
+    """Points (S, k, 3) at places (S, k, 2) [m] of cross-sections."""
+    return centres[:, None] + np.einsum("skd,sdi->ski", disc, frames[:, :2])
 
 
 def _middle_slices(mesh: SweptMesh, curves: Sequence[Curve]) -> tuple[np.ndarray, np.ndarray]:
