@@ -242,7 +242,7 @@ STAGES.register(
         name="dns_vtu",
         does="Write the deformed yarns of {scene} for ParaView",
         of=_solid,
-        reads=(*KIND, "load", "tie", "contact"),
+        reads=(*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact"),
         needs=_with_fields,
         function="knitstudy.exchange.vtu:write_deformed",
         leaves="dns/{scene}.vtu",
