@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.contact.grids import Grid, circular_chords, circular_stretch
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.surface import Grid, circular_chords, circular_stretch
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.discretisation import Discretisation
 from knitstudy.study.scene import Scene
@@ -53,9 +53,8 @@ def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
     grids = []
     for yarn in range(mesh.yarns):
         chords = None if graded is None else graded[slice(*mesh.first_slice[yarn : yarn + 2])]
-        grids.append(
-            Grid(mesh.surface_nodes(yarn), offset=inflated - mesh.radius, stretch=stretch, chords=chords)
-        )
+        grid = Grid(mesh.surface_nodes(yarn), offset=inflated - mesh.radius, stretch=stretch, chords=chords)
+        grids.append(grid)
     return grids
 
 
