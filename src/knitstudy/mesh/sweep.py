@@ -86,6 +86,11 @@ class SweptMesh:
         """Yarn of every slice (S,)."""
         return np.repeat(np.arange(self.yarns), np.diff(self.first_slice))
 
+    @property
+    def stations(self) -> tuple[np.ndarray, ...]:
+        """Arc lengths of the slices of every yarn, m."""
+        return tuple(np.split(self.arc_length, self.first_slice[1:-1]))
+
     @cached_property
     def angles(self) -> np.ndarray:
         """Polar angles (S, a) of the surface nodes of every slice, from d1 towards d2, rad, increasing."""
