@@ -11,6 +11,9 @@ from knitstudy.exchange.solid_yarns import write_solid_yarns
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.polynomial_yarn.locate import shape
+from knitstudy.mechanics.polynomial_yarn.sections import sections
+from knitstudy.mechanics.polynomial_yarn.space import Space, yarn_space
 from knitstudy.solids.polynomial_yarns import space_on, undeformed
 from knitstudy.solids.yarn_spans import yarn_spans
 
@@ -162,3 +165,16 @@ def test_a_history_of_another_discretisation_is_refused(pair, space, tmp_path):
     ):
         write_solid_yarns(scene, tmp_path / "yarns.vtu", specimen, other)
     assert not list(tmp_path.iterdir())
+
+
+def test_sections_are_the_space_at_their_points():
+    """Sums along first, then across, are the weighted sums of nodes, where p falls along the yarn as well."""
+    rng = np.random.default_rng(2)
+    space = Space((yarn_space(np.linspace(0, 1, 6), np.array([2, 2, 4, 4, 2])),))
+    nodes, s = rng.standard_normal((space.size, 3)), rng.uniform(0, 1, 7)
+    x = rng.uniform(-0.7, 0.7, (5, 2))
+    value, slope = sections(space.yarns[0], nodes, s, x)
+    at = np.zeros(35, int), np.tile(x, (7, 1)), np.repeat(s, 5)
+    place, derivative = shape(space, nodes, *at)
+    np.testing.assert_allclose(value.reshape(-1, 3), place, atol=1e-12)
+    np.testing.assert_allclose(slope.reshape(-1, 3, 3), derivative, atol=1e-10)

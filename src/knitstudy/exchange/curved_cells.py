@@ -29,12 +29,8 @@ class CurvedCells:
 
     Attributes
     ----------
-    yarn : ndarray of int, shape (P,)
-        Of every point.
-    x : ndarray, shape (P, 2)
-        Its place in the section, over the radius.
-    arc_length : ndarray, shape (P,)
-        Of its section [m].
+    x : ndarray, shape (q, 2)
+        Points of every section, over the radius.
     cells : ndarray of int32, shape (C, 27)
         In the order of VTK.
     first : ndarray of int, shape (Y + 1,)
@@ -45,28 +41,37 @@ class CurvedCells:
         Points of a section that lie on its circle, counter-clockwise from angle[0].
     angle : ndarray, shape (2 a,)
         Their angles, increasing [rad].
-    section : int
-        Points of a section.
     """
 
-    yarn: np.ndarray
     x: np.ndarray
-    arc_length: np.ndarray
     cells: np.ndarray
     first: np.ndarray
     stations: np.ndarray
     rim: np.ndarray
     angle: np.ndarray
-    section: int
+
+    @property
+    def yarn(self) -> np.ndarray:
+        """Yarn (P,) of every point."""
+        return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first) * len(self.x))
+
+    @property
+    def arc_length(self) -> np.ndarray:
+        """Arc length (P,) of every point's section [m]."""
+        return np.repeat(self.stations, len(self.x))
 
     @property
     def cell_yarn(self) -> np.ndarray:
         """Yarn (C,) of every cell."""
         return self.yarn[self.cells[:, 0]]
 
+    def of_yarn(self, yarn: int) -> slice:
+        """Return the sections of a yarn."""
+        return slice(*self.first[yarn : yarn + 2].tolist())
+
     def surface(self, yarn: int) -> np.ndarray:
         """Return the points (t, 2 a) on the surface of a yarn, section by section."""
-        return np.arange(*self.first[yarn : yarn + 2])[:, None] * self.section + self.rim
+        return np.arange(len(self.stations))[self.of_yarn(yarn), None] * len(self.x) + self.rim
 
 
 def curved_cells(breaks: list[np.ndarray]) -> CurvedCells:
@@ -83,18 +88,14 @@ def curved_cells(breaks: list[np.ndarray]) -> CurvedCells:
     sides = middle[..., [7, 5, 4, 6]]
     parts = [bottom[..., :4], top[..., :4], bottom[..., 4:8], top[..., 4:8], middle[..., :4], sides]
     cells = np.concatenate([*parts, bottom[..., 8:], top[..., 8:], middle[..., 8:]], axis=-1)
-    arc_length = np.concatenate(stations)
     rim = np.stack([shape.section.ring, shape.section.size + shape.ring_edges], axis=-1).ravel()
     return CurvedCells(
-        yarn=np.repeat(np.arange(len(breaks)), np.diff(first) * len(x)),
-        x=np.tile(x, (len(arc_length), 1)),
-        arc_length=np.repeat(arc_length, len(x)),
+        x=x,
         cells=cells.reshape(-1, NODES).astype(np.int32),
         first=first,
-        stations=arc_length,
+        stations=np.concatenate(stations),
         rim=rim,
         angle=np.unwrap(np.arctan2(*x[rim].T[::-1])),
-        section=len(x),
     )
 
 

@@ -15,14 +15,15 @@ from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.cauchy import cauchy_stress, principal_stresses, von_mises
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.polynomial_yarn.locate import locate, shape
+from knitstudy.mechanics.polynomial_yarn.locate import locate
+from knitstudy.mechanics.polynomial_yarn.sections import sections
 from knitstudy.mechanics.polynomial_yarn.space import Space
 from knitstudy.solids.polynomial_yarns import space_on, undeformed
 from knitstudy.solids.yarn_spans import yarn_spans
 from knitstudy.study.scene import Scene
 
-CHUNK = 20_000
-"""Points evaluated at once; bounds the memory of their weights."""
+CHUNK = 200
+"""Sections evaluated at once; bounds the memory of their derivatives."""
 
 
 def write_solid_yarns(scene: Scene, path: Path | str, specimen: Knit | YarnPair, history: xr.Dataset) -> None:
@@ -70,21 +71,24 @@ def _fields(
     space: Space, nodes: np.ndarray, moved: np.ndarray, cells: CurvedCells, material: Material
 ) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
     """Return places (P, 3), fields by name, and the surface (P,) a unit of arc length and angle, at all points."""
+    turn = cells.x[:, ::-1] * [-1.0, 1.0]
     parts = []
-    for low in range(0, len(cells.yarn), CHUNK):
-        here = slice(low, low + CHUNK)
-        at = cells.yarn[here], cells.x[here], cells.arc_length[here]
-        place, slope = shape(space, nodes, *at)
-        displacement, change = shape(space, moved, *at)
-        # The deformation gradient: I and the derivative of the displacement by the undeformed place.
-        gradient = np.eye(3) + change @ np.linalg.inv(slope)
-        stress = cauchy_stress(gradient, material)
-        turn = cells.x[here, ::-1] * [-1.0, 1.0]
-        around = np.einsum("kic,kc->ki", slope[:, :, :2], turn)
-        area = np.linalg.norm(np.cross(around, slope[:, :, 2]), axis=1)
-        parts.append((place, displacement, von_mises(stress), principal_stresses(stress), area))
+    for number, yarn in enumerate(space.yarns):
+        own = slice(*space.first_node[number : number + 2].tolist())
+        stations = cells.stations[cells.of_yarn(number)]
+        for low in range(0, len(stations), CHUNK):
+            s = stations[low : low + CHUNK]
+            place, slope = sections(yarn, nodes[own], s, cells.x)
+            displacement, change = sections(yarn, moved[own], s, cells.x)
+            # The deformation gradient: I and the derivative of the displacement by the undeformed place.
+            gradient = (np.eye(3) + change @ np.linalg.inv(slope)).reshape(-1, 3, 3)
+            stress = cauchy_stress(gradient, material)
+            around = np.einsum("kqic,qc->kqi", slope[..., :2], turn)
+            area = np.linalg.norm(np.cross(around, slope[..., 2]), axis=-1).ravel()
+            parts.append((place, displacement, von_mises(stress), principal_stresses(stress), area))
     place, displacement, mises, principal, area = (np.concatenate(each) for each in zip(*parts, strict=True))
-    return place, {"displacement": displacement, "von_mises": mises, "principal_stress": principal}, area
+    fields = {"displacement": displacement.reshape(-1, 3), "von_mises": mises, "principal_stress": principal}
+    return place.reshape(-1, 3), fields, area
 
 
 def _pressure(

@@ -32,14 +32,14 @@ def surface_pressure(
     force : ndarray, shape (k,)
         Pressure times the undeformed area that it stands for [N].
     """
-    pressure = np.zeros(len(cells.yarn))
+    pressure = np.zeros(len(cells.stations) * len(cells.x))
     step = 0.5 * (np.roll(cells.angle, -1) - np.roll(cells.angle, 1)) % np.pi
     turned = cells.angle[0] + np.mod(angle - cells.angle[0], 2 * np.pi)
     closed = np.append(cells.angle, cells.angle[0] + 2 * np.pi)
     for number in np.unique(yarn):
         here = np.flatnonzero(yarn == number)
         grid = cells.surface(number)
-        stations = cells.stations[slice(*cells.first[number : number + 2])]
+        stations = cells.stations[cells.of_yarn(number)]
         row, up = _between(stations, s[here])
         column, round_ = _between(closed, turned[here])
         total = np.zeros(grid.shape)
