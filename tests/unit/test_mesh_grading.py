@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from knitstudy.crossings.section_motion import section_motion
 from knitstudy.errors import MeshError
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.mesh.grading import Grading, drawn, drawn_angles
@@ -103,3 +104,22 @@ def test_crossings_that_are_too_near_are_refused():
 def test_less_than_one_is_refused(pair):
     with pytest.raises(MeshError, match=r"mesh.refinement: 0.5 is not allowed"):
         mesh_specimen(pair, SIZE, 1.0, 0.5)
+
+
+def test_means_around_a_drawn_ring_are_those_of_its_circle(pair):
+    """A rotation moves the centre of a section by nothing, however its nodes are drawn."""
+    mesh = mesh_specimen(pair, SIZE, 1.0, 3.0)
+    centres = mesh.ring_means(mesh.nodes)
+    # Of 16 nodes drawn by 1/2 the trapezoidal rule leaves 16 / 2^16 (1 / a - a) = 3.7e-4.
+    np.testing.assert_allclose(centres, mesh.centres, atol=4e-4 * RADIUS)
+
+
+def test_motion_of_a_drawn_section_is_that_of_the_yarn(pair):
+    """Sections bend in a parabola about the crossing: its slope there is 0, whichever side has more nodes."""
+    found = []
+    for refinement in (1.0, 3.0):
+        mesh = mesh_specimen(pair, SIZE, 1.0, refinement)
+        moved = np.zeros_like(mesh.nodes)
+        moved[:, 2] = 10 * (mesh.nodes[:, 0] ** 2 + mesh.nodes[:, 1] ** 2)
+        found.append(section_motion(pair.crossings, mesh, mesh.nodes, moved).gradient)
+    np.testing.assert_allclose(found[0], found[1], atol=2e-4)

@@ -95,6 +95,13 @@ def drawn(points: np.ndarray, pull: np.ndarray) -> np.ndarray:
     return np.where((a == 0)[..., None], still, np.stack([image.real, image.imag], axis=-1))
 
 
+def shrinkage(points: np.ndarray, pull: np.ndarray) -> np.ndarray:
+    """Return |f'| (k, q) at points (q, 2) of sections drawn by pull (k, 2): lengths there, over those not drawn."""
+    z = points @ [1, 1j] / np.linalg.norm(points, axis=-1).max()
+    a = (pull @ [1, 1j])[:, None]
+    return (1 - np.abs(a) ** 2) / np.abs(1 + a.conj() * z) ** 2
+
+
 def drawn_angles(angles: np.ndarray, pull: np.ndarray) -> np.ndarray:
     """Return angles (k, a) on the circle, in rad and increasing: angles (a,) of the section, drawn by pull (k, 2)."""
     z, a = np.exp(1j * angles), (pull @ [1, 1j])[:, None]

@@ -12,7 +12,7 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError, MeshError
 from knitstudy.mesh.frames import rotation_minimising
-from knitstudy.mesh.grading import UNIFORM, Grading, drawn, drawn_angles
+from knitstudy.mesh.grading import UNIFORM, Grading, drawn, drawn_angles, shrinkage
 from knitstudy.mesh.roll import Targets, bearings, roll_towards, rolled
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import SpacingFunction, place_slices
@@ -95,6 +95,18 @@ class SweptMesh:
     def angles(self) -> np.ndarray:
         """Polar angles (S, a) of the surface nodes of every slice, from d1 towards d2, rad, increasing."""
         return drawn_angles(self.section.angles, self.pull)
+
+    @cached_property
+    def shrinkage(self) -> np.ndarray:
+        """Lengths in the section around every node (S, q), over those of a section that is not drawn."""
+        return shrinkage(self.section.points, self.pull)
+
+    def ring_means(self, values: np.ndarray) -> np.ndarray:
+        """Means (S, ...) around all slices of nodal values (N, ...); a node counts by its part of the circle."""
+        ring = self.section.ring
+        weight = self.shrinkage[:, ring]
+        on_ring = values[self.slice_nodes(np.arange(self.slices))[:, ring]]
+        return np.einsum("sa,sa...->s...", weight / weight.sum(axis=1, keepdims=True), on_ring)
 
     @cached_property
     def facet_edges(self) -> tuple[np.ndarray, np.ndarray]:
