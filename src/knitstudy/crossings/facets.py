@@ -34,7 +34,6 @@ class CrossingFacets:
         """Find the facets: the layer that the closest point lies in, and what faces the other yarn there."""
         nodes = np.empty((len(crossings.row), 2, 4), dtype=np.int64)
         across = crossings.point[:, ::-1] - crossings.point
-        angles = mesh.section.angles
         for side in range(2):
             for yarn in np.unique(crossings.yarn[:, side]):
                 here = np.flatnonzero(crossings.yarn[:, side] == yarn)
@@ -44,9 +43,8 @@ class CrossingFacets:
                 layer = np.clip(layer, 0, len(stations) - 2)
                 directors = mesh.frames[first + layer] + mesh.frames[first + layer + 1]
                 x, y = np.einsum("kdi,ki->dk", directors[:, :2], across[here, side])
-                theta = angles[0] + np.mod(np.arctan2(y, x) - angles[0], 2 * np.pi)
-                facet = np.searchsorted(angles, theta, side="right") - 1
-                nodes[here, side] = mesh.surface_quads(yarn)[layer * len(angles) + facet]
+                facet, _ = mesh.facet_at(first + layer, np.arctan2(y, x))
+                nodes[here, side] = mesh.surface_quads(yarn)[layer * mesh.section.ring.size + facet]
         return cls(crossings, mesh, nodes)
 
     def displacement(self, displacement: np.ndarray) -> np.ndarray:

@@ -236,7 +236,7 @@ def _unsaid(scene: Scene) -> Iterator[str]:
 
 def interaction(scene: Scene) -> Interaction:
     """Law of contact of a scene, and the penetration that it allows."""
-    return Interaction(scene.interaction, contact_law(scene), scene.contact.penetration * scene.mesh.size)
+    return Interaction(scene.interaction, contact_law(scene), scene.contact.penetration * scene.mesh.smallest)
 
 
 def touching_row(mesh: SweptMesh, row: int, reach: float, free: np.ndarray) -> ContactPair:

@@ -20,6 +20,7 @@ from knitstudy.errors import MeshError
 from knitstudy.mechanics.determinant import determinant
 from knitstudy.mechanics.elements.quadratic import GRADIENTS
 from knitstudy.mesh.frames import rotation_minimising
+from knitstudy.mesh.grading import drawn, drawn_angles
 from knitstudy.mesh.roll import rolled
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.sweep import Curve, SweptMesh
@@ -115,6 +116,15 @@ class QuadraticMesh:
     arc_lengths: tuple[np.ndarray, ...]
 
     @cached_property
+    def angles(self) -> tuple[np.ndarray, ...]:
+        """Angles (2 s - 1, 2 a) of the nodes of every grid, from d1 towards d2, rad."""
+        ring = self.corners.section.angles
+        around = np.stack([ring, ring + np.pi / ring.size], axis=-1).ravel()
+        bounds = self.corners.first_slice
+        pulls = (self.corners.pull[slice(*bounds[yarn : yarn + 2])] for yarn in range(self.corners.yarns))
+        return tuple(drawn_angles(around, _with_middles(pull)) for pull in pulls)
+
+    @cached_property
     def bandwidth(self) -> int:
         """Largest difference of node numbers in one element."""
         return int(np.ptp(self.elements, axis=1).max())
@@ -144,10 +154,11 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Curve]) -> QuadraticMesh:
     slice_nodes = start[:, None] + section.place  # (S, q + m): corners, middles
     middle_nodes = start[lower, None] + whole + np.arange(q + a)  # (L, q + a): corners, face centres
     nodes = np.empty((start[-1] + whole, 3))
-    nodes[slice_nodes] = _tube(mesh.centres, mesh.frames, mesh.radius * disc)
+    nodes[slice_nodes] = _tube(mesh.centres, mesh.frames, mesh.radius * drawn(disc, mesh.pull))
     arc_lengths = tuple(_with_middles(s) for s in mesh.stations)
     centres, frames = _middle_slices(mesh, curves, arc_lengths)
-    nodes[middle_nodes[:, :q]] = _tube(centres, frames, mesh.radius * disc[:q])
+    pull = 0.5 * (mesh.pull[lower] + mesh.pull[lower + 1])
+    nodes[middle_nodes[:, :q]] = _tube(centres, frames, mesh.radius * drawn(disc[:q], pull))
 
     ring, ring_edges = section.section.ring, q + section.ring_edges
     ahead, below, above = np.roll(ring, -1), slice_nodes[lower], slice_nodes[lower + 1]
@@ -184,13 +195,13 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Curve]) -> QuadraticMesh:
 
 
 def _tube(centres: np.ndarray, frames: np.ndarray, disc: np.ndarray) -> np.ndarray:
-    """Points (S, k, 3) at places (k, 2) [m] of cross-sections."""
-    return centres[:, None] + np.einsum("kd,sdi->ski", disc, frames[:, :2])
+    """Points (S, k, 3) at places (S, k, 2) [m] of cross-sections."""
+    return centres[:, None] + np.einsum("skd,sdi->ski", disc, frames[:, :2])
 
 
 def _with_middles(s: np.ndarray) -> np.ndarray:
-    """Arc lengths (2 s - 1,) of the slices (s,) of a yarn and of the middles between them."""
-    return np.insert(s, np.arange(1, s.size), 0.5 * (s[1:] + s[:-1]))
+    """What slices (s, ...) of a yarn have, such as arc lengths, with the means between them (2 s - 1, ...)."""
+    return np.insert(s, np.arange(1, len(s)), 0.5 * (s[1:] + s[:-1]), axis=0)
 
 
 def _middle_slices(

@@ -51,7 +51,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         rings=Rings.of_rows(mesh.stations),
         ends=grips(mesh, scene, specimen),
         locate=partial(_locate, mesh),
-        size=scene.mesh.size,
+        size=scene.mesh.smallest,
         faces=linear_faces(mesh),
     )
 

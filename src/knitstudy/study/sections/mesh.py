@@ -30,6 +30,16 @@ class SolidMesh(Section):
         le=4,
     )
 
+    refinement: float = key(
+        "a number from 1 to 4, size over the size of elements at crossings",
+        default=1.0,
+        standing="assumed",
+        source="slices stand nearer, and sections are drawn towards the other yarn (docs/refinement.md)",
+        checked="1 to 3 (docs/refinement.md)",
+        ge=1,
+        le=4,
+    )
+
     element: str = key(
         ELEMENTS.allowed,
         standing="stated",
@@ -38,6 +48,11 @@ class SolidMesh(Section):
         ),
         checked="both: incompatible modes +9.6 % (docs/sensitivity.md)",
     )
+
+    @property
+    def smallest(self) -> float:
+        """Size of elements at crossings [m]: what contact is measured with."""
+        return self.size / self.refinement
 
     @field_validator("element")
     @classmethod
