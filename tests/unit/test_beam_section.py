@@ -32,13 +32,13 @@ def test_section_without_size_or_stiffness_is_refused(diameter, modulus):
 
 def test_element_without_length_is_refused():
     with pytest.raises(GeometryError, match="element 1 has no length"):
-        Elements.straight(np.array([[1.0, 0, 0], [0, 0, 0]]), Section(1.0, 1.0, 1.0, 1.0))
+        Elements.between(np.array([[1.0, 0, 0], [0, 0, 0]]), Section(1.0, 1.0, 1.0, 1.0))
 
 
 def test_full_slenderness_compensation_gives_one_element_the_exact_s_bending_stiffness():
     """With the factor kGA / EA both ends clamped give 1 / (L^3 / 12 EI + L / kGA) (MacNeal 1978)."""
     EA, kGA, EI, L = 7e3, 2e3, 5.0, 0.8
-    element = Elements.straight(np.array([[L, 0, 0]]), Section(EA, kGA, EI, 3.0, slenderness=kGA / EA))
+    element = Elements.between(np.array([[L, 0, 0]]), Section(EA, kGA, EI, 3.0, slenderness=kGA / EA))
     now = beam.deform(element, np.array([[L, 0.0, 0.0]]), np.eye(3)[None], np.eye(3)[None])
     K = beam.stiffness(element, now)[0]
     assert K[7, 7] == pytest.approx(1 / (L**3 / (12 * EI) + L / kGA), rel=1e-14)

@@ -17,6 +17,7 @@ VARIANTS = {
     "zones": "springs by crossing",
     "centreline": "springs of centrelines",
     "doubled": "doubled segments",
+    "straight": "sections of straight rods",
 }
 """What a value of a reduced model's keys is called where it makes a variant."""
 
@@ -119,8 +120,9 @@ def label_of(scene: Scene) -> str:
         return f"{name}, elements of {1e3 * scene.mesh.size:.2f} mm"
     if scene.fidelity == "beam":
         ties = ", pinned" if scene.beam.tie == "pinned" else ""
-        return f"{name}, {scene.beam.contact} contact, {SECTIONS[scene.beam.section]}{ties}"
-    keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section")
+        law = VARIANTS.get(scene.mesh.section_law)
+        return f"{name}, {scene.beam.contact} contact, {SECTIONS[scene.beam.section]}{ties}" + (f", {law}" if law else "")
+    keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section", "mesh.section_law")
     words = [VARIANTS[value] for value in map(scene.value, keys) if value in VARIANTS]
     if scene.value("rom.springs_from"):
         words.append(CARRIED)
