@@ -28,8 +28,8 @@ study: environment  ## run the reduced study on all cores (STUDY=ci or STUDY=ful
 	@$(BIN)/python workflow/study.py $(STUDY)
 
 .PHONY: test
-test: environment  ## pass all tests
-	@$(BIN)/python -m pytest $(TESTS)
+test: environment  ## pass all tests, in two processes
+	@$(BIN)/python -m pytest --numprocesses 2 --dist loadgroup $(TESTS)
 
 .PHONY: verify
 verify: environment  ## verify at full resolution; resources/verification.csv

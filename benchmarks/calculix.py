@@ -26,6 +26,7 @@ from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.problem import Problem
+from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.calculix_one_point import CalculixHexahedron
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
@@ -88,8 +89,11 @@ def _options() -> argparse.Namespace:
 
 
 def _with_calculix_element(model: SolidModel) -> SolidModel:
-    elements = CalculixHexahedron(model.nodes[model.hexahedra], model.elements.material)
-    return SolidModel(model.nodes, model.hexahedra, elements, model.length, model.transformation)
+    (group,) = model.groups
+    elements = CalculixHexahedron(model.nodes[group.connectivity], group.elements.material)
+    return SolidModel(
+        model.nodes, [ElementGroup(group.connectivity, elements)], model.length, model.transformation
+    )
 
 
 def _here(problem: Problem, label: str, model: SolidModel) -> Pull:
@@ -113,7 +117,7 @@ def _forces(problem: Problem, model: SolidModel):
 
 
 def _there(yarns: SolidYarns, scene: Scene, knit: Knit, constraints: str, threads: int) -> Pull:
-    deck = specimen_deck(scene, knit, yarns.mesh, yarns.tie, constraints)
+    deck = specimen_deck(scene, knit, yarns.parts.mesh, yarns.tie, constraints)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "deck.inp"
         write_inp(dataclasses.replace(deck, fields=False), path, "calculix")

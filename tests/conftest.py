@@ -1,4 +1,4 @@
-"""What tests of several kinds share: one small plain knit that needs no optimisation."""
+"""What tests of several kinds share: one small plain knit that needs no optimisation, and how processes share tests."""
 
 import numpy as np
 import pytest
@@ -14,6 +14,17 @@ def pytest_addoption(parser):
     group.addoption("--full", action="store_true", help="run cases of verification at full resolution")
     group.addoption("--cases", action="store_true", help="collect only tests that record a case")
     group.addoption("--table", metavar="FILE", help="write the table of verification cases")
+
+
+def pytest_collection_modifyitems(items):
+    """Give every process files as a whole, for what their tests share, and the workflow's tests to the first one.
+
+    These take longest together and share a finished study.
+    """
+    items.sort(key=lambda item: item.path.parent.name != "workflow")
+    for item in items:
+        folder = item.path.parent.name
+        item.add_marker(pytest.mark.xdist_group(folder if folder == "workflow" else item.path.name))
 
 
 @pytest.fixture(scope="session")

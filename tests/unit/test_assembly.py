@@ -22,7 +22,7 @@ def dense_sum(connectivity, nodes, blocks, block):
 def assembled(assembly, blocks):
     total = assembly.begin_stiffness()
     for number, batch in reversed(list(enumerate(assembly.batches))):
-        total.put(number, blocks[batch])
+        total.put(number, blocks[batch.part])
     return assembly.matrix(total).toarray()
 
 
@@ -33,7 +33,7 @@ def blocks():
 
 @pytest.mark.parametrize("chunk", [1, 2, 512])
 def test_stiffness_is_the_sum_over_elements(blocks, chunk):
-    assembly = Assembly(QUADS, 6, chunk=chunk)
+    assembly = Assembly([QUADS], 6, pairs=16 * chunk)
     np.testing.assert_allclose(assembled(assembly, blocks), dense_sum(QUADS, 6, blocks, 3), atol=1e-14)
 
 
@@ -45,7 +45,7 @@ def tie():
 
 @pytest.mark.parametrize("chunk", [1, 512])
 def test_ties_give_the_triple_product(blocks, chunk):
-    assembly = Assembly(QUADS, 6, tie(), chunk=chunk)
+    assembly = Assembly([QUADS], 6, tie(), pairs=16 * chunk)
     expanded = np.kron(tie().toarray(), np.eye(3))
     expected = expanded.T @ dense_sum(QUADS, 6, blocks, 3) @ expanded
     np.testing.assert_allclose(assembled(assembly, blocks), expected, atol=1e-14)
@@ -55,12 +55,33 @@ def test_ties_collect_forces():
     force = np.random.default_rng(1).normal(size=(2, 4, 3))
     nodal = np.zeros((6, 3))
     np.add.at(nodal, QUADS, force)
-    np.testing.assert_allclose(Assembly(QUADS, 6, tie()).node_forces(force), nodal)
-    collected = Assembly(QUADS, 6, tie()).sum_forces(force)
+    np.testing.assert_allclose(Assembly([QUADS], 6, tie()).node_forces([force]), nodal)
+    collected = Assembly([QUADS], 6, tie()).sum_forces([force])
     np.testing.assert_allclose(collected.reshape(-1, 3), tie().T @ nodal)
 
 
 def test_connection_tells_which_nodes_share_an_element():
-    connection = Assembly(QUADS, 6).connection().toarray()
+    connection = Assembly([QUADS], 6).connection().toarray()
     assert connection[1].tolist() == [1] * 6
     assert connection[0].tolist() == [1, 1, 0, 1, 1, 0]
+
+
+def test_groups_of_different_elements_add_up(blocks):
+    triangle = np.array([[2, 5, 0]])
+    more = np.random.default_rng(2).normal(size=(1, 9, 9))
+    assembly = Assembly([QUADS, triangle], 6)
+    total = assembly.begin_stiffness()
+    for number, batch in enumerate(assembly.batches):
+        total.put(number, (blocks, more)[batch.group][batch.part])
+    expected = dense_sum(QUADS, 6, blocks, 3) + dense_sum(triangle, 6, more, 3)
+    np.testing.assert_allclose(assembly.matrix(total).toarray(), expected, atol=1e-14)
+
+
+def test_links_act_on_all_components_and_through_ties(blocks):
+    row = np.zeros((1, 6))
+    row[0, [0, 2, 5]] = 1, -0.25, -0.75
+    links = sp.csr_matrix(7.0 * row.T @ row)
+    assembly = Assembly([QUADS], 6, tie(), links=links)
+    expanded = np.kron(tie().toarray(), np.eye(3))
+    expected = expanded.T @ (dense_sum(QUADS, 6, blocks, 3) + np.kron(links.toarray(), np.eye(3))) @ expanded
+    np.testing.assert_allclose(assembled(assembly, blocks), expected, atol=1e-14)

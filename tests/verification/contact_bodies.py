@@ -8,6 +8,7 @@ from hexahedral_block import connect, unknowns
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.surface import Grid
+from knitstudy.mechanics.elements.element import ElementGroup
 from knitstudy.mechanics.elements.one_point import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mechanics.materials import Material
@@ -133,7 +134,9 @@ def together(
     )
     elements = OnePointHexahedron(nodes[hexahedra], Material(material, modulus, poisson))
     options = {"penetration": Penetration(0.1 * size)} | options
-    return SolidsInContact(nodes, hexahedra, elements, size, contact=contact, **options), first
+    return SolidsInContact(
+        nodes, [ElementGroup(hexahedra, elements)], size, contact=contact, **options
+    ), first
 
 
 def joined(bodies):

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from knitstudy.mechanics.elements.element import ElementGroup
 from knitstudy.mechanics.elements.one_point import OnePointHexahedron
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.solid import SolidModel
@@ -34,7 +35,7 @@ def solid(nodes, hexahedra, law="hencky", element=OnePointHexahedron, modulus=13
     """SolidModel of a block, nu = 0.42."""
     material = Material(law, modulus, 0.42)
     length = np.cbrt(np.ptp(nodes, axis=0).prod() / len(hexahedra))
-    return SolidModel(nodes, hexahedra, element(nodes[hexahedra], material), length)
+    return SolidModel(nodes, [ElementGroup(hexahedra, element(nodes[hexahedra], material))], length)
 
 
 def unknowns(nodes):

@@ -10,6 +10,8 @@ from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.pattern import Knit
+from knitstudy.mechanics.constraints import transformation
+from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.calculix_one_point import CalculixHexahedron
 from knitstudy.mechanics.elements.one_point import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
@@ -60,9 +62,10 @@ def pulled_here(knit, mesh, tie, element, *options):
     """Reaction in N of every increment, with this code."""
     material = Material("st_venant_kirchhoff", SCENE.yarn.youngs_modulus, SCENE.yarn.poisson_ratio)
     elements = element(tie.nodes[mesh.hexahedra], material, *options)
-    model = SolidModel(tie.nodes, mesh.hexahedra, elements, SIZE, tie.transformation())
+    spread, retained = transformation(tie.dependence)
+    model = SolidModel(tie.nodes, [ElementGroup(mesh.hexahedra, elements)], SIZE, spread)
     number = np.full(len(tie.nodes), -1)
-    number[tie.retained] = np.arange(len(tie.retained))
+    number[retained] = np.arange(len(retained))
     held, driven = (3 * number[mesh.end_nodes(side)][:, None] + np.arange(3) for side in ("left", "right"))
     value = np.zeros((len(driven), 3))
     value[:, 0] = STRAIN * knit.loops * knit.loop.wale_spacing

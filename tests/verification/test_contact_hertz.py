@@ -9,6 +9,7 @@ from hexahedral_block import unknowns
 
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.elements.element import ElementGroup
 from knitstudy.mechanics.elements.one_point import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU, factorise
@@ -45,7 +46,7 @@ def condensed(body, away, size):
     Hertz's theory is one of small strains: so is this, and the contact is all that is not linear.
     """
     element = OnePointHexahedron(body.nodes[body.hexahedra], Material("hencky", MODULUS, POISSON))
-    model = SolidModel(body.nodes, body.hexahedra, element, size)
+    model = SolidModel(body.nodes, [ElementGroup(body.hexahedra, element)], size)
     stiffness = model.respond(model.start(), stiffness=True).stiffness.tocsr()
     held = back(body, away)
     free = np.setdiff1d(np.arange(model.size), unknowns(held))

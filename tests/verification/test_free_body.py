@@ -34,8 +34,8 @@ class Stack:
             for curve in curves
         ]
         self.model, first = together(bodies, law(SIZE, friction), size=SIZE)
-        each = np.repeat(self.model.elements.volume / 8, 8)
-        volume = np.bincount(self.model.hexahedra.ravel(), each, len(self.model.nodes))
+        each = np.repeat(self.model.groups[0].elements.volume / 8, 8)
+        volume = np.bincount(self.model.groups[0].connectivity.ravel(), each, len(self.model.nodes))
         self.model.free_bodies = FreeBodies.of([np.arange(first[4], first[5])], volume, MODULUS, SIZE)
         self.held = np.concatenate([first[i] + back(bodies[i], DOWN) for i in (0, 1)])
         self.driven = np.concatenate([first[i] + back(bodies[i], -DOWN) for i in (2, 3)])

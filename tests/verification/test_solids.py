@@ -132,7 +132,7 @@ def manufactured(x):
 
 def consistent_load(model: SolidModel, material: Material):
     """Nodal loads that hold the manufactured motion: the work of its stress on every shape function."""
-    corners = model.nodes[model.hexahedra]
+    corners = model.nodes[model.groups[0].connectivity]
     force = np.zeros(corners.shape)
     for natural, point in zip(GRADIENTS, CORNERS / np.sqrt(3), strict=True):
         shape = np.prod(1 + CORNERS * point, axis=1) / 8
@@ -141,7 +141,7 @@ def consistent_load(model: SolidModel, material: Material):
         strain = 0.5 * (h + np.swapaxes(h, 1, 2) + np.swapaxes(h, 1, 2) @ h)
         first = (h + np.eye(3)) @ material.respond(strain, tangent=False).stress
         force += determinant[:, None, None] * gradient @ np.swapaxes(first, 1, 2)
-    return model.assembly.sum_forces(force)
+    return model.assembly.sum_forces([force])
 
 
 @elements

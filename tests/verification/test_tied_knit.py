@@ -100,7 +100,7 @@ def test_tie_follows_rigid_rotations(cell, verify):
     knit, mesh = knit_and_mesh(cell)
     yarns = dns.assemble(cell, mesh, knit)
     rotation = exp(np.array([0.4, -1.2, 0.9]))
-    nodes = yarns.tie.nodes[yarns.tie.retained]
+    nodes = yarns.tie.nodes[yarns.retained]
     force = yarns.model.respond(SolidState(nodes @ rotation.T - nodes), stiffness=False).force
     level = cell.yarn.youngs_modulus * cell.mesh.size**2
     verify.at_most("rigid rotation of a tied cell: force over E h^2", np.abs(force).max() / level, 1e-10)

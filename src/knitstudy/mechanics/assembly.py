@@ -2,57 +2,84 @@
 
 Linear ties between nodes are part of the summation: with u = T v (T scalar, nodes x retained nodes) an entry of an
 element goes to every retained node that its node depends on, times the weights. So K = T^T (sum of elements) T is
-formed directly, without the untied matrix.
+formed directly, without the untied matrix. Links between nodes, scalars that act on all three components alike,
+are part of the same pattern.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
+PAIRS = 32_768
+"""Pairs of nodes a batch, 512 hexahedra of eight nodes; bounds the memory of a batch."""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Elements that are evaluated together: `part` of the elements of `group`."""
+
+    group: int
+    part: slice
+
+    @property
+    def count(self) -> int:
+        """Number of elements."""
+        return self.part.stop - self.part.start
+
 
 class Assembly:
-    """Summation over elements of one connectivity.
+    """Summation over elements of groups that have as many nodes each.
 
     Parameters
     ----------
-    connectivity : ndarray of int, shape (E, a)
-        Nodes of the elements.
+    groups : sequence of ndarray of int, shape (E, a)
+        Nodes of the elements of every group.
     transformation : csr matrix, shape (N, n), optional
         T: every node as a weighted sum of retained nodes. The identity if omitted.
     nodes : int
         N; number of nodes.
     block : int
         Unknowns a node.
-    chunk : int
-        Elements a batch; bounds the memory of a batch.
+    links : csr matrix, shape (N, N), optional
+        Symmetric; a constant stiffness between nodes, the same for every component [N/m].
+    pairs : int
+        Pairs of nodes a batch; bounds the memory of a batch.
     """
 
     def __init__(
         self,
-        connectivity: np.ndarray,
+        groups: Sequence[np.ndarray],
         nodes: int,
         transformation: sp.csr_matrix | None = None,
         block: int = 3,
-        chunk: int = 512,
+        links: sp.csr_matrix | None = None,
+        pairs: int = PAIRS,
     ) -> None:
-        elements, corners = connectivity.shape
-        self.block, self.corners = block, corners
-        self.batches = [slice(i, min(i + chunk, elements)) for i in range(0, elements, chunk)]
+        self.block = block
+        self.batches = [
+            batch for number, each in enumerate(groups) for batch in _batches(number, each, pairs)
+        ]
         if transformation is None:
             transformation = sp.identity(nodes, format="csr")
         self.retained = transformation.shape[1]
-        local = sp.csr_matrix(transformation)[connectivity.ravel()]  # (E a, n): corners on retained nodes
-        corner = np.arange(connectivity.size)
+        # Of every group (E a, n): the nodes of its elements on retained nodes.
+        local = [sp.csr_matrix(transformation)[connectivity.ravel()] for connectivity in groups]
+        self._width = [connectivity.shape[1] for connectivity in groups]
+        end = np.concatenate([connectivity.ravel() for connectivity in groups])
         self._to_nodes = sp.csr_matrix(
-            (np.ones(connectivity.size), (connectivity.ravel(), corner)), shape=(nodes, connectivity.size)
+            (np.ones(end.size), (end, np.arange(end.size))), shape=(nodes, end.size)
         )
         self._to_kept = sp.csr_matrix(transformation.T)
-        self.indptr, self.indices = _pattern(local, corners)
-        self._ones = np.ones(chunk * corners**2)
-        sums = [self._batch_sum(local, batch) for batch in self.batches]
+        linked = None if links is None else sp.csr_matrix(self._to_kept @ links @ transformation)
+        self.indptr, self.indices = _pattern(local, self._width, linked)
+        self._links = None if linked is None else self._linked(linked)
+        most = max(batch.count * self._width[batch.group] ** 2 for batch in self.batches)
+        self._ones = np.ones(most)
+        sums = [self._batch_sum(local[batch.group], batch) for batch in self.batches]
         batches = np.zeros(self.entries, dtype=np.int32)
         for touched, _ in sums:
             batches[touched] += 1
@@ -64,13 +91,14 @@ class Assembly:
         """Number of blocks in the pattern."""
         return len(self.indices)
 
-    def node_forces(self, force: np.ndarray) -> np.ndarray:
-        """Return the sum of element forces (E, a, block) at all nodes, shape (N, block)."""
-        return self._to_nodes @ force.reshape(-1, self.block)
+    def node_forces(self, forces: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the sum of element forces (E, a, block) of every group at all nodes, shape (N, block)."""
+        flat = [force.reshape(-1, self.block) for force in forces]
+        return self._to_nodes @ (flat[0] if len(flat) == 1 else np.concatenate(flat))
 
-    def sum_forces(self, force: np.ndarray) -> np.ndarray:
-        """Return T^T sum of element forces (E, a, block), shape (n block,)."""
-        return self.collect(self.node_forces(force))
+    def sum_forces(self, forces: Sequence[np.ndarray]) -> np.ndarray:
+        """Return T^T sum of element forces (E, a, block) of every group, shape (n block,)."""
+        return self.collect(self.node_forces(forces))
 
     def collect(self, node_force: np.ndarray) -> np.ndarray:
         """Return T^T of forces at all nodes (N, block), shape (n block,)."""
@@ -81,23 +109,32 @@ class Assembly:
         return StiffnessSum(self.entries, self.block, self._own, self._joint)
 
     def connection(self) -> sp.csr_matrix:
-        """Return which retained nodes (n, n) share an element, as ones."""
+        """Return which retained nodes (n, n) share an element or a link, as ones."""
         return sp.csr_matrix(
             (np.ones(self.entries, dtype=np.int8), self.indices, self.indptr),
             shape=(self.retained, self.retained),
         )
 
     def matrix(self, total: StiffnessSum) -> sp.bsr_matrix:
-        """Return the sum of all batches as a BSR matrix (size, size)."""
+        """Return the sum of all batches, and of the links, as a BSR matrix (size, size)."""
         size = self.retained * self.block
         blocks = total.data().reshape(-1, self.block, self.block)
+        if self._links is not None:
+            entries, values = self._links
+            blocks[entries] += values[:, None, None] * np.eye(self.block)
         return sp.bsr_matrix((blocks, self.indices, self.indptr), shape=(size, size))
 
-    def _batch_sum(self, local: sp.csr_matrix, batch: slice) -> tuple[np.ndarray, sp.csr_matrix]:
+    def _linked(self, linked: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+        """Return the pattern's entries (k,) that are links, and what they add to every component [N/m]."""
+        row = np.repeat(np.arange(self.retained), np.diff(linked.indptr))
+        if not len(row):
+            return np.empty(0, dtype=np.int64), np.empty(0)
+        return self._find(row, linked.indices), linked.data
+
+    def _batch_sum(self, local: sp.csr_matrix, batch: Batch) -> tuple[np.ndarray, sp.csr_matrix]:
         """Return the pattern entries that a batch touches and the weights that take its blocks there."""
-        a = self.corners
-        count = batch.stop - batch.start
-        part = local[batch.start * a : batch.stop * a]
+        a, count = self._width[batch.group], batch.count
+        part = local[batch.part.start * a : batch.part.stop * a]
         element = np.repeat(np.arange(count), a * a)
         first = element * a + np.tile(np.repeat(np.arange(a), a), count)  # corner of the row, per pair
         second = element * a + np.tile(np.arange(a), a * count)
@@ -185,18 +222,25 @@ def _part(entries: np.ndarray, weights: sp.csr_matrix, chosen: np.ndarray) -> Pa
     return Part(entries[chosen], weights[np.flatnonzero(chosen)])
 
 
-def _pattern(local: sp.csr_matrix, corners: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return row pointers and sorted columns (int32) of all pairs of retained nodes that share an element."""
-    elements = local.shape[0] // corners
-    incidence = sp.csr_matrix(
-        (
-            np.ones(local.nnz, dtype=np.int8),
-            local.indices,
-            local.indptr[::corners],
-        ),
-        shape=(elements, local.shape[1]),
-    )
-    incidence.data = np.ones(incidence.nnz, dtype=bool)
+def _batches(group: int, connectivity: np.ndarray, pairs: int) -> list[Batch]:
+    elements, width = connectivity.shape
+    chunk = max(1, pairs // width**2)
+    return [Batch(group, slice(i, min(i + chunk, elements))) for i in range(0, elements, chunk)]
+
+
+def _pattern(
+    local: Sequence[sp.csr_matrix], width: Sequence[int], linked: sp.csr_matrix | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return row pointers and sorted columns (int32) of all pairs of retained nodes that share an element or a link."""
+    incidence = sp.vstack([_incidence(part, a) for part, a in zip(local, width, strict=True)], format="csr")
     pattern = sp.csr_matrix(incidence.T @ incidence)
+    if linked is not None:
+        pattern = sp.csr_matrix(pattern + (linked != 0))
     pattern.sort_indices()
     return pattern.indptr.astype(np.int32), pattern.indices.astype(np.int32)
+
+
+def _incidence(local: sp.csr_matrix, width: int) -> sp.csr_matrix:
+    """Return which retained nodes every element has (E, n)."""
+    shape = local.shape[0] // width, local.shape[1]
+    return sp.csr_matrix((np.ones(local.nnz, dtype=bool), local.indices, local.indptr[::width]), shape=shape)

@@ -79,7 +79,7 @@ class BeamModel(Memoryless):
         self.length = float(np.mean(self.elements.length))
         self.radius = float(radius)
         self.scale = np.tile(np.repeat([1.0, self.radius], 3), len(self.nodes))
-        self._assembly = Assembly(self.ends, len(self.nodes), block=self.block, chunk=len(self.ends))
+        self._assembly = Assembly([self.ends], len(self.nodes), block=self.block, pairs=4 * len(self.ends))
 
     def start(self) -> BeamState:
         """Return the reference state."""
@@ -99,7 +99,7 @@ class BeamModel(Memoryless):
         at_nodes = rigid_arm.force_at_nodes(at_ends, arm) if self.arms_turn else at_ends
         stored = np.sum(beam.energy(self.elements, now)) + np.sum(self.springs.energy(stretch))
         return Response(
-            force=self._assembly.sum_forces(at_nodes),
+            force=self._assembly.sum_forces([at_nodes]),
             mean_force=self._mean(at_ends[: self.beams]),
             energy={"internal": float(stored)},
             stiffness=self._tangent(now, at_ends, arm) if stiffness else None,

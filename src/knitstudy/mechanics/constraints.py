@@ -52,6 +52,19 @@ class DirichletElimination:
         data[self._diagonal] = blocks
 
 
+def transformation(dependence: sp.sparray | sp.spmatrix) -> tuple[sp.csr_matrix, np.ndarray]:
+    """Return T (N, n), every node as a weighted sum of the retained ones, and these (n,), ascending.
+
+    Parameters
+    ----------
+    dependence : sparse matrix, shape (N, N)
+        Rows of the identity for retained nodes, weights of retained nodes for all others.
+    """
+    dependence = sp.csr_matrix(dependence)
+    retained = np.unique(dependence.indices[dependence.data != 0])
+    return sp.csr_matrix(dependence[:, retained]), retained
+
+
 def without(matrix: sp.bsr_matrix, fixed: np.ndarray) -> sp.bsr_matrix:
     """Return a matrix (size, size) with zeros in the rows and columns `fixed` (k,)."""
     keep = np.ones(matrix.shape[0])

@@ -1,15 +1,19 @@
-"""Solids as a model: hexahedra of one material, tied nodes eliminated. Contact: `mechanics.solids_in_contact`."""
+"""Solids as a model: elements of one material, dependent nodes eliminated. Contact: `mechanics.solids_in_contact`.
+
+A node is what an unknown vector belongs to: a point, or a coefficient of which places are weighted sums.
+"""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.assembly import Assembly
-from knitstudy.mechanics.elements import Hexahedron
+from knitstudy.mechanics.elements.element import ElementGroup
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.parallel import share, threads
 from knitstudy.mechanics.scratch import SCRATCH
@@ -55,21 +59,22 @@ class SolidState:
 
 
 class SolidModel:
-    """Hexahedra in equilibrium, u = T v.
+    """Elements in equilibrium, u = T v.
 
     Parameters
     ----------
     nodes : ndarray, shape (N, 3)
         Undeformed nodes, adjusted to the ties [m].
-    hexahedra : ndarray of int, shape (E, 8)
-        Elements in VTK order.
-    elements : Hexahedron
-        The batch that answers for them.
-    transformation : csr matrix, shape (N, n), optional
-        T of the ties; see `knitstudy.mechanics.assembly`.
+    groups : sequence of ElementGroup
+        All of one material.
     length : float
         Element size h [m].
+    transformation : csr matrix, shape (N, n), optional
+        T of nodes that depend on others; see `knitstudy.mechanics.assembly`.
     stabilisation : Stabilisation, optional
+    links : csr matrix, shape (N, N), optional
+        Positive semidefinite stiffness between nodes, the same for every component [N/m]; what it stores counts as
+        energy of a penalty.
     """
 
     block = 3
@@ -77,21 +82,22 @@ class SolidModel:
     def __init__(
         self,
         nodes: np.ndarray,
-        hexahedra: np.ndarray,
-        elements: Hexahedron,
+        groups: Sequence[ElementGroup],
         length: float,
         transformation: sp.csr_matrix | None = None,
         stabilisation: Stabilisation | None = None,
+        links: sp.csr_matrix | None = None,
     ) -> None:
-        self.nodes, self.hexahedra, self.elements = nodes, hexahedra, elements
+        self.nodes, self.groups, self.links = nodes, tuple(groups), links
         self.transformation = transformation
         self.stabilisation = stabilisation
-        self.assembly = Assembly(hexahedra, len(nodes), transformation)
+        connectivity = [group.connectivity for group in self.groups]
+        self.assembly = Assembly(connectivity, len(nodes), transformation, links=links)
         self.size = 3 * self.assembly.retained
         self.scale = np.ones(self.size)
         self.length = length
         # Where nothing resists yet, rounding is no measure of a residual.
-        self._least_force = UNLOADED * elements.material.youngs_modulus * length**2
+        self._least_force = UNLOADED * self.groups[0].elements.material.youngs_modulus * length**2
 
     def start(self) -> SolidState:
         """Return the undeformed state."""
@@ -115,11 +121,17 @@ class SolidModel:
         answer = self._gather(state, stiffness)
         started = time.perf_counter()
         node_force = self.assembly.node_forces(answer.force)
+        force, energy = node_force, {"internal": answer.internal, "hourglass": answer.hourglass}
+        if self.links is not None:
+            displacement = self.node_displacement(state)
+            pull = self.links @ displacement
+            force = node_force + pull
+            energy["penalty"] = 0.5 * float(np.vdot(pull, displacement))
         response = Response(
-            force=self.assembly.collect(node_force),
+            force=self.assembly.collect(force),
             node_force=node_force,
             mean_force=max(answer.mean_force, self._least_force),
-            energy={"internal": float(answer.internal.sum()), "hourglass": float(answer.hourglass.sum())},
+            energy=energy,
             stiffness=answer.stiffness,
         )
         summing = answer.assembly_seconds + time.perf_counter() - started
@@ -180,17 +192,22 @@ class SolidModel:
     def _gather(self, state: SolidState, stiffness: bool) -> _Gathered:
         """Evaluate all batches; threads share them, and sums are formed in one fixed order."""
         displacement = self.node_displacement(state)
-        count, batches = len(self.hexahedra), self.assembly.batches
-        force = np.empty((count, 8, 3))
-        internal, hourglass = np.empty(count), np.empty(count)
+        batches = self.assembly.batches
+        force = [np.empty((*group.connectivity.shape, 3)) for group in self.groups]
+        energy = [
+            np.empty((2, len(group.connectivity))) for group in self.groups
+        ]  # internal, of hourglass control
         total = self.assembly.begin_stiffness() if stiffness else None
         magnitude, summing = np.zeros(len(batches)), np.zeros(len(batches))
 
         def evaluate(number: int) -> None:
             batch = batches[number]
-            blocks = SCRATCH.array("stiffness", batch.stop - batch.start, 64, 9) if stiffness else None
-            answer = self.elements.respond(batch, displacement[self.hexahedra[batch]], stiffness, blocks)
-            force[batch], internal[batch], hourglass[batch] = answer.force, answer.internal, answer.hourglass
+            group, part = self.groups[batch.group], batch.part
+            width = group.connectivity.shape[1]
+            blocks = SCRATCH.array("stiffness", batch.count, width**2, 9) if stiffness else None
+            answer = group.elements.respond(part, displacement[group.connectivity[part]], stiffness, blocks)
+            force[batch.group][part] = answer.force
+            energy[batch.group][:, part] = answer.internal, answer.hourglass
             magnitude[number] = np.sqrt(np.einsum("eai,eai->ea", answer.force, answer.force)).sum()
             if stiffness:
                 started = time.perf_counter()
@@ -202,14 +219,16 @@ class SolidModel:
         matrix = self.assembly.matrix(total) if stiffness else None
         # Threads sum up side by side: their mean counts.
         seconds = summing.sum() / min(threads(), len(batches)) + time.perf_counter() - started
-        return _Gathered(force, internal, hourglass, magnitude.sum() / force[..., 0].size, matrix, seconds)
+        internal, hourglass = np.sum([each.sum(axis=1) for each in energy], axis=0).tolist()
+        mean = magnitude.sum() / sum(group.connectivity.size for group in self.groups)
+        return _Gathered(force, internal, hourglass, mean, matrix, seconds)
 
 
 @dataclass(frozen=True)
 class _Gathered:
-    force: np.ndarray  # (E, 8, 3)
-    internal: np.ndarray  # (E,)
-    hourglass: np.ndarray  # (E,)
+    force: list[np.ndarray]  # (E, a, 3) of every group
+    internal: float
+    hourglass: float
     mean_force: float  # mean magnitude of the nodal forces of the elements
     stiffness: sp.bsr_matrix | None
     assembly_seconds: float

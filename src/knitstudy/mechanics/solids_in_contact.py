@@ -155,7 +155,7 @@ class SolidsInContact(SolidModel):
         response = replace(
             response,
             force=response.force + self.assembly.collect(touch.node_force),
-            energy=response.energy | touch.energy,
+            energy=_sum(response.energy, touch.energy),
             status=touch.points.signature(),
         )
         if not stiffness:
@@ -183,3 +183,8 @@ class SolidsInContact(SolidModel):
     def _collected_nodes(self, values: np.ndarray) -> np.ndarray:
         """Return what the nodes (N,) have at the retained ones (n,), tied ones going to those that they hang on."""
         return values if self.transformation is None else self.transformation.T @ values
+
+
+def _sum(one: dict[str, float], other: dict[str, float]) -> dict[str, float]:
+    """Return energies of both by form [J]."""
+    return one | {form: one.get(form, 0.0) + energy for form, energy in other.items()}

@@ -7,9 +7,9 @@ from scipy.spatial import cKDTree
 
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.discretisation import Discretisation
 from knitstudy.solids.tie import Tie, facet_size
-from knitstudy.solids.yarn_contact import MARGIN, contact_law, yarn_surfaces
+from knitstudy.solids.yarn_contact import MARGIN, contact_law
 from knitstudy.study.scene import Scene
 
 BESIDE = 1.0
@@ -22,19 +22,20 @@ class BesideTies:
     Parameters
     ----------
     scene : Scene
-    mesh : SweptMesh
+    yarns : Discretisation
     tie : Tie
     pieces : ndarray of int, shape (S,)
         Interlock row that every slice is tied in; see `tied_crossings.tied_pieces`.
     """
 
-    def __init__(self, scene: Scene, mesh: SweptMesh, tie: Tie, pieces: np.ndarray) -> None:
+    def __init__(self, scene: Scene, yarns: Discretisation, tie: Tie, pieces: np.ndarray) -> None:
+        mesh = yarns.mesh
         rows = np.unique(pieces[pieces >= 0])
         meets = np.zeros((mesh.yarns, mesh.yarns), dtype=bool)
         meets[rows, rows + 1] = meets[rows + 1, rows] = True
         self._contact = Contact(
             tie.nodes,
-            yarn_surfaces(mesh),
+            yarns.surfaces,
             contact_law(scene),
             meets=meets,
             points=1,
@@ -42,7 +43,7 @@ class BesideTies:
             overlap=np.inf,
         )
         self._pieces, self._first_slice = pieces, mesh.first_slice
-        self._tied = cKDTree(tie.nodes[np.union1d(tie.slave, tie.master)])
+        self._tied = cKDTree(tie.nodes[tie.joined])
         self._beside = BESIDE * facet_size(mesh)
 
     def smallest_gap(self, nodes: np.ndarray) -> float:

@@ -77,7 +77,7 @@ def problem_of(
     yarns: SolidYarns, scene: Scene, specimen: Knit | YarnPair, meter: Meter | None = None
 ) -> Problem:
     """Return solid yarns with the load of a scene, and with what is seen and refused on the way."""
-    mesh, model, tie, touching = yarns.mesh, yarns.model, yarns.tie, yarns.touching
+    mesh, model, tie, touching = yarns.parts.mesh, yarns.model, yarns.tie, yarns.touching
     motion = load_path(scene, specimen)
     prescribed, driven = _prescribed(yarns, scene, motion)
     settings = Settings.of(scene.solver)
@@ -105,11 +105,9 @@ def problem_of(
         },
         fields=partial(_fields, model) if "fields" in scene.outputs else None,
         attributes={
-            "dof": mesh.nodes.size,
-            "elements": len(mesh.hexahedra),
-            "tie_tolerance": tie.tolerance,
-            "tie_nodes": len(tie.slave),
-            "tie_largest_adjustment": float(tie.adjustment.max(initial=0.0)),
+            "dof": yarns.parts.nodes.size,
+            "elements": sum(len(group.connectivity) for group in model.groups),
+            **tie.attributes(),
             **(touching.attributes() if touching else {}),
         },
         meter=meter or Meter(),
@@ -122,33 +120,32 @@ def _fields(model: SolidModel, state: SolidState) -> dict[str, np.ndarray]:
 
 
 def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[PrescribedDisplacement, np.ndarray]:
-    """Return prescribed unknowns, and those of the driven nodes (k, 3)."""
-    held, driven = (
-        3 * yarns.tie.unknown[nodes][:, None] + np.arange(3) for nodes in (yarns.ends.held, yarns.ends.driven)
-    )
+    """Return prescribed unknowns, and those of the driven nodes (k, 3) whose forces add up to the reaction."""
+    ends, unity = yarns.parts.ends, yarns.parts.unity
+    held, driven = (3 * yarns.unknown[nodes][:, None] + np.arange(3) for nodes in (ends.held, ends.driven))
     components = driven if scene.load.lateral == "fixed" else driven[:, [motion.axis]]
     count = components.shape[1]
     moved = motion.displacement if count == 3 else motion.displacement[:, [motion.axis]]
     fixed = np.concatenate([held.ravel(), components.ravel()])
     value = np.zeros((len(moved), len(fixed)))
-    value[:, held.size :] = np.tile(moved, len(driven))
-    return PrescribedDisplacement(fixed, value, motion.corners, motion.stops), driven
+    value[:, held.size :] = (unity[ends.driven][:, None] * moved[:, None]).reshape(len(moved), -1)
+    return PrescribedDisplacement(fixed, value, motion.corners, motion.stops), driven[unity[ends.driven] == 1]
 
 
 def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement, rings: int = 1) -> KnitStructure:
     """Return where the unknowns lie; a patch reaches `rings` elements around the tied nodes."""
-    mesh, tie = yarns.mesh, yarns.tie
-    kept = tie.retained
+    parts, tie, kept = yarns.parts, yarns.tie, yarns.retained
     inside = np.zeros(len(kept), dtype=bool)
-    inside[tie.unknown[np.unique(tie.master)]] = True
+    joined = yarns.unknown[tie.joined]
+    inside[joined[joined >= 0]] = True
     pattern = yarns.model.assembly.connection()
     for _ in range(rings):
         inside = pattern @ inside > 0
     return KnitStructure(
         position=tie.nodes[kept],
-        yarn=mesh.yarn_of_slice[kept // mesh.section.size],
-        slice=kept // mesh.section.size,
-        bandwidth=mesh.section.size + mesh.section.bandwidth,
+        yarn=parts.yarn[kept],
+        slice=parts.station[kept],
+        bandwidth=parts.bandwidth,
         patch=np.flatnonzero(inside),
         fixed=prescribed.fixed,
     )

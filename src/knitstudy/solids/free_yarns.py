@@ -5,34 +5,26 @@ from __future__ import annotations
 import numpy as np
 
 from knitstudy.mechanics.free_bodies import FreeBodies
-from knitstudy.mesh.grips import Grips
-from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.discretisation import Discretisation
 from knitstudy.solids.tie import Tie
 
 
 def free_yarns(
-    mesh: SweptMesh, tie: Tie, ends: Grips, volume: np.ndarray, youngs_modulus: float, size: float
+    yarns: Discretisation, tie: Tie, volume: np.ndarray, youngs_modulus: float
 ) -> FreeBodies | None:
-    """Return the free yarns of a mesh, as a knit in wale tension has them between its grips; None if there are none.
+    """Return the free yarns of a specimen, as knits in wale tension have between their grips; None if there are none.
 
     Parameters
     ----------
-    mesh : SweptMesh
+    yarns : Discretisation
     tie : Tie
-    ends : Grips
     volume : ndarray, shape (N,)
         Of every node [m3].
     youngs_modulus : float
         Of the yarns [Pa].
-    size : float
-        Of an element [m].
     """
-    fixed = np.concatenate([ends.held, ends.driven, tie.slave, tie.master.ravel()])
-    gripped = np.unique(mesh.yarn_of_slice[fixed // mesh.section.size])
-    free = [
-        np.arange(len(mesh.nodes))[mesh.yarn_nodes(yarn)]
-        for yarn in np.setdiff1d(np.arange(mesh.yarns), gripped)
-    ]
-    if not free:
+    fixed = np.concatenate([yarns.ends.held, yarns.ends.driven, tie.joined])
+    free = np.setdiff1d(np.arange(yarns.mesh.yarns), yarns.yarn[fixed])
+    if not len(free):
         return None
-    return FreeBodies.of(free, volume, youngs_modulus, size)
+    return FreeBodies.of([yarns.nodes_of(yarn) for yarn in free], volume, youngs_modulus, yarns.size)

@@ -25,17 +25,18 @@ class SolidObserver:
     def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         """Return columns of the history, and of the points in contact."""
         yarns, state = self.yarns, increment.state
-        model, mesh, tie, facets = yarns.model, yarns.mesh, yarns.tie, yarns.facets
-        displacement = model.node_displacement(state)
+        mesh, tie, facets = yarns.parts.mesh, yarns.tie, yarns.facets
+        moved = yarns.model.node_displacement(state)
+        displacement = yarns.parts.sampled(moved)
         rings = mesh.slice_nodes(np.arange(mesh.slices))[:, mesh.section.ring]
-        force = tie.resultants(increment.response.node_force)
+        force = tie.resultants(increment.response.node_force, moved)
         contact, points = {}, {}
         if yarns.touching is not None:
             contact, points, pushed = yarns.touching.record(increment, len(force))
             force += pushed
         stations = displacement[rings].mean(axis=1)
-        resultant, moment = yarn_resultants(yarns, increment.response.node_force, displacement, stations)
-        sections = section_motion(facets.crossings, mesh, tie.nodes, displacement)
+        resultant, moment = yarn_resultants(yarns, increment.response.node_force, moved, stations)
+        sections = section_motion(facets.crossings, mesh, yarns.parts.sampled(tie.nodes), displacement)
         columns = {
             "centreline_displacement": stations,
             "crossing_force": force,
@@ -66,14 +67,14 @@ def yarn_resultants(
     stations : ndarray, shape (S, 3)
         Displacement of the slices' centres [m].
     """
-    mesh, ends = yarns.mesh, yarns.ends
+    mesh, ends, unity = yarns.parts.mesh, yarns.parts.ends, yarns.parts.unity
     force = node_force.copy()
     force[np.concatenate([ends.held, ends.driven])] = 0
     position = yarns.tie.nodes + displacement
     resultant, moment = np.zeros((2, mesh.yarns, 3))
     for yarn in range(mesh.yarns):
-        here, slices = mesh.yarn_nodes(yarn), mesh.yarn_of_slice == yarn
+        here, slices = yarns.parts.nodes_of(yarn), mesh.yarn_of_slice == yarn
         centre = (mesh.centres + stations)[slices].mean(axis=0)
-        resultant[yarn] = force[here].sum(axis=0)
-        moment[yarn] = np.cross(position[here] - centre, force[here]).sum(axis=0)
+        resultant[yarn] = unity[here] @ force[here]
+        moment[yarn] = np.cross(position[here] - unity[here, None] * centre, force[here]).sum(axis=0)
     return resultant, moment

@@ -1,25 +1,24 @@
-"""Solid yarns of a scene, put together: mesh, ties, contact, and the grips that hold and drive them."""
+"""Solid yarns of a scene, put together: what they are divided into, ties, contact, and what holds and drives them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy.sparse as sp
 
 from knitstudy.crossings.facets import CrossingFacets
 from knitstudy.crossings.tied_crossings import tied_crossings, tied_pieces
-from knitstudy.gates.resolution import ELEMENTS_ACROSS, require_elements_across
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
-from knitstudy.mechanics.elements import ELEMENTS
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.constraints import transformation
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.stabilisation import Stabilisation
-from knitstudy.mesh.grips import Grips, grips
-from knitstudy.mesh.memory import require_memory_to_simulate
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.discretisation import Discretisation
 from knitstudy.solids.tie import Tie, tie_crossings
 from knitstudy.study.scene import Scene
 
@@ -33,21 +32,30 @@ class SolidYarns:
 
     Attributes
     ----------
-    mesh : SweptMesh
+    parts : Discretisation
+        What they are divided into.
     model : SolidModel
     tie : Tie
     facets : CrossingFacets
-    ends : Grips
+    retained : ndarray of int, shape (n,)
+        Nodes that depend on no others, ascending.
     touching : Touching or None
         What contact adds.
     """
 
-    mesh: SweptMesh
+    parts: Discretisation
     model: SolidModel
     tie: Tie
     facets: CrossingFacets
-    ends: Grips
+    retained: np.ndarray
     touching: Touching | None = None
+
+    @cached_property
+    def unknown(self) -> np.ndarray:
+        """Position of every node (N,) among those retained, -1 where it depends on others."""
+        position = np.full(len(self.parts.nodes), -1)
+        position[self.retained] = np.arange(len(self.retained))
+        return position
 
 
 def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SolidYarns:
@@ -59,40 +67,31 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SolidY
         If elements are too large for the yarn, the simulation does not fit into memory, an element is folded after
         the tied nodes were moved, a crossing cannot be tied, or yarns overlap.
     """
-    _require_resolution(scene, mesh)
+    parts = import_module(scene.kind.fidelity.solids).discretise(scene, mesh, specimen)
     tied = tied_crossings(scene, specimen.crossings)
     tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied)
-    pieces = tied_pieces(mesh, specimen.crossings, tied)
-    ends = grips(mesh, scene, specimen)
     facets = CrossingFacets.of(specimen.crossings, mesh)
-    solids, options, volume = _solids(scene, mesh, tie)
-    interaction = scene.kind.interaction
-    if not interaction.touches:
-        return SolidYarns(mesh, SolidModel(*solids, **options), tie, facets, ends)
-    contact = import_module(interaction.solids)
-    touching = contact.touching(scene, mesh, tie, pieces, ends, facets, volume, *solids, **options)
-    return SolidYarns(mesh, touching.model, tie, facets, ends, touching)
-
-
-def _require_resolution(scene: Scene, mesh: SweptMesh) -> None:
-    """Refuse meshes that are too coarse for the yarn, or too fine for the memory."""
-    fewest = scene.gates.elements_across or ELEMENTS_ACROSS[scene.specimen]
-    require_elements_across(scene.yarn.diameter, scene.mesh.size, fewest)
-    require_memory_to_simulate(mesh.nodes.size, mesh.section.size + mesh.section.bandwidth, scene.mesh.size)
-
-
-def _solids(scene: Scene, mesh: SweptMesh, tie: Tie) -> tuple[tuple, dict[str, Any], np.ndarray]:
-    """Return the arguments of `SolidModel`, and the volume (N,) of every node [m3]."""
-    yarn, size = scene.yarn, scene.mesh.size
-    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
-    corners = tie.nodes[mesh.hexahedra]
-    elements = ELEMENTS.find(scene.mesh.element).build(corners, material, scene.solver.hourglass)
-    transformation = tie.transformation() if len(tie.slave) else None
-    each = elements.volume.reshape(-1, len(corners)).sum(axis=0)  # of its integration points
-    volume = np.bincount(mesh.hexahedra.ravel(), np.repeat(each / 8, 8), len(tie.nodes))
+    groups = parts.groups(tie.nodes)
+    volume = parts.volume(groups)
+    spread, retained = _transformation(parts, tie)
     stabilisation = None
     if scene.solver.stabilisation > 0:
-        kept = volume if transformation is None else transformation.T @ volume
-        stabilisation = Stabilisation.of(scene.solver.stabilisation, yarn.youngs_modulus, size, kept)
-    solids = (tie.nodes, mesh.hexahedra, elements, size)
-    return solids, {"transformation": transformation, "stabilisation": stabilisation}, volume
+        kept = volume if spread is None else spread.T @ volume
+        modulus = scene.yarn.youngs_modulus
+        stabilisation = Stabilisation.of(scene.solver.stabilisation, modulus, parts.size, kept)
+    solids = (tie.nodes, groups, parts.size, spread, stabilisation, tie.links)
+    interaction = scene.kind.interaction
+    if not interaction.touches:
+        return SolidYarns(parts, SolidModel(*solids), tie, facets, retained)
+    pieces = tied_pieces(mesh, specimen.crossings, tied)
+    contact = import_module(interaction.solids)
+    touching = contact.touching(scene, parts, tie, pieces, facets, volume, solids)
+    return SolidYarns(parts, touching.model, tie, facets, retained, touching)
+
+
+def _transformation(parts: Discretisation, tie: Tie) -> tuple[sp.csr_matrix | None, np.ndarray]:
+    """Return T (N, n), None for the identity, and the nodes (n,) that it starts from."""
+    every = [matrix for matrix in (parts.dependence, tie.dependence) if matrix is not None]
+    if not every:
+        return None, np.arange(len(parts.nodes))
+    return transformation(every[0] @ every[1] if len(every) > 1 else every[0])

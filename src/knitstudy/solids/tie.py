@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -64,34 +65,41 @@ class Tie:
     centroid: np.ndarray
     tolerance: float
 
-    @cached_property
-    def retained(self) -> np.ndarray:
-        """Nodes that are not slaves, ascending."""
-        mask = np.ones(len(self.nodes), dtype=bool)
-        mask[self.slave] = False
-        return np.flatnonzero(mask)
+    links: ClassVar[None] = None
 
     @cached_property
-    def unknown(self) -> np.ndarray:
-        """Position of every node (N,) among those kept, -1 for slaves."""
-        position = np.full(len(self.nodes), -1)
-        position[self.retained] = np.arange(len(self.retained))
-        return position
+    def dependence(self) -> sp.csr_matrix | None:
+        """Every node as a weighted sum of nodes that are not slaves (N, N); None if nothing is tied."""
+        if not len(self.slave):
+            return None
+        free = np.setdiff1d(np.arange(len(self.nodes)), self.slave)
+        rows = np.concatenate([free, np.repeat(self.slave, 4)])
+        columns = np.concatenate([free, self.master.ravel()])
+        values = np.concatenate([np.ones(len(free)), self.weight.ravel()])
+        return sp.csr_matrix((values, (rows, columns)), shape=(len(self.nodes), len(self.nodes)))
 
-    def transformation(self) -> sp.csr_matrix:
-        """Return T (N, n): every node as a weighted sum of the retained nodes."""
-        rows = np.concatenate([self.retained, np.repeat(self.slave, 4)])
-        columns = np.concatenate([self.unknown[self.retained], self.unknown[self.master].ravel()])
-        values = np.concatenate([np.ones(len(self.retained)), self.weight.ravel()])
-        return sp.csr_matrix((values, (rows, columns)), shape=(len(self.nodes), len(self.retained)))
+    @cached_property
+    def joined(self) -> np.ndarray:
+        """Nodes that the ties act on, ascending."""
+        return np.union1d(self.slave, self.master)
 
-    def resultants(self, node_force: np.ndarray) -> np.ndarray:
+    def attributes(self) -> dict[str, float]:
+        """Return what a history says of the ties."""
+        return {
+            "tie_tolerance": self.tolerance,
+            "tie_nodes": len(self.slave),
+            "tie_largest_adjustment": float(self.adjustment.max(initial=0.0)),
+        }
+
+    def resultants(self, node_force: np.ndarray, displacement: np.ndarray) -> np.ndarray:
         """Return the force (K, 3) of every crossing's tie on the lower row's yarn [N].
 
         Parameters
         ----------
         node_force : ndarray, shape (N, 3)
             Internal forces of the elements; at a slave they are what the tie supplies.
+        displacement : ndarray, shape (N, 3)
+            Of the nodes [m].
         """
         total = np.zeros((len(self.area), 3))
         np.subtract.at(total, self.crossing, node_force[self.slave])

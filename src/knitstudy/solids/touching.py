@@ -15,9 +15,8 @@ from knitstudy.crossings.record import crossing_forces, touching_points
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.solids_in_contact import Penetration, SolidsInContact
-from knitstudy.mesh.grips import Grips
-from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.beside_ties import BesideTies
+from knitstudy.solids.discretisation import Discretisation
 from knitstudy.solids.free_yarns import free_yarns
 from knitstudy.solids.tie import Tie
 from knitstudy.solids.yarn_contact import yarn_contact
@@ -89,43 +88,38 @@ class Touching:
 
 def touching(
     scene: Scene,
-    mesh: SweptMesh,
+    yarns: Discretisation,
     tie: Tie,
     pieces: np.ndarray,
-    ends: Grips,
     facets: CrossingFacets,
     volume: np.ndarray,
-    *solids: Any,
-    **options: Any,
+    solids: tuple[Any, ...],
 ) -> Touching:
     """Return the contact of a scene's yarns, with the model that it is a part of.
 
     Parameters
     ----------
     scene : Scene
-    mesh : SweptMesh
+    yarns : Discretisation
     tie : Tie
     pieces : ndarray of int, shape (S,)
         What every slice is tied in; see `tied_crossings.tied_pieces`.
-    ends : Grips
     facets : CrossingFacets
     volume : ndarray, shape (N,)
         Of every node [m3].
-    *solids, **options
-        As of `SolidModel`.
+    solids : tuple
+        Arguments of `SolidModel`.
 
     Raises
     ------
     MeshError
         If yarns overlap before anything moves.
     """
-    size = scene.mesh.size
     model = SolidsInContact(
         *solids,
-        contact=yarn_contact(scene, mesh, tie.nodes, pieces),
-        penetration=Penetration(scene.contact.penetration * size, scene.contact.augmentations),
-        free_bodies=free_yarns(mesh, tie, ends, volume, scene.yarn.youngs_modulus, size),
-        **options,
+        contact=yarn_contact(scene, yarns, tie.nodes, pieces),
+        penetration=Penetration(scene.contact.penetration * yarns.size, scene.contact.augmentations),
+        free_bodies=free_yarns(yarns, tie, volume, scene.yarn.youngs_modulus),
     )
-    beside = BesideTies(scene, mesh, tie, pieces) if len(tie.slave) else None
-    return Touching(model, facets, mesh.section.ring.size, beside)
+    beside = BesideTies(scene, yarns, tie, pieces) if len(tie.joined) else None
+    return Touching(model, facets, yarns.mesh.section.ring.size, beside)

@@ -8,13 +8,14 @@ from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.surface import Grid, circular_stretch
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.discretisation import Discretisation
 from knitstudy.study.scene import Scene
 
 MARGIN = 0.3
 """Distance up to which pairs of points and surfaces are followed, over the yarn's radius."""
 
 
-def yarn_contact(scene: Scene, mesh: SweptMesh, nodes: np.ndarray, pieces: np.ndarray) -> Contact:
+def yarn_contact(scene: Scene, yarns: Discretisation, nodes: np.ndarray, pieces: np.ndarray) -> Contact:
     """Return the contact of all yarns of a scene with each other and with themselves.
 
     Pieces of yarn that are tied to each other do not touch: what the tie does would be done twice there.
@@ -22,7 +23,7 @@ def yarn_contact(scene: Scene, mesh: SweptMesh, nodes: np.ndarray, pieces: np.nd
     Parameters
     ----------
     scene : Scene
-    mesh : SweptMesh
+    yarns : Discretisation
     nodes : ndarray, shape (N, 3)
         Undeformed nodes, adjusted to the ties [m].
     pieces : ndarray of int, shape (S,)
@@ -35,12 +36,12 @@ def yarn_contact(scene: Scene, mesh: SweptMesh, nodes: np.ndarray, pieces: np.nd
     """
     return Contact(
         nodes,
-        yarn_surfaces(mesh),
+        yarns.surfaces,
         contact_law(scene),
         pieces=pieces,
         points=scene.contact.points,
-        margin=MARGIN * mesh.radius,
-        overlap=scene.contact.penetration * scene.mesh.size,
+        margin=MARGIN * yarns.mesh.radius,
+        overlap=scene.contact.penetration * yarns.size,
     )
 
 

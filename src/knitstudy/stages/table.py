@@ -113,7 +113,8 @@ def _solid(scene: Scene) -> bool:
 def _laws(scene: Scene) -> tuple[str, ...]:
     """Return the modules of the element, the material and the interaction of solid yarns."""
     contact = (scene.kind.interaction.solids,) if scene.kind.interaction.touches else ()
-    return (ELEMENTS.module(scene.mesh.element), LAWS.module(scene.yarn.material), *contact)
+    solids = scene.kind.fidelity.solids
+    return (solids, ELEMENTS.module(scene.mesh.element), LAWS.module(scene.yarn.material), *contact)
 
 
 STAGES.register(

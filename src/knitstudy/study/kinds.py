@@ -88,6 +88,8 @@ class Fidelity:
         Sections that a scene with some `Interaction` has, beside those of its specimen and of its yarn.
     stage : str
         Stage that simulates it.
+    solids : str
+        Module of solid yarns, with a function ``discretise``; empty for beams.
     sources : tuple of str
         Dotted keys that name direct simulations which it takes something from.
     outputs : tuple of str
@@ -101,6 +103,7 @@ class Fidelity:
     specimens: tuple[str, ...]
     sections: Callable[[Interaction], Sections]
     stage: str
+    solids: str = ""
     sources: tuple[str, ...] = ()
     outputs: tuple[str, ...] = ()
     tied: bool = True

@@ -1,5 +1,5 @@
 """Solid elements, one file each; an element is the class that its file registers."""
 
-from knitstudy.mechanics.elements.element import ELEMENTS, Hexahedron, element
+from knitstudy.mechanics.elements.element import ELEMENTS, ElementGroup, Elements, element
 
-__all__ = ["ELEMENTS", "Hexahedron", "element"]
+__all__ = ["ELEMENTS", "ElementGroup", "Elements", "element"]

@@ -1,7 +1,7 @@
 """What a solid element answers, and the registry of them.
 
-Nodes are in VTK order. An element maps its displacements u (e, 8, 3) to nodal forces (e, 8, 3), energies and, if
-asked, stiffness blocks (e, 64, 9): pair of nodes (a, b), then components (i, k).
+An element of n nodes, hexahedra in VTK order, maps its displacements u (e, n, 3) to nodal forces (e, n, 3), energies
+and, if asked, stiffness blocks (e, n^2, 9): pair of nodes (a, b), then components (i, k).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from knitstudy.registry import Registry
 
 @dataclass(frozen=True)
 class ElementResponse:
-    """Batch of element forces (e, 8, 3) [N], energies (e,) [J] and stiffness (e, 64, 9) [N/m] or None."""
+    """Batch of element forces (e, n, 3) [N], energies (e,) [J] and stiffness (e, n^2, 9) [N/m] or None."""
 
     force: np.ndarray
     internal: np.ndarray
@@ -26,8 +26,8 @@ class ElementResponse:
     stiffness: np.ndarray | None
 
 
-class Hexahedron(Protocol):
-    """A batch of elements that answers for any slice of itself, from several threads at once.
+class Elements(Protocol):
+    """Elements of n nodes each, a batch that answers for any slice of itself, from several threads at once.
 
     Attributes
     ----------
@@ -42,11 +42,27 @@ class Hexahedron(Protocol):
     def respond(
         self, batch: slice, displacement: np.ndarray, stiffness: bool, out: np.ndarray | None = None
     ) -> ElementResponse:
-        """Return the response of the elements `batch` to their displacements (e, 8, 3) [m].
+        """Return the response of the elements `batch` to their displacements (e, n, 3) [m].
 
-        `out` (e, 64, 9) is memory that the stiffness may be put into.
+        `out` (e, n^2, 9) is memory that the stiffness may be put into.
         """
         ...
+
+
+@dataclass(frozen=True, eq=False)
+class ElementGroup:
+    """Elements of one kind, with their nodes.
+
+    Attributes
+    ----------
+    connectivity : ndarray of int, shape (E, n)
+        Nodes of every element.
+    elements : Elements
+        The batch that answers for them.
+    """
+
+    connectivity: np.ndarray
+    elements: Elements
 
 
 @dataclass(frozen=True)
@@ -64,10 +80,10 @@ class Kind:
 
     name: str
     meaning: str
-    make: Callable[..., Hexahedron]
+    make: Callable[..., Elements]
     hourglass: bool = False
 
-    def build(self, corners: np.ndarray, material: Material, hourglass: float) -> Hexahedron:
+    def build(self, corners: np.ndarray, material: Material, hourglass: float) -> Elements:
         """Return a batch of elements; `hourglass` is for those that take it."""
         if self.hourglass:
             return self.make(corners, material, hourglass)

@@ -20,6 +20,7 @@ FIDELITIES.register(
         specimens=("knit", "pair"),
         sections=sections,
         stage="dns",
+        solids="knitstudy.solids.hexahedra",
         outputs=("fields", "vtu", "deck"),
     )
 )

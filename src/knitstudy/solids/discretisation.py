@@ -1,0 +1,77 @@
+"""What solid yarns are divided into, for all that must not know: nodes, of which every place is a weighted sum."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.mechanics.contact.surface import Grid
+from knitstudy.mechanics.elements import ElementGroup
+from knitstudy.mesh.grips import Grips
+from knitstudy.mesh.sweep import SweptMesh
+
+Locate = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+@dataclass(frozen=True, eq=False)
+class Discretisation:
+    """Yarns of a specimen, divided.
+
+    Undeformed places and displacements are the same weighted sums of nodes, so that yarns can move rigidly: nodes x go
+    to Q x + unity t. Nodes are numbered yarn by yarn, station by station along the yarn.
+
+    Attributes
+    ----------
+    mesh : SweptMesh
+        Cross-sections at which motion is observed and drawn; its nodes are places.
+    nodes : ndarray, shape (N, 3)
+        Undeformed: places, or coefficients of them [m].
+    unity : ndarray, shape (N,)
+        Coefficients of the constant 1.
+    yarn, station : ndarray of int, shape (N,)
+        Yarn of a node, and its place along all yarns, both ascending.
+    bandwidth : int
+        Largest difference of the numbers of two nodes of an element.
+    groups : callable
+        Elements, from the nodes (N, 3) that ties may have moved; raises MeshError where one is folded.
+    volume : callable
+        Of every node (N,) [m3], from the groups.
+    surfaces : tuple of Grid
+        Of every yarn, for contact.
+    ends : Grips
+        Nodes that are held and driven.
+    locate : callable
+        Nodes (k, a) and weights (k, a) whose sum a material point is, from places (k, 3) [m] in or next to yarns (k,).
+    size : float
+        Length h of an element [m].
+    sampling : csr matrix, shape (M, N), optional
+        Nodes of `mesh` as weighted sums of nodes; None where they are the nodes.
+    dependence : csr matrix, shape (N, N), optional
+        Nodes as weighted sums of nodes that depend on no others; the identity if None.
+    """
+
+    mesh: SweptMesh
+    nodes: np.ndarray
+    unity: np.ndarray
+    yarn: np.ndarray
+    station: np.ndarray
+    bandwidth: int
+    groups: Callable[[np.ndarray], tuple[ElementGroup, ...]]
+    volume: Callable[[tuple[ElementGroup, ...]], np.ndarray]
+    surfaces: tuple[Grid, ...]
+    ends: Grips
+    locate: Locate
+    size: float
+    sampling: sp.csr_matrix | None = None
+    dependence: sp.csr_matrix | None = None
+
+    def sampled(self, values: np.ndarray) -> np.ndarray:
+        """Return what the nodes (N, ...) give at the nodes of `mesh` (M, ...)."""
+        return values if self.sampling is None else self.sampling @ values
+
+    def nodes_of(self, yarn: int) -> np.ndarray:
+        """Return the nodes of a yarn, ascending."""
+        return np.flatnonzero(self.yarn == yarn)

@@ -1,0 +1,68 @@
+"""Solid yarns of linear hexahedra."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from knitstudy.gates.resolution import ELEMENTS_ACROSS, require_elements_across
+from knitstudy.geometry.pair import YarnPair
+from knitstudy.geometry.pattern import Knit
+from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
+from knitstudy.mechanics.materials import Material
+from knitstudy.mesh.grips import grips
+from knitstudy.mesh.memory import require_memory_to_simulate
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.discretisation import Discretisation
+from knitstudy.solids.yarn_contact import yarn_surfaces
+from knitstudy.study.scene import Scene
+
+
+def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+    """Return the yarns of a scene as hexahedra.
+
+    Raises
+    ------
+    MeshError
+        If elements are too large for the yarn, or too many for the memory.
+    """
+    fewest = scene.gates.elements_across or ELEMENTS_ACROSS[scene.specimen]
+    require_elements_across(scene.yarn.diameter, scene.mesh.size, fewest)
+    bandwidth = mesh.section.size + mesh.section.bandwidth
+    require_memory_to_simulate(mesh.nodes.size, bandwidth, scene.mesh.size)
+    station = np.repeat(np.arange(mesh.slices), mesh.section.size)
+    return Discretisation(
+        mesh=mesh,
+        nodes=mesh.nodes,
+        unity=np.ones(len(mesh.nodes)),
+        yarn=mesh.yarn_of_slice[station],
+        station=station,
+        bandwidth=bandwidth,
+        groups=partial(_groups, scene, mesh),
+        volume=partial(_volume, len(mesh.nodes)),
+        surfaces=tuple(yarn_surfaces(mesh)),
+        ends=grips(mesh, scene, specimen),
+        locate=partial(_locate, mesh),
+        size=scene.mesh.size,
+    )
+
+
+def _groups(scene: Scene, mesh: SweptMesh, nodes: np.ndarray) -> tuple[ElementGroup, ...]:
+    yarn = scene.yarn
+    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
+    kind = ELEMENTS.find(scene.mesh.element)
+    elements = kind.build(nodes[mesh.hexahedra], material, scene.solver.hourglass)
+    return (ElementGroup(mesh.hexahedra, elements),)
+
+
+def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
+    """Return the volume (N,) of every node: an eighth of every element around it [m3]."""
+    (group,) = groups
+    hexahedra = group.connectivity
+    each = group.elements.volume.reshape(-1, len(hexahedra)).sum(axis=0)  # of its integration points
+    return np.bincount(hexahedra.ravel(), np.repeat(each / 8, 8), count)
+
+
+def _locate(mesh: SweptMesh, points: np.ndarray, yarn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    raise NotImplementedError
