@@ -40,7 +40,7 @@ TIGHTEST = 0.8
 """Largest k = kappa R of the table; the layers inside of a yarn vanish at 1."""
 
 NODES = 12
-"""Bends at which the problem is solved: in between the law is met to 1e-6."""
+"""Bends at which the problem is solved: in between the law is met to 1e-7."""
 
 # Forces of the two problems that symmetry about the plane of curvature separates: in that plane, and out of it.
 PLANES = ((0, 2, 4), (1, 3, 5))
@@ -48,11 +48,16 @@ PLANES = ((0, 2, 4), (1, 3, 5))
 
 @lru_cache(maxsize=16)
 def _table(poisson_ratio: float) -> np.ndarray:
-    """Chebyshev coefficients (NODES, 6, 6) of the compliance over k from 0 to `TIGHTEST`."""
-    nodes = chebyshev.chebpts1(NODES)
-    bends = 0.5 * TIGHTEST * (nodes + 1)
-    values = np.stack([section_compliance(bend, poisson_ratio) for bend in bends])
-    return chebyshev.chebfit(nodes, values.reshape(NODES, 36), NODES - 1).reshape(NODES, 6, 6)
+    """Chebyshev coefficients (2 NODES, 6, 6) of the compliance over k / `TIGHTEST`.
+
+    Seen from the other side of its plane a rod has the opposite curvature, and N, B with the signs changed: couplings
+    of n_t, m_t with forces across them are odd in k.
+    """
+    nodes = chebyshev.chebpts1(2 * NODES)
+    seen = np.diag([-1.0, -1, 1, -1, -1, 1])
+    values = np.stack([section_compliance(TIGHTEST * node, poisson_ratio) for node in nodes[NODES:]])
+    values = np.concatenate([seen @ values[::-1] @ seen, values])
+    return chebyshev.chebfit(nodes, values.reshape(-1, 36), 2 * NODES - 1).reshape(-1, 6, 6)
 
 
 def compliances(bends: np.ndarray, poisson_ratio: float) -> np.ndarray:
@@ -60,7 +65,7 @@ def compliances(bends: np.ndarray, poisson_ratio: float) -> np.ndarray:
 
     Rows and columns are (n_N, n_B, n_t, m_N, m_B, m_t).
     """
-    at = 2.0 * np.asarray(bends) / TIGHTEST - 1.0
+    at = np.asarray(bends) / TIGHTEST
     return np.moveaxis(chebyshev.chebval(at, _table(float(poisson_ratio))), -1, 0)
 
 

@@ -48,7 +48,9 @@ class CurvedSection:
         length = np.linalg.norm(chord, axis=1)
         frame, bend = self._frames(chord / length[:, None])
         S = compliances(bend, self.poisson_ratio)
-        S[:, :2, :2] *= (1 + self.slenderness * (length / self.radius) ** 2 / 3)[:, None, None]  # R^2 EA = 4 EI
+        S[:, :2, :2] *= (1 + self.slenderness * (length / self.radius) ** 2 / 3)[
+            :, None, None
+        ]  # R^2 EA = 4 EI
         scale = np.repeat([1.0, self.radius], 3)
         law = self.youngs_modulus * self.radius**2 * np.outer(scale, scale) * np.linalg.inv(S)
         turn = np.zeros_like(law)

@@ -61,15 +61,15 @@ class Network:
     joints: Joints | None = None
     curvature: np.ndarray | None = None
 
-    def section(self, yarn: Yarn, law: str = "straight") -> SectionLaw:
-        """Return the section of the elements; law "straight" or "curved"."""
-        if law == "curved":
+    def section(self, yarn: Yarn, law: str) -> SectionLaw:
+        """Return the section of the elements; law "straight", or "curved" where elements follow a yarn."""
+        if law == "curved" and self.curvature is not None:
             return CurvedSection(yarn.radius, yarn.youngs_modulus, yarn.poisson_ratio, self.curvature)
         return Section.circular(
             yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, self.yarns_side_by_side
         )
 
-    def model(self, yarn: Yarn, law: str = "straight") -> BeamModel:
+    def model(self, yarn: Yarn, law: str) -> BeamModel:
         """Return the network as beams of circular yarn, with the law of `section`."""
         section = self.section(yarn, law)
         return BeamModel(
