@@ -17,6 +17,7 @@ VARIANTS = {
     "zones": "springs by crossing",
     "centreline": "springs of centrelines",
     "doubled": "doubled segments",
+    "straight": "sections of straight rods",
 }
 """What a value of a reduced model's keys is called where it makes a variant."""
 
@@ -118,9 +119,10 @@ def label_of(scene: Scene) -> str:
     if scene.fidelity == "dns":
         return f"{name}, elements of {1e3 * scene.mesh.size:.2f} mm"
     if scene.fidelity == "beam":
-        ties = ", pinned" if scene.beam.tie == "pinned" else ""
-        return f"{name}, {scene.beam.contact} contact, {SECTIONS[scene.beam.section]}{ties}"
-    keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section")
+        words = [name, f"{scene.beam.contact} contact", SECTIONS[scene.beam.section]]
+        words += ["pinned"] if scene.beam.tie == "pinned" else []
+        return ", ".join(words + [VARIANTS[law] for law in [scene.mesh.section_law] if law in VARIANTS])
+    keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section", "mesh.section_law")
     words = [VARIANTS[value] for value in map(scene.value, keys) if value in VARIANTS]
     if scene.value("rom.springs_from"):
         words.append(CARRIED)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import field_validator
 
 from knitstudy.mechanics.elements import ELEMENTS
@@ -61,7 +63,7 @@ class SolidMesh(Section):
 
 
 class BeamMesh(Section):
-    """Size of beam elements."""
+    """Size of beam elements, and their section."""
 
     beam_size: float = key(
         "a number > 0 and <= 1e6, in m",
@@ -71,4 +73,14 @@ class BeamMesh(Section):
         checked="0.5 mm",
         gt=0,
         le=LONGEST,
+    )
+
+    section_law: Literal["straight", "curved"] = key(
+        "straight (of a straight rod) or curved (of a rod as bent as the yarn is): the law of the beams' sections",
+        standing="assumed",
+        source=(
+            "section 2.5: beams along the centrelines, whose sections the paper does not say; a bent yarn of solids is"
+            " as stiff as curved says, 8 to 15 % stiffer than straight (docs/beams.md)"
+        ),
+        checked="curved and straight: force -4 to -6 % (scenes rom3d-straight-*)",
     )
