@@ -152,6 +152,7 @@ def test_captions_speak_of_models_that_there_are(plain_scene):
     scenes |= {f"line-{key}": scene.replace("name", f"line-{key}") for key, scene in line.items()}
     every = study.histories(scenes) | {name: study.history() for name in scenes if name.startswith("line")}
     sources = {"every": every, "scenes": scenes, "paper": read_table(RESOURCES / "paper_tables.csv")}
+    sources["reference"] = study.reference(scenes)
     built = {name: tabulate(name, **sources) for name in BY_MODEL}
     texts = (REPORT / "captions.yaml").read_text()
     named = re.findall(r'value\("(\w+)",\s+"([^"]+)",\s+"([^"]+)"', texts)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.names import INTERACTIONS, NAMES
+from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.selection import CASES, beams_of, models_of, other_mesh_of, reduced_of
 from knitstudy.study.scene import Scene
 
@@ -45,7 +47,7 @@ class Simulation:
 
 @dataclass(frozen=True)
 class Case:
-    """A direct simulation, and the models that are compared with it.
+    """A direct simulation, other models of the same problem, and the reference that all are compared with.
 
     Attributes
     ----------
@@ -59,6 +61,8 @@ class Case:
         Those that are no variants, by fidelity, "rom3d" and "rom2d".
     beams : tuple of Simulation
         The same knit as beams in contact.
+    reference : Reference
+        Of the problem; it may know nothing.
     """
 
     interaction: str
@@ -68,6 +72,7 @@ class Case:
     reduced: tuple[Simulation, ...]
     main: Mapping[str, Simulation]
     beams: tuple[Simulation, ...]
+    reference: Reference
 
     @property
     def label(self) -> str:
@@ -75,11 +80,13 @@ class Case:
         return f"{INTERACTIONS[self.interaction]}, {self.direction}"
 
     def name_of(self, model: Simulation) -> str:
-        """Return what one of the models is called: "DNS" the one that others are compared with."""
+        """Return what one of the models is called: "DNS" the main direct simulation."""
         return "DNS" if model is self.dns else model.label
 
 
-def cases_of(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> Iterator[Case]:
+def cases_of(
+    every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
+) -> Iterator[Case]:
     """Yield the cases of which there is a direct simulation.
 
     Parameters
@@ -88,6 +95,8 @@ def cases_of(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> It
         Histories of knits by scene (see docs/architecture.md).
     scenes : mapping of str to Scene
         Their scenes by the same names, in the order of the families.
+    reference : DataFrame
+        ``resources/reference/reference.csv``.
     """
     known = [scene for name, scene in scenes.items() if name in every]
 
@@ -109,6 +118,7 @@ def cases_of(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> It
             reduced=tuple(map(model, reduced_of(dns, known))),
             main={fidelity: model(scene) for fidelity, scene in found.items() if fidelity != "dns"},
             beams=tuple(map(model, beams_of(dns, known))),
+            reference=reference_of(reference, dns),
         )
 
 

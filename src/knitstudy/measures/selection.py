@@ -14,6 +14,7 @@ Whatever the case:
 - "tie_course_dns" and so on: the models of the four cases of `CASES`.
 - "every": all simulations of knits; "sprung": the direct ones whose contacts give springs.
 - "frictions": several of one mesh with different coefficients of friction, ties and rough contact beside them.
+- "ways": direct simulations of knits whose increments end at the strains of the reference, which is made from them.
 - "pairs": all pairs of crossing yarns that are pressed on each other and then slide.
 """
 
@@ -22,6 +23,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from knitstudy.measures.quantities import STRAINS
 from knitstudy.study.scene import Scene
 
 FRICTION = 0.76
@@ -110,6 +112,7 @@ def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene 
         "pairs": pairs(scenes),
         "every": [scene for scene in scenes if scene.specimen == "knit"],
         "sprung": sprung(scenes),
+        "ways": ways(scenes),
     }
     beside = {}
     if models:
@@ -204,6 +207,12 @@ def friction_sweep(scenes: Iterable[Scene]) -> list[Scene]:
     sweeps = [sweep(scene) for scene in direct if scene.interaction == "isotropic"]
     largest = max(sweeps, key=coefficients, default={})
     return list(largest.values()) if coefficients(largest) > 1 else []
+
+
+def ways(scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the direct simulations of knits that the reference can be made from."""
+    knits = [scene for scene in scenes if scene.specimen == "knit" and scene.fidelity == "dns"]
+    return [scene for scene in knits if set(STRAINS) <= {*scene.load.stops, scene.load.strain}]
 
 
 def pairs(scenes: Iterable[Scene]) -> list[Scene]:

@@ -10,10 +10,10 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.cases import Case, cases_of
-from knitstudy.measures.reference import number
+from knitstudy.measures.printed import number
 from knitstudy.study.scene import Scene
 
-REPRODUCED, NOT_REPRODUCED = "reproduced", "not reproduced"
+REPRODUCED, NOT_REPRODUCED, OPEN = "reproduced", "not reproduced", "not decidable"
 CALIBRATED, NOT_RUN = "used in calibration", "not yet run"
 
 
@@ -29,6 +29,8 @@ class Evidence:
         Of all histories: by interaction for `direct`, else by name.
     paper : DataFrame
         The paper's numbers.
+    reference : DataFrame
+        ``resources/reference/reference.csv``: what models are measured against.
     every : mapping of str to Dataset
         Histories of all simulations of knits, by scene.
     direct : mapping of str to Dataset
@@ -45,6 +47,7 @@ class Evidence:
     geometry: xr.Dataset
     scenes: Mapping[str, Scene]
     paper: pd.DataFrame
+    reference: pd.DataFrame
     every: Mapping[str, xr.Dataset] = field(default_factory=dict)
     direct: Mapping[str, xr.Dataset] = field(default_factory=dict)
     contacts: Mapping[str, xr.Dataset] = field(default_factory=dict)
@@ -54,7 +57,7 @@ class Evidence:
     @cached_property
     def cases(self) -> tuple[Case, ...]:
         """Direct simulations with the models that are compared with them, in course and wale tension."""
-        return tuple(cases_of(self.every, self.scenes))
+        return tuple(cases_of(self.every, self.scenes, self.reference))
 
 
 @dataclass(frozen=True)
@@ -66,8 +69,10 @@ class Judgement:
     note: str = ""
 
 
-def verdict(holds: bool) -> str:
-    """Return the verdict on a claim that was measured."""
+def verdict(holds: bool | None) -> str:
+    """Return the verdict on a claim that was measured; None where less decides than is certain."""
+    if holds is None:
+        return OPEN
     return REPRODUCED if holds else NOT_REPRODUCED
 
 

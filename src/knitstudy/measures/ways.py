@@ -1,0 +1,122 @@
+"""Independent ways to one result: simulations of a problem by discretisation, each with rising resolution."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import nan
+
+import xarray as xr
+
+from knitstudy.measures.extrapolation import Limit, limit_of_degrees, limit_of_sizes
+from knitstudy.measures.problem import problem_of
+from knitstudy.measures.quantities import increment_at
+from knitstudy.study.scene import Scene
+
+NAMES = {
+    "one_point": "one-point hexahedra",
+    "incompatible_modes": "hexahedra with incompatible modes",
+    "quadratic": "quadratic hexahedra",
+}
+"""What hexahedra are called, by ``mesh.element``."""
+
+SOLID_YARNS = "solid yarns"
+
+ORDER = 2.0
+"""At which forces are taken to converge in the element size. Quadratic elements could do better on smooth problems, but
+the edges of ties and contacts lie inside elements, where stresses have kinks: that leaves second order to all."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """Simulations of one problem that differ in nothing but their resolution.
+
+    Attributes
+    ----------
+    name : str
+        Of the discretisation.
+    scenes : tuple of Scene
+        From the coarsest to the finest.
+    """
+
+    name: str
+    scenes: tuple[Scene, ...]
+
+    @property
+    def resolutions(self) -> list[float]:
+        """Element sizes [m], or degrees of polynomials."""
+        return [resolution(scene) for scene in self.scenes]
+
+    @property
+    def said(self) -> str:
+        """Resolutions in words."""
+        if self.name == SOLID_YARNS:
+            return "p = " + ", ".join(f"{degree:g}" for degree in self.resolutions)
+        return ", ".join(f"{1e3 * size:g}" for size in self.resolutions) + " mm"
+
+    @property
+    def order(self) -> float:
+        """Of convergence in the element size, as assumed; nan of polynomials."""
+        return nan if self.name == SOLID_YARNS else ORDER
+
+    def limit(self, values: Mapping[str, float]) -> Limit:
+        """Return where values, by scene, tend."""
+        found = [values[scene.name] for scene in self.scenes]
+        if self.name == SOLID_YARNS:
+            return limit_of_degrees(self.resolutions, found)
+        return limit_of_sizes(self.resolutions, found, self.order)
+
+
+def discretisation(scene: Scene) -> str:
+    """Return what a direct simulation is made of, in words."""
+    element = scene.value("mesh.element")
+    return SOLID_YARNS if element is None else NAMES.get(element, element)
+
+
+def resolution(scene: Scene) -> float:
+    """Return the element size [m] or the degree of the polynomials over the section."""
+    degree = scene.value("mesh.degree")
+    return scene.mesh.size if degree is None else degree
+
+
+def ways_of(scenes: Iterable[Scene]) -> dict[str, list[Way]]:
+    """Return the ways to each problem, by its digest; a discretisation of one resolution is none.
+
+    Parameters
+    ----------
+    scenes : iterable of Scene
+        Direct simulations, in the order of the families.
+    """
+    groups: dict[str, dict[str, dict[float, Scene]]] = {}
+    for scene in scenes:
+        of = groups.setdefault(problem_of(scene), {}).setdefault(discretisation(scene), {})
+        of.setdefault(resolution(scene), scene)
+    return {
+        problem: [
+            Way(name, tuple(of[key] for key in sorted(of, reverse=name != SOLID_YARNS)))
+            for name, of in by_name.items()
+            if len(of) > 1
+        ]
+        for problem, by_name in groups.items()
+    }
+
+
+def values_at(
+    values, histories: Mapping[str, xr.Dataset], contacts: Mapping[str, xr.Dataset], strain: float
+) -> dict[str, float]:
+    """Return a quantity at a strain by scene, of those scenes that have an increment there.
+
+    Parameters
+    ----------
+    values : callable
+        Of `quantities.QUANTITIES`.
+    histories, contacts : mapping of str to Dataset
+        By scene.
+    strain : float
+    """
+    found = {name: increment_at(history, strain) for name, history in histories.items()}
+    return {
+        name: float(values(histories[name], contacts[name])[at])
+        for name, at in found.items()
+        if at is not None and name in contacts
+    }
