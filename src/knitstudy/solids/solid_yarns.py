@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -69,8 +69,10 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SolidY
     """
     parts = import_module(scene.kind.fidelity.solids).discretise(scene, mesh, specimen)
     tied = tied_crossings(scene, specimen.crossings)
-    tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied)
-    facets = CrossingFacets.of(specimen.crossings, mesh)
+    tie = tie_crossings(parts.mesh, specimen, scene.tie.tolerance, tied, parts.faces)
+    if parts.dependence is not None:
+        tie = replace(tie, nodes=parts.dependence @ tie.nodes)
+    facets = CrossingFacets.of(specimen.crossings, parts.mesh)
     groups = parts.groups(tie.nodes)
     volume = parts.volume(groups)
     spread, retained = _transformation(parts, tie)
@@ -83,7 +85,7 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SolidY
     interaction = scene.kind.interaction
     if not interaction.touches:
         return SolidYarns(parts, SolidModel(*solids), tie, facets, retained)
-    pieces = tied_pieces(mesh, specimen.crossings, tied)
+    pieces = tied_pieces(parts.mesh, specimen.crossings, tied)
     contact = import_module(interaction.solids)
     touching = contact.touching(scene, parts, tie, pieces, facets, volume, solids)
     return SolidYarns(parts, touching.model, tie, facets, retained, touching)
