@@ -113,7 +113,7 @@ def test_several_scenes_of_a_role_are_lists(scenes, tmp_path):
         "dns",
         "rom3d",
         "rom2d",
-        "other_mesh",
+        "others",
         "reduced",
         "reference",
     }

@@ -35,7 +35,7 @@ def test_cases_hold_what_is_compared(every, scenes, reference):
     assert list(cases) == [("tie", "course"), ("tie", "wale"), ("isotropic", "course"), ("isotropic", "wale")]
     case = cases["isotropic", "wale"]
     assert case.dns.scene.name == "dns-isotropic-wale"
-    assert case.other_mesh.scene.name == "dns-isotropic-wale-medium"
+    assert [model.scene.name for model in case.others] == ["dns-isotropic-wale-medium"]
     assert [model.scene.name for model in case.main.values()] == [
         "rom3d-isotropic-wale",
         "rom2d-isotropic-wale",
@@ -60,7 +60,7 @@ def test_labels_name_what_makes_a_variant(scenes):
         "2D ROM, doubled segments": scenes["rom2d-doubled-tie-wale"],
         "beams, point contact, rigid, pinned": scenes["beam-pinned-isotropic-course"],
         "beams, point contact, Hertzian": scenes["beam-hertz-isotropic-course"],
-        "DNS, elements of 0.45 mm": scenes["dns-tie-course-medium"],
+        "DNS, one-point hexahedra of 0.45 mm": scenes["dns-tie-course-medium"],
     }
     assert {label_of(scene): scene.name for scene in variants.values()} == {
         label: scene.name for label, scene in variants.items()
@@ -94,9 +94,9 @@ def test_distances_of_all_models_from_the_reference(every, scenes, reference):
     assert of["force over the reference's [1]"] == pytest.approx(1.5)
     assert of["correlation of u_z with DNS [1]"] == pytest.approx(1)
     assert of["amplitude of u_z over the reference's [1]"] == pytest.approx(0.5)
-    other_mesh = table.loc["DNS, elements of 0.45 mm; isotropic friction, course"]
+    other_mesh = table.loc["DNS, one-point hexahedra of 0.45 mm; isotropic friction, course"]
     assert other_mesh["L2 distance of force to the reference [1]"] == pytest.approx(0.02)
-    assert other_mesh["discretisation"] == "one-point hexahedra"
+    assert other_mesh["discretisation"] == "one-point hexahedra of 0.45 mm"
 
 
 def test_distances_carry_the_uncertainty_of_the_reference(every, scenes, reference):

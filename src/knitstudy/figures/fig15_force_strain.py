@@ -23,6 +23,7 @@ from knitstudy.figures.curves import (
 )
 from knitstudy.figures.style import MODELS, OTHER, styled
 from knitstudy.measures.cases import label_of
+from knitstudy.measures.discretisation import is_direct
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.selection import ISOTROPIC_COURSE, ISOTROPIC_WALE, TIED_COURSE, TIED_WALE
 from knitstudy.study.scene import Scene
@@ -36,7 +37,7 @@ DASHES = ((0, (1, 1.2)), (0, (4, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (2, 2.5)), (0
     "Fig. 15a: force against strain in course direction, ties",
     needs=("dns", "rom3d", "rom2d", "scenes", "reference"),
     of=TIED_COURSE,
-    optional=("other_mesh", "reduced"),
+    optional=("others", "reduced"),
     order=1,
 )
 @FIGURES.add(
@@ -44,7 +45,7 @@ DASHES = ((0, (1, 1.2)), (0, (4, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (2, 2.5)), (0
     "Fig. 15b: force against strain in wale direction, ties",
     needs=("dns", "rom3d", "rom2d", "scenes", "reference"),
     of=TIED_WALE,
-    optional=("other_mesh", "reduced"),
+    optional=("others", "reduced"),
     order=2,
 )
 @FIGURES.add(
@@ -52,7 +53,7 @@ DASHES = ((0, (1, 1.2)), (0, (4, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (2, 2.5)), (0
     "Fig. 15c: force against strain in course direction, isotropic friction",
     needs=("dns", "rom3d", "rom2d", "scenes", "reference"),
     of=ISOTROPIC_COURSE,
-    optional=("other_mesh", "reduced"),
+    optional=("others", "reduced"),
     order=3,
 )
 @FIGURES.add(
@@ -60,7 +61,7 @@ DASHES = ((0, (1, 1.2)), (0, (4, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (2, 2.5)), (0
     "Fig. 15d: force against strain in wale direction, isotropic friction",
     needs=("dns", "rom3d", "rom2d", "scenes", "reference"),
     of=ISOTROPIC_WALE,
-    optional=("other_mesh", "reduced"),
+    optional=("others", "reduced"),
     order=4,
 )
 @styled
@@ -70,7 +71,7 @@ def draw(
     rom2d: xr.Dataset,
     scenes: Mapping[str, Scene],
     reference: pd.DataFrame,
-    other_mesh: xr.Dataset | None = None,
+    others: Mapping[str, xr.Dataset] | None = None,
     reduced: Mapping[str, xr.Dataset] | None = None,
 ) -> Figure:
     """Draw force against strain; the legend gives secant stiffnesses over the reference's.
@@ -80,24 +81,21 @@ def draw(
     dns, rom3d, rom2d : Dataset
         Histories (see docs/architecture.md).
     scenes : mapping of str to Scene
-        Their scenes by fidelity, "other_mesh" and those of `reduced` by name.
+        Their scenes by fidelity, and those of `others` and `reduced` by name.
     reference : DataFrame
         ``resources/reference/reference.csv``.
-    other_mesh : Dataset, optional
-        History of the same DNS on another mesh.
+    others : mapping of str to Dataset, optional
+        Histories of direct simulations of the same by other elements or on other meshes, by scene.
     reduced : mapping of str to Dataset, optional
         Histories of all reduced models by scene, of which the variants are drawn.
     """
     models = {"dns": dns, "rom3d": rom3d, "rom2d": rom2d}
     true = reference_of(reference, scenes["dns"])
     main = {scenes[fidelity].name for fidelity in models}
-    variants = {name: each for name, each in (reduced or {}).items() if name not in main}
-    drawing, axes = figure_over_legend(len(models) + true.known + (other_mesh is not None) + len(variants))
+    beside = (others or {}) | (reduced or {})
+    variants = {name: each for name, each in beside.items() if name not in main}
+    drawing, axes = figure_over_legend(len(models) + true.known + len(variants))
     draw_reference(axes, true)
-    if other_mesh is not None:
-        text = f"{label_of(scenes['other_mesh'])} {stiffness_ratio(other_mesh, true)}"
-        thin = {"color": MODELS["dns"].colour, "linewidth": 0.9, "linestyle": DASHES[0]}
-        axes.plot(PERCENT * other_mesh["strain"], other_mesh["force"], label=text, **thin)
     for fidelity, history in models.items():
         look = MODELS[fidelity]
         text = f"{look.label} {stiffness_ratio(history, true)}"
@@ -122,7 +120,7 @@ def _draw_variants(
     """Draw thin lines in the colours of the models that they are variants of."""
     drawn: Counter[str] = Counter()
     for name, history in variants.items():
-        fidelity = scenes[name].fidelity
+        fidelity = "dns" if is_direct(scenes[name]) else scenes[name].fidelity
         axes.plot(
             PERCENT * history["strain"],
             history["force"],

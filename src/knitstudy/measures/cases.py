@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.discretisation import is_direct, made_of
 from knitstudy.measures.names import INTERACTIONS, NAMES
 from knitstudy.measures.reference import Reference, reference_of
-from knitstudy.measures.selection import CASES, beams_of, models_of, other_mesh_of, reduced_of
+from knitstudy.measures.selection import CASES, beams_of, models_of, others_of, reduced_of
 from knitstudy.study.scene import Scene
 
 VARIANTS = {
@@ -53,8 +54,8 @@ class Case:
     ----------
     interaction, direction : str
     dns : Simulation
-    other_mesh : Simulation or None
-        The direct simulation on another mesh.
+    others : tuple of Simulation
+        Direct simulations of the same by other elements, or on other meshes.
     reduced : tuple of Simulation
         All reduced models made from it.
     main : mapping of str to Simulation
@@ -68,7 +69,7 @@ class Case:
     interaction: str
     direction: str
     dns: Simulation
-    other_mesh: Simulation | None
+    others: tuple[Simulation, ...]
     reduced: tuple[Simulation, ...]
     main: Mapping[str, Simulation]
     beams: tuple[Simulation, ...]
@@ -108,13 +109,12 @@ def cases_of(
         if not found:
             continue
         dns = found["dns"]
-        other_mesh = other_mesh_of(dns, known).get("other_mesh")
         interaction, direction = name.split("_")
         yield Case(
             interaction=interaction,
             direction=direction,
             dns=model(dns),
-            other_mesh=model(other_mesh) if other_mesh else None,
+            others=tuple(map(model, others_of(dns, known))),
             reduced=tuple(map(model, reduced_of(dns, known))),
             main={fidelity: model(scene) for fidelity, scene in found.items() if fidelity != "dns"},
             beams=tuple(map(model, beams_of(dns, known))),
@@ -125,8 +125,8 @@ def cases_of(
 def label_of(scene: Scene) -> str:
     """Return what a model is called beside others of its case: its fidelity, and what makes it a variant."""
     name = NAMES.get(scene.fidelity) or scene.kind.fidelity.meaning
-    if scene.fidelity == "dns":
-        return f"{name}, elements of {1e3 * scene.mesh.size:.2f} mm"
+    if is_direct(scene):
+        return f"{NAMES['dns']}, {made_of(scene)}"
     if scene.fidelity == "beam":
         ties = ", pinned" if scene.beam.tie == "pinned" else ""
         return f"{name}, {scene.beam.contact} contact, {SECTIONS[scene.beam.section]}{ties}"

@@ -8,19 +8,11 @@ from math import nan
 
 import xarray as xr
 
+from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, resolution
 from knitstudy.measures.extrapolation import Limit, limit_of_degrees, limit_of_sizes
 from knitstudy.measures.problem import problem_of
 from knitstudy.measures.quantities import increment_at
 from knitstudy.study.scene import Scene
-
-NAMES = {
-    "one_point": "one-point hexahedra",
-    "incompatible_modes": "hexahedra with incompatible modes",
-    "quadratic": "quadratic hexahedra",
-}
-"""What hexahedra are called, by ``mesh.element``."""
-
-SOLID_YARNS = "solid yarns"
 
 ORDER = 2.0
 """At which forces are taken to converge in the element size. Quadratic elements could do better on smooth problems, but
@@ -65,18 +57,6 @@ class Way:
         if self.name == SOLID_YARNS:
             return limit_of_degrees(self.resolutions, found)
         return limit_of_sizes(self.resolutions, found, self.order)
-
-
-def discretisation(scene: Scene) -> str:
-    """Return what a direct simulation is made of, in words."""
-    element = scene.value("mesh.element")
-    return SOLID_YARNS if element is None else NAMES.get(element, element)
-
-
-def resolution(scene: Scene) -> float:
-    """Return the element size [m] or the degree of the polynomials over the section."""
-    degree = scene.value("mesh.degree")
-    return scene.mesh.size if degree is None else degree
 
 
 def ways_of(scenes: Iterable[Scene]) -> dict[str, list[Way]]:

@@ -10,7 +10,7 @@ import xarray as xr
 from knitstudy.measures.cases import Case, cases_of
 from knitstudy.measures.comparison import COLUMNS as COMPARED
 from knitstudy.measures.comparison import comparison
-from knitstudy.measures.ways import discretisation
+from knitstudy.measures.discretisation import is_direct, made_of
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
@@ -43,11 +43,10 @@ COLUMNS = ["model", "scene", "discretisation", *COMPARED]
 
 
 def _rows(case: Case) -> Iterator[dict]:
-    other_mesh = [case.other_mesh] if case.other_mesh else []
-    for model in (case.dns, *other_mesh, *case.reduced):
+    for model in (case.dns, *case.others, *case.reduced):
         yield {
             "model": f"{case.name_of(model)}; {case.label}",
             "scene": model.scene.name,
-            "discretisation": discretisation(model.scene) if model.scene.fidelity == "dns" else "beams",
+            "discretisation": made_of(model.scene) if is_direct(model.scene) else "beams",
             **comparison(model.history, case.dns.history, case.reference),
         }

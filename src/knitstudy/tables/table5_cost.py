@@ -10,15 +10,12 @@ import xarray as xr
 from knitstudy.measures.cases import Case, Simulation, cases_of
 from knitstudy.measures.comparison import OVER_REFERENCE, UNCERTAIN
 from knitstudy.measures.cost import MEGABYTE, element_length
+from knitstudy.measures.discretisation import discretisation
 from knitstudy.measures.names import NAMES
 from knitstudy.measures.printed import REPORTED, number, reported
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
-SOLIDS = {
-    "one_point": "hexahedron, 8 nodes, 1 point",
-    "incompatible_modes": "hexahedron, 8 nodes, 8 points, incompatible modes",
-}
 BEAM = "beam, 2 nodes, 1 point"
 
 
@@ -90,8 +87,8 @@ def _row(fidelity: str, model: Simulation, case: Case, paper: pd.DataFrame) -> d
     values = {
         "model": f"{NAMES[fidelity]}; {case.label}",
         "scene": model.scene.name,
-        "element": SOLIDS[model.scene.mesh.element] if fidelity == "dns" else BEAM,
-        "mesh size [m]": model.scene.mesh.size if fidelity == "dns" else element_length(history),
+        "element": discretisation(model.scene) if fidelity == "dns" else BEAM,
+        "mesh size [m]": model.scene.value("mesh.size") if fidelity == "dns" else element_length(history),
         "degrees of freedom [1]": int(cost["dof"]),
         "DNS's degrees of freedom over these [1]": dns["dof"] / cost["dof"],
         "memory growth [MB]": cost["memory_growth"] / MEGABYTE,

@@ -10,6 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.cases import Case, cases_of
+from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.printed import number
 from knitstudy.study.scene import Scene
 
@@ -87,7 +88,7 @@ def at_full_strain(
     """Withhold the verdict where histories were not pulled as far as the paper's; name the mesh of a scene."""
     wanted = number(evidence.paper, "fig7", "course isotropic", "strain at the end") / 100
     reached = min(float(history["strain"][-1]) for history in histories)
-    notes = [judgement.note, f"DNS elements of {1e3 * evidence.scenes[scene].mesh.size:g} mm"]
+    notes = [judgement.note, f"DNS of {made_of(evidence.scenes[scene])}"]
     if reached < 0.999 * wanted:
         judgement = replace(judgement, verdict=NOT_RUN)
         notes.insert(0, f"pulled to {reached:.2%}, the paper to {wanted:.0%}")

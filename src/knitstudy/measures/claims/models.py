@@ -17,6 +17,7 @@ from knitstudy.measures.claims.evidence import (
     verdict,
 )
 from knitstudy.measures.cost import MEGABYTE
+from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import UNKNOWN, Estimate, all_hold
 from knitstudy.measures.printed import REPORTED, number
 from knitstudy.measures.quantities import LARGEST_U_Z, RMS_U_Z, rms_out_of_plane
@@ -49,8 +50,8 @@ def judge_forces(evidence: Evidence) -> Judgement:
         near, far = (case.main[name].history for name in ("rom3d", "rom2d"))
         distance = case.reference.force_distance
         said = f"3D ROM {distance(near)}, 2D ROM {distance(far)}"
-        for direct in filter(None, (case.dns, case.other_mesh)):
-            said += f", DNS of {1e3 * direct.scene.mesh.size:.2f} mm {distance(direct.history)}"
+        for direct in (case.dns, *case.others):
+            said += f", DNS of {made_of(direct.scene)} {distance(direct.history)}"
         return said, case.reference.nearer(near, far, MUCH_CLOSER)
 
     judged = _in_cases(evidence, judge, "relative L2 distance of F(strain) to the reference: ")
