@@ -54,7 +54,7 @@ class CrossingFacets:
         return displacement[self.nodes].mean(axis=2)
 
     def nearest(
-        self, yarn: np.ndarray, other: np.ndarray, along: np.ndarray
+        self, yarn: np.ndarray, other: np.ndarray, arc_length: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return crossing and side (k,) of places where two yarns touch; crossing -1 away from all of them.
 
@@ -62,13 +62,9 @@ class CrossingFacets:
         ----------
         yarn, other : ndarray of int, shape (k,)
             Yarn that the place lies on, and the one it touches.
-        along : ndarray, shape (k,)
-            Where: slices along the first one.
+        arc_length : ndarray, shape (k,)
+            Where: on the first one [m].
         """
-        first = self.mesh.first_slice[yarn]
-        layer = np.clip(np.floor(along).astype(int), 0, self.mesh.first_slice[yarn + 1] - first - 2)
-        s = self.mesh.arc_length[first + layer]
-        s = s + (along - layer) * (self.mesh.arc_length[first + layer + 1] - s)
         side = np.where(yarn < other, 0, 1)
         crossings = self.crossings
         crossing = np.full(len(yarn), -1)
@@ -80,7 +76,7 @@ class CrossingFacets:
             )
             if not len(candidates):
                 continue
-            apart = np.abs(s[here, None] - crossings.arc_length[candidates, end])
+            apart = np.abs(arc_length[here, None] - crossings.arc_length[candidates, end])
             nearest = np.argmin(apart, axis=1)
             close = apart[np.arange(len(here)), nearest] <= REACH * self.mesh.radius
             crossing[here[close]] = candidates[nearest[close]]

@@ -201,7 +201,7 @@ def specimen_deck(
         )
     as_equations = constraints == "equations"
     tied = np.isfinite(tie.area)
-    free = tied_pieces(mesh, specimen.crossings, tied) < 0
+    free = tied_pieces(mesh.stations, specimen.crossings, tied) < 0
     touching = np.unique(specimen.crossings.row[~tied])
     reach = CONTACT_REACH * mesh.radius + _travel(scene)
     gripped = grips(mesh, scene, specimen)

@@ -98,6 +98,8 @@ class QuadraticMesh:
         Corners of these faces, and the middles of their edges: what `FACE_CENTRE` weighs.
     grids : tuple of ndarray of int (2 s - 1, 2 a)
         Surface nodes of every yarn, station by station, by angle.
+    arc_lengths : tuple of ndarray (2 s - 1,)
+        Of the stations of every yarn, m.
     """
 
     corners: SweptMesh
@@ -110,6 +112,7 @@ class QuadraticMesh:
     face_centres: np.ndarray
     faces: np.ndarray
     grids: tuple[np.ndarray, ...]
+    arc_lengths: tuple[np.ndarray, ...]
 
     @cached_property
     def bandwidth(self) -> int:
@@ -142,7 +145,8 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Curve]) -> QuadraticMesh:
     middle_nodes = start[lower, None] + whole + np.arange(q + a)  # (L, q + a): corners, face centres
     nodes = np.empty((start[-1] + whole, 3))
     nodes[slice_nodes] = _tube(mesh.centres, mesh.frames, mesh.radius * disc)
-    centres, frames = _middle_slices(mesh, curves)
+    arc_lengths = tuple(_with_middles(s) for s in mesh.stations)
+    centres, frames = _middle_slices(mesh, curves, arc_lengths)
     nodes[middle_nodes[:, :q]] = _tube(centres, frames, mesh.radius * disc[:q])
 
     ring, ring_edges = section.section.ring, q + section.ring_edges
@@ -175,6 +179,7 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Curve]) -> QuadraticMesh:
         face_centres=middle_nodes[:, q:].ravel(),
         faces=faces.reshape(-1, 8),
         grids=tuple(_grid(on_slices, between, mesh, yarn) for yarn in range(mesh.yarns)),
+        arc_lengths=arc_lengths,
     )
 
 
@@ -183,13 +188,18 @@ def _tube(centres: np.ndarray, frames: np.ndarray, disc: np.ndarray) -> np.ndarr
     return centres[:, None] + np.einsum("kd,sdi->ski", disc, frames[:, :2])
 
 
-def _middle_slices(mesh: SweptMesh, curves: Sequence[Curve]) -> tuple[np.ndarray, np.ndarray]:
+def _with_middles(s: np.ndarray) -> np.ndarray:
+    """Arc lengths (2 s - 1,) of the slices (s,) of a yarn and of the middles between them."""
+    return np.insert(s, np.arange(1, s.size), 0.5 * (s[1:] + s[:-1]))
+
+
+def _middle_slices(
+    mesh: SweptMesh, curves: Sequence[Curve], arc_lengths: Sequence[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
     """Centres (L, 3) and frames (L, 3, 3) halfway between all slices of every yarn."""
     centres, frames = [], []
-    for yarn, curve in enumerate(curves):
+    for yarn, (curve, s) in enumerate(zip(curves, arc_lengths, strict=True)):
         here = slice(*mesh.first_slice[yarn : yarn + 2])
-        s = mesh.arc_length[here]
-        s = np.insert(s, np.arange(1, s.size), 0.5 * (s[1:] + s[:-1]))
         place = curve.position(s)
         free = rotation_minimising(place, curve.tangent(s))
         # The roll of the slices against frames without spin, and its mean between them.

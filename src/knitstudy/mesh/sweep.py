@@ -78,6 +78,11 @@ class SweptMesh:
         """Yarn of every slice (S,)."""
         return np.repeat(np.arange(self.yarns), np.diff(self.first_slice))
 
+    @property
+    def stations(self) -> tuple[np.ndarray, ...]:
+        """Arc lengths of the slices of every yarn, m."""
+        return tuple(np.split(self.arc_length, self.first_slice[1:-1]))
+
     @cached_property
     def slice_of_element(self) -> np.ndarray:
         """Lower slice of every hexahedron (E,)."""

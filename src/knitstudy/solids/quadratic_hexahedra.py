@@ -7,9 +7,10 @@ from functools import partial
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.crossings.rings import Rings
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
-from knitstudy.mechanics.contact.surface import Grid, circular_stretch
+from knitstudy.mechanics.contact.grids import Grid, Grids, circular_stretch
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
 from knitstudy.mechanics.elements.hexahedron import GAUSS
 from knitstudy.mechanics.elements.quadratic import EDGES, NODES, shape
@@ -45,7 +46,8 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         bandwidth=quadratic.bandwidth,
         groups=partial(_groups, scene, quadratic),
         volume=partial(_volume, len(quadratic.nodes)),
-        surfaces=tuple(Grid(grid, stretch=stretch) for grid in quadratic.grids),
+        surfaces=Grids([Grid(grid, stretch=stretch) for grid in quadratic.grids]),
+        rings=Rings.of_rows(quadratic.arc_lengths),
         ends=_ends(quadratic, grips(quadratic.corners, scene, specimen)),
         locate=partial(_locate, quadratic),
         size=scene.mesh.size,

@@ -26,8 +26,8 @@ def yarn_contact(scene: Scene, yarns: Discretisation, nodes: np.ndarray, pieces:
     yarns : Discretisation
     nodes : ndarray, shape (N, 3)
         Undeformed nodes, adjusted to the ties [m].
-    pieces : ndarray of int, shape (S,)
-        What every slice is tied in; see `tied_crossings.tied_pieces`.
+    pieces : ndarray of int, shape (R,)
+        What every ring is tied in; see `tied_crossings.tied_pieces`.
 
     Raises
     ------
