@@ -121,6 +121,12 @@ def test_problems_are_told_apart_by_their_physics_alone(plain_scene):
     assert len(found | {problem_of(touching)}) == len(others) + 1
 
 
+def test_simulations_of_other_ties_are_another_way(solid):
+    scenes = [*way(solid, "one_point").values(), *way(solid, "one_point", **{"tie.tolerance": 0.1}).values()]
+    (ways,) = ways_of(scenes).values()
+    assert [each.name for each in ways] == ["one-point hexahedra"] * 2
+
+
 def test_ways_run_from_the_coarsest_to_the_finest(solid):
     scenes = way(solid, "one_point", (0.3e-3, 0.45e-3, 0.2e-3))
     (ways,) = ways_of(scenes.values()).values()

@@ -12,11 +12,15 @@ from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, resol
 from knitstudy.measures.extrapolation import Limit, limit_of_degrees, limit_of_sizes
 from knitstudy.measures.problem import problem_of
 from knitstudy.measures.quantities import increment_at
-from knitstudy.study.scene import Scene
+from knitstudy.study.scene import Scene, digest
 
 ORDER = 2.0
 """At which forces are taken to converge in the element size. Quadratic elements could do better on smooth problems, but
 the edges of ties and contacts lie inside elements, where stresses have kinks: that leaves second order to all."""
+
+
+NUMERICAL, RESOLUTION = ("mesh", "tie", "contact"), ("size", "degree", "crossing_degree")
+"""Sections that the simulations of a way share, but for these keys of their meshes."""
 
 
 @dataclass(frozen=True)
@@ -69,16 +73,22 @@ def ways_of(scenes: Iterable[Scene]) -> dict[str, list[Way]]:
     """
     groups: dict[str, dict[str, dict[float, Scene]]] = {}
     for scene in scenes:
-        of = groups.setdefault(problem_of(scene), {}).setdefault(discretisation(scene), {})
+        of = groups.setdefault(problem_of(scene), {}).setdefault(_all_but_resolution(scene), {})
         of.setdefault(resolution(scene), scene)
-    return {
-        problem: [
-            Way(name, tuple(of[key] for key in sorted(of, reverse=name != SOLID_YARNS)))
-            for name, of in by_name.items()
-            if len(of) > 1
-        ]
-        for problem, by_name in groups.items()
-    }
+    return {problem: [_way(of) for of in found.values() if len(of) > 1] for problem, found in groups.items()}
+
+
+def _all_but_resolution(scene: Scene) -> str:
+    """Return a digest of all that the simulations of one way share beside their problem."""
+    document = scene.read(NUMERICAL)
+    document["mesh"] = {key: value for key, value in document["mesh"].items() if key not in RESOLUTION}
+    return digest({"discretisation": discretisation(scene)} | document)
+
+
+def _way(by_resolution: Mapping[float, Scene]) -> Way:
+    name = discretisation(next(iter(by_resolution.values())))
+    order = sorted(by_resolution, reverse=name != SOLID_YARNS)
+    return Way(name, tuple(by_resolution[each] for each in order))
 
 
 def values_at(
