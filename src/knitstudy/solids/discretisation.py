@@ -51,6 +51,9 @@ class Discretisation:
         Nodes of `mesh` as weighted sums of nodes; None where they are the nodes.
     dependence : csr matrix, shape (N, N), optional
         Nodes as weighted sums of nodes that depend on no others; the identity if None.
+    missing : callable, optional
+        Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one yarn's
+        alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement shows it all.
     """
 
     mesh: SweptMesh
@@ -67,6 +70,7 @@ class Discretisation:
     size: float
     sampling: sp.csr_matrix | None = None
     dependence: sp.csr_matrix | None = None
+    missing: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
 
     def sampled(self, values: np.ndarray) -> np.ndarray:
         """Return what the nodes (N, ...) give at the nodes of `mesh` (M, ...)."""

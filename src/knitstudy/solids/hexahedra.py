@@ -10,6 +10,8 @@ from knitstudy.gates.resolution import ELEMENTS_ACROSS, require_elements_across
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
+from knitstudy.mechanics.elements.hexahedron import shape, shape_gradient
+from knitstudy.mechanics.elements.inverse_map import locate
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.memory import require_memory_to_simulate
@@ -65,4 +67,11 @@ def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
 
 
 def _locate(mesh: SweptMesh, points: np.ndarray, yarn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    raise NotImplementedError
+    elements = [mesh.hexahedra[_elements_of(mesh, number)] for number in range(mesh.yarns)]
+    return locate(mesh.nodes, elements, points, yarn, shape, shape_gradient)
+
+
+def _elements_of(mesh: SweptMesh, yarn: int) -> slice:
+    """Return the range of the elements of a yarn."""
+    first, last = (mesh.first_slice[yarn : yarn + 2] - [yarn, yarn + 1]) * len(mesh.section.quads)
+    return slice(int(first), int(last))

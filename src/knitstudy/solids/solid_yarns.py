@@ -19,7 +19,7 @@ from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.stabilisation import Stabilisation
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.discretisation import Discretisation
-from knitstudy.solids.tie import Tie, tie_crossings
+from knitstudy.solids.ties import Tie, tie_of
 from knitstudy.study.scene import Scene
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SolidY
     """
     parts = import_module(scene.kind.fidelity.solids).discretise(scene, mesh, specimen)
     tied = tied_crossings(scene, specimen.crossings)
-    tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied)
+    tie = tie_of(scene, parts, specimen)
     facets = CrossingFacets.of(specimen.crossings, mesh)
     groups = parts.groups(tie.nodes)
     volume = parts.volume(groups)

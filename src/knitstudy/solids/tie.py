@@ -53,6 +53,8 @@ class Tie:
         Centroid of the tied area [m]; nan where there is none.
     tolerance : float
         Largest gap beyond the clearance that was tied [m].
+    facet : float
+        Size of a facet [m].
     """
 
     slave: np.ndarray
@@ -64,6 +66,7 @@ class Tie:
     area: np.ndarray
     centroid: np.ndarray
     tolerance: float
+    facet: float
 
     links: ClassVar[None] = None
 
@@ -105,6 +108,15 @@ class Tie:
         np.subtract.at(total, self.crossing, node_force[self.slave])
         return total
 
+    def beside(self, points: np.ndarray) -> np.ndarray:
+        """Return which undeformed points (k, 3) [m] lie beside the tied facets (k,), farther from them than their size.
+
+        Nearer ones the tie itself has moved.
+        """
+        if not len(self.slave):
+            return np.ones(len(points), dtype=bool)
+        return cKDTree(self.nodes[self.joined]).query(points)[0] > self.facet
+
 
 def tie_crossings(
     mesh: SweptMesh, knit: Knit | YarnPair, tolerance: float, tied: np.ndarray | None = None
@@ -125,7 +137,8 @@ def tie_crossings(
     MeshError
         If a node would be slave and master at once.
     """
-    reach = tolerance * facet_size(mesh)
+    facet = facet_size(mesh)
+    reach = tolerance * facet
     row_of_crossing = knit.crossings.row
     chosen = np.ones(len(row_of_crossing), dtype=bool) if tied is None else tied
     found = [(np.empty((0, 4), dtype=np.int64), np.empty(0, dtype=np.int64))]
@@ -159,6 +172,7 @@ def tie_crossings(
         area=area,
         centroid=centroid,
         tolerance=reach,
+        facet=facet,
     )
 
 

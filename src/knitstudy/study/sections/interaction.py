@@ -8,7 +8,33 @@ from knitstudy.study.keys import Section, key
 
 
 class Tie(Section):
-    """Points nearer than `tolerance` facet sizes are tied."""
+    """What holds yarns together where they cross and are tied.
+
+    By the rule "patch" the mean and the linear moments of their displacement on a disc of `radius`; by the rule "facets", that
+    of commercial programs, all nodes of facets that are nearer than `tolerance` facet sizes, an area that shrinks with the mesh.
+    """
+
+    rule: Literal["patch", "facets"] = key(
+        "patch (a disc of tie.radius) or facets (facets within tie.tolerance)",
+        standing="choice",
+        source="numerical; the force of tied facets depends on the element size, that of patches converges (docs/ties.md)",
+        checked="both, on meshes of 6 to 18 elements across and with solid yarns (docs/ties.md)",
+        default="facets",
+    )
+
+    radius: float = key(
+        "a number from 0.05 to 0.8, in yarn radii",
+        unit="R",
+        standing="inferred",
+        source=(
+            "sqrt(2 R delta) / R, where yarns of radius R are nearer than delta = 5 % of the stated 0.3 mm: the area of one facet "
+            "of that size"
+        ),
+        checked="0.1 to 0.5: force -2 to +15 % (docs/ties.md)",
+        default=0.183,
+        ge=0.05,
+        le=0.8,
+    )
 
     tolerance: float = key(
         "a number > 0 and <= 1, a share of the facet size",
