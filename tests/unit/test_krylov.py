@@ -5,6 +5,7 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.linear.in_turn import InTurn
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.linear.lu import LU
 
@@ -74,3 +75,14 @@ def test_a_singular_matrix_is_an_error():
     solver.use(sp.bsr_matrix(lost, blocksize=(3, 3)), away)
     with pytest.raises(ConvergenceError, match="the linear solver failed: minimal residuals stagnate"):
         solver.solve(np.ones(COUNT), 1e-8)
+
+
+@pytest.mark.parametrize(("factor", "failures"), [(1.0, 0), (-1.0, 1)])
+def test_lu_solves_what_iterations_do_not(factor, failures):
+    matrix = factor * parts()[0]
+    solver, rhs = InTurn(Krylov(Jacobi())), np.random.default_rng(1).normal(size=COUNT)
+    solver.use(matrix)
+    found = solver.solve(rhs, 1e-10)
+    assert solver.failures == failures
+    assert (found.iterations == 0) == bool(failures)
+    assert np.linalg.norm(rhs - matrix @ found.x) <= 1.01e-10 * np.linalg.norm(rhs)

@@ -19,6 +19,7 @@ from knitstudy.loading.load_path import Motion, load_path
 from knitstudy.loading.problem import Problem
 from knitstudy.loading.run import IN_MEMORY, Run
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear.in_turn import InTurn
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.linear.multigrid import AlgebraicMultigrid
@@ -32,7 +33,7 @@ from knitstudy.solids.solid_yarns import SolidYarns, assemble
 from knitstudy.study.scene import Scene
 
 DIRECT_UNKNOWNS = 20_000
-"""Up to here a sparse LU is the fastest solver; beyond, its fill is not (see `make bench`)."""
+"""Up to here sparse LU serves where iterations fail; beyond, its time and memory are too much (docs/performance.md)."""
 
 
 def simulate(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
@@ -143,8 +144,9 @@ def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement, rings: int 
         inside = pattern @ inside > 0
     return KnitStructure(
         position=tie.nodes[kept],
+        unity=parts.unity[kept],
         yarn=parts.yarn[kept],
-        slice=parts.station[kept],
+        station=parts.station[kept],
         bandwidth=parts.bandwidth,
         patch=np.flatnonzero(inside),
         fixed=prescribed.fixed,
@@ -152,11 +154,9 @@ def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement, rings: int 
 
 
 def linear_solver(name: str, yarns: SolidYarns, prescribed: PrescribedDisplacement) -> LinearSolver:
-    """Return the linear solver of a scene; `auto` takes LU for small models and three scales for large ones."""
-    if name == "auto":
-        name = "lu" if yarns.model.size <= DIRECT_UNKNOWNS else "three_scale"
+    """Return the linear solver of a scene; `auto` takes three scales, and LU where they fail in a small model."""
     if name == "lu":
         return LU()
     layout = structure(yarns, prescribed)
-    preconditioner = ThreeScale(layout) if name == "three_scale" else AlgebraicMultigrid(layout)
-    return Krylov(preconditioner)
+    solver = Krylov(AlgebraicMultigrid(layout) if name == "amg" else ThreeScale(layout))
+    return InTurn(solver) if name == "auto" and yarns.model.size <= DIRECT_UNKNOWNS else solver

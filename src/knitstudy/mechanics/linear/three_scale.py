@@ -2,7 +2,7 @@
 
 - **yarn**: numbered along itself a yarn is a narrow band; a banded Cholesky factor of it costs next to nothing.
 - **crossing**: a small sparse LU over the unknowns around each tied or touching patch, both yarns together.
-- **fabric**: a Galerkin grid whose unknowns are the rigid motions of every few cross-sections, a beam network,
+- **fabric**: a Galerkin grid whose unknowns are the rigid motions of every few stations of the yarns, a beam network,
   solved by pyamg with the rigid modes of the whole knit as near-nullspace.
 
 They are combined multiplicatively: symmetrically (fabric, crossing, yarn, crossing, fabric) for conjugate gradients,
@@ -26,8 +26,8 @@ from knitstudy.mechanics.linear.yarn import YarnScale
 class ThreeScale:
     """The combined preconditioner: of a symmetric matrix symmetric, and positive definite where that is."""
 
-    def __init__(self, structure: KnitStructure, slices: int = 2, dtype: type = np.float32) -> None:
-        self.fabric = FabricScale(structure, slices)
+    def __init__(self, structure: KnitStructure, stations: int = 2, dtype: type = np.float32) -> None:
+        self.fabric = FabricScale(structure, stations)
         self.crossing = CrossingScale(structure)
         self.yarn = YarnScale(structure, dtype)
         self._order = (self.fabric, self.crossing, self.yarn, self.crossing, self.fabric)

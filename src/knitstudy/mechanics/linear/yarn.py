@@ -10,13 +10,20 @@ from knitstudy.mechanics.linear import band as banded
 from knitstudy.mechanics.linear.structure import KnitStructure
 from knitstudy.mechanics.parallel import share
 
+WIDER = 1.5
+"""Most that a band may be widened by: factors cost its square. Of solid yarns, a tie reaches one station further."""
+
+CHUNK = 2048
+"""Nodes at a time; bounds the index arrays."""
+
 
 class YarnScale:
     """Banded Cholesky factors of every yarn's diagonal block.
 
-    Single precision halves memory and time and costs no iteration: the factors only precondition. Entries outside
-    of the band, which only ties bring in, are left out, and their magnitude is added to the diagonal, so that the
-    block stays positive definite (Ajiz and Jennings 1984).
+    Single precision halves memory and time and costs no iteration: the factors only precondition. What
+    lies outside of the elements' band, which only ties and contact bring in, is held by a wider band if that is at
+    most `WIDER` times as wide; otherwise it is left out, and its magnitude is added to the diagonal, so that the block
+    stays positive definite (Ajiz and Jennings 1984).
     """
 
     def __init__(self, structure: KnitStructure, dtype: type = np.float32) -> None:
@@ -33,7 +40,8 @@ class YarnScale:
         count = len(self._nodes) - 1
         self._factors, self._lumps = [None] * count, [None] * count
         share(lambda yarn: self._factorise(matrix, yarn), count)
-        self._outside = _outside(matrix, self._nodes, self._bandwidth, np.concatenate(self._lumps))
+        bandwidths = np.array([len(factor) // 3 - 1 for factor in self._factors])
+        self._outside = _outside(matrix, self._nodes, bandwidths, np.concatenate(self._lumps))
 
     def _factorise(self, matrix: sp.bsr_matrix, yarn: int) -> None:
         for dtype in (self._dtype, np.float64):
@@ -52,19 +60,20 @@ class YarnScale:
 
         And what was added to the diagonal of every node (nodes, 3) for what lies outside of it.
         """
-        width = 3 * (self._bandwidth + 1)
+        bandwidth = self._reach(matrix, first, last)
+        width = 3 * (bandwidth + 1)
         band = np.zeros((last - first) * 3 * width, dtype=dtype)
         lumps = np.zeros((last - first, 3))
-        for low in range(first, last, 2048):  # bounds the index arrays
-            high = min(low + 2048, last)
+        for low in range(first, last, CHUNK):
+            high = min(low + CHUNK, last)
             entries = slice(matrix.indptr[low], matrix.indptr[high])
             row = np.repeat(np.arange(low, high), np.diff(matrix.indptr[low : high + 1]))
             column, data = matrix.indices[entries], matrix.data[entries]
             apart = row - column
-            inside = (apart > 0) & (apart <= self._bandwidth) & (column >= first)
+            inside = (apart > 0) & (apart <= bandwidth) & (column >= first)
             self._put(band, row[inside] - first, column[inside] - first, data[inside], width)
             diagonal = data[apart == 0]
-            dropped = (np.abs(apart) > self._bandwidth) & (column >= first) & (column < last)
+            dropped = (np.abs(apart) > bandwidth) & (column >= first) & (column < last)
             if dropped.any():
                 lump = np.abs(data[dropped]).sum(axis=2)  # (entries, 3)
                 diagonal = diagonal.copy()
@@ -77,6 +86,16 @@ class YarnScale:
                 for k in range(i + 1):
                     band[(3 * node + k) * width + i - k] = diagonal[:, i, k]
         return band.reshape((width, (last - first) * 3), order="F"), lumps
+
+    def _reach(self, matrix: sp.bsr_matrix, first: int, last: int) -> int:
+        """Return the bandwidth of nodes first .. last: what they need of each other, or the elements' own."""
+        reach = self._bandwidth
+        for low in range(first, last, CHUNK):
+            high = min(low + CHUNK, last)
+            row = np.repeat(np.arange(low, high), np.diff(matrix.indptr[low : high + 1]))
+            column = matrix.indices[matrix.indptr[low] : matrix.indptr[high]]
+            reach = max(reach, int((row - column).max(where=column >= first, initial=0)))
+        return reach if reach <= WIDER * self._bandwidth else self._bandwidth
 
     @staticmethod
     def _put(band: np.ndarray, row: np.ndarray, column: np.ndarray, data: np.ndarray, width: int) -> None:
@@ -103,12 +122,20 @@ class YarnScale:
         np.negative(self._outside @ along, out=residual)
 
 
-def _outside(matrix: sp.bsr_matrix, nodes: np.ndarray, bandwidth: int, lumps: np.ndarray) -> sp.csr_matrix:
+def _outside(
+    matrix: sp.bsr_matrix, nodes: np.ndarray, bandwidth: np.ndarray, lumps: np.ndarray
+) -> sp.csr_matrix:
     """Return a matrix without the bands of its yarns, and without what was added to them."""
-    row = np.repeat(np.arange(len(lumps), dtype=matrix.indices.dtype), np.diff(matrix.indptr))
-    far = np.abs(row - matrix.indices) > bandwidth
-    yarn = np.repeat(np.arange(len(nodes) - 1), np.diff(nodes))
-    entries = np.flatnonzero(far | (yarn[row] != yarn[matrix.indices]))
-    indptr = np.concatenate([[0], np.cumsum(np.bincount(row[entries], minlength=len(lumps)))])
+    entries, count = [], []
+    for first, last, reach in zip(nodes[:-1], nodes[1:], bandwidth, strict=True):
+        for low in range(first, last, CHUNK):
+            high = min(low + CHUNK, last)
+            row = np.repeat(np.arange(low, high), np.diff(matrix.indptr[low : high + 1]))
+            column = matrix.indices[matrix.indptr[low] : matrix.indptr[high]]
+            out = np.flatnonzero((np.abs(row - column) > reach) | (column < first) | (column >= last))
+            entries.append(matrix.indptr[low] + out)
+            count.append(np.bincount(row[out] - low, minlength=high - low))
+    entries = np.concatenate(entries)
+    indptr = np.concatenate([[0], np.cumsum(np.concatenate(count))])
     rest = sp.bsr_matrix((matrix.data[entries], matrix.indices[entries], indptr), shape=matrix.shape)
     return sp.csr_matrix(rest) - sp.diags(lumps.ravel(), format="csr")

@@ -1,0 +1,97 @@
+"""The three scales of the linear solver on yarns whose nodes are coefficients."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from knitstudy.mechanics.linear.fabric import FabricScale
+from knitstudy.mechanics.linear.structure import KnitStructure, rigid_modes
+from knitstudy.mechanics.linear.yarn import YarnScale
+
+STATIONS, FUNCTIONS = 7, 3
+NODES = 2 * STATIONS * FUNCTIONS
+
+
+def structure(fixed=()):
+    """Two yarns whose stations have one coefficient of the constant and two of other functions."""
+    station = np.repeat(np.arange(2 * STATIONS), FUNCTIONS)
+    return KnitStructure(
+        position=np.random.default_rng(0).normal(size=(NODES, 3)),
+        unity=np.tile([1.0, 0.0, 0.0], 2 * STATIONS),
+        yarn=station // STATIONS,
+        station=station,
+        bandwidth=2 * FUNCTIONS - 1,
+        patch=np.empty(0, dtype=np.int64),
+        fixed=np.array(fixed, dtype=np.int64),
+    )
+
+
+def rigid(structure, weights):
+    """Rigid motions (6, k, 3) of points that are weighted sums (k, n) of the nodes."""
+    points = weights @ structure.position
+    turns = np.cross(np.eye(3)[:, None], points)
+    return np.concatenate([np.broadcast_to(np.eye(3)[:, None], turns.shape), turns])
+
+
+def points_of(structure):
+    """Weights of points, as many as a test needs: those of the constant sum to 1."""
+    weights = np.random.default_rng(1).normal(size=(40, NODES))
+    return weights / (weights @ structure.unity)[:, None]
+
+
+@pytest.mark.parametrize("modes", ["whole", "groups"])
+def test_rigid_motions_of_points_are_sums_of_modes(modes):
+    knit = structure()
+    basis = rigid_modes(knit) if modes == "whole" else FabricScale(knit).prolongation.toarray()
+    weights = np.kron(points_of(knit), np.eye(3))
+    wanted = rigid(knit, points_of(knit)).reshape(6, -1).T
+    moved = weights @ basis
+    share = np.linalg.lstsq(moved, wanted)[0]
+    np.testing.assert_allclose(moved @ share, wanted, atol=1e-10 * np.abs(wanted).max())
+
+
+def test_prescribed_unknowns_stay():
+    knit = structure(fixed=(0, 4))
+    assert np.all(rigid_modes(knit)[[0, 4]] == 0)
+    assert np.all(FabricScale(knit).prolongation.toarray()[[0, 4]] == 0)
+
+
+def banded_matrix(knit, further=()):
+    """Positive definite, of the bandwidth of the yarns, with rows that join nodes besides."""
+    count = len(knit.yarn)
+    apart = np.abs(np.arange(count)[:, None] - np.arange(count))
+    pattern = (apart <= knit.bandwidth) & (knit.yarn[:, None] == knit.yarn)
+    rows = np.random.default_rng(2).normal(size=(count, count)) * pattern
+    scalar = rows @ rows.T * pattern
+    scalar += np.diag(np.abs(scalar).sum(axis=1))
+    for i, j in further:
+        scalar[np.ix_([i, j], [i, j])] += [[5.0, -5.0], [-5.0, 5.0]]
+    dense = np.kron(scalar, np.eye(3) + 0.1)
+    return sp.bsr_matrix(dense, blocksize=(3, 3))
+
+
+def corrected(knit, matrix):
+    """Residual of a random right-hand side, and what the yarns make of it."""
+    scale = YarnScale(knit)
+    scale.update(matrix)
+    given = np.random.default_rng(3).normal(size=matrix.shape[0])
+    residual, correction = given.copy(), np.zeros_like(given)
+    scale.correct(residual, correction)
+    return given, residual, correction
+
+
+@pytest.mark.parametrize("further", [(), [(3, 3 + 7)]])
+def test_the_band_of_a_yarn_holds_what_reaches_a_little_further(further):
+    knit = structure()
+    matrix = banded_matrix(knit, further)
+    given, _, correction = corrected(knit, matrix)
+    left = np.abs(given - matrix @ correction).max()
+    assert left < 1e-4 * np.abs(given).max()  # single precision
+
+
+def test_what_reaches_far_stays_in_the_residual():
+    knit = structure()
+    matrix = banded_matrix(knit, [(1, 19), (0, NODES - 1)])
+    given, residual, correction = corrected(knit, matrix)
+    np.testing.assert_allclose(residual, given - matrix @ correction, atol=1e-4 * np.abs(given).max())
+    assert np.abs(residual).max() > 1e-2 * np.abs(given).max()
