@@ -5,6 +5,7 @@ from knitstudy.loading.checkpoint import Checkpoint
 from knitstudy.loading.history import Recorder, Stations
 from knitstudy.loading.load_path import Motion
 from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.increment import Increment
@@ -16,7 +17,7 @@ def test_a_restart_gives_back_what_contact_points_remember(tmp_path):
     """The next increment is the same to the last bit, friction and multipliers included."""
     nodes, grids, upper = crossing(0.02)
     contact = Contact(
-        nodes, grids, Coulomb(10.0, 7.0, 0.3), meets=~np.eye(2, dtype=bool), margin=0.2, overlap=1e-3
+        nodes, Grids(grids), Coulomb(10.0, 7.0, 0.3), meets=~np.eye(2, dtype=bool), margin=0.2, overlap=1e-3
     )
     one, two = (np.where(upper[:, None], shift, 0.0) for shift in ([0, 0, -0.08], [0.02, 0, -0.08]))
     points = contact.points(nodes + one, nodes, ContactHistory.empty())

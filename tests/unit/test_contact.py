@@ -7,6 +7,7 @@ from tubes import crossing, hairpin
 
 from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, Coulomb
+from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 
@@ -15,7 +16,7 @@ APART = ~np.eye(2, dtype=bool)
 
 def contact(nodes, grids, friction=0.3, **options):
     options = {"margin": 0.2, "overlap": 1e-3} | options
-    return Contact(nodes, grids, Coulomb(10.0, 7.0, friction), **options)
+    return Contact(nodes, Grids(grids), Coulomb(10.0, 7.0, friction), **options)
 
 
 @pytest.fixture

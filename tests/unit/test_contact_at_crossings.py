@@ -8,6 +8,7 @@ from knitstudy.crossings.record import crossing_forces, touching_points
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.loading.columns import HISTORY
 from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mesh.knit import mesh_knit
@@ -89,7 +90,7 @@ def test_places_away_from_crossings_belong_to_none(facets, pair, mesh):
 def touching(mesh, facets):
     """The upper yarn pressed onto the lower one and slid, all its nodes alike: answer of contact, and columns."""
     law = Coulomb(1.3e9 / SIZE, 1.3e9 / SIZE, 0.3)
-    contact = Contact(mesh.nodes, yarn_surfaces(mesh), law, margin=0.3 * RADIUS, overlap=1e-2 * SIZE)
+    contact = Contact(mesh.nodes, Grids(yarn_surfaces(mesh)), law, margin=0.3 * RADIUS, overlap=1e-2 * SIZE)
     upper = np.repeat(mesh.yarn_of_slice == 1, mesh.section.size)[:, None]
     pressed = mesh.nodes + upper * [0, 0, -1e-4]
     history = contact.commit(contact.points(pressed, mesh.nodes, ContactHistory.empty()))

@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 from tubes import tube
 
+from knitstudy.mechanics.contact.grids import Grid, Grids, circular_stretch
 from knitstudy.mechanics.contact.projection import project
 from knitstudy.mechanics.contact.quadrature import Quadrature
-from knitstudy.mechanics.contact.surface import Grid, Surfaces, circular_stretch, interpolate
+from knitstudy.mechanics.contact.surface import interpolate
 
 RNG = np.random.default_rng(0)
 
@@ -14,7 +15,7 @@ def sheet():
     """An open grid with nodes anywhere near a plane."""
     x, y = np.meshgrid(np.arange(5.0), np.arange(6.0), indexing="ij")
     nodes = np.stack([y, x, 0 * x], axis=-1).reshape(-1, 3)
-    return nodes, Surfaces([Grid(np.arange(30).reshape(5, 6), closed=False)])
+    return nodes, Grids([Grid(np.arange(30).reshape(5, 6), closed=False)])
 
 
 def places(surfaces, count, number=0):
@@ -26,7 +27,7 @@ def places(surfaces, count, number=0):
 @pytest.mark.parametrize(("angles", "error"), [(12, 1e-6), (16, 1e-7)])
 def test_stretched_tangents_follow_a_circle(angles, error):
     nodes, grid = tube(angles=angles)
-    surfaces = Surfaces([Grid(grid.nodes, stretch=circular_stretch(angles))])
+    surfaces = Grids([Grid(grid.nodes, stretch=circular_stretch(angles))])
     surface, xi = places(surfaces, 200)
     stencil = surfaces.stencil(surface, xi)
     place = interpolate(stencil.value, stencil.nodes, nodes)
@@ -37,7 +38,7 @@ def test_stretched_tangents_follow_a_circle(angles, error):
 
 def test_a_surface_goes_through_its_nodes():
     nodes, grid = tube()
-    surfaces = Surfaces([grid])
+    surfaces = Grids([grid])
     row, column = np.meshgrid(np.arange(13), np.arange(12), indexing="ij")
     xi = np.stack([row.ravel(), column.ravel()], axis=1).astype(float)
     stencil = surfaces.stencil(np.zeros(len(xi), dtype=int), xi)
@@ -57,7 +58,7 @@ def test_open_grids_reproduce_linear_fields_up_to_their_edges(sheet):
 
 @pytest.mark.parametrize("closed", [True, False])
 def test_derivatives_agree_with_differences(closed):
-    surfaces = Surfaces([Grid(np.arange(30).reshape(5, 6), closed=closed)])
+    surfaces = Grids([Grid(np.arange(30).reshape(5, 6), closed=closed)])
     surface, xi = places(surfaces, 40)
     xi = np.floor(xi) + 0.1 + 0.8 * (xi - np.floor(xi))
     stencil = surfaces.stencil(surface, xi)
@@ -73,7 +74,7 @@ def test_derivatives_agree_with_differences(closed):
 
 def test_tangents_are_continuous_across_cells_and_the_seam():
     nodes = RNG.normal(size=(30, 3))
-    surfaces = Surfaces([Grid(np.arange(30).reshape(5, 6))])
+    surfaces = Grids([Grid(np.arange(30).reshape(5, 6))])
     for edge in ([2.0, 0.3], [1.6, 4.0], [1.6, 6.0], [1.6, 0.0]):
         tangents = []
         for side in (-1e-12, 1e-12):
@@ -84,7 +85,7 @@ def test_tangents_are_continuous_across_cells_and_the_seam():
 
 def test_any_number_of_turns_is_the_same_place():
     _, grid = tube()
-    surfaces = Surfaces([grid])
+    surfaces = Grids([grid])
     surface, xi = places(surfaces, 20)
     here, turned = surfaces.stencil(surface, xi), surfaces.stencil(surface, xi - np.array([0, 24]))
     np.testing.assert_array_equal(here.nodes, turned.nodes)
@@ -94,7 +95,7 @@ def test_any_number_of_turns_is_the_same_place():
 def test_a_smooth_tube_sags_by_a_fifth_of_a_percent():
     """With 12 angles; flat facets sag by 3.4% of the radius."""
     nodes, grid = tube(angles=12)
-    surfaces = Surfaces([grid])
+    surfaces = Grids([grid])
     surface, xi = places(surfaces, 500)
     stencil = surfaces.stencil(surface, xi)
     radius = np.linalg.norm(interpolate(stencil.value, stencil.nodes, nodes)[:, 1:], axis=1)
@@ -104,7 +105,7 @@ def test_a_smooth_tube_sags_by_a_fifth_of_a_percent():
 @pytest.mark.parametrize("offset", [0.0, 0.05])
 def test_gauss_points_stand_for_the_area_of_the_contact_surface(offset):
     nodes, grid = tube(angles=24)
-    quadrature = Quadrature.on(Surfaces([Grid(grid.nodes, offset=offset)]), nodes, points=3)
+    quadrature = Quadrature.on(Grids([Grid(grid.nodes, offset=offset)]), nodes, points=3)
     assert len(quadrature.area) == 12 * 24 * 9
     assert quadrature.area.sum() == pytest.approx(2 * np.pi * (1 - offset) * 6, rel=2e-3)
     np.testing.assert_array_equal(quadrature.cell, np.floor(quadrature.xi))
@@ -112,7 +113,7 @@ def test_gauss_points_stand_for_the_area_of_the_contact_surface(offset):
 
 def test_closest_points_are_where_the_distance_is_normal():
     nodes, grid = tube()
-    surfaces = Surfaces([grid])
+    surfaces = Grids([grid])
     surface, xi = places(surfaces, 200)
     xi[:, 0] = 1 + xi[:, 0] * 10 / 12
     stencil = surfaces.stencil(surface, xi)
@@ -130,6 +131,6 @@ def test_closest_points_are_where_the_distance_is_normal():
 def test_no_closest_point_beyond_the_end_of_a_surface():
     nodes, grid = tube()
     points = np.array([[2.9, 1.1, 0], [3.1, 1.1, 0]])
-    answer = project(Surfaces([grid]), nodes, np.zeros(2, dtype=int), points, np.full((2, 2), [11.0, 0.2]))
+    answer = project(Grids([grid]), nodes, np.zeros(2, dtype=int), points, np.full((2, 2), [11.0, 0.2]))
     np.testing.assert_array_equal(answer.found, [True, False])
     assert answer.distance[0] == pytest.approx(0.1, abs=1e-3)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from knitstudy.mechanics.contact.surface import Grid
+from knitstudy.mechanics.contact.grids import Grid
 
 
 def tube(slices=13, angles=12, *, radius=1.0, length=6.0, axis=0, middle=(0.0, 0.0, 0.0), first=0):

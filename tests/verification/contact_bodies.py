@@ -6,8 +6,8 @@ import numpy as np
 from hexahedral_block import connect, unknowns
 
 from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.contact.grids import Grid, Grids
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.surface import Grid
 from knitstudy.mechanics.elements.element import ElementGroup
 from knitstudy.mechanics.elements.one_point import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
@@ -125,7 +125,7 @@ def together(
     meets = ~np.eye(len(bodies), dtype=bool)
     contact = Contact(
         nodes,
-        grids,
+        Grids(grids),
         law,
         meets=meets,
         points=points,

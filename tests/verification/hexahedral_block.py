@@ -4,6 +4,7 @@ import numpy as np
 
 from knitstudy.mechanics.elements.element import ElementGroup
 from knitstudy.mechanics.elements.one_point import OnePointHexahedron
+from knitstudy.mechanics.elements.quadratic import EDGES
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.solid import SolidModel
 
@@ -41,3 +42,11 @@ def solid(nodes, hexahedra, law="hencky", element=OnePointHexahedron, modulus=13
 def unknowns(nodes):
     """Unknowns of all components of some nodes."""
     return (3 * np.asarray(nodes)[:, None] + np.arange(3)).ravel()
+
+
+def with_middles(nodes, hexahedra):
+    """Nodes (N, 3) with those in the middles of all edges after them, elements (E, 20), and the edges (M, 2)."""
+    pairs = np.sort(hexahedra[:, EDGES], axis=2).reshape(-1, 2)
+    edges, number = np.unique(pairs, axis=0, return_inverse=True)
+    middles = len(nodes) + number.reshape(len(hexahedra), 12)
+    return np.vstack([nodes, nodes[edges].mean(axis=1)]), np.hstack([hexahedra, middles]), edges

@@ -4,6 +4,7 @@ import numpy as np
 from contact_bodies import back, crossed_yarns, drive, joined, law, reaction, together
 
 from knitstudy.mechanics.contact.friction import SLIP, STICK
+from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
 from knitstudy.mechanics.increment import Settings
@@ -23,7 +24,7 @@ def sliding(rotation=None):
     rotation = np.eye(3) if rotation is None else rotation
     nodes, _, grids, first = joined(crossed_yarns(3, 1, gap=0.02, angle=60))
     apart = ~np.eye(2, dtype=bool)
-    contact = Contact(nodes, grids, law(SIZE, 1.0), meets=apart, margin=0.3, overlap=1e-3)
+    contact = Contact(nodes, Grids(grids), law(SIZE, 1.0), meets=apart, margin=0.3, overlap=1e-3)
     noise = 0.01 * np.random.default_rng(0).normal(size=nodes.shape)
     upper = (np.arange(len(nodes)) >= first[1])[:, None]
     one, two = (

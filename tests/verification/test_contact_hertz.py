@@ -7,6 +7,7 @@ import scipy.sparse as sp
 from contact_bodies import MODULUS, POISSON, back, crossed_yarns, joined, law
 from hexahedral_block import unknowns
 
+from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.elements.element import ElementGroup
@@ -83,7 +84,7 @@ class Cylinders:
         self.nodes, _, grids, first = joined(bodies)
         self.contact = Contact(
             self.nodes,
-            grids,
+            Grids(grids),
             law(self.length),
             meets=~np.eye(2, dtype=bool),
             points=points,

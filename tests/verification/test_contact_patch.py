@@ -4,7 +4,7 @@ import numpy as np
 from contact_bodies import Body, law, together
 from hexahedral_block import unknowns
 
-from knitstudy.mechanics.contact.surface import Grid
+from knitstudy.mechanics.contact.grids import Grid
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.newton import trace

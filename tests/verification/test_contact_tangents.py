@@ -8,6 +8,7 @@ from contact_bodies import back, crossed_yarns, drive, joined, law, together
 from scipy.sparse.linalg import spsolve
 
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK
+from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.increment import Settings
@@ -30,7 +31,12 @@ class Crossing:
         self.nodes, _, grids, first = joined(crossed_yarns(3, 1, gap=0.02))
         apart = ~np.eye(2, dtype=bool)
         self.contact = Contact(
-            self.nodes, grids, law(SIZE, friction, tangential=7.0), meets=apart, margin=0.3, overlap=1e-3
+            self.nodes,
+            Grids(grids),
+            law(SIZE, friction, tangential=7.0),
+            meets=apart,
+            margin=0.3,
+            overlap=1e-3,
         )
         self.upper = np.arange(len(self.nodes)) >= first[1]
         self.noise = 0.01 * np.random.default_rng(0).normal(size=self.nodes.shape)

@@ -81,7 +81,7 @@ def _write_mesh(file: TextIO, deck: Deck, element: Element) -> None:
     for name, corners in deck.elements.items():
         file.write(f"*ELEMENT, TYPE={element.type}, ELSET={name}\n")
         number = np.arange(first, first + len(corners))
-        np.savetxt(file, np.column_stack([number, corners + 1]), fmt="%d", delimiter=", ")
+        np.savetxt(file, np.column_stack([number, corners + 1]), fmt=_numbers(1 + corners.shape[1]))
         first += len(corners)
     file.write("*ELSET, ELSET=SOLID\n" + "".join(f"{name}\n" for name in deck.elements))
     for name, nodes in deck.node_sets.items():
@@ -150,6 +150,14 @@ def _write_step(file: TextIO, deck: Deck, step: Step, dialect: Dialect) -> None:
     for item in step.prescribed:
         file.write(f"{item.node_set}, {item.first}, {item.last}, {NUMBER % item.value}\n")
     file.write(dialect.outputs(deck) + "*END STEP\n")
+
+
+def _numbers(count: int) -> str:
+    """Format of ``count`` numbers, a comma at the end of every line that another one continues."""
+    return ",\n".join(
+        ", ".join(["%d"] * min(ENTRIES_PER_LINE, count - start))
+        for start in range(0, count, ENTRIES_PER_LINE)
+    )
 
 
 def _wrapped(numbers: np.ndarray) -> Iterator[str]:

@@ -38,7 +38,7 @@ def require_sound(
     """
     allowed, energy, index = scene.gates, increment.response.energy, increment.index
     judged = loaded is not None and loaded(increment.response)
-    if judged and "hourglass" in energy:
+    if judged and energy.get("hourglass"):
         require_small_hourglass(energy, increment.load, index, scene.solver.hourglass, allowed.hourglass)
     if judged and scene.solver.stabilisation > 0:
         require_small_stabilisation(

@@ -9,6 +9,7 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.mesh.pair import mesh_pair
+from knitstudy.mesh.sampled import sampled_sections
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
 
@@ -20,5 +21,11 @@ def mesh_specimen(specimen: Knit | YarnPair, size: float, growth: float) -> Swep
 
 
 def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
-    """Return the solid mesh of a scene, from its geometry; both in the formats of docs/architecture.md."""
-    return mesh_specimen(read_specimen(geometry), scene.mesh.size, scene.mesh.growth).to_dataset()
+    """Return the solid mesh of a scene, from its geometry; both in the formats of docs/architecture.md.
+
+    Yarns without elements across are sampled instead.
+    """
+    specimen, size = read_specimen(geometry), scene.value("mesh.size")
+    if size is None:
+        return sampled_sections(specimen).to_dataset()
+    return mesh_specimen(specimen, size, scene.mesh.growth).to_dataset()

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.contact.surface import Grid
+from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mesh.grips import Grips
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.faces import Faces
 
 Locate = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
@@ -39,8 +40,8 @@ class Discretisation:
         Elements, from the nodes (N, 3) that ties may have moved; raises MeshError where one is folded.
     volume : callable
         Of every node (N,) [m3], from the groups.
-    surfaces : tuple of Grid
-        Of every yarn, for contact.
+    surfaces : Surfaces
+        One of every yarn, for contact.
     ends : Grips
         Nodes that are held and driven.
     locate : callable
@@ -51,6 +52,8 @@ class Discretisation:
         Nodes of `mesh` as weighted sums of nodes; None where they are the nodes.
     dependence : csr matrix, shape (N, N), optional
         Nodes as weighted sums of nodes that depend on no others; the identity if None.
+    faces : Faces, optional
+        Of elements, where there are any on the surface: what ties by facets join.
     missing : callable, optional
         Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one yarn's
         alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement shows it all.
@@ -64,12 +67,13 @@ class Discretisation:
     bandwidth: int
     groups: Callable[[np.ndarray], tuple[ElementGroup, ...]]
     volume: Callable[[tuple[ElementGroup, ...]], np.ndarray]
-    surfaces: tuple[Grid, ...]
+    surfaces: Surfaces
     ends: Grips
     locate: Locate
     size: float
     sampling: sp.csr_matrix | None = None
     dependence: sp.csr_matrix | None = None
+    faces: Faces | None = None
     missing: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
 
     def sampled(self, values: np.ndarray) -> np.ndarray:

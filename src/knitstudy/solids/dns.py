@@ -26,7 +26,7 @@ from knitstudy.mechanics.linear.multigrid import AlgebraicMultigrid
 from knitstudy.mechanics.linear.solver import LinearSolver
 from knitstudy.mechanics.linear.structure import KnitStructure
 from knitstudy.mechanics.linear.three_scale import ThreeScale
-from knitstudy.mechanics.solid import SolidModel, SolidState
+from knitstudy.mechanics.solid import SolidState
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.observation import SolidObserver
 from knitstudy.solids.solid_yarns import SolidYarns, assemble
@@ -104,7 +104,7 @@ def problem_of(
             "tied_area": tie.area,
             "tied_centroid": tie.centroid,
         },
-        fields=partial(_fields, model) if "fields" in scene.outputs else None,
+        fields=partial(_fields, yarns) if "fields" in scene.outputs else None,
         attributes={
             "dof": yarns.parts.nodes.size,
             "elements": sum(len(group.connectivity) for group in model.groups),
@@ -115,9 +115,9 @@ def problem_of(
     )
 
 
-def _fields(model: SolidModel, state: SolidState) -> dict[str, np.ndarray]:
+def _fields(yarns: SolidYarns, state: SolidState) -> dict[str, np.ndarray]:
     """Return the fields of a state."""
-    return {"node_displacement": model.node_displacement(state)}
+    return {"node_displacement": yarns.parts.sampled(yarns.model.node_displacement(state))}
 
 
 def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[PrescribedDisplacement, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Solid yarns of linear hexahedra."""
+"""Solid yarns of hexahedra: linear ones here, quadratic ones in `quadratic_hexahedra`."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from knitstudy.gates.resolution import ELEMENTS_ACROSS, require_elements_across
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
+from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
 from knitstudy.mechanics.elements.hexahedron import shape, shape_gradient
 from knitstudy.mechanics.elements.inverse_map import locate
@@ -16,7 +17,9 @@ from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.memory import require_memory_to_simulate
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids import quadratic_hexahedra
 from knitstudy.solids.discretisation import Discretisation
+from knitstudy.solids.faces import linear_faces
 from knitstudy.solids.yarn_contact import yarn_surfaces
 from knitstudy.study.scene import Scene
 
@@ -31,6 +34,8 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
     """
     fewest = scene.gates.elements_across or ELEMENTS_ACROSS[scene.specimen]
     require_elements_across(scene.yarn.diameter, scene.mesh.size, fewest)
+    if ELEMENTS.find(scene.mesh.element).nodes == quadratic_hexahedra.NODES:
+        return quadratic_hexahedra.discretise(scene, mesh, specimen)
     bandwidth = mesh.section.size + mesh.section.bandwidth
     require_memory_to_simulate(mesh.nodes.size, bandwidth, scene.mesh.size)
     station = np.repeat(np.arange(mesh.slices), mesh.section.size)
@@ -43,10 +48,11 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         bandwidth=bandwidth,
         groups=partial(_groups, scene, mesh),
         volume=partial(_volume, len(mesh.nodes)),
-        surfaces=tuple(yarn_surfaces(mesh)),
+        surfaces=Grids(yarn_surfaces(mesh)),
         ends=grips(mesh, scene, specimen),
         locate=partial(_locate, mesh),
         size=scene.mesh.size,
+        faces=linear_faces(mesh),
     )
 
 

@@ -70,7 +70,7 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SolidY
     parts = import_module(scene.kind.fidelity.solids).discretise(scene, mesh, specimen)
     tied = tied_crossings(scene, specimen.crossings)
     tie = tie_of(scene, parts, specimen)
-    facets = CrossingFacets.of(specimen.crossings, mesh)
+    facets = CrossingFacets.of(specimen.crossings, parts.mesh)
     groups = parts.groups(tie.nodes)
     volume = parts.volume(groups)
     spread, retained = _transformation(parts, tie)
@@ -83,7 +83,7 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SolidY
     interaction = scene.kind.interaction
     if not interaction.touches:
         return SolidYarns(parts, SolidModel(*solids), tie, facets, retained)
-    pieces = tied_pieces(mesh, specimen.crossings, tied)
+    pieces = tied_pieces(parts.mesh, specimen.crossings, tied)
     contact = import_module(interaction.solids)
     touching = contact.touching(scene, parts, tie, pieces, facets, volume, solids)
     return SolidYarns(parts, touching.model, tie, facets, retained, touching)

@@ -20,6 +20,7 @@ from knitstudy.errors import MeshError
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.faces import Faces, linear_faces
 from knitstudy.solids.tube import distance, project
 
 SAMPLES = 6
@@ -37,14 +38,14 @@ class Tie:
     ----------
     slave : ndarray of int, shape (S,)
         Slave nodes, each once.
-    master : ndarray of int, shape (S, 4)
-        Their master nodes, corners of a facet.
-    weight : ndarray, shape (S, 4)
-        Bilinear weights, rows sum to 1.
+    master : ndarray of int, shape (S, c)
+        Their master nodes, those of a facet.
+    weight : ndarray, shape (S, c)
+        Rows sum to 1.
     crossing : ndarray of int, shape (S,)
         Crossing that a slave belongs to.
     nodes : ndarray, shape (N, 3)
-        Mesh nodes with the slaves moved onto the masters [m].
+        Nodes with the slaves moved onto the masters [m].
     adjustment : ndarray, shape (S,)
         How far they were moved [m].
     area : ndarray, shape (K,)
@@ -76,7 +77,7 @@ class Tie:
         if not len(self.slave):
             return None
         free = np.setdiff1d(np.arange(len(self.nodes)), self.slave)
-        rows = np.concatenate([free, np.repeat(self.slave, 4)])
+        rows = np.concatenate([free, np.repeat(self.slave, self.master.shape[1])])
         columns = np.concatenate([free, self.master.ravel()])
         values = np.concatenate([np.ones(len(free)), self.weight.ravel()])
         return sp.csr_matrix((values, (rows, columns)), shape=(len(self.nodes), len(self.nodes)))
@@ -119,7 +120,11 @@ class Tie:
 
 
 def tie_crossings(
-    mesh: SweptMesh, knit: Knit | YarnPair, tolerance: float, tied: np.ndarray | None = None
+    mesh: SweptMesh,
+    knit: Knit | YarnPair,
+    tolerance: float,
+    tied: np.ndarray | None = None,
+    faces: Faces | None = None,
 ) -> Tie:
     """Tie the crossings of a specimen.
 
@@ -131,6 +136,8 @@ def tie_crossings(
         Gap beyond the clearance within which nodes count as touching, as a share of the facet size.
     tied : ndarray of bool, shape (K,), optional
         Which crossings are tied; all if omitted.
+    faces : Faces, optional
+        What the facets of the mesh are faces of; linear hexahedra if omitted.
 
     Raises
     ------
@@ -141,34 +148,39 @@ def tie_crossings(
     reach = tolerance * facet
     row_of_crossing = knit.crossings.row
     chosen = np.ones(len(row_of_crossing), dtype=bool) if tied is None else tied
-    found = [(np.empty((0, 4), dtype=np.int64), np.empty(0, dtype=np.int64))]
+    faces = faces or linear_faces(mesh)
+    count = faces.of_yarn[0].shape[1]
+    found = [(np.empty((0, count), dtype=np.int64), np.empty(0, dtype=np.int64))]
     for row in np.unique(row_of_crossing[chosen]):
-        found.append(_tie_row(mesh, knit, row, np.flatnonzero(chosen & (row_of_crossing == row)), reach))
+        here = np.flatnonzero(chosen & (row_of_crossing == row))
+        facets, crossing = _tie_row(mesh, knit, row, here, reach)
+        found.append((faces.of_yarn[row + 1][facets], crossing))
     facets, crossing = (np.concatenate([row[i] for row in found]) for i in range(2))
     slave, first = np.unique(facets, return_index=True)
-    owner = np.repeat(crossing, 4)[first]
-    yarn = mesh.yarn_of_slice[slave // mesh.section.size]
-    master = np.empty((len(slave), 4), dtype=np.int64)
-    weight = np.empty((len(slave), 4))
-    for upper in np.unique(yarn):
-        these = yarn == upper
-        guess = _parameter(knit, upper - 1, owner[these])
-        master[these], weight[these] = _masters(mesh, knit, upper - 1, mesh.nodes[slave[these]], guess)
+    owner = np.repeat(crossing, count)[first]
+    master = np.empty((len(slave), count), dtype=np.int64)
+    weight = np.empty((len(slave), count))
+    row = row_of_crossing[owner]
+    for lower in np.unique(row):
+        these = row == lower
+        guess = _parameter(knit, lower, owner[these])
+        facet, place = _facets_under(mesh, knit, lower, faces.nodes[slave[these]], guess)
+        master[these], weight[these] = faces.of_yarn[lower][facet], faces.weights(*place)
     if np.isin(master, slave).any():
         raise MeshError(
             "tie.tolerance: a node would be slave of one crossing and master of another; use a smaller value "
             f"than {tolerance} or a finer mesh.size"
         )
-    nodes = mesh.nodes.copy()
-    nodes[slave] = np.einsum("sm,smi->si", weight, mesh.nodes[master])
-    area, centroid = _areas(nodes, facets, crossing, len(knit.crossings.row))
+    nodes = faces.nodes.copy()
+    nodes[slave] = np.einsum("sm,smi->si", weight, faces.nodes[master])
+    area, centroid = _areas(nodes, facets[:, :4], crossing, len(knit.crossings.row))
     return Tie(
         slave=slave,
         master=master,
         weight=weight,
         crossing=owner,
         nodes=nodes,
-        adjustment=np.linalg.norm(nodes[slave] - mesh.nodes[slave], axis=1),
+        adjustment=np.linalg.norm(nodes[slave] - faces.nodes[slave], axis=1),
         area=area,
         centroid=centroid,
         tolerance=reach,
@@ -190,7 +202,7 @@ def _facet_areas(corners: np.ndarray) -> np.ndarray:
 def _tie_row(
     mesh: SweptMesh, knit: Knit | YarnPair, row: int, here: np.ndarray, reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return tied facets (f, 4) of the upper yarn of an interlock row at crossings `here`, and the crossing of each."""
+    """Return tied facets (f,) of the upper yarn of an interlock row at crossings `here`, and the crossing of each."""
     middle = cKDTree(knit.crossings.point[here].mean(axis=1))
     quads = mesh.surface_quads(row + 1)
     apart, owner = middle.query(mesh.nodes[quads].mean(axis=1), distance_upper_bound=mesh.radius)
@@ -207,7 +219,7 @@ def _tie_row(
     np.minimum.at(nearest, owner, smallest)
     # Where the crossing lies on an edge, rounding must not choose between the facets beside it.
     tied |= smallest <= nearest[owner] + ROUNDING * mesh.radius
-    return quads[candidates[tied]], here[owner[tied]]
+    return candidates[tied], here[owner[tied]]
 
 
 def _parameter(knit: Knit | YarnPair, row: int, crossing: np.ndarray) -> np.ndarray:
@@ -237,10 +249,10 @@ def _between(values: np.ndarray, first: np.ndarray, along: np.ndarray) -> np.nda
     return (1 - weight) * values[first][:, None] + weight * values[first + 1][:, None]
 
 
-def _masters(
+def _facets_under(
     mesh: SweptMesh, knit: Knit | YarnPair, yarn: int, points: np.ndarray, guess: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the facet (k, 4) of a yarn that points (k, 3) lie radially over, and their bilinear weights (k, 4)."""
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """Return the facet (k,) of a yarn that points (k, 3) lie radially over, and where: shares along and around it."""
     centreline = knit.centrelines[yarn]
     s = centreline.arc_length(project(centreline, points, guess))
     first, last = mesh.first_slice[yarn : yarn + 2]
@@ -258,11 +270,7 @@ def _masters(
     j = np.searchsorted(angles, theta, side="right") - 1
     closed = np.append(angles, angles[0] + 2 * np.pi)
     around = (theta - closed[j]) / (closed[j + 1] - closed[j])
-    facet = mesh.surface_quads(yarn)[layer * len(angles) + j]
-    weight = np.stack(
-        [(1 - along) * (1 - around), (1 - along) * around, along * around, along * (1 - around)], axis=1
-    )
-    return facet, weight
+    return layer * len(angles) + j, (along, around)
 
 
 def _areas(

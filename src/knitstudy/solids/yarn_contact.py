@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.contact.grids import Grid, circular_stretch
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.surface import Grid, circular_stretch
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.discretisation import Discretisation
 from knitstudy.study.scene import Scene

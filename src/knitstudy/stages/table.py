@@ -107,14 +107,15 @@ def stage_of(scene: Scene) -> Stage:
 
 
 def _solid(scene: Scene) -> bool:
-    return scene.fidelity == "dns"
+    return scene.kind.fidelity.stage == "dns"
 
 
 def _laws(scene: Scene) -> tuple[str, ...]:
-    """Return the modules of the element, the material and the interaction of solid yarns."""
+    """Return the modules of what yarns are divided into, of the material and of the interaction of solid yarns."""
     contact = (scene.kind.interaction.solids,) if scene.kind.interaction.touches else ()
-    solids = scene.kind.fidelity.solids
-    return (solids, ELEMENTS.module(scene.mesh.element), LAWS.module(scene.yarn.material), *contact)
+    name = scene.value("mesh.element")
+    element = () if name is None else (ELEMENTS.module(name),)
+    return (scene.kind.fidelity.solids, *element, LAWS.module(scene.yarn.material), *contact)
 
 
 STAGES.register(
@@ -253,7 +254,7 @@ for dialect in ("abaqus", "calculix"):
         Stage(
             name=f"deck_{dialect}",
             does=f"Write the {dialect} deck of {{scene}}",
-            of=_solid,
+            of=lambda scene: "deck" in scene.kind.fidelity.outputs,
             reads=(*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver"),
             needs=lambda scene, named: {"geometry": ("geometry", scene), "mesh": ("mesh", scene)},
             function=f"knitstudy.exchange.scene_deck:write_{dialect}",

@@ -37,6 +37,11 @@ def incompatible_modes(deck: Deck) -> Element:
     )
 
 
+def quadratic(deck: Deck) -> Element:
+    """C3D20R: the same functions and points."""
+    return Element("C3D20R")
+
+
 def hencky(material: Material) -> Wording:
     """*ELASTIC under NLGEOM."""
     return Wording(
@@ -100,7 +105,11 @@ class Abaqus(Dialect):
 
     name = "abaqus"
     program = "Abaqus"
-    elements: ClassVar[Words] = {"one_point": one_point, "incompatible_modes": incompatible_modes}
+    elements: ClassVar[Words] = {
+        "one_point": one_point,
+        "incompatible_modes": incompatible_modes,
+        "quadratic": quadratic,
+    }
     materials: ClassVar[Words] = {
         "hencky": hencky,
         "neo_hookean": neo_hookean,

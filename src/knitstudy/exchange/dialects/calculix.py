@@ -51,6 +51,11 @@ def incompatible_modes(deck: Deck) -> Element:
     )
 
 
+def quadratic(deck: Deck) -> Element:
+    """C3D20R: the same functions and points."""
+    return Element("C3D20R")
+
+
 def hencky(material: Material) -> Wording:
     """*ELASTIC under NLGEOM, for want of the law."""
     return Wording(
@@ -111,7 +116,11 @@ class CalculiX(Dialect):
 
     name = "calculix"
     program = "CalculiX"
-    elements: ClassVar[Words] = {"one_point": one_point, "incompatible_modes": incompatible_modes}
+    elements: ClassVar[Words] = {
+        "one_point": one_point,
+        "incompatible_modes": incompatible_modes,
+        "quadratic": quadratic,
+    }
     materials: ClassVar[Words] = {
         "hencky": hencky,
         "neo_hookean": neo_hookean,

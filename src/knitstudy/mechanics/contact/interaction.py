@@ -21,18 +21,21 @@ from knitstudy.mechanics.contact.points import ContactPoints
 from knitstudy.mechanics.contact.projection import Projection, project
 from knitstudy.mechanics.contact.quadrature import Quadrature
 from knitstudy.mechanics.contact.search import Candidates, Search
-from knitstudy.mechanics.contact.surface import Grid, Stencil, Surfaces, interpolate
+from knitstudy.mechanics.contact.surface import Stencil, Surfaces, interpolate
 from knitstudy.mechanics.contact.tangent import CellPairs
 from knitstudy.mechanics.contact.tangent import stiffness as tangent
 
 
 @dataclass(frozen=True, eq=False)
 class _Followed:
-    """Pairs of one search: the history asked about, that history over all pairs, points' stencils, where nodes were."""
+    """Pairs of one search: the history asked about, that history over all pairs, points' carriers and weights, and
+    where all carriers were.
+    """
 
     source: ContactHistory
     history: ContactHistory
-    own: Stencil
+    nodes: np.ndarray
+    weight: np.ndarray
     searched: np.ndarray
 
 
@@ -66,14 +69,13 @@ class Contact:
     ----------
     nodes : ndarray, shape (N, 3)
         Undeformed nodes [m].
-    grids : sequence of Grid
-        The surfaces.
+    surfaces : Surfaces
     law : Coulomb
     meets : ndarray of bool, shape (G, G), optional
         Which surfaces may touch each other; by default all, themselves included.
     pieces : ndarray of int, shape (R,), optional
-        A number for every row of nodes, surface by surface: rows with the same one, unless it is negative, do not
-        touch each other.
+        A number for every ring, surface by surface: those with the same one, unless it is negative, do not touch
+        each other.
     points : int
         Gauss points along each side of a cell.
     margin : float
@@ -90,7 +92,7 @@ class Contact:
     def __init__(
         self,
         nodes: np.ndarray,
-        grids: list[Grid] | tuple[Grid, ...],
+        surfaces: Surfaces,
         law: Coulomb,
         *,
         meets: np.ndarray | None = None,
@@ -99,13 +101,12 @@ class Contact:
         margin: float,
         overlap: float,
     ) -> None:
-        self.nodes, self.law, self.margin = nodes, law, margin
-        self.surfaces = Surfaces(grids)
-        self.quadrature = Quadrature.on(self.surfaces, nodes, points)
+        self.surfaces, self.law, self.margin = surfaces, law, margin
+        self._undeformed = surfaces.carry(nodes)
+        self.quadrature = Quadrature.on(surfaces, self._undeformed, points)
         if meets is None:
-            meets = np.ones((len(grids), len(grids)), dtype=bool)
-        self._search = Search(self.surfaces, self.quadrature, nodes, meets, pieces)
-        self._skin = np.unique(np.concatenate([np.ravel(grid.nodes) for grid in grids]))
+            meets = np.ones((len(surfaces.cells), len(surfaces.cells)), dtype=bool)
+        self._search = Search(surfaces, self.quadrature, self._undeformed, meets, pieces)
         self._followed: _Followed | None = None
         self._pairs: CellPairs | None = None
         deepest = -self.smallest_gap(self.points(nodes, nodes, ContactHistory.empty()))
@@ -127,10 +128,11 @@ class Contact:
         history : ContactHistory
             Of that increment.
         """
-        followed = self._follow(nodes, before, history)
+        carriers = self.surfaces.carry(nodes)
+        followed = self._follow(carriers, self.surfaces.carry(before), history)
         history = followed.history
-        position = interpolate(followed.own.value, followed.own.nodes, nodes)
-        projection, gap = self._project(history, position, nodes)
+        position = interpolate(followed.weight, followed.nodes, carriers)
+        projection, gap = self._project(history, position, carriers)
         law = self.law
         # A point that has closed within this increment has slid in contact only for the rest of it.
         fresh = history.pressure <= 0
@@ -171,20 +173,26 @@ class Contact:
         own, other = self._stencils(points, active)
         force = points.traction[active] - points.pressure[active, None] * points.projection.normal[active]
         force *= weight[:, None]
-        node_force = np.zeros_like(self.nodes)
+        carried = np.zeros_like(self._undeformed)
         for stencil, sign in ((own, 1.0), (other, -1.0)):
             shares = sign * stencil.value[:, :, None] * force[:, None, :]
             for i in range(3):
-                node_force[:, i] += np.bincount(
-                    stencil.nodes.ravel(), shares[..., i].ravel(), minlength=len(node_force)
+                carried[:, i] += np.bincount(
+                    stencil.nodes.ravel(), shares[..., i].ravel(), minlength=len(carried)
                 )
+        node_force = self.surfaces.collect(carried)
         answer = ContactResponse(points, node_force, self._energy(points, active, weight))
         if not stiffness:
             return answer
         full, symmetric, self._pairs = tangent(
-            self.law, points, weight, own, other, len(self.nodes), self._pairs
+            self.law, points, weight, own, other, self.surfaces.block, len(carried), self._pairs
         )
-        return replace(answer, stiffness=full, symmetric=symmetric)
+        pattern = self._pairs.indptr, self._pairs.indices
+        return replace(
+            answer,
+            stiffness=self.surfaces.matrix(*pattern, full),
+            symmetric=self.surfaces.matrix(*pattern, symmetric),
+        )
 
     def commit(self, points: ContactPoints) -> ContactHistory:
         """Return the history that a converged increment leaves.
@@ -200,7 +208,7 @@ class Contact:
             k = np.flatnonzero(lost)[0]
             raise ConvergenceError(
                 f"contact slides over the end of a surface (surface {history.surface[k]}, place "
-                f"{history.xi[k, 0]:.1f} of {self.surfaces.shape[history.surface[k], 0] - 1} slices): a yarn is "
+                f"{history.xi[k, 0]:.1f} of {self.surfaces.edges(history.surface[k])[0][-1]:.1f}): a yarn is "
                 "pulled out of its loop, or the slip is longer than the surface; use a smaller load or longer yarns"
             )
         touches = points.status != OPEN
@@ -245,7 +253,7 @@ class Contact:
 
     def reference(self, point: np.ndarray) -> np.ndarray:
         """Return the undeformed positions (k, 3) of Gauss points (k,) [m]."""
-        return self._search.positions(point, self.nodes)
+        return self._search.positions(point, self._undeformed)
 
     def smallest_gap(self, points: ContactPoints) -> float:
         """Return the smallest gap of all pairs that are followed [m]; inf if there are none."""
@@ -253,17 +261,15 @@ class Contact:
 
     # ---- candidates -----------------------------------------------------------------------------------------
 
-    def _follow(self, nodes: np.ndarray, before: np.ndarray, history: ContactHistory) -> _Followed:
+    def _follow(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> _Followed:
         """Return the history over all pairs that may touch now; what is kept only saves time."""
         kept = self._followed
         if kept is not None and kept.source is history:
-            moved = nodes[self._skin] - kept.searched[self._skin]
-            if np.einsum("ni,ni->n", moved, moved).max() <= (0.5 * self.margin) ** 2:
+            if self.surfaces.moved(carriers, kept.searched) <= 0.5 * self.margin:
                 return kept
-        found = self._search.find(nodes, self.margin)
-        merged = self._merge(found, nodes, before, history)
-        own = self._search.stencil(merged.point)
-        self._followed = _Followed(history, merged, own, nodes)
+        found = self._search.find(carriers, self.margin)
+        merged = self._merge(found, carriers, before, history)
+        self._followed = _Followed(history, merged, *self._search.weights(merged.point), carriers)
         return self._followed
 
     def _continue(self, history: ContactHistory, successor: ContactHistory) -> None:
@@ -272,14 +278,14 @@ class Contact:
             self._followed = replace(self._followed, source=successor, history=successor)
 
     def _merge(
-        self, found: Candidates, nodes: np.ndarray, before: np.ndarray, history: ContactHistory
+        self, found: Candidates, carriers: np.ndarray, before: np.ndarray, history: ContactHistory
     ) -> ContactHistory:
         """Return the history of the pairs found and of those that touch; new ones remember where they were."""
         position = self._search.positions(found.point, before)
         projection = project(self.surfaces, before, found.surface, position, found.guess)
         gap = self._gap(found.point, found.surface, projection)
-        now = self._search.positions(found.point, nodes)
-        near = project(self.surfaces, nodes, found.surface, now, projection.xi)
+        now = self._search.positions(found.point, carriers)
+        near = project(self.surfaces, carriers, found.surface, now, projection.xi)
         keep = near.found & (self._gap(found.point, found.surface, near) < self.margin)
         new = ContactHistory(
             point=found.point[keep],
@@ -302,9 +308,9 @@ class Contact:
         return joined(taken(history, np.flatnonzero(stays)), taken(new, unknown))
 
     def _project(
-        self, history: ContactHistory, position: np.ndarray, nodes: np.ndarray
+        self, history: ContactHistory, position: np.ndarray, carriers: np.ndarray
     ) -> tuple[Projection, np.ndarray]:
-        projection = project(self.surfaces, nodes, history.surface, position, history.xi)
+        projection = project(self.surfaces, carriers, history.surface, position, history.xi)
         return projection, self._gap(history.point, history.surface, projection)
 
     def _gap(self, point: np.ndarray, surface: np.ndarray, projection: Projection) -> np.ndarray:

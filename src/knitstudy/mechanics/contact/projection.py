@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -12,10 +12,13 @@ ITERATIONS = 40
 """Newton steps after which a point counts as having no closest point within the surface's edges."""
 
 ACCURACY = 1e-11
-"""Last Newton step, in cells, at which the closest point is found; the next one would be rounding."""
+"""Last Newton step, in units of the parameters, at which the closest point is found; the next one would be rounding."""
+
+CHUNK = 10_000
+"""Points that are projected at once; bounds the memory of stencils."""
 
 QUADRATIC = 1e-6
-"""Step within one cell after which the next one of a converging Newton's method would be as small as that."""
+"""Step between the same whole numbers after which the next one of a converging Newton's method would be rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,13 +50,26 @@ class Projection:
 
 
 def project(
-    surfaces: Surfaces, nodes: np.ndarray, surface: np.ndarray, points: np.ndarray, guess: np.ndarray
+    surfaces: Surfaces, carriers: np.ndarray, surface: np.ndarray, points: np.ndarray, guess: np.ndarray
 ) -> Projection:
-    """Find the closest places on surfaces (k,) of current nodes (N, 3) to points (k, 3), from guesses (k, 2).
+    """Find the closest places on surfaces (k,) of current carriers (M, 3) to points (k, 3), from guesses (k, 2).
 
-    Newton's method on the squared distance, with steps of at most one cell; where that is not convex, curvature is
+    Newton's method on the squared distance, with steps of at most one unit; where that is not convex, curvature is
     left out.
     """
+    parts = [
+        _project(surfaces, carriers, surface[part], points[part], guess[part])
+        for part in (slice(low, low + CHUNK) for low in range(0, max(len(points), 1), CHUNK))
+    ]
+    if len(parts) == 1:
+        return parts[0]
+    columns = [[getattr(part, field.name) for part in parts] for field in fields(Projection)]
+    return Projection(*map(np.concatenate, columns))
+
+
+def _project(
+    surfaces: Surfaces, carriers: np.ndarray, surface: np.ndarray, points: np.ndarray, guess: np.ndarray
+) -> Projection:
     xi = surfaces.clamp(surface, guess)
     moving = np.arange(len(xi))
     found = np.zeros(len(xi), dtype=bool)
@@ -61,7 +77,7 @@ def project(
         if not len(moving):
             break
         here = surface[moving]
-        step, exact = _step(surfaces, nodes, here, points[moving], xi[moving])
+        step, exact = _step(surfaces, carriers, here, points[moving], xi[moving])
         aim = xi[moving] + step
         exact &= (np.floor(aim) == np.floor(xi[moving])).all(axis=1)
         xi[moving] = surfaces.clamp(here, aim)
@@ -72,7 +88,7 @@ def project(
         found[moving[still]] = True
         stuck = beyond & (np.abs(xi[moving] - (aim - step)).max(axis=1) < ACCURACY)
         moving = moving[~(still | stuck)]
-    place, tangent, curvature = surfaces.stencil(surface, xi).places(nodes)
+    place, tangent, curvature = surfaces.stencil(surface, xi).places(carriers)
     normal = np.cross(tangent[:, 1], tangent[:, 0])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     return Projection(
@@ -86,10 +102,10 @@ def project(
 
 
 def _step(
-    surfaces: Surfaces, nodes: np.ndarray, surface: np.ndarray, points: np.ndarray, xi: np.ndarray
+    surfaces: Surfaces, carriers: np.ndarray, surface: np.ndarray, points: np.ndarray, xi: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return Newton's steps (k, 2) for the closest points, and where (k,) curvature is not left out."""
-    place, tangent, curvature = surfaces.stencil(surface, xi).places(nodes)
+    place, tangent, curvature = surfaces.stencil(surface, xi).places(carriers)
     apart = points - place
     slope = np.einsum("kai,ki->ak", tangent, apart)
     metric = np.einsum("kai,kbi->abk", tangent, tangent)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -23,59 +22,64 @@ class Quadrature:
         Surface that a point lies on.
     xi : ndarray, shape (P, 2)
         Its parameters.
+    cell : ndarray of int, shape (P, 2)
+        Cell that it lies in.
     area : ndarray, shape (P,)
         Undeformed area of the contact surface that it stands for [m2].
     per_row : ndarray of int, shape (G,)
-        Points in one row of cells (between two slices) of every surface.
+        Points in one row of cells (between two rings) of every surface.
     first : ndarray of int, shape (G + 1,)
         First point of every surface, then P.
     """
 
     surface: np.ndarray
     xi: np.ndarray
+    cell: np.ndarray
     area: np.ndarray
     per_row: np.ndarray
     first: np.ndarray
 
     @classmethod
-    def on(cls, surfaces: Surfaces, nodes: np.ndarray, points: int) -> Quadrature:
-        """Place ``points`` x ``points`` Gauss points in every cell of surfaces through undeformed nodes (N, 3)."""
+    def on(cls, surfaces: Surfaces, carriers: np.ndarray, points: int) -> Quadrature:
+        """Place ``points`` x ``points`` Gauss points in every cell of surfaces with undeformed carriers (M, 3)."""
         position, weight = np.polynomial.legendre.leggauss(points)
         position, weight = 0.5 * (position + 1), 0.5 * weight
         local = np.stack(np.meshgrid(position, position, indexing="ij"), axis=-1).reshape(-1, 2)
         share = np.outer(weight, weight).ravel()
         parts = []
         for number, (rows, columns) in enumerate(surfaces.cells):
-            corner = np.stack(np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"), axis=-1)
-            xi = (corner.reshape(-1, 1, 2) + local).reshape(-1, 2)
+            cell = np.stack(np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"), axis=-1)
+            cell = np.repeat(cell.reshape(-1, 2), points**2, axis=0)
+            edges = surfaces.edges(number)
+            corner, size = (
+                np.stack([values[cell[:, a]] for a, values in enumerate(both)], axis=1)
+                for both in ([edge[:-1] for edge in edges], [np.diff(edge) for edge in edges])
+            )
+            xi = corner + size * np.tile(local, (rows * columns, 1))
             surface = np.full(len(xi), number)
-            area = np.tile(share, rows * columns)
+            area = np.tile(share, rows * columns) * size.prod(axis=1)
             for low in range(0, len(xi), CHUNK):
                 part = slice(low, low + CHUNK)
-                area[part] *= _stretch(surfaces, surface[part], xi[part], nodes)
-            parts.append((surface, xi, area))
-        surface, xi, area = (np.concatenate(values) for values in zip(*parts, strict=True))
+                area[part] *= _stretch(surfaces, surface[part], xi[part], carriers)
+            parts.append((surface, xi, cell, area))
+        surface, xi, cell, area = (np.concatenate(values) for values in zip(*parts, strict=True))
         return cls(
             surface=surface,
             xi=xi,
+            cell=cell,
             area=area,
             per_row=surfaces.cells[:, 1] * points**2,
             first=np.concatenate([[0], np.cumsum([len(part[1]) for part in parts])]),
         )
 
-    @cached_property
-    def cell(self) -> np.ndarray:
-        """Cell (P, 2) of every point."""
-        return np.floor(self.xi).astype(np.int64)
 
-
-def _stretch(surfaces: Surfaces, surface: np.ndarray, xi: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+def _stretch(surfaces: Surfaces, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray) -> np.ndarray:
     """Return the area (k,) of the contact surface a unit of the parameters' area [m2].
 
     At a depth o below the interpolated surface it is (1 + o tr(m^-1 k)) times as large, k the curvature form.
     """
     stencil = surfaces.stencil(surface, xi)
-    _, tangent, second = stencil.places(nodes)
+    _, tangent, second = stencil.places(carriers)
     normal = np.cross(tangent[:, 1], tangent[:, 0])
     area = np.linalg.norm(normal, axis=1)
     curvature = np.einsum("kai,ki->ka", second, normal / area[:, None])

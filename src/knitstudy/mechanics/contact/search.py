@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.mechanics.contact.quadrature import Quadrature
+from knitstudy.mechanics.contact.quadrature import CHUNK, Quadrature
 from knitstudy.mechanics.contact.surface import Stencil, Surfaces, interpolate
 
 
@@ -23,7 +23,7 @@ class Candidates:
 class Search:
     """Finds the pieces of surface that are near each other, in any configuration.
 
-    Two surfaces are searched if ``meets`` says so, a surface with itself included: there, rows of nodes nearer than
+    Two surfaces are searched if ``meets`` says so, a surface with itself included: there, rings nearer than
     half a turn around the section along the yarn are left out, which only a yarn bent to less than its own radius
     could bring together. A point that is near two separate pieces of one surface faces both.
 
@@ -31,48 +31,43 @@ class Search:
     ----------
     surfaces : Surfaces
     quadrature : Quadrature
-    nodes : ndarray, shape (N, 3)
-        Undeformed nodes [m].
+    carriers : ndarray, shape (M, 3)
+        Of the undeformed surfaces [m].
     meets : ndarray of bool, shape (G, G)
         Which surfaces may touch; symmetric.
     pieces : ndarray of int, shape (R,), optional
-        A number for every row of nodes: rows with the same one, unless it is negative, do not touch.
+        A number for every ring: those with the same one, unless it is negative, do not touch.
     """
 
     def __init__(
         self,
         surfaces: Surfaces,
         quadrature: Quadrature,
-        nodes: np.ndarray,
+        carriers: np.ndarray,
         meets: np.ndarray,
         pieces: np.ndarray | None = None,
     ) -> None:
         self.surfaces, self.quadrature, self.meets = surfaces, quadrature, meets
-        rows = surfaces.shape[:, 0]
+        rows = surfaces.cells[:, 0] + 1
         self._pieces = np.full(rows.sum(), -1) if pieces is None else pieces
         self._surface = np.repeat(np.arange(len(rows)), rows)
         self._row = np.concatenate([np.arange(count) for count in rows])
         self._first = np.concatenate([[0], np.cumsum(rows)])
-        centres = self._centres(nodes)
-        self._reach = np.array(
-            [
-                np.linalg.norm(nodes[grid.nodes] - centres[low : low + len(grid.nodes), None], axis=2).max()
-                for grid, low in zip(surfaces.grids, self._first[:-1], strict=True)
-            ]
-        )
+        centres = surfaces.centres(carriers)
+        self._reach = np.array([self._farthest(number, carriers, centres) for number in range(len(rows))])
         steps = np.linalg.norm(np.diff(centres, axis=0), axis=1)
         steps[self._first[1:-1] - 1] = 0
         self._arc = np.concatenate([[0], np.cumsum(steps)])
         self._step = float(steps.max())
 
-    def find(self, nodes: np.ndarray, margin: float) -> Candidates:
-        """Return all pairs whose distance may be below `margin` [m] where the nodes (N, 3) are now."""
-        centres = self._centres(nodes)
+    def find(self, carriers: np.ndarray, margin: float) -> Candidates:
+        """Return all pairs whose distance may be below `margin` [m] where the carriers (M, 3) are now."""
+        centres = self.surfaces.centres(carriers)
         tree = cKDTree(centres)
         point = self._points_of(self._near_rows(tree, margin))
         if not len(point):
             return Candidates(point, point, np.empty((0, 2)))
-        position = self.positions(point, nodes)
+        position = self.positions(point, carriers)
         reach = self._reach.max() + margin + 0.5 * self._step
         pairs = cKDTree(position).sparse_distance_matrix(tree, reach, output_type="ndarray")
         row = pairs["j"]
@@ -80,36 +75,48 @@ class Search:
         own_row = self._first[mine] + self.quadrature.cell[point[pairs["i"]], 0]
         allowed = self._may_meet(own_row, row)
         allowed &= pairs["v"] <= self._reach[theirs] + margin + 0.5 * self._step
-        return self._nearest(point, position, pairs[allowed], nodes)
+        return self._nearest(point, position, pairs[allowed], carriers)
 
-    def positions(self, point: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-        """Return where points (k,) are [m], of current nodes (N, 3)."""
-        stencil = self.stencil(point)
-        return interpolate(stencil.value, stencil.nodes, nodes)
+    def positions(self, point: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+        """Return where points (k,) are [m], for current carriers (M, 3)."""
+        nodes, weight = self.weights(point)
+        return interpolate(weight, nodes, carriers)
+
+    def weights(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the carriers (k, c) of points (k,) and the weights (k, c) of their places."""
+        nodes, weight = [], []
+        for low in range(0, max(len(point), 1), CHUNK):
+            stencil = self.stencil(point[low : low + CHUNK])
+            nodes.append(stencil.nodes)
+            weight.append(stencil.value.copy())  # not a view of all weights
+        return np.concatenate(nodes), np.concatenate(weight)
 
     def stencil(self, point: np.ndarray) -> Stencil:
         """Return the stencils of points (k,)."""
         return self.surfaces.stencil(self.quadrature.surface[point], self.quadrature.xi[point])
 
-    def _centres(self, nodes: np.ndarray) -> np.ndarray:
-        return np.concatenate([nodes[grid.nodes].mean(axis=1) for grid in self.surfaces.grids])
+    def _farthest(self, number: int, carriers: np.ndarray, centres: np.ndarray) -> float:
+        """Return the largest distance of a surface's rings from their middles [m]."""
+        row = np.arange(self.surfaces.cells[number, 0] + 1)
+        apart = self.surfaces.ring(number, row, carriers) - centres[self._first[number] + row, None]
+        return float(np.linalg.norm(apart, axis=2).max())
 
     def _may_meet(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return whether rows of nodes may touch: different surfaces that meet, or far pieces of the same one."""
+        """Return whether rings may touch: different surfaces that meet, or far pieces of the same one."""
         a, b = self._surface[one], self._surface[other]
         far = np.abs(self._arc[one] - self._arc[other]) > np.pi * self._reach[a]
         apart = (self._pieces[one] < 0) | (self._pieces[one] != self._pieces[other])
         return self.meets[a, b] & ((a != b) | far) & apart
 
     def _near_rows(self, tree: cKDTree, margin: float) -> np.ndarray:
-        """Return the rows of nodes with another row that may touch them."""
+        """Return the rings with another one that may touch them."""
         pairs = tree.query_pairs(2 * self._reach.max() + margin + 2 * self._step, output_type="ndarray")
         one, other = pairs.T
         pairs = pairs[self._may_meet(one, other)]
         return np.unique(pairs)
 
     def _points_of(self, rows: np.ndarray) -> np.ndarray:
-        """Return the points (k,) of the cells beside rows of nodes."""
+        """Return the points (k,) of the cells beside rings."""
         surface = self._surface[rows]
         layer = np.concatenate([self._row[rows] - 1, self._row[rows]])
         surface = np.concatenate([surface, surface])
@@ -125,9 +132,9 @@ class Search:
         return np.repeat(start, count) + within
 
     def _nearest(
-        self, point: np.ndarray, position: np.ndarray, pairs: np.ndarray, nodes: np.ndarray
+        self, point: np.ndarray, position: np.ndarray, pairs: np.ndarray, carriers: np.ndarray
     ) -> Candidates:
-        """Reduce pairs of points and rows to one for every point and connected piece of a surface."""
+        """Reduce pairs of points and rings to one for every point and connected piece of a surface."""
         if not len(pairs):
             none = np.empty(0, dtype=np.int64)
             return Candidates(none, none, np.empty((0, 2)))
@@ -143,19 +150,18 @@ class Search:
         best = at_closest[np.unique(piece, return_index=True)[1]]
         i, row, surface = i[best], j[best], surface[best]
         guess = np.empty((len(best), 2))
-        guess[:, 0] = self._row[row]
         for number in np.unique(surface):
             here = np.flatnonzero(surface == number)
-            guess[here, 1] = self._angle(number, self._row[row[here]], position[i[here]], nodes)
+            guess[here] = self._place(number, self._row[row[here]], position[i[here]], carriers)
         return Candidates(point[i], surface, guess)
 
-    def _angle(self, number: int, row: np.ndarray, position: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-        """Return the node (k,) of rows of a surface that is nearest to positions (k, 3)."""
-        grid = self.surfaces.grids[number].nodes
-        nearest = np.empty(len(row))
-        chunk = max(1, 400_000 // grid.shape[1])
+    def _place(self, number: int, row: np.ndarray, position: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+        """Return the place (k, 2) on rings of a surface that is nearest to positions (k, 3)."""
+        along, around = self.surfaces.edges(number)
+        nearest = np.empty(len(row), dtype=np.int64)
+        chunk = max(1, 400_000 // len(around))
         for low in range(0, len(row), chunk):
             part = slice(low, low + chunk)
-            apart = nodes[grid[row[part]]] - position[part, None]
+            apart = self.surfaces.ring(number, row[part], carriers) - position[part, None]
             nearest[part] = np.argmin(np.einsum("kai,kai->ka", apart, apart), axis=1)
-        return nearest
+        return np.stack([along[row], around[nearest]], axis=1)

@@ -1,189 +1,120 @@
-"""Smooth surfaces through the surface nodes of solids: tensor products of Catmull-Rom curves (Catmull and Rom 1974).
+"""What contact knows of the surfaces of solids: places and their derivatives as weighted sums, and where to search.
 
-A surface is a grid of nodes, (slice, angle) on a yarn. Its parameters xi = (along, around) count slices and angles,
-so that neighbours and stencils are index arithmetic. It is C1 everywhere, which flat facets are not: with 12 angles
-these sag by 3.4% of the radius, more than the clearance of a knit, and a Catmull-Rom surface by 0.17%. On tubes the
-tangents around are a little longer than Catmull and Rom's, so that the middle between two nodes lies on the circle too:
-4e-7 of the radius are left.
+Contact never asks what a surface is made of. The sums run over *carriers*: nodes of a grid (`grids`), or functions of
+the angle times splines along a yarn (`cylinders`). What moves the carriers and what collects their forces is the
+surfaces' own affair.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
+import scipy.sparse as sp
 
-
-@dataclass(frozen=True, eq=False)
-class Grid:
-    """Nodes that one surface goes through.
-
-    Attributes
-    ----------
-    nodes : ndarray of int, shape (m, a)
-        Node numbers, at least 2 by 2; the normal (around x along) points outward.
-    closed : bool
-        Whether the last column is followed by the first.
-    stretch : float
-        Length of the tangents around, over Catmull and Rom's; see `circular_stretch`.
-    offset : float
-        How far inside of the interpolated surface the contact surface lies [m]: a polygon inflated to the area of
-        its circle has its nodes outside of the circle.
-    """
-
-    nodes: np.ndarray
-    closed: bool = True
-    offset: float = 0.0
-    stretch: float = 1.0
-
-
-def circular_stretch(angles: int) -> float:
-    """Return the stretch at which the curve through equal angles of a circle has its middles on the circle, too."""
-    step = 2 * np.pi / angles
-    return float(4 * (1 - np.cos(step / 2)) / (np.sin(step) * np.sin(step / 2)))
+ALONG, AROUND = [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]
+"""Orders of the derivatives whose weights a stencil has."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stencil:
-    """Sixteen nodes that places on a surface depend on, and their weights.
+    """The carriers that places on surfaces depend on, and their weights.
 
     Attributes
     ----------
-    nodes : ndarray of int, shape (k, 16)
-    weights : ndarray, shape (k, 6, 16)
+    nodes : ndarray of int, shape (k, c)
+        Carriers.
+    weights : ndarray, shape (k, 6, c)
         Of the place, its derivatives along and around, and its second ones: along, mixed, around.
+    key : ndarray of int, shape (k,)
+        Places with the same key have the same carriers.
     """
 
     nodes: np.ndarray
     weights: np.ndarray
+    key: np.ndarray
 
     @property
     def value(self) -> np.ndarray:
-        """Weights (k, 16) of the places."""
+        """Weights (k, c) of the places."""
         return self.weights[:, 0]
 
     @property
     def first(self) -> np.ndarray:
-        """Weights (k, 2, 16) of the derivatives along and around."""
+        """Weights (k, 2, c) of the derivatives along and around."""
         return self.weights[:, 1:3]
 
     @property
     def second(self) -> np.ndarray:
-        """Weights (k, 3, 16) of the second derivatives along, mixed and around."""
+        """Weights (k, 3, c) of the second derivatives along, mixed and around."""
         return self.weights[:, 3:]
 
-    def places(self, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return places (k, 3), derivatives (k, 2, 3) and second ones (k, 3, 3) for nodes (N, 3)."""
-        all_six = self.weights @ nodes[self.nodes]
+    def places(self, carriers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return places (k, 3), derivatives (k, 2, 3) and second ones (k, 3, 3) for carriers (M, 3)."""
+        all_six = self.weights @ carriers[self.nodes]
         return all_six[:, 0], all_six[:, 1:3], all_six[:, 3:]
 
 
-class Surfaces:
+class Surfaces(Protocol):
     """All smooth surfaces of a model.
 
-    Parameters
+    A place is a surface and two parameters xi = (along, around). Surfaces are divided into cells, which carry the
+    Gauss points; rings, the edges of cells across a surface, are where the search begins.
+
+    Attributes
     ----------
-    grids : sequence of Grid
+    cells : ndarray of int, shape (G, 2)
+        Cells of every surface, along and around.
+    closed : ndarray of bool, shape (G,)
+        Whether it closes around.
+    offset : ndarray, shape (G,)
+        How far inside of the interpolated surface the contact surface lies [m].
+    block : int
+        Carriers come in runs of so many; a run is in a stencil as a whole.
     """
 
-    def __init__(self, grids: list[Grid] | tuple[Grid, ...]) -> None:
-        self.grids = tuple(grids)
-        self.shape = np.array([grid.nodes.shape for grid in self.grids])  # (G, 2)
-        self.closed = np.array([grid.closed for grid in self.grids])
-        self.offset = np.array([grid.offset for grid in self.grids])
-        self._stretch = np.array([grid.stretch for grid in self.grids])
-        self.cells = self.shape - np.stack([np.ones(len(self.grids), int), ~self.closed], axis=1)
-        self._first = np.concatenate([[0], np.cumsum(self.shape.prod(axis=1))])
-        self._nodes = np.concatenate([np.asarray(grid.nodes).ravel() for grid in self.grids])
+    cells: np.ndarray
+    closed: np.ndarray
+    offset: np.ndarray
+    block: int
 
-    def cell(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
-        """Return the cells (k, 2) that places xi (k, 2) of surfaces (k,) lie in; around is counted on one turn."""
-        cells = self.cells[surface]
-        cell = np.floor(xi).astype(np.int64)
-        cell[:, 0] = np.clip(cell[:, 0], 0, cells[:, 0] - 1)
-        turned = np.where(self.closed[surface], cell[:, 1] % cells[:, 1], cell[:, 1])
-        cell[:, 1] = np.clip(turned, 0, cells[:, 1] - 1)
-        return cell
+    def edges(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the parameters of one surface's edges of cells, along (m + 1,) and around (n + 1,)."""
 
     def stencil(self, surface: np.ndarray, xi: np.ndarray) -> Stencil:
         """Return the stencils of places xi (k, 2) on surfaces (k,)."""
-        cell = self.cell(surface, xi)
-        shape, closed = self.shape[surface], self.closed[surface]
-        straight, open_ended = np.ones(len(xi)), np.zeros(len(xi), dtype=bool)
-        along = _curve(cell[:, 0], xi[:, 0] - cell[:, 0], shape[:, 0], open_ended, straight)
-        share = xi[:, 1] - np.floor(xi[:, 1])
-        share = np.where(closed, share, xi[:, 1] - cell[:, 1])
-        around = _curve(cell[:, 1], share, shape[:, 1], closed, self._stretch[surface])
-        index = along.index[:, :, None] * shape[:, 1][:, None, None] + around.index[:, None, :]
-        nodes = self._nodes[self._first[surface][:, None] + index.reshape(-1, 16)]
-
-        weights = along.weight[:, _ALONG, :, None] * around.weight[:, _AROUND, None, :]
-        return Stencil(nodes, weights.reshape(-1, 6, 16))
-
-    def inside(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
-        """Return whether places xi (k, 2) lie within their surfaces' edges."""
-        last = (self.shape[surface] - 1).astype(float)
-        within = (xi >= 0) & (xi <= last)
-        within[:, 1] |= self.closed[surface]
-        return within.all(axis=1)
 
     def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
         """Return xi (k, 2) moved to the nearest place within the surfaces' edges."""
-        last = (self.shape[surface] - 1).astype(float)
-        clamped = np.clip(xi, 0, last)
-        clamped[:, 1] = np.where(self.closed[surface], xi[:, 1], clamped[:, 1])
-        return clamped
+
+    def carry(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the carriers (M, 3) for the model's nodes (N, 3)."""
+
+    def collect(self, force: np.ndarray) -> np.ndarray:
+        """Return forces (N, 3) on the model's nodes from those on carriers (M, 3)."""
+
+    def matrix(self, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray) -> sp.bsr_matrix:
+        """Return the matrix (3 N, 3 N) over the model's nodes, in blocks of 3, of one over carriers.
+
+        Parameters
+        ----------
+        indptr, indices : ndarray of int
+            Its pattern over runs of carriers, as of a CSR matrix.
+        data : ndarray, shape (nnz, b b, 9)
+            Blocks (3, 3) of pairs of carriers of two runs.
+        """
+
+    def centres(self, carriers: np.ndarray) -> np.ndarray:
+        """Return the middles (R, 3) of all rings, surface by surface."""
+
+    def ring(self, number: int, row: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+        """Return places (k, n, 3) on rings (k,) of one surface, at the edges of cells around."""
+
+    def moved(self, now: np.ndarray, then: np.ndarray) -> float:
+        """Return how far a place of the surfaces has moved at most between two states of the carriers (M, 3) [m]."""
 
 
 def interpolate(weight: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return weighted sums (k, ..., 3) of nodal values (N, 3): weights (k, ..., c) at nodes (k, c)."""
+    """Return weighted sums (k, ..., 3) of values (M, 3): weights (k, ..., c) at carriers (k, c)."""
     return weight @ values[nodes] if weight.ndim > 2 else (weight[:, None] @ values[nodes])[:, 0]
-
-
-@dataclass(frozen=True)
-class _Curve:
-    index: np.ndarray  # (k, 4) positions in the row of nodes
-    weight: np.ndarray  # (k, 3, 4): value, first and second derivative
-
-
-def _curve(
-    cell: np.ndarray, t: np.ndarray, count: np.ndarray, closed: np.ndarray, stretch: np.ndarray
-) -> _Curve:
-    """Weights of a curve at local parameters t (k,) of cells (k,) in rows of `count` nodes.
-
-    Tangents are `stretch` (k,) times those of Catmull and Rom. At open ends the missing neighbour is the linear
-    continuation of the last two nodes.
-    """
-    powers = np.stack([np.ones_like(t), t, t * t, t**3], axis=1)
-    weight = powers @ _POINTS + stretch[:, None] * (powers @ _TANGENTS)
-    weight = weight.reshape(-1, 3, 4)
-    index = cell[:, None] + np.arange(-1, 3)
-    low, high = ~closed & (cell == 0), ~closed & (cell == count - 2)
-    weight[low, :, 1] += 2 * weight[low, :, 0]
-    weight[low, :, 2] -= weight[low, :, 0]
-    weight[low, :, 0] = 0
-    weight[high, :, 2] += 2 * weight[high, :, 3]
-    weight[high, :, 1] -= weight[high, :, 3]
-    weight[high, :, 3] = 0
-    index = np.where(closed[:, None], index % count[:, None], np.clip(index, 0, count[:, None] - 1))
-    return _Curve(index, weight)
-
-
-def _with_derivatives(coefficients: np.ndarray) -> np.ndarray:
-    """Return polynomials (4 powers, 4 nodes), their first and second derivatives, side by side: (4, 12)."""
-    slope = np.zeros((4, 4))
-    slope[[0, 1, 2], [1, 2, 3]] = 1, 2, 3  # of the powers of t
-    return np.concatenate([coefficients, slope @ coefficients, slope @ slope @ coefficients], axis=1)
-
-
-_POINTS = _with_derivatives(
-    np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0], [0.0, -3.0, 3.0, 0.0], [0.0, 2.0, -2.0, 0.0]])
-)
-_TANGENTS = _with_derivatives(
-    0.5
-    * np.array([[0.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [2.0, 1.0, -2.0, -1.0], [-1.0, -1.0, 1.0, 1.0]])
-)
-"""What the nodes themselves and the tangents at them contribute. Rows: powers of t; columns: the four nodes."""
-
-_ALONG, _AROUND = [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]
-"""Orders of the derivatives whose weights a stencil has."""

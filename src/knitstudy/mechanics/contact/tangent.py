@@ -1,6 +1,8 @@
-"""The derivative of contact's forces: points' tangents, summed over the nodes of both surfaces."""
+"""The derivative of contact's forces: points' tangents, summed over the carriers of both surfaces."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,33 +14,90 @@ from knitstudy.mechanics.contact.projection import Projection
 from knitstudy.mechanics.contact.surface import Stencil
 
 BLOCKS = 9
-"""Entries of a block of two nodes."""
+"""Entries of a block of two carriers."""
+
+CHUNK = 1_000_000
+"""Numbers in the products of pairs of cells that are formed at once; bounds the memory."""
 
 
 class CellPairs:
-    """Pairs of cells that touch each other: 32 nodes each, and the pattern of the matrix that couples them.
+    """Pairs of cells that touch each other, and the pattern of the matrix that couples their carriers.
 
     Parameters
     ----------
-    nodes : ndarray of int, shape (g, 32)
+    key : ndarray of int, shape (g, 2)
+        Keys of the stencils on both sides.
+    nodes : ndarray of int, shape (g, c)
+        Carriers of both sides.
+    block : int
+        Carriers of a run; c is a multiple.
     count : int
-        Number of all nodes.
+        Number of all carriers.
+
+    Attributes
+    ----------
+    indptr, indices : ndarray of int
+        Pattern over runs of carriers, as of a CSR matrix.
     """
 
-    def __init__(self, nodes: np.ndarray, count: int) -> None:
-        self.nodes = nodes
-        row = np.repeat(nodes, 32, axis=1).ravel().astype(np.int64)
-        key, place = np.unique(row * count + np.tile(nodes, (1, 32)).ravel(), return_inverse=True)
-        self._shape = (3 * count, 3 * count)
-        self._indptr = np.searchsorted(key, count * np.arange(count + 1, dtype=np.int64)).astype(np.int32)
-        self._indices = (key % max(count, 1)).astype(np.int32)
-        every = np.arange(place.size)
-        self._sum = sp.csr_matrix((np.ones(place.size), (place.ravel(), every)), shape=(len(key), place.size))
+    def __init__(self, key: np.ndarray, nodes: np.ndarray, block: int, count: int) -> None:
+        self.key, self.block = key, block
+        runs, total = nodes[:, ::block] // block, count // block
+        self.width = runs.shape[1]  # r
+        wanted = (runs[:, :, None] * np.int64(total) + runs[:, None, :]).reshape(len(key), self.width**2)
+        pattern, place = np.unique(wanted, return_inverse=True)
+        place = place.reshape(wanted.shape)
+        self.indptr = np.searchsorted(pattern, total * np.arange(total + 1, dtype=np.int64)).astype(np.int32)
+        self.indices = (pattern % max(total, 1)).astype(np.int32)
+        most = max(1, CHUNK // (BLOCKS * nodes.shape[1] ** 2))
+        self._chunks = [_Chunk.of(low, place[low : low + most]) for low in range(0, len(key), most)]
 
-    def matrix(self, blocks: np.ndarray) -> sp.bsr_matrix:
-        """Return the sum of blocks (g, 32 x 32, 9) over all pairs."""
-        data = (self._sum @ blocks.reshape(-1, BLOCKS)).reshape(-1, 3, 3)
-        return sp.bsr_matrix((data, self._indices, self._indptr), shape=self._shape)
+    def sum(self, rows: np.ndarray, inner: np.ndarray, pair: np.ndarray) -> np.ndarray:
+        """Return sum over points of V^T B V, as blocks (nnz, b b, 9) of the pattern.
+
+        Parameters
+        ----------
+        rows : ndarray, shape (a, m, c)
+            V of every point.
+        inner : ndarray, shape (a, m, 9, m)
+            B, for every entry of a block.
+        pair : ndarray of int, shape (a,)
+            The pair of cells that every point belongs to.
+        """
+        m, c, r, b = *rows.shape[1:], self.width, self.block
+        order = np.argsort(pair, kind="stable")
+        many = np.bincount(pair, minlength=len(self.key))
+        start = np.cumsum(many) - many
+        data = np.zeros((len(self.indices), b * b * BLOCKS))
+        for chunk in self._chunks:
+            here = slice(chunk.low, chunk.high)
+            within = np.arange(many[here].max())
+            filled = within < many[here, None]  # (g, most): beside each other for every pair of cells
+            point = order[np.where(filled, start[here, None] + within, 0)]
+            left = np.where(filled[..., None, None], rows[point], 0.0)  # (g, most, m, c)
+            right = inner[point].reshape(*point.shape, m * BLOCKS, m) @ left
+            right = right.reshape(len(point), -1, BLOCKS * c)
+            product = left.reshape(len(point), -1, c).swapaxes(1, 2) @ right  # (g, c, ((i, j), c))
+            blocks = product.reshape(-1, r, b, BLOCKS, r, b).transpose(0, 1, 4, 2, 5, 3)
+            data[chunk.rows] += chunk.total @ blocks.reshape(-1, b * b * BLOCKS)
+        return data.reshape(-1, b * b, BLOCKS)
+
+
+@dataclass(frozen=True, eq=False)
+class _Chunk:
+    """Pairs of cells whose products are formed at once, and the sum of their blocks to some rows of the matrix."""
+
+    low: int
+    high: int
+    rows: np.ndarray
+    total: sp.csr_matrix
+
+    @classmethod
+    def of(cls, low: int, place: np.ndarray) -> _Chunk:
+        rows, row = np.unique(place, return_inverse=True)
+        every = np.arange(row.size)
+        total = sp.csr_matrix((np.ones(row.size), (row.ravel(), every)), shape=(len(rows), row.size))
+        return cls(low, low + len(place), rows, total)
 
 
 def stiffness(
@@ -47,12 +106,13 @@ def stiffness(
     weight: np.ndarray,
     own: Stencil,
     other: Stencil,
+    block: int,
     count: int,
     before: CellPairs | None = None,
-) -> tuple[sp.bsr_matrix, sp.bsr_matrix, CellPairs]:
-    """Return the tangent and its symmetric positive part over `count` nodes, of one pattern, and that pattern.
+) -> tuple[np.ndarray, np.ndarray, CellPairs]:
+    """Return the tangent and its symmetric positive part as blocks (nnz, b b, 9), and the pattern of both.
 
-    Points of one cell that face one cell share their 32 nodes: the rows of all of them, one below the other, make one
+    Points of one cell that face one cell share their carriers: the rows of all of them, one below the other, make one
     product V^T (B V) a pair of cells.
 
     Parameters
@@ -63,7 +123,8 @@ def stiffness(
         Area that each touching point stands for in its pass [m2].
     own, other : Stencil
         Of the touching points on their own surfaces and of their closest points.
-    count : int
+    block, count : int
+        As of `CellPairs`.
     before : CellPairs, optional
         Pattern of an earlier tangent, used again if the same cells touch.
     """
@@ -71,38 +132,20 @@ def stiffness(
     inner, positive = _point_tangents(law, points, active)
     inner *= weight[:, None, None]
     positive *= weight[:, None, None]
-    nodes = np.concatenate([own.nodes, other.nodes], axis=1)  # (a, 32)
-    rows = np.zeros((len(active), 3, 32))  # V
-    rows[:, 0, :16], rows[:, 0, 16:] = own.value, -other.value
-    rows[:, 1:, 16:] = other.first
-    changes = inner.reshape(-1, 9, 3, 3).swapaxes(2, 3).reshape(-1, 27, 3) @ rows  # (a, (m, i, j), 32)
-    pulls = positive.reshape(-1, 9, 1) * rows[:, None, 0]  # (a, (i, j), 32)
-
-    _, first, pair = np.unique(nodes[:, [5, 10, 21, 26]], axis=0, return_index=True, return_inverse=True)
+    width = own.nodes.shape[1]
+    rows = np.zeros((len(active), 3, 2 * width))  # V
+    rows[:, 0, :width], rows[:, 0, width:] = own.value, -other.value
+    rows[:, 1:, width:] = other.first
+    keys = np.stack([own.key, other.key], axis=1)
+    keys, first, pair = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     pair = pair.ravel()
-    order = np.argsort(pair, kind="stable")
-    many = np.bincount(pair, minlength=len(first))
-    within = np.arange(len(pair)) - np.repeat(np.cumsum(many) - many, many)
-    most = int(many.max(initial=0))
-
-    def stacked(values: np.ndarray) -> np.ndarray:
-        """Values (a, ...) of points beside each other for every pair of cells, (g, most, ...), and zeros."""
-        table = np.zeros((len(first), most, *values.shape[1:]))
-        table[pair[order], within] = values[order]
-        return table
-
-    g = len(first)
-    left = stacked(rows).reshape(g, most * 3, 32).swapaxes(1, 2)
-    full = left @ stacked(changes.reshape(-1, 3, 288)).reshape(g, most * 3, 288)  # (g, 32, ((i, j), 32))
-    left = stacked(rows[:, 0]).swapaxes(1, 2)
-    symmetric = left @ stacked(pulls.reshape(-1, 288))
-    pairs = before if before is not None and np.array_equal(before.nodes, nodes[first]) else None
-    pairs = pairs or CellPairs(nodes[first], count)
-
-    def blocks(product: np.ndarray) -> np.ndarray:
-        return product.reshape(g, 32, BLOCKS, 32).swapaxes(2, 3)
-
-    return pairs.matrix(blocks(full)), pairs.matrix(blocks(symmetric)), pairs
+    pairs = before if before is not None and np.array_equal(before.key, keys) else None
+    if pairs is None:
+        nodes = np.concatenate([own.nodes[first], other.nodes[first]], axis=1)
+        pairs = CellPairs(keys, nodes, block, count)
+    full = inner.reshape(-1, 9, 3, 3).swapaxes(2, 3).reshape(-1, 3, BLOCKS, 3)
+    symmetric = pairs.sum(rows[:, :1], positive.reshape(-1, 1, BLOCKS, 1), pair)
+    return pairs.sum(rows, full, pair), symmetric, pairs
 
 
 def _point_tangents(law: Coulomb, points: ContactPoints, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -76,12 +76,15 @@ class Kind:
         Class that takes corners (E, 8, 3) [m] and the material, and with `hourglass` the hourglass coefficient.
     hourglass : bool
         Whether it takes hourglass control.
+    nodes : int
+        Of an element: 8, or 20 with the middles of the edges.
     """
 
     name: str
     meaning: str
     make: Callable[..., Elements]
     hourglass: bool = False
+    nodes: int = 8
 
     def build(self, corners: np.ndarray, material: Material, hourglass: float) -> Elements:
         """Return a batch of elements; `hourglass` is for those that take it."""
@@ -93,11 +96,11 @@ class Kind:
 ELEMENTS: Registry[Kind] = Registry("mesh.element", "knitstudy.mechanics.elements")
 
 
-def element(name: str, meaning: str, hourglass: bool = False) -> Callable[[type], type]:
+def element(name: str, meaning: str, hourglass: bool = False, nodes: int = 8) -> Callable[[type], type]:
     """Return a decorator that registers a class of elements; what the arguments are stands in `Kind`."""
 
     def register(make: type) -> type:
-        ELEMENTS.register(Kind(name, meaning, make, hourglass), make.__module__)
+        ELEMENTS.register(Kind(name, meaning, make, hourglass, nodes), make.__module__)
         return make
 
     return register

@@ -79,10 +79,15 @@ class YarnSpace:
         return disc.size(self.degree)
 
     @property
+    def span_sizes(self) -> np.ndarray:
+        """Number of nodes (E,) of every span."""
+        first = self.spline.first
+        return self.first_node[first + self.spline.degree + 1] - self.first_node[first]
+
+    @property
     def bandwidth(self) -> int:
-        """Largest distance of two nodes that share a span."""
-        first = self.first_node
-        return int((first[self.spline.first + self.spline.degree + 1] - first[self.spline.first]).max()) - 1
+        """Largest difference of the numbers of two nodes that share a span."""
+        return int(self.span_sizes.max()) - 1
 
     def weights(
         self, first: np.ndarray, along: np.ndarray, across: np.ndarray

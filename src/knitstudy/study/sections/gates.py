@@ -21,15 +21,6 @@ class Gates(Section):
 class SolidGates(Gates):
     """Those of solids besides."""
 
-    hourglass: float = key(
-        "a number > 0, over the internal energy",
-        standing="choice",
-        source="5 % is the field's rule; at least the usual stiffness of 0.005 G is counted",
-        checked="0.05: the study's scenes stay below 0.046",
-        default=0.05,
-        gt=0,
-    )
-
     stabilisation: float = key(
         "a number >= 0, over the internal energy",
         standing="choice",
@@ -46,6 +37,19 @@ class SolidGates(Gates):
         checked="0.05",
         default=0.05,
         ge=0,
+    )
+
+
+class HexahedralGates(SolidGates):
+    """Those of hexahedra besides."""
+
+    hourglass: float = key(
+        "a number > 0, over the internal energy",
+        standing="choice",
+        source="5 % is the field's rule; at least the usual stiffness of 0.005 G is counted",
+        checked="0.05: the study's scenes stay below 0.046",
+        default=0.05,
+        gt=0,
     )
 
     elements_across: float | None = key(

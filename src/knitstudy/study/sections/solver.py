@@ -39,20 +39,7 @@ class Newton(Section):
 
 
 class SolidNewton(Newton):
-    """The same of solids, with coefficients and the linear solver.
-
-    `hourglass` is relative to the shear modulus, the viscosity `stabilisation` to Young's modulus.
-    """
-
-    hourglass: float = key(
-        "a number > 0 and <= 1, times the shear modulus",
-        unit="shear moduli",
-        standing="assumed",
-        source="Abaqus's default stiffness of C3D8R, 0.005 G",
-        checked="0.0025 to 0.05: force -1.4 to +3.8 % (docs/sensitivity.md)",
-        gt=0,
-        le=1,
-    )
+    """The same of solids, with the linear solver; the viscosity `stabilisation` is relative to Young's modulus."""
 
     stabilisation: float = key(
         "a number from 0 to 1e6, times Young's modulus",
@@ -74,4 +61,18 @@ class SolidNewton(Newton):
         standing="choice",
         source="numerical; no result depends on it",
         checked="auto",
+    )
+
+
+class HexahedralNewton(SolidNewton):
+    """The same of hexahedra, with their `hourglass` coefficient, relative to the shear modulus."""
+
+    hourglass: float = key(
+        "a number > 0 and <= 1, times the shear modulus",
+        unit="shear moduli",
+        standing="assumed",
+        source="Abaqus's default stiffness of C3D8R, 0.005 G",
+        checked="0.0025 to 0.05: force -1.4 to +3.8 % (docs/sensitivity.md)",
+        gt=0,
+        le=1,
     )

@@ -1,0 +1,239 @@
+"""Mesh of quadratic hexahedra: the elements of a swept mesh with nodes in the middles of their edges, on the true tube.
+
+Stations alternate along a yarn. A slice has the corners of the section and the middles of its edges; a middle slice, at
+the arc length halfway between two slices, the corners of the section alone. All of them lie on the true centreline and
+all surface nodes on the true radius: a curved section has no need to be inflated.
+
+The middles of the surface's faces carry no unknowns. They are weighted sums of the eight nodes around them, as the
+element has it, and complete a regular grid of surface nodes at half the spacing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from knitstudy.errors import MeshError
+from knitstudy.mechanics.determinant import determinant
+from knitstudy.mechanics.elements.quadratic import GRADIENTS
+from knitstudy.mesh.frames import rotation_minimising
+from knitstudy.mesh.roll import rolled
+from knitstudy.mesh.section import Section
+from knitstudy.mesh.sweep import Curve, SweptMesh
+
+FACE_CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
+"""Weights (8,) of a face's corners and of the middles of its edges at its centre."""
+
+
+@dataclass(frozen=True, eq=False)
+class QuadraticSection:
+    """A section with the middles of its edges, on the unit disc.
+
+    Attributes
+    ----------
+    section : Section
+        Corners and quads, the ring on the unit circle.
+    edges : ndarray of int (m, 2)
+        Corners of every edge.
+    middles : ndarray (m, 2)
+        Positions of their middles, over the radius of the yarn; those of the ring lie on the circle.
+    quad_edges : ndarray of int (e, 4)
+        Edges of every quad, the first one from its first corner to its second.
+    ring_edges : ndarray of int (a,)
+        Edges from every surface node to the next one.
+    """
+
+    section: Section
+    edges: np.ndarray
+    middles: np.ndarray
+    quad_edges: np.ndarray
+    ring_edges: np.ndarray
+
+    @classmethod
+    def of(cls, section: Section) -> QuadraticSection:
+        """Return a section, its ring moved to the unit circle, with the middles of its edges."""
+        points, ring = section.points.copy(), section.ring
+        points[ring] /= np.linalg.norm(points[ring], axis=1, keepdims=True)
+        pairs = np.sort(np.stack([section.quads, np.roll(section.quads, -1, axis=1)], axis=-1), axis=-1)
+        edges, number = np.unique(pairs.reshape(-1, 2), axis=0, return_inverse=True)
+        around = np.sort(np.stack([ring, np.roll(ring, -1)], axis=-1), axis=-1)
+        key = edges[:, 0] * section.size + edges[:, 1]
+        ring_edges = np.searchsorted(key, around[:, 0] * section.size + around[:, 1])
+        middles = points[edges].mean(axis=1)
+        middles[ring_edges] /= np.linalg.norm(middles[ring_edges], axis=1, keepdims=True)
+        return cls(
+            replace(section, points=points), edges, middles, number.reshape(section.quads.shape), ring_edges
+        )
+
+    @cached_property
+    def place(self) -> np.ndarray:
+        """Place (q + m,) of every corner and then every middle in a slice: a middle between its corners."""
+        key = np.concatenate([np.arange(self.section.size), self.edges.mean(axis=1)])
+        return np.argsort(np.argsort(key, kind="stable"))
+
+
+@dataclass(frozen=True, eq=False)
+class QuadraticMesh:
+    """Quadratic hexahedra of all yarns, numbered yarn by yarn, station by station.
+
+    Attributes
+    ----------
+    corners : SweptMesh
+        Of the corners alone, on the true radius.
+    section : QuadraticSection
+    nodes : ndarray (N, 3)
+        Coordinates, m.
+    elements : ndarray (E, 20) of int32
+        In the order of `knitstudy.mechanics.elements.quadratic`.
+    yarn, station : ndarray (N,) of int
+        Of every node; stations are numbered through all yarns.
+    corner_nodes : ndarray (C,) of int
+        Number of every node of ``corners``.
+    face_centres : ndarray (F,) of int
+        Nodes in the middles of surface faces, which belong to no element.
+    faces : ndarray (F, 8) of int
+        Corners of these faces, and the middles of their edges: what `FACE_CENTRE` weighs.
+    grids : tuple of ndarray of int (2 s - 1, 2 a)
+        Surface nodes of every yarn, station by station, by angle.
+    """
+
+    corners: SweptMesh
+    section: QuadraticSection
+    nodes: np.ndarray
+    elements: np.ndarray
+    yarn: np.ndarray
+    station: np.ndarray
+    corner_nodes: np.ndarray
+    face_centres: np.ndarray
+    faces: np.ndarray
+    grids: tuple[np.ndarray, ...]
+
+    @cached_property
+    def bandwidth(self) -> int:
+        """Largest difference of node numbers in one element."""
+        return int(np.ptp(self.elements, axis=1).max())
+
+
+def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Curve]) -> QuadraticMesh:
+    """Return the mesh of quadratic hexahedra with the elements of a swept mesh.
+
+    Parameters
+    ----------
+    mesh : SweptMesh
+    curves : sequence of Curve
+        The centrelines that were swept.
+
+    Raises
+    ------
+    MeshError
+        If an element is folded at one of its Gauss points.
+    """
+    section = QuadraticSection.of(mesh.section)
+    disc = np.vstack([section.section.points, section.middles])
+    q, a = section.section.size, section.ring_edges.size
+    whole = len(disc)
+    slices, lower = np.arange(mesh.slices), np.setdiff1d(np.arange(mesh.slices), mesh.first_slice[1:] - 1)
+    # A slice, the middle slice behind it with its face centres; no middle slice follows the last slice of a yarn.
+    start = slices * (whole + q + a) - mesh.yarn_of_slice * (q + a)
+    slice_nodes = start[:, None] + section.place  # (S, q + m): corners, middles
+    middle_nodes = start[lower, None] + whole + np.arange(q + a)  # (L, q + a): corners, face centres
+    nodes = np.empty((start[-1] + whole, 3))
+    nodes[slice_nodes] = _tube(mesh.centres, mesh.frames, mesh.radius * disc)
+    centres, frames = _middle_slices(mesh, curves)
+    nodes[middle_nodes[:, :q]] = _tube(centres, frames, mesh.radius * disc[:q])
+
+    ring, ring_edges = section.section.ring, q + section.ring_edges
+    ahead, below, above = np.roll(ring, -1), slice_nodes[lower], slice_nodes[lower + 1]
+    faces = np.stack(
+        [
+            *(below[:, ring], below[:, ahead], above[:, ahead], above[:, ring]),
+            *(below[:, ring_edges], middle_nodes[:, ahead], above[:, ring_edges], middle_nodes[:, ring]),
+        ],
+        axis=-1,
+    )  # (L, a, 8)
+    nodes[middle_nodes[:, q:]] = np.einsum("f,lafi->lai", FACE_CENTRE, nodes[faces])
+    on_slices = np.stack([slice_nodes[:, ring], slice_nodes[:, ring_edges]], axis=-1).reshape(len(slices), -1)
+    between = np.stack([middle_nodes[:, ring], middle_nodes[:, q:]], axis=-1).reshape(len(lower), -1)
+
+    station = np.empty(len(nodes), dtype=np.int64)
+    station[slice_nodes] = (2 * slices - mesh.yarn_of_slice)[:, None]
+    station[middle_nodes] = station[below[:, :1]] + 1
+    elements = _elements(section, below, middle_nodes, above)
+    corners = replace(mesh, section=section.section, nodes=nodes[slice_nodes[:, :q]].reshape(-1, 3))
+    _refuse_folded(nodes, elements, corners)
+    return QuadraticMesh(
+        corners=corners,
+        section=section,
+        nodes=nodes,
+        elements=elements,
+        yarn=np.repeat(np.arange(mesh.yarns), np.diff(np.append(start[mesh.first_slice[:-1]], len(nodes)))),
+        station=station,
+        corner_nodes=slice_nodes[:, :q].ravel(),
+        face_centres=middle_nodes[:, q:].ravel(),
+        faces=faces.reshape(-1, 8),
+        grids=tuple(_grid(on_slices, between, mesh, yarn) for yarn in range(mesh.yarns)),
+    )
+
+
+def _tube(centres: np.ndarray, frames: np.ndarray, disc: np.ndarray) -> np.ndarray:
+    """Points (S, k, 3) at places (k, 2) [m] of cross-sections."""
+    return centres[:, None] + np.einsum("kd,sdi->ski", disc, frames[:, :2])
+
+
+def _middle_slices(mesh: SweptMesh, curves: Sequence[Curve]) -> tuple[np.ndarray, np.ndarray]:
+    """Centres (L, 3) and frames (L, 3, 3) halfway between all slices of every yarn."""
+    centres, frames = [], []
+    for yarn, curve in enumerate(curves):
+        here = slice(*mesh.first_slice[yarn : yarn + 2])
+        s = mesh.arc_length[here]
+        s = np.insert(s, np.arange(1, s.size), 0.5 * (s[1:] + s[:-1]))
+        place = curve.position(s)
+        free = rotation_minimising(place, curve.tangent(s))
+        # The roll of the slices against frames without spin, and its mean between them.
+        d1 = mesh.frames[here, 0]
+        x, y = (np.einsum("si,si->s", free[::2, axis], d1) for axis in (0, 1))
+        roll = np.unwrap(np.arctan2(y, x))
+        centres.append(place[1::2])
+        frames.append(rolled(free[1::2], 0.5 * (roll[1:] + roll[:-1])))
+    return np.concatenate(centres), np.concatenate(frames)
+
+
+def _elements(
+    section: QuadraticSection, below: np.ndarray, between: np.ndarray, above: np.ndarray
+) -> np.ndarray:
+    """Nodes (E, 20) of the elements between slices (L, q + m), with the middle slices (L, q + a) in them."""
+    quads, edges = section.section.quads, section.section.size + section.quad_edges
+    parts = [below[:, quads], above[:, quads], below[:, edges], above[:, edges], between[:, quads]]
+    return np.concatenate(parts, axis=-1).reshape(-1, 20).astype(np.int32)
+
+
+def _grid(on_slices: np.ndarray, between: np.ndarray, mesh: SweptMesh, yarn: int) -> np.ndarray:
+    """Surface nodes (2 s - 1, 2 a) of one yarn, from those of all slices and of all middle slices."""
+    first, last = mesh.first_slice[yarn : yarn + 2]
+    grid = np.empty((2 * (last - first) - 1, on_slices.shape[1]), dtype=np.int64)
+    grid[::2] = on_slices[first:last]
+    grid[1::2] = between[first - yarn : last - yarn - 1]
+    return grid
+
+
+def _refuse_folded(nodes: np.ndarray, elements: np.ndarray, corners: SweptMesh) -> None:
+    """Refuse elements whose Jacobian is not positive at one of their Gauss points.
+
+    Raises
+    ------
+    MeshError
+        Naming the worst element.
+    """
+    places = np.swapaxes(nodes[elements], 1, 2)
+    smallest = np.min([determinant(places @ gradient) for gradient in GRADIENTS], axis=0)
+    worst = int(np.argmin(smallest))
+    if not smallest[worst] > 0:
+        layer = corners.slice_of_element[worst]
+        raise MeshError(
+            f"quadratic hexahedron {worst} of yarn {corners.yarn_of_slice[layer]} at s = "
+            f"{corners.arc_length[layer]:.6g} m is folded: its Jacobian at a Gauss point is {smallest[worst]:.3g} m3 "
+            "and must be positive; use a smaller mesh.size"
+        )

@@ -1,0 +1,130 @@
+"""Solid yarns as polynomials over the section times splines along the yarn (`mechanics.polynomial_yarn`)."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from knitstudy.gates.memory import require_memory
+from knitstudy.geometry.pair import YarnPair
+from knitstudy.geometry.pattern import Knit
+from knitstudy.mechanics.elements import ElementGroup
+from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.polynomial_yarn.locate import locate
+from knitstudy.mechanics.polynomial_yarn.sampling import Sampling
+from knitstudy.mechanics.polynomial_yarn.space import Space, YarnSpace, yarn_space
+from knitstudy.mechanics.polynomial_yarn.span import span_groups
+from knitstudy.mesh.frames import rotation_minimising
+from knitstudy.mesh.grips import LOWER, UPPER, Grips
+from knitstudy.mesh.sampled import ACROSS
+from knitstudy.mesh.sweep import Curve, SweptMesh
+from knitstudy.solids.discretisation import Discretisation
+from knitstudy.solids.yarn_spans import YarnSpans, yarn_spans
+from knitstudy.study.scene import Scene
+
+PLACES = 8
+"""Places a span at which the shape of a yarn is fitted."""
+
+BYTES_AN_ENTRY = 8
+
+
+def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+    """Return the yarns of a scene as polynomials times splines.
+
+    The length of an element, which stiffnesses of contact and tolerances refer to, is that of hexahedra in the sections
+    that are drawn.
+
+    Raises
+    ------
+    MeshError
+        If there are too many unknowns for the memory.
+    """
+    spans = yarn_spans(scene, specimen)
+    space = Space(
+        tuple(yarn_space(each.breaks, each.degrees, scene.mesh.spline_degree, each.sharp) for each in spans)
+    )
+    _require_memory(scene, space)
+    nodes = np.concatenate(
+        [
+            _shape(own, curve, mesh.radius)
+            for own, curve in zip(space.yarns, specimen.centrelines, strict=True)
+        ]
+    )
+    yarn = scene.yarn
+    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
+    return Discretisation(
+        mesh=mesh,
+        nodes=nodes,
+        unity=space.unity,
+        yarn=space.yarn,
+        station=space.station,
+        bandwidth=max(own.bandwidth for own in space.yarns),
+        groups=partial(span_groups, space, material=material),
+        volume=partial(_volume, space.size),
+        surfaces=(),
+        ends=_grips(scene, space, spans),
+        locate=partial(_locate, space, nodes),
+        size=2 * mesh.radius / ACROSS,
+        sampling=Sampling(space, mesh.yarn_of_slice, mesh.arc_length, mesh.section.points),
+    )
+
+
+def _require_memory(scene: Scene, space: Space) -> None:
+    """Refuse more unknowns than the memory has room for: tangent, factors of single yarns and what is summed up."""
+    pairs = sum(float((own.span_sizes.astype(float) ** 2).sum()) for own in space.yarns)
+    need = 3 * 9 * BYTES_AN_ENTRY * pairs
+    span = scene.mesh.span * 0.5 * scene.yarn.diameter
+    require_memory(need, "mesh.span", span, f"a simulation of {3 * space.size:.2g} unknowns", power=1)
+
+
+def _shape(own: YarnSpace, curve: Curve, radius: float) -> np.ndarray:
+    """Return the coefficients (N, 3) of a round yarn along a centreline, with frames that do not twist [m]."""
+    low, high = own.spline.spans.T
+    share = np.arange(PLACES) / PLACES
+    s = np.append((low[:, None] + (high - low)[:, None] * share).ravel(), high[-1])
+    centre = curve.position(s)
+    frames = rotation_minimising(centre, curve.tangent(s))
+    fitted = own.spline.fit(s, np.concatenate([centre, frames[:, 0], frames[:, 1]], axis=1))
+    return own.coefficients(fitted[:, :3], fitted[:, 3:6], fitted[:, 6:], radius)
+
+
+def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
+    """Return what stands for the volume (N,) of every node [m3]: positive, and of the constant function all of it."""
+    total = np.zeros(count)
+    for group in groups:
+        total += np.bincount(group.connectivity.ravel(), group.elements.node_volume().ravel(), count)
+    return total
+
+
+def _locate(
+    space: Space, nodes: np.ndarray, points: np.ndarray, yarn: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    return space.weights(yarn, *locate(space, nodes, points, yarn))
+
+
+def _grips(scene: Scene, space: Space, spans: list[YarnSpans]) -> Grips:
+    """Return the nodes that are held and driven where `mesh.grips.grips` does: all functions over those sections."""
+    if scene.specimen == "pair":
+        return Grips(
+            *(np.concatenate([_end(space, yarn, -1), _end(space, yarn, 0)]) for yarn in (LOWER, UPPER))
+        )
+    if scene.load.direction == "course":
+        yarns = range(len(space.yarns))
+        return Grips(*(np.concatenate([_end(space, yarn, last) for yarn in yarns]) for last in (0, -1)))
+    return Grips(_along(space, 0, spans[0]), _along(space, len(spans) - 1, spans[-1]))
+
+
+def _end(space: Space, yarn: int, last: int) -> np.ndarray:
+    """Return the nodes of the first (0) or last (-1) spline of a yarn, which alone do not vanish at its end."""
+    own = space.yarns[yarn]
+    first = own.first_node[:-1][last], own.first_node[1:][last]
+    return space.first_node[yarn] + np.arange(*first)
+
+
+def _along(space: Space, yarn: int, spans: YarnSpans) -> np.ndarray:
+    """Return the nodes of all splines that do not vanish somewhere in the gripped arcs; their ends are sharp breaks."""
+    own = space.yarns[yarn]
+    spline = np.unique(own.spline.first[spans.gripped()][:, None] + np.arange(own.spline.degree + 1))
+    every = np.repeat(np.arange(own.spline.size), np.diff(own.first_node))
+    return space.first_node[yarn] + np.flatnonzero(np.isin(every, spline))

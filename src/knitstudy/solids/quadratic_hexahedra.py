@@ -1,0 +1,118 @@
+"""Solid yarns of quadratic hexahedra."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.geometry.pair import YarnPair
+from knitstudy.geometry.pattern import Knit
+from knitstudy.mechanics.contact.surface import Grid, circular_stretch
+from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
+from knitstudy.mechanics.elements.hexahedron import GAUSS
+from knitstudy.mechanics.elements.quadratic import EDGES, NODES, shape
+from knitstudy.mechanics.materials import Material
+from knitstudy.mesh.grips import Grips, grips
+from knitstudy.mesh.memory import require_memory_to_simulate
+from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.discretisation import Discretisation
+from knitstudy.solids.faces import Faces, serendipity
+from knitstudy.study.scene import Scene
+
+__all__ = ["NODES", "discretise"]
+
+
+def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+    """Return the yarns of a scene as quadratic hexahedra, one for each of a swept mesh.
+
+    Raises
+    ------
+    MeshError
+        If they are too many for the memory, or one is folded.
+    """
+    quadratic = quadratic_mesh(mesh, specimen.centrelines)
+    require_memory_to_simulate(quadratic.nodes.size, quadratic.bandwidth, scene.mesh.size)
+    stretch = circular_stretch(2 * mesh.section.ring.size)
+    return Discretisation(
+        mesh=quadratic.corners,
+        nodes=quadratic.nodes,
+        unity=np.ones(len(quadratic.nodes)),
+        yarn=quadratic.yarn,
+        station=quadratic.station,
+        bandwidth=quadratic.bandwidth,
+        groups=partial(_groups, scene, quadratic),
+        volume=partial(_volume, len(quadratic.nodes)),
+        surfaces=tuple(Grid(grid, stretch=stretch) for grid in quadratic.grids),
+        ends=_ends(quadratic, grips(quadratic.corners, scene, specimen)),
+        locate=partial(_locate, quadratic),
+        size=scene.mesh.size,
+        sampling=_sampling(quadratic),
+        dependence=_dependence(quadratic),
+        faces=Faces(
+            quadratic.nodes,
+            tuple(quadratic.faces[_faces_of(quadratic, yarn)] for yarn in range(mesh.yarns)),
+            serendipity,
+        ),
+    )
+
+
+def _groups(scene: Scene, mesh: QuadraticMesh, nodes: np.ndarray) -> tuple[ElementGroup, ...]:
+    yarn = scene.yarn
+    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
+    kind = ELEMENTS.find(scene.mesh.element)
+    elements = kind.build(nodes[mesh.elements], material, scene.solver.hourglass)
+    return (ElementGroup(mesh.elements, elements),)
+
+
+def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
+    """Return the volume (N,) of every node [m3]: of each element in proportion to the squares of its functions.
+
+    Hinton, Rock and Zienkiewicz (1976): the shares of rows of serendipity functions would be negative at corners.
+    """
+    (group,) = groups
+    share = (shape(GAUSS * np.sqrt(3 * 0.6)) ** 2).mean(axis=0)
+    volume = group.elements.volume[:, None] * (share / share.sum())
+    return np.bincount(group.connectivity.ravel(), volume.ravel(), count)
+
+
+def _ends(mesh: QuadraticMesh, corners: Grips) -> Grips:
+    """Return gripped nodes, from gripped corners: a middle is gripped where both ends of its edge are."""
+    return Grips(*(_with_middles(mesh, mesh.corner_nodes[nodes]) for nodes in (corners.held, corners.driven)))
+
+
+def _with_middles(mesh: QuadraticMesh, nodes: np.ndarray) -> np.ndarray:
+    gripped = np.zeros(len(mesh.nodes), dtype=bool)
+    gripped[nodes] = True
+    gripped[mesh.elements[:, 8:][gripped[mesh.elements[:, EDGES]].all(axis=2)]] = True
+    return np.flatnonzero(gripped)
+
+
+def _sampling(mesh: QuadraticMesh) -> sp.csr_matrix:
+    """Return what picks the corners (M, N)."""
+    count = len(mesh.corner_nodes)
+    return sp.csr_matrix(
+        (np.ones(count), (np.arange(count), mesh.corner_nodes)), shape=(count, len(mesh.nodes))
+    )
+
+
+def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:
+    """Return nodes as weighted sums of nodes (N, N): the centres of faces are."""
+    count = len(mesh.nodes)
+    free = np.setdiff1d(np.arange(count), mesh.face_centres)
+    rows = np.concatenate([free, np.repeat(mesh.face_centres, 8)])
+    columns = np.concatenate([free, mesh.faces.ravel()])
+    values = np.concatenate([np.ones(len(free)), np.tile(FACE_CENTRE, len(mesh.face_centres))])
+    return sp.csr_matrix((values, (rows, columns)), shape=(count, count))
+
+
+def _faces_of(mesh: QuadraticMesh, yarn: int) -> slice:
+    layers = mesh.corners.first_slice[yarn : yarn + 2] - np.arange(yarn, yarn + 2)
+    first, last = layers * mesh.section.ring_edges.size
+    return slice(int(first), int(last))
+
+
+def _locate(mesh: QuadraticMesh, points: np.ndarray, yarn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    raise NotImplementedError

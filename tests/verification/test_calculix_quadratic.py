@@ -1,0 +1,63 @@
+"""The quadratic element and CalculiX's C3D20R on one mesh."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hexahedral_block import connect, unknowns, with_middles
+from test_solids import EXACT
+
+from knitstudy.exchange import calculix
+from knitstudy.exchange.deck import Deck, Prescribed, Step
+from knitstudy.exchange.inp import write_inp
+from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
+from knitstudy.mechanics.increment import PrescribedDisplacement
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.solid import SolidModel
+
+pytestmark = [
+    pytest.mark.ccx,
+    pytest.mark.skipif(not calculix.available(), reason="CalculiX (ccx) is not installed"),
+]
+
+STRETCH = {"linear": 1e-5, "5 %": 0.05}
+
+
+@pytest.mark.parametrize("case", STRETCH)
+def test_c3d20r_is_the_quadratic_element_here(case, tmp_path):
+    """A bent bar, its edges curved, one end held and the other one pulled and lifted."""
+    strain = STRETCH[case]
+    counts = np.array([6, 2, 2])
+    grid = np.stack(np.meshgrid(*(np.arange(n + 1.0) for n in counts), indexing="ij"), axis=-1)
+    straight, elements, _ = with_middles(grid.reshape(-1, 3), connect(counts))
+    angle, radius = straight[:, 0] / 5, 5 + straight[:, 1]
+    nodes = np.stack([radius * np.sin(angle), radius * np.cos(angle), straight[:, 2]], axis=1)
+    held, driven = np.flatnonzero(straight[:, 0] == 0), np.flatnonzero(straight[:, 0] == counts[0])
+    move = strain * counts[0] * np.array([1.0, 0.0, 0.5])
+    steps = 1 if case == "linear" else 2
+    material = Material("st_venant_kirchhoff", 1300.0, 0.42)
+    prescribed = [Prescribed("DRIVEN", i + 1, i + 1, move[i]) for i in range(3)]
+    deck = Deck(
+        title="bent bar",
+        nodes=nodes,
+        elements={"SOLID0": elements},
+        node_sets={"HELD": held, "DRIVEN": driven},
+        element="quadratic",
+        material=material,
+        hourglass=0.0,
+        steps=(Step((Prescribed("HELD", 1, 3, 0.0), *prescribed), steps),),
+        driven="DRIVEN",
+        tolerance=1e-7,
+    )
+    write_inp(deck, tmp_path / "bar.inp", "calculix")
+    theirs = calculix.run(tmp_path / "bar.inp").force[-1]
+    model = SolidModel(nodes, elements, QuadraticHexahedron(nodes[elements], material), 1.0)
+    value = np.concatenate([np.zeros(3 * len(held)), np.tile(move, len(driven))])
+    drive = PrescribedDisplacement(np.concatenate([unknowns(held), unknowns(driven)]), value)
+    settings = dataclasses.replace(EXACT, increments=steps, residual_tolerance=1e-9)
+    *_, end = trace(model, drive, settings, LU())
+    ours = end.response.force[unknowns(driven)].reshape(-1, 3).sum(axis=0)
+    # Seven digits are printed.
+    assert np.linalg.norm(ours - theirs) < 1e-6 * np.linalg.norm(theirs)
