@@ -1,12 +1,13 @@
 """How the surface of a straight elastic cylinder yields to tractions, wave by wave, in closed form.
 
-The cylinder is solid, of radius 1 and infinitely long. To a traction t exp(i (m theta + k z)) its surface answers with the
-displacement G(m, k) t exp(i (m theta + k z)). With f = I_m(k r) exp(i (m theta + k z)) / I_m(k), harmonic, and D = r d/dr, three
-solutions of Navier's equations that stay finite on the axis are
+The cylinder is solid, of radius 1 and infinitely long. To a traction t exp(i (m theta + k z)) its surface answers with
+the displacement G(m, k) t exp(i (m theta + k z)). With the harmonic f = I_m(k r) exp(i (m theta + k z)) / I_m(k) and
+D = r d/dr, three solutions of Navier's equations that stay finite on the axis are
 
     grad f,    curl (f e_z),    grad (D f) + 4 (1 - nu) i k f e_z.
 
-On the surface they and their tractions need I_m through lambda = D f / f = k I_m'(k) / I_m(k) alone, as D^2 f = (m^2 + k^2 r^2) f.
+On the surface they and their tractions need I_m through D f / f = k I_m'(k) / I_m(k) alone, as D D f = (m^2 + k^2
+r^2) f.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import numpy as np
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.solids.discretisation import Discretisation
-from knitstudy.solids.ties import Tie
+from knitstudy.solids.tie import Tie
 from knitstudy.solids.yarn_contact import MARGIN, contact_law
 from knitstudy.study.scene import Scene
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from knitstudy.mechanics.free_bodies import FreeBodies
 from knitstudy.solids.discretisation import Discretisation
-from knitstudy.solids.ties import Tie
+from knitstudy.solids.tie import Tie
 
 
 def free_yarns(

@@ -2,9 +2,9 @@
 
 A disc lies in the tangent plane midway between the closest points of two centrelines, in the small gap that is left
 between the yarns. A point of it belongs to neither; each yarn is continued to it along its own radius: from the yarn's
-surface by the difference that the yarn shows over a depth of one disc radius. That is a weighted sum of the yarn's nodes
-which is exact for affine motions, and it is bounded: a continuation by the gradient at the surface is not, and lets a
-patch become softer without end as elements become small.
+surface by the difference that it shows over a depth of one disc radius. That is a weighted sum of the yarn's nodes,
+exact for affine motions, and it stays bounded as elements become small, which a continuation by the gradient at the
+surface does not: the patch would become softer without end.
 """
 
 from __future__ import annotations

@@ -172,7 +172,8 @@ def _require_room(specimen: Knit | YarnPair, discs: Discs, radius: float) -> Non
             worst = int(np.argmin(room))
             raise MeshError(
                 f"tie.radius is {radius:g} radii, but crossing {discs.crossing[worst]} lies "
-                f"{room[worst] / specimen.radius:.3g} radii from the end of yarn {yarn[worst]}: use a smaller tie.radius"
+                f"{room[worst] / specimen.radius:.3g} radii from the end of yarn {yarn[worst]}: use a smaller "
+                f"tie.radius"
             )
     if len(discs.crossing) > 1:
         apart, other = cKDTree(discs.centre).query(discs.centre, k=2)
@@ -180,6 +181,7 @@ def _require_room(specimen: Knit | YarnPair, discs: Discs, radius: float) -> Non
         if apart[worst, 1] < 2 * discs.radius:
             raise MeshError(
                 f"tie.radius is {radius:g} radii, but crossings {discs.crossing[worst]} and "
-                f"{discs.crossing[other[worst, 1]]} lie {apart[worst, 1] / specimen.radius:.3g} radii apart: use less than "
+                f"{discs.crossing[other[worst, 1]]} lie {apart[worst, 1] / specimen.radius:.3g} radii apart: use "
+                f"less than "
                 "half of that"
             )

@@ -19,7 +19,7 @@ from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.stabilisation import Stabilisation
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.discretisation import Discretisation
-from knitstudy.solids.ties import Tie, tie_of
+from knitstudy.solids.tie import Tie, tie_of
 from knitstudy.study.scene import Scene
 
 if TYPE_CHECKING:

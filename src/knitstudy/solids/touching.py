@@ -18,7 +18,7 @@ from knitstudy.mechanics.solids_in_contact import Penetration, SolidsInContact
 from knitstudy.solids.beside_ties import BesideTies
 from knitstudy.solids.discretisation import Discretisation
 from knitstudy.solids.free_yarns import free_yarns
-from knitstudy.solids.ties import Tie
+from knitstudy.solids.tie import Tie
 from knitstudy.solids.yarn_contact import yarn_contact
 from knitstudy.study.scene import Scene
 

@@ -1,10 +1,11 @@
 """What a space of solid yarns shows of a patch's compliance, and what is missing of it.
 
-A patch is a small disc on the side of a straight yarn. Forces spread over it with the weights of moments (the mean, the two
-linear ones) move the same moments of its displacement: a compliance. That of the yarn is known in closed form
-(`knitstudy.mechanics.cylinder`), that of the space from its own stiffness; their difference is positive, since the space
-is a part of all displacements, and it is local. Both yarns here are infinitely long with patches `APART` radii apart whose
-forces alternate in sign: nothing has to be held, and nothing moves as a whole.
+A patch is a small disc on the side of a straight yarn. Forces spread over it with the weights of its moments (the
+mean and both linear ones) move the same moments of its displacement: a compliance. That of the yarn is known in
+closed form (`knitstudy.mechanics.cylinder`), that of the space from its own stiffness. Their difference is
+positive, since the space is a part of all displacements, and it is local. Both are taken of yarns of infinite
+length with patches at least `APART` radii apart, whose forces alternate in sign: nothing has to be held, and waves
+are independent of each other.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 
 from knitstudy.mechanics.cylinder import surface_compliance
 from knitstudy.mechanics.polynomial_yarn import disc
+from knitstudy.mechanics.polynomial_yarn.space import Space
 from knitstudy.mechanics.polynomial_yarn.spline import Spline
 
 APART = 6.0
@@ -23,11 +25,78 @@ APART = 6.0
 SHORTEST = 24.0
 """Largest wave number that is summed up, over that of the patch's radius; what is left out is below 0.1 %."""
 
+DIGITS = 2
+"""Of the length of a span over the radius: spans that differ by less are one."""
+
+
+def missing(
+    space: Space,
+    radius: float,
+    youngs_modulus: float,
+    poisson_ratio: float,
+    yarn: np.ndarray,
+    arc_length: np.ndarray,
+    patch: float,
+) -> np.ndarray:
+    """Return the compliance (k, 2) of the mean and of the linear moments of patches that yarns do not show [m/N].
+
+    The same for every direction of the force, and for both linear moments: means over what differs, so that a tie
+    with this compliance does not notice how the yarns have turned.
+
+    Parameters
+    ----------
+    space : Space
+    radius : float
+        Of the yarns [m].
+    youngs_modulus, poisson_ratio : float
+    yarn : ndarray of int, shape (k,)
+    arc_length : ndarray, shape (k,)
+        Where the patches lie [m].
+    patch : float
+        Their radius [m].
+    """
+    found = np.empty((len(yarn), 2))
+    for number in np.unique(yarn):
+        here = np.flatnonzero(yarn == number)
+        own = space.yarns[number]
+        spline = own.spline
+        span = spline.span_at(arc_length[here])
+        first = spline.first[span]
+        degree = own.degrees[first[:, None] + np.arange(spline.degree + 1)].min(axis=1)
+        low, high = spline.spans[span].T
+        place = (arc_length[here] - low) / (high - low)
+        length = np.round((high - low) / radius, DIGITS)
+        for kind in set(zip(degree.tolist(), length.tolist(), strict=True)):
+            these = (degree == kind[0]) & (length == kind[1])
+            shape = _along_a_span(
+                kind[0], spline.degree, kind[1], round(patch / radius, DIGITS + 1), poisson_ratio
+            )
+            found[here[these]] = np.cos(2 * np.pi * place[these, None] * np.arange(3)) @ shape
+    return found / (youngs_modulus * radius)
+
+
+@cache
+def _along_a_span(
+    degree: int, spline_degree: int, span: float, patch: float, poisson_ratio: float
+) -> np.ndarray:
+    """Return the missing compliance over its place in a span as amplitudes (3, 2) of cosines, times E R."""
+    values = []
+    for place in (0.0, 0.25, 0.5):
+        full = missing_compliance(degree, spline_degree, span, place, patch, poisson_ratio)
+        each = np.diagonal(full).reshape(3, 3).mean(axis=1)  # moments; over the components
+        values.append((each[0], 0.5 * (each[1] + each[2])))
+    begin, quarter, middle = np.array(values)
+    return np.stack(
+        [(begin + 2 * quarter + middle) / 4, (begin - middle) / 2, (begin - 2 * quarter + middle) / 4]
+    )
+
 
 def missing_compliance(
     degree: int, spline_degree: int, span: float, place: float, radius: float, poisson_ratio: float
 ) -> np.ndarray:
-    """Return the compliance (9, 9) that a space does not show of a patch, times E R: moments, then components n, s, y.
+    """Return the compliance (9, 9) that a space does not show of a patch, times E R.
+
+    Rows and columns are moments, and for each the components along the normal, along the yarn and across it.
 
     Parameters
     ----------
