@@ -131,7 +131,7 @@ def test_value_that_is_not_allowed(scenes, key, value, allowed):
     [
         ("interaction", "glued", "isotropic, rough, tie"),
         ("specimen", "knut", "knit, pair"),
-        ("fidelity", "rom4d", "beam, dns, rom2d, rom3d"),
+        ("fidelity", "rom4d", "beam, dns, rom2d, rom3d, solid_yarns"),
     ],
 )
 def test_unknown_kind(scene, key, value, allowed):
@@ -295,7 +295,7 @@ def test_load_that_is_not_one_of_a_knit(scene, key, value, message):
     ("key", "value", "message"),
     [
         ("load.path", [], r"load\.path is \[\] but must be a list of one displacement x, y, z in m or more"),
-        ("fidelity", "rom3d", r"fidelity is 'rom3d' but must be dns where specimen is pair"),
+        ("fidelity", "rom3d", r"fidelity is 'rom3d' but must be dns or solid_yarns where specimen is pair"),
         ("pair.length", 3.6e-3, r"pair\.length is 0\.0036 m but must exceed twice yarn\.diameter, 0\.0018 m"),
     ],
 )

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from knitstudy.errors import ConfigurationError
 from knitstudy.gates.memory import require_memory
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
@@ -38,9 +39,16 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
 
     Raises
     ------
+    ConfigurationError
+        If a pair is held at the backs of its yarns.
     MeshError
         If there are too many unknowns for the memory.
     """
+    if scene.value("pair.support") == "back":
+        raise ConfigurationError(
+            "pair.support is 'back' but must be ends where fidelity is solid_yarns: half of a surface is no set of "
+            "unknowns there"
+        )
     spans = yarn_spans(scene, specimen)
     space = Space(
         tuple(yarn_space(each.breaks, each.degrees, scene.mesh.spline_degree, each.sharp) for each in spans)

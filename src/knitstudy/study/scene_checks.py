@@ -25,11 +25,6 @@ def check_keys_together(scene: Scene, where: str) -> None:
             f"{where}: pair.length is {scene.pair.length:g} m but must exceed twice yarn.diameter,"
             f" {scene.yarn.diameter:g} m"
         )
-    if scene.fidelity == "solid_yarns" and scene.value("pair.support") == "back":
-        raise ConfigurationError(
-            f"{where}: pair.support is 'back' but must be ends where fidelity is solid_yarns: half of a surface is no"
-            " set of unknowns there"
-        )
     if "pattern" in scene.sections and scene.value("contact.tied_edges") == "outer":
         _check_edges(scene, where)
 

@@ -44,14 +44,14 @@ def locate(
         here = yarn == number
         own = space.yarns[number]
         x[here], s[here] = _start(own, nodes[space.first_node[number] :][: own.size], points[here])
+    shortest = np.array([np.diff(each.spline.spans, axis=1).min() for each in space.yarns])
     moving = np.arange(len(points))
     for _ in range(ITERATIONS):
         place, slope = shape(space, nodes, yarn[moving], x[moving], s[moving])
         step = np.linalg.solve(slope, (points[moving] - place)[..., None])[..., 0]
         x[moving] += step[:, :2]
         s[moving] += step[:, 2]
-        spans = np.array([np.diff(space.yarns[number].spline.spans, axis=1).min() for number in yarn[moving]])
-        size = np.maximum(np.abs(step[:, :2]).max(axis=1), np.abs(step[:, 2]) / spans)
+        size = np.maximum(np.abs(step[:, :2]).max(axis=1), np.abs(step[:, 2]) / shortest[yarn[moving]])
         moving = moving[~(size <= ACCURACY)]
         if not len(moving):
             return x, s

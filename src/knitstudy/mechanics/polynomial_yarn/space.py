@@ -153,10 +153,9 @@ class Space:
 
     @cached_property
     def station(self) -> np.ndarray:
-        """Number (N,) of every node's spline among those of its yarn."""
-        return np.concatenate(
-            [np.repeat(np.arange(len(y.degrees)), disc.size(y.degrees)) for y in self.yarns]
-        )
+        """Number (N,) of every node's spline among those of all yarns."""
+        counts = disc.size(np.concatenate([yarn.degrees for yarn in self.yarns]))
+        return np.repeat(np.arange(len(counts)), counts)
 
     @cached_property
     def order(self) -> np.ndarray:

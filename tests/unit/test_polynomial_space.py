@@ -1,0 +1,178 @@
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+
+from knitstudy.errors import MeshError
+from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.polynomial_yarn import disc
+from knitstudy.mechanics.polynomial_yarn.locate import locate, shape
+from knitstudy.mechanics.polynomial_yarn.sampling import Sampling
+from knitstudy.mechanics.polynomial_yarn.space import Space, yarn_space
+from knitstudy.mechanics.polynomial_yarn.span import span_groups
+from knitstudy.mechanics.polynomial_yarn.spline import Spline
+
+BREAKS = np.array([0.0, 0.3, 1.0, 1.4, 2.0, 2.5])
+INSIDE = np.random.default_rng(0).uniform(-0.7, 0.7, (20, 2))
+
+
+@pytest.mark.parametrize("degree", [1, 4, 12])
+def test_functions_on_the_disc_are_orthonormal(degree):
+    points, weights = disc.quadrature(degree)
+    phi = disc.values(degree, points)
+    np.testing.assert_allclose(
+        phi.T @ (weights[:, None] * phi) / np.pi, np.eye(disc.size(degree)), atol=1e-13
+    )
+
+
+def test_the_first_functions_are_the_linear_ones():
+    phi = disc.values(1, INSIDE)
+    np.testing.assert_allclose(phi, np.column_stack([np.ones(20), 2 * INSIDE]), atol=1e-15)
+
+
+def test_all_polynomials_up_to_the_degree_are_there():
+    x, y = INSIDE.T
+    monomials = np.column_stack([x**a * y**b for a in range(5) for b in range(5 - a)])
+    phi = disc.values(4, INSIDE)
+    left = monomials - phi @ np.linalg.lstsq(phi, monomials, rcond=None)[0]
+    assert np.abs(left).max() < 1e-12
+    assert phi.shape == (20, 15)
+
+
+def test_gradients_on_the_disc():
+    _, slope = disc.gradients(6, INSIDE)
+    for axis in range(2):
+        step = 1e-6 * np.eye(2)[axis]
+        difference = (disc.values(6, INSIDE + step) - disc.values(6, INSIDE - step)) / 2e-6
+        np.testing.assert_allclose(slope[..., axis], difference, atol=1e-7)
+
+
+def test_functions_on_the_rim():
+    angle = np.linspace(-3, 3, 7)
+    rim = disc.on_rim(5, angle)
+    around = np.column_stack([np.cos(angle), np.sin(angle)])
+    np.testing.assert_allclose(rim[0], disc.values(5, around), atol=1e-13)
+    later, before = (disc.on_rim(5, angle + step) for step in (1e-6, -1e-6))
+    np.testing.assert_allclose(rim[1], (later[0] - before[0]) / 2e-6, atol=1e-7)
+    np.testing.assert_allclose(rim[2], (later[1] - before[1]) / 2e-6, atol=1e-7)
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 4])
+def test_splines_and_derivatives(degree):
+    spline = Spline.on(BREAKS, degree, sharp=[2])
+    s = np.linspace(-0.05, 2.55, 57)
+    coefficients = np.random.default_rng(1).normal(size=spline.size)
+    reference = BSpline(spline.knots, coefficients, degree)
+    first, values = spline.basis(s, orders=2)
+    np.testing.assert_allclose(values[0].sum(axis=1), 1.0, atol=1e-13)
+    for order in range(3):
+        mine = (values[order] * coefficients[first[:, None] + np.arange(degree + 1)]).sum(axis=1)
+        np.testing.assert_allclose(mine, reference(s, order), rtol=1e-10, atol=1e-10)
+
+
+def test_one_spline_alone_is_one_at_a_sharp_break():
+    values = Spline.on(BREAKS, 3, sharp=[2]).matrix(BREAKS[[0, 2, 5]]).toarray()
+    assert np.count_nonzero(np.abs(values) > 1e-14, axis=1).tolist() == [1, 1, 1]
+
+
+def test_a_fit_meets_ends_and_polynomials():
+    spline = Spline.on(BREAKS, 3)
+    s = np.linspace(0, 2.5, 40)
+    coefficients = spline.fit(s, np.column_stack([s**3 - s, np.sin(3 * s)]))
+    fitted = spline.matrix(s) @ coefficients
+    np.testing.assert_allclose(fitted[:, 0], s**3 - s, atol=1e-12)
+    np.testing.assert_allclose(fitted[[0, -1], 1], np.sin(3 * s[[0, -1]]), atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("breaks", "degree", "message"),
+    [
+        (BREAKS[::-1], 3, "longer than 0"),
+        (BREAKS[:1], 3, "at least one"),
+        (BREAKS, 0, "spline degree 0"),
+    ],
+)
+def test_splines_that_are_refused(breaks, degree, message):
+    with pytest.raises(MeshError, match=message):
+        Spline.on(breaks, degree)
+
+
+def two_yarns():
+    """Two straight yarns of radius 1 that differ in degrees, the second one 5 to the side."""
+    yarns = (yarn_space(BREAKS, [2, 2, 4, 3, 2]), yarn_space(BREAKS, 3, 2))
+    nodes = []
+    for number, yarn in enumerate(yarns):
+        s = np.linspace(0, 2.5, 40)
+        fixed = np.tile(np.eye(3)[None], (40, 1, 1))
+        centre = np.column_stack([0 * s + 5 * number, 0 * s, s])
+        c, d1, d2 = (yarn.spline.fit(s, each) for each in (centre, fixed[:, 0], fixed[:, 1]))
+        nodes.append(yarn.coefficients(c, d1, d2, 1.0))
+    return Space(yarns), np.concatenate(nodes)
+
+
+def test_fewer_nodes_where_the_degree_is_lower():
+    space, _ = two_yarns()
+    # A spline has the largest degree of the spans that it reaches over.
+    assert space.yarns[0].degrees.tolist() == [2, 2, 4, 4, 4, 4, 3, 2]
+    assert np.bincount(space.station[space.yarn == 0]).tolist() == [6, 6, 15, 15, 15, 15, 10, 6]
+    assert space.size == len(space.yarn) == len(space.order) == len(space.unity)
+    assert np.all(np.diff(space.station) >= 0)
+    assert np.all(np.diff(space.yarn) >= 0)
+    assert space.unity.sum() == sum(len(yarn.degrees) for yarn in space.yarns)
+    assert space.yarns[0].bandwidth == 59
+
+
+def test_elements_join_the_nodes_of_their_splines():
+    space, nodes = two_yarns()
+    groups = span_groups(space, nodes, Material("hencky", 1.0, 0.3))
+    assert sum(len(group.connectivity) for group in groups) == 10
+    for group in groups:
+        assert np.all(np.diff(group.connectivity, axis=1) == 1)
+        assert len(set(space.yarn[group.connectivity[0]])) == 1
+    volume = sum(group.elements.volume.sum() for group in groups)
+    np.testing.assert_allclose(volume, 2 * np.pi * 2.5, rtol=1e-12)
+    lumped = np.zeros(space.size)
+    for group in groups:
+        np.add.at(lumped, group.connectivity, group.elements.node_volume())
+    assert np.all(lumped > 0)
+    np.testing.assert_allclose(lumped @ space.unity, volume, rtol=1e-12)
+
+
+def test_places_are_found_again():
+    space, nodes = two_yarns()
+    yarn, s = np.arange(20) % 2, np.linspace(0.1, 2.4, 20)
+    places, _ = shape(space, nodes, yarn, 1.5 * INSIDE, s)
+    np.testing.assert_allclose(
+        places, np.column_stack([1.5 * INSIDE + [[5, 0]] * yarn[:, None], s]), atol=1e-12
+    )
+    x, along = locate(space, nodes, places, yarn)
+    np.testing.assert_allclose(x, 1.5 * INSIDE, atol=1e-10)
+    np.testing.assert_allclose(along, s, atol=1e-10)
+
+
+def test_sections_are_sampled_as_places_are():
+    space, nodes = two_yarns()
+    yarn, s = np.array([0, 0, 1]), np.array([0.2, 1.9, 1.1])
+    sampling = Sampling(space, yarn, s, INSIDE[:4])
+    matrix = space.matrix(np.repeat(yarn, 4), np.tile(INSIDE[:4], (3, 1)), np.repeat(s, 4))
+    np.testing.assert_allclose(sampling @ nodes, matrix @ nodes, atol=1e-13)
+    np.testing.assert_allclose(sampling @ space.unity, 1.0, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("degree", "message"), [(1, "2.1 at nu = 0.4"), (0, "from 2 to 12"), (13, "from 2 to 12")]
+)
+def test_degrees_that_are_refused(degree, message):
+    with pytest.raises(MeshError, match=message):
+        yarn_space(BREAKS, degree)
+
+
+def test_a_yarn_tighter_than_its_radius():
+    yarn = yarn_space(np.linspace(0, 2, 9), 2)
+    s = np.linspace(0, 2, 60)
+    t = 1.2 * s
+    centre = np.stack([1 - np.cos(t), 0 * t, np.sin(t)], axis=-1) / 1.2
+    d1 = np.stack([np.cos(t), 0 * t, -np.sin(t)], axis=-1)
+    d2 = np.tile([0.0, 1.0, 0.0], (60, 1))
+    nodes = yarn.coefficients(*(yarn.spline.fit(s, each) for each in (centre, d1, d2)), 1.0)
+    with pytest.raises(MeshError, match="bent tighter than its radius"):
+        span_groups(Space((yarn,)), nodes, Material("hencky", 1.0, 0.3))
