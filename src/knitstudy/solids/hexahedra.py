@@ -12,7 +12,7 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
 from knitstudy.mechanics.elements.hexahedron import shape, shape_gradient
-from knitstudy.mechanics.elements.inverse_map import locate
+from knitstudy.mechanics.elements.inverse_map import InverseMap
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.memory import require_memory_to_simulate
@@ -50,7 +50,9 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         volume=partial(_volume, len(mesh.nodes)),
         surfaces=Grids(yarn_surfaces(mesh)),
         ends=grips(mesh, scene, specimen),
-        locate=partial(_locate, mesh),
+        locate=InverseMap(
+            mesh.nodes, mesh.hexahedra, mesh.yarn_of_slice[station], shape, shape_gradient
+        ).locate,
         size=scene.mesh.size,
         faces=linear_faces(mesh),
     )
@@ -70,14 +72,3 @@ def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
     hexahedra = group.connectivity
     each = group.elements.volume.reshape(-1, len(hexahedra)).sum(axis=0)  # of its integration points
     return np.bincount(hexahedra.ravel(), np.repeat(each / 8, 8), count)
-
-
-def _locate(mesh: SweptMesh, points: np.ndarray, yarn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    elements = [mesh.hexahedra[_elements_of(mesh, number)] for number in range(mesh.yarns)]
-    return locate(mesh.nodes, elements, points, yarn, shape, shape_gradient)
-
-
-def _elements_of(mesh: SweptMesh, yarn: int) -> slice:
-    """Return the range of the elements of a yarn."""
-    first, last = (mesh.first_slice[yarn : yarn + 2] - [yarn, yarn + 1]) * len(mesh.section.quads)
-    return slice(int(first), int(last))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -25,67 +26,76 @@ Functions = Callable[[np.ndarray], np.ndarray]
 """Shape functions (k, a), or their gradients (k, a, 3), at natural coordinates (k, 3)."""
 
 
-def locate(
-    nodes: np.ndarray,
-    elements: Sequence[np.ndarray],
-    points: np.ndarray,
-    yarn: np.ndarray,
-    shape: Functions,
-    gradient: Functions,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the nodes (k, a) and weights (k, a) whose sum a material point is.
+@dataclass(frozen=True, eq=False)
+class InverseMap:
+    """Material points of all yarns, by their places.
 
-    A point outside is given by the element that it is least far out of, which goes on as its functions do.
-
-    Parameters
+    Attributes
     ----------
     nodes : ndarray, shape (N, 3)
         [m]
-    elements : sequence of ndarray of int, shape (e, a)
-        Of every yarn.
-    points : ndarray, shape (k, 3)
-        Places in or next to yarns [m].
-    yarn : ndarray of int, shape (k,)
-        The yarn that each belongs to.
+    elements : ndarray of int, shape (E, a)
+    yarn : ndarray of int, shape (N,)
+        Of every node.
     shape, gradient : callable
-        Of the element.
-
-    Raises
-    ------
-    MeshError
-        If a place is too far from its yarn.
+        Of the elements.
     """
-    width = elements[0].shape[1]
-    found, natural = np.empty((len(points), width), dtype=np.int64), np.empty((len(points), 3))
-    for number in np.unique(yarn):
-        here = yarn == number
-        found[here], natural[here] = _nearest(nodes, elements[number], points[here], shape, gradient)
-    reach = np.abs(natural).max(axis=1, initial=0.0)
-    if not np.all(reach <= FARTHEST):
-        worst = int(np.argmax(np.nan_to_num(reach, nan=np.inf)))
-        place = ", ".join(f"{value:.6g}" for value in points[worst])
-        raise MeshError(
-            f"the place ({place}) m is too far from yarn {yarn[worst]} to be a part of it: use a smaller "
-            "pattern.clearance or tie.radius"
-        )
-    return found, shape(natural)
 
+    nodes: np.ndarray
+    elements: np.ndarray
+    yarn: np.ndarray
+    shape: Functions
+    gradient: Functions
 
-def _nearest(
-    nodes: np.ndarray, elements: np.ndarray, points: np.ndarray, shape: Functions, gradient: Functions
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the nodes (k, a) of the elements that points lie in, or least far out of, and where in them (k, 3)."""
-    count = min(CANDIDATES, len(elements))
-    near = cKDTree(nodes[elements].mean(axis=1)).query(points, k=count)[1].reshape(len(points), count)
-    best, outside, chosen = np.full(points.shape, np.nan), np.full(len(points), np.inf), near[:, 0].copy()
-    for candidate in near.T:
-        asked = np.flatnonzero(outside > 1)
-        natural = natural_coordinates(nodes[elements[candidate[asked]]], points[asked], shape, gradient)
-        reach = np.abs(natural).max(axis=1)
-        better = reach < outside[asked]  # not where it is nan
-        these = asked[better]
-        best[these], outside[these], chosen[these] = natural[better], reach[better], candidate[these]
-    return elements[chosen], best
+    def locate(self, points: np.ndarray, yarn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the nodes (k, a) and weights (k, a) whose sum a material point is.
+
+        A point outside is given by the element that it is least far out of, which goes on as its functions do.
+
+        Parameters
+        ----------
+        points : ndarray, shape (k, 3)
+            Places in or next to yarns [m].
+        yarn : ndarray of int, shape (k,)
+            The yarn that each belongs to.
+
+        Raises
+        ------
+        MeshError
+            If a place is too far from its yarn.
+        """
+        found = np.empty((len(points), self.elements.shape[1]), dtype=np.int64)
+        natural = np.empty((len(points), 3))
+        owner = self.yarn[self.elements[:, 0]]
+        for number in np.unique(yarn):
+            here = yarn == number
+            found[here], natural[here] = self._nearest(self.elements[owner == number], points[here])
+        reach = np.nan_to_num(np.abs(natural).max(axis=1, initial=0.0), nan=np.inf)
+        if np.any(reach > FARTHEST):
+            worst = int(np.argmax(reach))
+            place = ", ".join(f"{value:.6g}" for value in points[worst])
+            raise MeshError(
+                f"the place ({place}) m is too far from yarn {yarn[worst]} to be a part of it: use a smaller "
+                "pattern.clearance or tie.radius"
+            )
+        return found, self.shape(natural)
+
+    def _nearest(self, elements: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return nodes (k, a) of the elements that points lie in, or least far out of, and where in them (k, 3)."""
+        count = min(CANDIDATES, len(elements))
+        near = cKDTree(self.nodes[elements].mean(axis=1)).query(points, k=count)[1]
+        near = near.reshape(len(points), count)
+        best, outside = np.full(points.shape, np.nan), np.full(len(points), np.inf)
+        chosen = near[:, 0].copy()
+        for candidate in near.T:
+            asked = np.flatnonzero(outside > 1)
+            corners = self.nodes[elements[candidate[asked]]]
+            natural = natural_coordinates(corners, points[asked], self.shape, self.gradient)
+            reach = np.abs(natural).max(axis=1)
+            better = reach < outside[asked]  # not where it is nan
+            these = asked[better]
+            best[these], outside[these], chosen[these] = natural[better], reach[better], candidate[these]
+        return elements[chosen], best
 
 
 def natural_coordinates(
