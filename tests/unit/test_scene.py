@@ -232,6 +232,17 @@ def test_rows_and_columns_closer_than_a_diameter(scene, key):
         scene.replace(f"pattern.{key}", scene.yarn.diameter)
 
 
+def test_an_element_that_locks(scene):
+    nearly = scene.replace("yarn.poisson_ratio", 0.48)
+    with pytest.raises(
+        ConfigurationError,
+        match=r"yarn\.poisson_ratio is 0\.48 but must be at most 0\.47 where mesh\.element is incompatible_modes.*"
+        "use mesh.element 'quadratic'",
+    ):
+        nearly.replace("mesh.element", "incompatible_modes")
+    assert nearly.replace("mesh.element", "quadratic").mesh.element == "quadratic"
+
+
 def test_one_entry_of_free_for_every_control_point(scene):
     with pytest.raises(ConfigurationError, match=r"geometry\.free has 7 entries but must have 8"):
         scene.replace("geometry.free", ["z"] * 7)

@@ -201,7 +201,7 @@ def specimen_deck(
         )
     as_equations = constraints == "equations"
     tied = np.isfinite(tie.area)
-    free = tied_pieces(mesh, specimen.crossings, tied) < 0
+    free = tied_pieces(mesh.stations, specimen.crossings, tied) < 0
     touching = np.unique(specimen.crossings.row[~tied])
     reach = CONTACT_REACH * mesh.radius + _travel(scene)
     gripped = grips(mesh, scene, specimen)
@@ -236,7 +236,7 @@ def _unsaid(scene: Scene) -> Iterator[str]:
 
 def interaction(scene: Scene) -> Interaction:
     """Law of contact of a scene, and the penetration that it allows."""
-    return Interaction(scene.interaction, contact_law(scene), scene.contact.penetration * scene.mesh.size)
+    return Interaction(scene.interaction, contact_law(scene), scene.contact.penetration * scene.mesh.smallest)
 
 
 def touching_row(mesh: SweptMesh, row: int, reach: float, free: np.ndarray) -> ContactPair:

@@ -105,9 +105,9 @@ class Assembly:
         """Return T^T of forces at all nodes (N, block), shape (n block,)."""
         return (self._to_kept @ node_force).ravel()
 
-    def begin_stiffness(self) -> StiffnessSum:
-        """Return an empty sum of stiffness blocks."""
-        return StiffnessSum(self.entries, self.block, self._own, self._joint, self._untouched)
+    def begin_stiffness(self, room: int = 0) -> StiffnessSum:
+        """Return an empty sum of stiffness blocks, in an array with room for so many more."""
+        return StiffnessSum(self.entries, self.block, self._own, self._joint, self._untouched, room)
 
     def connection(self) -> sp.csr_matrix:
         """Return which retained nodes (n, n) share an element or a link, as ones."""
@@ -183,8 +183,9 @@ class StiffnessSum:
         own: list[tuple[Part, ...]],
         joint: list[Part],
         untouched: np.ndarray,
+        room: int = 0,
     ) -> None:
-        self._data = np.empty((entries, block**2))
+        self._data = np.empty((entries + room, block**2))[:entries]
         self._data[untouched] = 0
         self._own, self._joint = own, joint
         self._seams: list[np.ndarray | None] = [None] * len(own)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.crossings.rings import Rings
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mesh.grips import Grips
@@ -54,6 +55,8 @@ class Discretisation:
         Nodes as weighted sums of nodes that depend on no others; the identity if None.
     faces : Faces, optional
         Of elements, where there are any on the surface: what ties by facets join.
+    rings : Rings, optional
+        Where the edges of the surfaces' cells across lie along the yarns; of those that contact knows.
     missing : callable, optional
         Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one yarn's
         alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement shows it all.
@@ -74,6 +77,7 @@ class Discretisation:
     sampling: sp.csr_matrix | None = None
     dependence: sp.csr_matrix | None = None
     faces: Faces | None = None
+    rings: Rings | None = None
     missing: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
 
     def sampled(self, values: np.ndarray) -> np.ndarray:

@@ -229,13 +229,12 @@ def _parameter(knit: Knit | YarnPair, row: int, crossing: np.ndarray) -> np.ndar
 
 def _facet_points(mesh: SweptMesh, yarn: int, facets: np.ndarray) -> np.ndarray:
     """Return points (f, SAMPLES^2, 3) of facets on the tube of the true radius."""
-    angles = mesh.section.angles
-    layer, j = np.divmod(facets, len(angles))
+    layer, j = np.divmod(facets, mesh.section.ring.size)
     first = mesh.first_slice[yarn] + layer
     share = np.linspace(0, 1, SAMPLES)
     along, around = (grid.ravel() for grid in np.meshgrid(share, share, indexing="ij"))
-    step = np.diff(np.append(angles, angles[0] + 2 * np.pi))
-    theta = angles[j][:, None] + step[j][:, None] * around  # (f, p)
+    low, high = ((1 - along) * a[first, j, None] + along * a[first + 1, j, None] for a in mesh.facet_edges)
+    theta = low + (high - low) * around  # (f, p)
     centre = _between(mesh.centres, first, along)
     frame = _between(mesh.frames, first, along)  # (f, p, 3, 3)
     radial = np.cos(theta)[..., None] * frame[..., 0, :] + np.sin(theta)[..., None] * frame[..., 1, :]
@@ -265,12 +264,8 @@ def _facets_under(
         first + layer + 1
     ]
     radial = np.einsum("ki,kdi->kd", points - centre, frame)
-    angles = mesh.section.angles
-    theta = angles[0] + np.mod(np.arctan2(radial[:, 1], radial[:, 0]) - angles[0], 2 * np.pi)
-    j = np.searchsorted(angles, theta, side="right") - 1
-    closed = np.append(angles, angles[0] + 2 * np.pi)
-    around = (theta - closed[j]) / (closed[j + 1] - closed[j])
-    return layer * len(angles) + j, (along, around)
+    j, around = mesh.facet_at(first + layer, np.arctan2(radial[:, 1], radial[:, 0]), along)
+    return layer * mesh.section.ring.size + j, (along, around)
 
 
 def _areas(

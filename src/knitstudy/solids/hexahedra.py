@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from knitstudy.crossings.rings import Rings
 from knitstudy.gates.resolution import ELEMENTS_ACROSS, require_elements_across
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
@@ -49,11 +50,12 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         groups=partial(_groups, scene, mesh),
         volume=partial(_volume, len(mesh.nodes)),
         surfaces=Grids(yarn_surfaces(mesh)),
+        rings=Rings.of_rows(mesh.stations),
         ends=grips(mesh, scene, specimen),
         locate=InverseMap(
             mesh.nodes, mesh.hexahedra, mesh.yarn_of_slice[station], shape, shape_gradient
         ).locate,
-        size=scene.mesh.size,
+        size=scene.mesh.smallest,
         faces=linear_faces(mesh),
     )
 

@@ -50,16 +50,9 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
             "unknowns there"
         )
     spans = yarn_spans(scene, specimen)
-    space = Space(
-        tuple(yarn_space(each.breaks, each.degrees, scene.mesh.spline_degree, each.sharp) for each in spans)
-    )
+    space = space_on(scene, spans)
     _require_memory(scene, space)
-    nodes = np.concatenate(
-        [
-            _shape(own, curve, mesh.radius)
-            for own, curve in zip(space.yarns, specimen.centrelines, strict=True)
-        ]
-    )
+    nodes = undeformed(space, specimen)
     yarn = scene.yarn
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
     return Discretisation(
@@ -78,6 +71,18 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         missing=partial(missing, space, mesh.radius, yarn.youngs_modulus, yarn.poisson_ratio),
         sampling=Sampling(space, mesh.yarn_of_slice, mesh.arc_length, mesh.section.points),
     )
+
+
+def space_on(scene: Scene, spans: list[YarnSpans]) -> Space:
+    """Return the space of a scene's yarns on their spans."""
+    degree = scene.mesh.spline_degree
+    return Space(tuple(yarn_space(each.breaks, each.degrees, degree, each.sharp) for each in spans))
+
+
+def undeformed(space: Space, specimen: Knit | YarnPair) -> np.ndarray:
+    """Return the undeformed nodes (N, 3) of a specimen's yarns [m]."""
+    yarns = zip(space.yarns, specimen.centrelines, strict=True)
+    return np.concatenate([_shape(own, curve, specimen.radius) for own, curve in yarns])
 
 
 def _require_memory(scene: Scene, space: Space) -> None:

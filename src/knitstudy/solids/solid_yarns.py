@@ -83,7 +83,7 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SolidY
     interaction = scene.kind.interaction
     if not interaction.touches:
         return SolidYarns(parts, SolidModel(*solids), tie, facets, retained)
-    pieces = tied_pieces(parts.mesh, specimen.crossings, tied)
+    pieces = tied_pieces(parts.rings.arc_length, specimen.crossings, tied)
     contact = import_module(interaction.solids)
     touching = contact.touching(scene, parts, tie, pieces, facets, volume, solids)
     return SolidYarns(parts, touching.model, tie, facets, retained, touching)
