@@ -3,7 +3,7 @@
 - **yarn**: numbered along itself a yarn is a narrow band; a banded Cholesky factor of it costs next to nothing.
 - **crossing**: a small sparse LU over the unknowns around each tied or touching patch, both yarns together.
 - **fabric**: a Galerkin grid whose unknowns are the rigid motions of every few stations of the yarns, a beam network,
-  solved by pyamg with the rigid modes of the whole knit as near-nullspace.
+  solved by sparse LU.
 
 They are combined multiplicatively: symmetrically (fabric, crossing, yarn, crossing, fabric) for conjugate gradients,
 and once each (crossing, yarn, fabric) where friction has made the matrix unsymmetric. Minimal residuals need no
