@@ -75,7 +75,7 @@ class IncompatibleHexahedron:
     def __init__(self, corners: np.ndarray, material: Material) -> None:
         self.material = material
         count = len(corners)
-        middle = np.swapaxes(corners, 1, 2) @ shape_gradient(np.zeros(3))
+        middle = np.swapaxes(corners, 1, 2) @ shape_gradient(np.zeros((1, 3)))[0]
         inverse0, determinant0 = inverse(middle)
         self.weight = np.empty((count, POINTS))
         self.gradient = np.empty((count, 8 + MODES, POINTS, 3))
