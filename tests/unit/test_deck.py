@@ -94,7 +94,7 @@ def scene(
         yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42, material=material),
         pair=SimpleNamespace(angle=90.0, support="ends"),
         load=SimpleNamespace(direction="course", strain=0.05, lateral=lateral, path=path, stops=stops),
-        mesh=SimpleNamespace(size=0.5, element=element),
+        mesh=SimpleNamespace(size=0.5, smallest=0.5, element=element),
         contact=SimpleNamespace(
             **{
                 "friction": 0.76,

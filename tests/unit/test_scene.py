@@ -5,6 +5,7 @@ import pytest
 from pydantic import ValidationError
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.study.configuration import load_scenes
 from knitstudy.study.scene import Scene
 
@@ -151,7 +152,7 @@ def test_unknown_kind(scene, key, value, allowed):
         ("yarn.density", False, "a number > 0 and <= 1e6, in kg/m3"),
         ("mesh.size", [[1e-3]], "a number > 0 and <= 1e6, in m"),
         ("mesh.size", {"size": 1e-3}, "a number > 0 and <= 1e6, in m"),
-        ("mesh.element", 8, "incompatible_modes (the reference, some five times slower) or one_point"),
+        ("mesh.element", 8, ELEMENTS.allowed()),
         ("load.stops", [[0.01]], "has the entry [0.01] but must be a list of strains that rise"),
         ("load.stops", [0.01, float("nan")], "has the entry nan but must be a finite number"),
         ("load.stops", 0.01, "a list of strains that rise"),

@@ -37,8 +37,8 @@ def _check_element(scene: Scene, where: str) -> None:
     kind, ratio = ELEMENTS.find(scene.mesh.element), scene.yarn.poisson_ratio
     if ratio > kind.largest_poisson_ratio:
         raise ConfigurationError(
-            f"{where}: yarn.poisson_ratio is {ratio:g} but must be at most {kind.largest_poisson_ratio:g} where mesh.element"
-            f" is {kind.name}, which locks beyond: use mesh.element 'quadratic'"
+            f"{where}: yarn.poisson_ratio is {ratio:g} but must be at most {kind.largest_poisson_ratio:g} where"
+            f" mesh.element is {kind.name}, which locks beyond: use mesh.element 'quadratic'"
         )
 
 
