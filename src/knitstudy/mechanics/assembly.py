@@ -83,6 +83,7 @@ class Assembly:
         batches = np.zeros(self.entries, dtype=np.int32)
         for touched, _ in sums:
             batches[touched] += 1
+        self._untouched = np.flatnonzero(batches == 0)  # by elements: links alone
         self._own = [_own(touched, matrix, batches[touched] == 1) for touched, matrix in sums]
         self._joint = [_part(touched, matrix, batches[touched] > 1) for touched, matrix in sums]
 
@@ -106,7 +107,7 @@ class Assembly:
 
     def begin_stiffness(self, room: int = 0) -> StiffnessSum:
         """Return an empty sum of stiffness blocks, in an array with room for so many more."""
-        return StiffnessSum(self.entries, self.block, self._own, self._joint, room)
+        return StiffnessSum(self.entries, self.block, self._own, self._joint, self._untouched, room)
 
     def connection(self) -> sp.csr_matrix:
         """Return which retained nodes (n, n) share an element or a link, as ones."""
@@ -176,9 +177,16 @@ class StiffnessSum:
     """
 
     def __init__(
-        self, entries: int, block: int, own: list[tuple[Part, ...]], joint: list[Part], room: int = 0
+        self,
+        entries: int,
+        block: int,
+        own: list[tuple[Part, ...]],
+        joint: list[Part],
+        untouched: np.ndarray,
+        room: int = 0,
     ) -> None:
         self._data = np.empty((entries + room, block**2))[:entries]
+        self._data[untouched] = 0
         self._own, self._joint = own, joint
         self._seams: list[np.ndarray | None] = [None] * len(own)
 

@@ -57,6 +57,9 @@ class Discretisation:
         Of elements, where there are any on the surface: what ties by facets join.
     rings : Rings, optional
         Where the edges of the surfaces' cells across lie along the yarns; of those that contact knows.
+    missing : callable, optional
+        Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one yarn's
+        alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement shows it all.
     """
 
     mesh: SweptMesh
@@ -75,6 +78,7 @@ class Discretisation:
     dependence: sp.csr_matrix | None = None
     faces: Faces | None = None
     rings: Rings | None = None
+    missing: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
 
     def sampled(self, values: np.ndarray) -> np.ndarray:
         """Return what the nodes (N, ...) give at the nodes of `mesh` (M, ...)."""
