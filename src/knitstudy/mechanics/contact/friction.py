@@ -52,6 +52,10 @@ class Coulomb:
         """Return the stiffnesses at gaps (k,) [m]: always the same here."""
         return self
 
+    def attributes(self) -> dict[str, float]:
+        """Return what the law has for numbers, by name."""
+        return {"contact_stiffness": self.normal, "stick_stiffness": self.tangential}
+
     def of(self, chosen: np.ndarray) -> Coulomb:
         """Return the law of some points."""
         values = (self.normal, self.tangential, self.slope)

@@ -1,9 +1,9 @@
 """The local indentation that a space of displacements cannot show, as a law of contact in series with that space.
 
-Under a force P the two yarns approach by delta_H(P) + 2 C_far P: Hertz's indentation of two half spaces, and what the
-yarns give way besides (`polynomial_yarn.patch`). In their space they approach by u(P) at the middle of the patch and less
-beside it. What is left is the depth D(P) of the gap, a paraboloid whose curvatures A' and B' are those of the
-cylinders less those of u:
+Under a force P the two yarns approach by delta_H(P) + 2 C_far P: Hertz's indentation of two half spaces, and what
+the yarns give way besides (`polynomial_yarn.patch`). In their space they approach by u(P) at the middle of the patch,
+and by less beside it. What is left is the depth D(P) of the gap, a paraboloid whose curvatures A' and B' are those of
+the cylinders less those of u:
 
     D = delta_H + 2 C_far P - 2 u_0 P,    A' = A - 2 k_x P,    B' = B - 2 k_y P
 
@@ -27,7 +27,7 @@ from knitstudy.mechanics.contact.hertz import Crossing
 from knitstudy.mechanics.polynomial_yarn.patch import far, patched_yarn
 
 ANGLES = np.radians([15.0, 22.5, 30.0, 45.0, 60.0, 90.0])
-"""Angles between the axes for which the law is computed; between them it is interpolated, below them it is the first."""
+"""Angles between the axes for which the law is computed; it is interpolated between, and below it is the first."""
 
 SOFT = 1e-4
 """Depth over the radius below which the pressure begins smoothly; the law is that of a gap larger by as much."""
@@ -42,9 +42,11 @@ FLATTENED = 0.3
 """Smallest curvature that the space may leave of the gap's, over that of the cylinders."""
 
 STIFFEST = 15.0
-"""Largest slope of the pressure over the depth, over E / R: where the space shows all, the law is a penalty as stiff."""
+"""Largest slope of the pressure over E / R: where the space shows all, the law is a penalty as stiff."""
 
 PIECES = 24
+
+VANISHING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +76,10 @@ class Indentation:
 
     directional = True
 
+    def attributes(self) -> dict[str, float]:
+        """Return what the law has for numbers, by name: the depth up to which it is computed at right angles."""
+        return {"indentation_deepest": float(self.radius * self.deepest[-1]), "stick_over_normal": self.stick}
+
     def pressure(self, gap: np.ndarray, multiplier: np.ndarray, angle: np.ndarray) -> np.ndarray:
         """Return the pressures (k,) [Pa] at gaps (k,) [m] between axes at angles (k,); there are no multipliers."""
         return self.modulus * self._derivatives(gap, angle)[1]
@@ -81,7 +87,8 @@ class Indentation:
     def at(self, gap: np.ndarray, angle: np.ndarray) -> Coulomb:
         """Return the stiffnesses at gaps (k,) [m] and angles (k,), with the friction."""
         _, _, first, second = self._derivatives(gap, angle)
-        normal = self.modulus / self.radius * first
+        # Where nothing touches the stiffness vanishes; it is divided by.
+        normal = self.modulus / self.radius * np.maximum(first, VANISHING)
         slope = -self.stick * self.modulus / self.radius**2 * second
         return Coulomb(normal, self.stick * normal, self.friction, slope)
 
