@@ -44,6 +44,9 @@ FLATTENED = 0.3
 STIFFEST = 15.0
 """Largest slope of the pressure over E / R: where the space shows all, the law is a penalty as stiff."""
 
+LEAST = 0.5
+"""Smallest slope over pressure by depth, that of half spaces: with less the patch is no paraboloid any more."""
+
 PIECES = 24
 
 VANISHING = 1e-12
@@ -126,7 +129,7 @@ class Indentation:
         )
         # Beyond what is tabulated F is a parabola of the depth.
         pressure = f[1] / (2 * last)
-        slope = (f[2] - 2 * pressure) / (4 * last**2)
+        slope = np.maximum((f[2] - 2 * pressure) / (4 * last**2), LEAST * pressure / last**2)
         more = q**2 - last**2
         beyond = np.stack(
             [
@@ -195,7 +198,7 @@ def _curve(
         else:
             depths.append(depth)
             energies.append(force * np.sqrt(curvature.prod()) / np.pi)  # P / (2 pi R_e')
-            if len(depths) < 4 or _slope(depths[-3:], energies[-3:]) < STIFFEST:
+            if len(depths) < 4 or _goes_on(depths[-3:], energies[-3:]):
                 continue
             depths.pop(), energies.pop()
         break
@@ -203,7 +206,8 @@ def _curve(
     return root, np.concatenate([[start], np.array(energies[1:]) / root[1:] ** 3])
 
 
-def _slope(depth: list[float], energy: list[float]) -> float:
-    """Return the second derivative of an energy from three depths."""
-    first = np.diff(energy) / np.diff(depth)
-    return float(2 * (first[1] - first[0]) / (depth[2] - depth[0]))
+def _goes_on(depth: list[float], energy: list[float]) -> bool:
+    """Return whether the pressure at three depths rises as one on half spaces, or faster but not too fast."""
+    pressure = np.diff(energy) / np.diff(depth)
+    slope = 2 * (pressure[1] - pressure[0]) / (depth[2] - depth[0])
+    return bool(LEAST * pressure.mean() / depth[1] < slope < STIFFEST)
