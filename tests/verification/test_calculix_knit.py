@@ -32,7 +32,12 @@ pytestmark = [
 
 SIZE, INCREMENTS, STRAIN = 0.6e-3, 2, 0.05
 SCENE = load_scene("dns-tie-course").vary(
-    {"yarn.material": "st_venant_kirchhoff", "load.strain": STRAIN, "solver.increments": INCREMENTS}
+    {
+        "yarn.material": "st_venant_kirchhoff",
+        "load.strain": STRAIN,
+        "solver.increments": INCREMENTS,
+        "tie.rule": "facets",
+    }
 )
 
 
