@@ -1,5 +1,7 @@
 """Ties of a physical size: nine equations a crossing, exact for rigid motions, whatever the yarns are divided into."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -123,8 +125,6 @@ def test_nothing_tied_is_no_tie(parts, pair):
 
 
 def test_what_the_yarns_cannot_show_makes_the_tie_softer(parts, pair):
-    from dataclasses import replace
-
     own = 1 / (STIFFNESS * MODULUS * pair.radius)
     soft = replace(parts, missing=lambda yarn, place, radius: np.tile([2 * own, 5 * own], (len(yarn), 1)))
     tie = tie_patches(soft, pair, np.ones(1, dtype=bool), 0.183, MODULUS)
@@ -147,3 +147,10 @@ def test_discs_over_the_end_of_a_yarn_are_refused(parts, pair):
         MeshError, match=r"tie.radius is 9 radii, but crossing 0 lies .* from the end of yarn 0"
     ):
         tie_patches(parts, pair, np.ones(1, dtype=bool), 9.0, MODULUS)
+
+
+def test_discs_narrower_than_elements_can_show_are_refused(parts, pair):
+    with pytest.raises(MeshError, match=r"tie.radius is 0.1 radii, .* less than 0.125: use that at least"):
+        tie_patches(parts, pair, np.ones(1, dtype=bool), 0.1, MODULUS)
+    shown = replace(parts, missing=lambda yarn, place, radius: np.zeros((len(yarn), 2)))
+    assert tie_patches(shown, pair, np.ones(1, dtype=bool), 0.1, MODULUS).links is not None
