@@ -117,7 +117,7 @@ def problem_of(
 
 def _fields(yarns: SolidYarns, state: SolidState) -> dict[str, np.ndarray]:
     """Return the fields of a state."""
-    return {"node_displacement": yarns.parts.sampled(yarns.model.node_displacement(state))}
+    return {"node_displacement": yarns.model.node_displacement(state)}
 
 
 def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[PrescribedDisplacement, np.ndarray]:
