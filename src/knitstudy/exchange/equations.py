@@ -36,7 +36,7 @@ class Equations:
 
 def _solved(tie: PatchTie, disc: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return three nodes that the three moments of a disc give, and the nodes (n,) and weights (3, n) they follow."""
-    moments = tie.moments[3 * disc : 3 * disc + 3].tocsc()
+    moments = tie.moments[3 * disc : 3 * disc + 3]
     nodes = np.unique(moments.indices)
     dense = moments[:, nodes].toarray()
     # The best conditioned choice of three.
