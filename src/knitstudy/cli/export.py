@@ -17,9 +17,7 @@ from knitstudy.cli.options import changed_scene, config_option, set_option
 @click.option(
     "--constraints",
     type=click.Choice(["surfaces", "equations"]),
-    default="surfaces",
-    show_default=True,
-    help="Ties as surfaces that the program ties itself, or as the equations that are eliminated here.",
+    help="Ties as surfaces that the program ties itself (the default for tie.rule facets), or as equations.",
 )
 @set_option
 @click.option(
@@ -30,7 +28,7 @@ from knitstudy.cli.options import changed_scene, config_option, set_option
 )
 @config_option
 def export(
-    scene: str, dialect: str, constraints: str, changes: tuple, output: Path | None, config: Path
+    scene: str, dialect: str, constraints: str | None, changes: tuple, output: Path | None, config: Path
 ) -> None:
     """Write a scene of solid yarns as an input deck (.inp): mesh, ties, contact, grips and load, in m, N and Pa.
 

@@ -1,8 +1,9 @@
 """Input decks of other finite-element programs: what they hold, whatever the dialect.
 
-The same ties can be handed over in two ways. As *surfaces*, the other program finds the ties itself; as
-*equations* it gets exactly the linear constraints that are eliminated here, on the adjusted mesh. Ties of discs are
-always equations. Contact is always handed over as surfaces, one pair for every row of crossings that are not tied.
+The same ties can be handed over in two ways. As *surfaces*, the other program finds tied facets itself; as
+*equations* it gets linear constraints: of facets exactly those that are eliminated here, on the adjusted mesh, of
+patches those that stiff springs stand for here. Contact is always handed over as surfaces, one pair for every row
+of crossings that are not tied.
 """
 
 from __future__ import annotations
@@ -17,24 +18,30 @@ from scipy.spatial import cKDTree
 
 from knitstudy.crossings.tied_crossings import tied_pieces
 from knitstudy.errors import ConfigurationError
-from knitstudy.exchange.equations import Equations
 from knitstudy.loading.load_path import load_path
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.facet_tie import tie_crossings
 from knitstudy.solids.hexahedra import divide
-from knitstudy.solids.patch_tie import PatchTie
+from knitstudy.solids.patch_tie import STIFFNESS
 from knitstudy.solids.yarn_contact import contact_law
 
 if TYPE_CHECKING:
     from knitstudy.geometry.pair import YarnPair
     from knitstudy.geometry.pattern import Knit
     from knitstudy.solids.discretisation import Discretisation
-    from knitstudy.solids.facet_tie import Tie as FacetTie
+    from knitstudy.solids.facet_tie import FacetTie
     from knitstudy.solids.tie import Tie
     from knitstudy.study.scene import Scene
 
 CONSTRAINTS = ("surfaces", "equations")
+
+EXACTLY_JOINED = (
+    f"tie.rule is patch: springs of {STIFFNESS:g} E R join moments in the scene, equations without "
+    f"any compliance in a deck"
+)
+FACETS_INSTEAD = "tie.rule is patch: a program that ties surfaces ties facets within tie.tolerance instead"
 
 POSITION_MARGIN = 1.05
 """Position tolerance over the gap of the farthest slave node: rounding must not lose it."""
@@ -59,6 +66,15 @@ class TiedPair:
     slave: Surface
     master: Surface
     tolerance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """Constraints x_slave = sum of weights times x_master: slave (K,), master (K, c), weight (K, c); 0 is no term."""
+
+    slave: np.ndarray
+    master: np.ndarray
+    weight: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +184,7 @@ def specimen_deck(
     specimen: Knit | YarnPair,
     mesh: SweptMesh,
     tie: Tie,
-    constraints: str = "surfaces",
+    constraints: str | None = None,
     automatic: bool = False,
 ) -> Deck:
     """Deck of a knit in tension, or of a pair of yarns on its path: ties, contact, grips and load.
@@ -180,8 +196,9 @@ def specimen_deck(
     mesh : SweptMesh
     tie : Tie
         Constraints of the tied crossings; elsewhere yarns touch by the scene's interaction.
-    constraints : {"surfaces", "equations"}
-        Whether the other program ties the surfaces itself, or gets the constraints as equations.
+    constraints : {"surfaces", "equations"}, optional
+        Whether the other program ties the surfaces itself, or gets the constraints as equations; by default
+        surfaces for ties of facets, and equations for patches, which no program has.
     automatic : bool
         Whether the program may choose other increments than the scene's.
 
@@ -190,18 +207,28 @@ def specimen_deck(
     ConfigurationError
         If ``constraints`` is unknown.
     """
+    patches = scene.value("tie.rule") == "patch"
+    if constraints is None:
+        constraints = "equations" if patches else "surfaces"
     if constraints not in CONSTRAINTS:
         raise ConfigurationError(
             f"deck constraints: {constraints!r} is not allowed; one of {', '.join(CONSTRAINTS)}"
         )
     parts = divide(scene, mesh, specimen)
     mesh = parts.mesh
-    # What discs join is no matter of surfaces.
-    as_equations = constraints == "equations" or isinstance(tie, PatchTie)
+    as_equations = constraints == "equations"
     tied = np.isfinite(tie.area)
     free = tied_pieces(mesh.stations, specimen.crossings, tied) < 0
     touching = np.unique(specimen.crossings.row[~tied])
     reach = CONTACT_REACH * mesh.radius + _travel(scene)
+    equations = None
+    if as_equations and tied.any():
+        equations = Equations(*tie.equations(np.union1d(parts.ends.held, parts.ends.driven)))
+    departures = tuple(_unsaid(scene)) if touching.size else ()
+    if patches and tied.any():
+        departures += (EXACTLY_JOINED if as_equations else FACETS_INSTEAD,)
+        if not as_equations:
+            tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied, parts.faces)
     return Deck(
         title=_title(scene, specimen),
         nodes=tie.nodes if as_equations else parts.nodes,
@@ -215,18 +242,12 @@ def specimen_deck(
         steps=_steps(scene, specimen),
         driven="DRIVEN",
         ties=() if as_equations else tied_pairs(parts, tie),
-        equations=Equations.of(tie) if as_equations and tied.any() else None,
+        equations=equations,
         contacts=tuple(touching_row(mesh, row, reach, free) for row in touching),
         interaction=interaction(scene) if touching.size else None,
         automatic=automatic,
-        departures=(*_unsaid_of_ties(tie), *(_unsaid(scene) if touching.size else ())),
+        departures=departures,
     )
-
-
-def _unsaid_of_ties(tie: Tie) -> Iterator[str]:
-    """Yield sentences on what decks do not say of ties."""
-    if isinstance(tie, PatchTie) and len(tie.discs.crossing):
-        yield "tie.rule is patch: what its springs hold is rigid in a deck, less than 0.1 % in force (docs/ties.md)"
 
 
 def _unsaid(scene: Scene) -> Iterator[str]:
