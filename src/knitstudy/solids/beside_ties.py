@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.solids.discretisation import Discretisation
-from knitstudy.solids.tie import Tie, facet_size
+from knitstudy.solids.tie import Tie
 from knitstudy.solids.yarn_contact import MARGIN, contact_law
 from knitstudy.study.scene import Scene
 
-BESIDE = 1.0
-"""Distance from tied nodes, in facets, within which the tie itself has moved the surfaces into each other."""
-
 
 class BesideTies:
-    """The gaps between pieces of yarn that are tied, away from the tied facets.
+    """The gaps between pieces of yarn that are tied, away from the ties.
 
     Parameters
     ----------
@@ -43,8 +39,7 @@ class BesideTies:
             overlap=np.inf,
         )
         self._pieces, self._rings = pieces, yarns.rings
-        self._tied = cKDTree(tie.nodes[tie.joined])
-        self._beside = BESIDE * facet_size(mesh)
+        self._tie = tie
 
     def smallest_gap(self, nodes: np.ndarray) -> float:
         """Return the smallest gap of current nodes (N, 3) beside the ties [m]; inf if nothing is near."""
@@ -55,8 +50,7 @@ class BesideTies:
         other = self._piece(history.surface, points.projection.xi[:, 0])
         near = np.flatnonzero(np.isfinite(gap) & (own == other) & (own >= 0))
         place = self._contact.reference(history.point[near])
-        away = self._tied.query(place)[0] > self._beside
-        return float(gap[near[away]].min(initial=np.inf))
+        return float(gap[near[self._tie.beside(place)]].min(initial=np.inf))
 
     def _piece(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
         """Return what places (k,) along yarns (k,) are tied in."""

@@ -13,6 +13,7 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.polynomial_yarn.locate import locate
+from knitstudy.mechanics.polynomial_yarn.patch_compliance import missing
 from knitstudy.mechanics.polynomial_yarn.sampling import Sampling
 from knitstudy.mechanics.polynomial_yarn.space import Space, YarnSpace, yarn_space
 from knitstudy.mechanics.polynomial_yarn.span import span_groups
@@ -67,6 +68,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         ends=_grips(scene, space, spans),
         locate=partial(_locate, space, nodes),
         size=2 * mesh.radius / ACROSS,
+        missing=partial(missing, space, mesh.radius, yarn.youngs_modulus, yarn.poisson_ratio),
         sampling=Sampling(space, mesh.yarn_of_slice, mesh.arc_length, mesh.section.points),
     )
 

@@ -13,7 +13,8 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
 from knitstudy.mechanics.elements.hexahedron import GAUSS
-from knitstudy.mechanics.elements.quadratic import EDGES, NODES, shape
+from knitstudy.mechanics.elements.inverse_map import InverseMap
+from knitstudy.mechanics.elements.quadratic import EDGES, NODES, shape, shape_gradient
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.grips import Grips, grips
 from knitstudy.mesh.memory import require_memory_to_simulate
@@ -48,7 +49,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         surfaces=Grids(_grids(quadratic)),
         rings=Rings.of_rows(quadratic.arc_lengths),
         ends=_ends(quadratic, grips(quadratic.corners, scene, specimen)),
-        locate=partial(_locate, quadratic),
+        locate=InverseMap(quadratic.nodes, quadratic.elements, quadratic.yarn, shape, shape_gradient).locate,
         size=scene.mesh.smallest,
         sampling=_sampling(quadratic),
         dependence=_dependence(quadratic),
@@ -122,7 +123,3 @@ def _faces_of(mesh: QuadraticMesh, yarn: int) -> slice:
     layers = mesh.corners.first_slice[yarn : yarn + 2] - np.arange(yarn, yarn + 2)
     first, last = layers * mesh.section.ring_edges.size
     return slice(int(first), int(last))
-
-
-def _locate(mesh: QuadraticMesh, points: np.ndarray, yarn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    raise NotImplementedError
