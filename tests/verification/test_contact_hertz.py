@@ -215,7 +215,7 @@ AREA = np.pi * (3 * CONVERGED * 0.5 * DIAMETER / (4 * MODULUS / (2 * (1 - POISSO
 
 
 def test_hertz_refined_at_the_crossing(verify):
-    """Six elements across, three times as small at the crossing: as near as sixteen everywhere with a tenth of the nodes."""
+    """Six elements across, three times as small at the crossing: as good as sixteen, a tenth of the nodes."""
     cylinders = Cylinders(4, 1, limit=2e-2 * PRESS, augmentations=20, points=2, refinement=3.0)
     force, area = cylinders.press()
     what = "crossed cylinders, 6 elements across, refined 3 times at the crossing"
