@@ -77,7 +77,7 @@ def test_work_to_come_is_that_of_all_legs():
 @pytest.mark.parametrize(
     ("coefficient", "energy", "remedy"),
     [
-        (0.005, 0.06, r"Use a smaller mesh\.size, or mesh\.element 'incompatible_modes'"),
+        (0.005, 0.06, r"Use a smaller mesh\.size, or mesh\.element 'quadratic'"),
         (0.5, 0.06, r"Use solver\.hourglass 0\.005, a smaller mesh\.size"),
         (1e-12, 3e-11, r"Use solver\.hourglass 0\.005, a smaller mesh\.size"),
     ],

@@ -39,12 +39,13 @@ def export(
     # Imported here: --help need not wait for it.
     from knitstudy.exchange.deck import specimen_deck
     from knitstudy.exchange.inp import write_inp
-    from knitstudy.solids.discretisation import discretised
+    from knitstudy.solids.hexahedra import divide
     from knitstudy.solids.tie import tie_of
     from knitstudy.stages.simulate import lay_out
 
     chosen, specimen, mesh = lay_out(changed_scene(scene, changes, config), config=config)
-    tie = tie_of(chosen, discretised(chosen, mesh, specimen), specimen)
+    tie = tie_of(chosen, divide(chosen, mesh, specimen), specimen)
     path = output or Path(f"{chosen.name}.{dialect}.inp")
-    write_inp(specimen_deck(chosen, specimen, mesh, tie, constraints), path, dialect)
-    click.echo(f"{path}: {len(mesh.nodes)} nodes, {len(mesh.hexahedra)} hexahedra; m, N, Pa")
+    deck = specimen_deck(chosen, specimen, mesh, tie, constraints)
+    write_inp(deck, path, dialect)
+    click.echo(f"{path}: {len(deck.nodes)} nodes, {len(mesh.hexahedra)} hexahedra; m, N, Pa")
