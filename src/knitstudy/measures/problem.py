@@ -14,8 +14,9 @@ PHYSICS = (
     "load.lateral",
     "contact.friction",
     "contact.tied_edges",
+    "tie.radius",
 )
-"""Keys that say what is simulated, beside the geometry: not how finely, how far, or with which kind of tie."""
+"""Keys that say what is simulated, beside the geometry: not how finely, how far, or by which rule ties are made."""
 
 
 def problem_of(scene: Scene) -> str:

@@ -106,7 +106,7 @@ def reference_of(table: pd.DataFrame, scene: Scene) -> Reference:
     table : DataFrame
         ``resources/reference/reference.csv``.
     scene : Scene
-        A direct simulation, or beams in contact.
+        A direct simulation.
 
     Raises
     ------
