@@ -45,7 +45,7 @@ CHANGES = {
     "mesh.degree": 2,
     "mesh.crossing_degree": 2,
     "mesh.crossing_span": 0.9,
-    "solver.increments": 6,
+    "solver.increments": 12,
     "load.stops": [],
     "outputs": [],
 }
