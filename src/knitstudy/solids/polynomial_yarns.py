@@ -27,7 +27,8 @@ from knitstudy.study.scene import Scene
 PLACES = 8
 """Places a span at which the shape of a yarn is fitted."""
 
-BYTES_AN_ENTRY = 8
+BYTES_A_PAIR = 48
+"""Of a simulation, for each pair of nodes of a span: tangent, factors of single yarns, places of what is summed."""
 
 
 def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
@@ -49,16 +50,11 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
             "unknowns there"
         )
     spans = yarn_spans(scene, specimen)
-    space = Space(
-        tuple(yarn_space(each.breaks, each.degrees, scene.mesh.spline_degree, each.sharp) for each in spans)
-    )
+    # Yarns with the same spans share their space.
+    kinds = {kind: _space(scene, kind) for kind in set(spans)}
+    space = Space(tuple(kinds[each] for each in spans))
     _require_memory(scene, space)
-    nodes = np.concatenate(
-        [
-            _shape(own, curve, mesh.radius)
-            for own, curve in zip(space.yarns, specimen.centrelines, strict=True)
-        ]
-    )
+    nodes = _shapes(space, specimen, mesh.radius)
     yarn = scene.yarn
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
     return Discretisation(
@@ -81,9 +77,25 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
 def _require_memory(scene: Scene, space: Space) -> None:
     """Refuse more unknowns than the memory has room for: tangent, factors of single yarns and what is summed up."""
     pairs = sum(float((own.span_sizes.astype(float) ** 2).sum()) for own in space.yarns)
-    need = 3 * 9 * BYTES_AN_ENTRY * pairs
-    span = scene.mesh.span * 0.5 * scene.yarn.diameter
-    require_memory(need, "mesh.span", span, f"a simulation of {3 * space.size:.2g} unknowns", power=1)
+    what = f"a simulation of {3 * space.size:.2g} unknowns"
+    require_memory(BYTES_A_PAIR * pairs, "mesh.span", scene.mesh.span, what, power=1, unit="yarn radii")
+
+
+def _space(scene: Scene, spans: YarnSpans) -> YarnSpace:
+    return yarn_space(spans.breaks, spans.degrees, scene.mesh.spline_degree, spans.sharp)
+
+
+def _shapes(space: Space, specimen: Knit | YarnPair, radius: float) -> np.ndarray:
+    """Return the coefficients (N, 3) of all yarns; those of a knit are one shape, moved [m]."""
+    curves = specimen.centrelines
+    if isinstance(specimen, YarnPair):
+        return np.concatenate(
+            [_shape(own, curve, radius) for own, curve in zip(space.yarns, curves, strict=True)]
+        )
+    shapes = {own: _shape(own, curves[0], radius) for own in set(space.yarns)}
+    rise = np.array([0.0, specimen.loop.course_spacing, 0.0])
+    nodes = np.concatenate([shapes[own] for own in space.yarns])
+    return nodes + (space.unity * space.yarn)[:, None] * rise
 
 
 def _shape(own: YarnSpace, curve: Curve, radius: float) -> np.ndarray:
