@@ -24,8 +24,13 @@ help:  ## show this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
 
 .PHONY: study
-study: environment  ## run the reduced study on all cores (STUDY=ci or STUDY=full for another size)
+study: environment  ## run the reduced study on all cores (STUDY=ci, full or reference for another)
 	@$(BIN)/python workflow/study.py $(STUDY)
+
+.PHONY: reference
+reference: environment  ## make what models are measured against (hours); resources/reference/reference.csv
+	@$(BIN)/python workflow/study.py reference results/tables/reference.csv results/tables/reference_ways.csv
+	@$(BIN)/python -m knitstudy.stages.reference
 
 .PHONY: test
 test: environment  ## pass all tests, in two processes

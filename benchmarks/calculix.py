@@ -60,7 +60,9 @@ def main() -> None:
     changes = {key: value for key, value in asked.items() if value is not None}
     scene = load_scene(options.scene).vary({"yarn.material": "st_venant_kirchhoff"} | changes)
     knit = Knit.from_dataset(lay_out(scene))
-    yarns = dns.assemble(scene, mesh_knit(knit, scene.mesh.size, scene.mesh.growth), knit)
+    yarns = dns.assemble(
+        scene, mesh_knit(knit, scene.mesh.size, scene.mesh.growth, scene.mesh.refinement), knit
+    )
     problem = dns.problem_of(yarns, scene, knit)
     pulls = [
         _here(problem, "this code, CalculiX's hourglass control", _with_calculix_element(yarns.model)),

@@ -28,7 +28,7 @@ from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.loading.load_path import DIRECTIONS
 from knitstudy.solids import dns
-from knitstudy.solids.tie import tie_crossings
+from knitstudy.solids.facet_tie import tie_crossings
 from knitstudy.solids.yarn_contact import contact_law
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene

@@ -102,7 +102,7 @@ def sweep(scene: Scene, changes: Mapping[str, Sequence]) -> pd.DataFrame:
 def measure(scene: Scene) -> dict:
     """Pull a scene and return what came out."""
     specimen = read_specimen(lay_out(scene))
-    mesh = mesh_specimen(specimen, scene.mesh.size, scene.mesh.growth)
+    mesh = mesh_specimen(specimen, scene.mesh.size, scene.mesh.growth, scene.mesh.refinement)
     history = dns.run(scene, mesh, specimen)
     strain, energy = history["strain"].to_numpy(), history["energy"].isel(increment=-1)
     measured = {
@@ -119,7 +119,9 @@ def measure(scene: Scene) -> dict:
         measured["tied area a crossing [mm2]"] = 1e6 * float(history["tied_area"].mean())
         measured["largest adjustment [mm]"] = 1e3 * history.attrs["tie_largest_adjustment"]
     if "smallest_gap" in history:
-        measured["deepest penetration over h [1]"] = -float(history["smallest_gap"].min()) / scene.mesh.size
+        measured["deepest penetration over h [1]"] = (
+            -float(history["smallest_gap"].min()) / scene.mesh.smallest
+        )
         measured["augmentations [1]"] = int(history["augmentations"].sum())
     return measured
 

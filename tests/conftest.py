@@ -65,7 +65,13 @@ def plain_scene():
                 "samples": 100,
             },
             "load": {"direction": "course", "strain": 0.05, "lateral": "fixed", "stops": []},
-            "mesh": {"size": 0.45e-3, "growth": 1.2, "element": "one_point", "beam_size": 0.5e-3},
+            "mesh": {
+                "size": 0.45e-3,
+                "growth": 1.2,
+                "element": "one_point",
+                "beam_size": 0.5e-3,
+                "section_law": "curved",
+            },
             "tie": {"tolerance": 0.05},
             "contact": {
                 "friction": 0.76,

@@ -18,7 +18,13 @@ DEFAULTS = {
     },
     "geometry": {"alpha": 1.0, "beta": 1.0, "gamma": 1.0, "beta_0": 1.0, "samples": 50},
     "load": {"direction": "course", "strain": 0.05, "lateral": "fixed", "stops": []},
-    "mesh": {"size": 0.3e-3, "growth": 1.2, "element": "one_point", "beam_size": 0.5e-3},
+    "mesh": {
+        "size": 0.3e-3,
+        "growth": 1.2,
+        "element": "one_point",
+        "beam_size": 0.5e-3,
+        "section_law": "curved",
+    },
     "tie": {"tolerance": 0.05},
     "contact": {
         "friction": 0.76,

@@ -1,7 +1,13 @@
 """A whole study, made up: four cases of tension with all models, and what each of them would have found."""
 
 import numpy as np
+import pandas as pd
 import synthetic
+
+from knitstudy.measures.problem import problem_of
+from knitstudy.measures.quantities import FORCE as FORCES
+from knitstudy.measures.quantities import LARGEST_U_Z, RMS_U_Z, STRAINS, rms_out_of_plane
+from knitstudy.measures.reference import NEEDED
 
 CASES = [(kind, way) for kind in ("tie", "isotropic") for way in ("course", "wale")]
 
@@ -73,6 +79,29 @@ def history(**arguments):
     share = np.linspace(0, 1, made.sizes["increment"])
     energy = share[:, None] * np.array(list(ENERGY.values()))
     return made.assign(energy=(("increment", "form"), energy), form=list(ENERGY))
+
+
+ROUGH = 11.0, 3e-4
+"""Force and out-of-plane displacement with rough contact, of which only the reference speaks."""
+
+
+def reference(scenes, uncertainty=0.02):
+    """Return a reference that the direct simulations meet, with one relative uncertainty for everything."""
+    known = {kind: (FORCE[kind], LIFT[kind]) for kind in FORCE} | {"rough": ROUGH}
+    rows = []
+    for kind, way in [*CASES, ("rough", "course")]:
+        solid = scenes[f"dns-isotropic-{way}" if kind == "rough" else f"dns-{kind}-{way}"]
+        problem = problem_of(solid.replace("interaction", kind))
+        force, lift = known[kind]
+        rms = rms_out_of_plane(history(lift=lift))[-1]
+        for quantity, full in ((FORCES, force), (LARGEST_U_Z, 2 * lift), (RMS_U_Z, rms)):
+            for strain in STRAINS:
+                value = full * strain / STRAINS[-1]
+                rows.append((problem, quantity, strain, value, uncertainty * value))
+    return pd.DataFrame(rows, columns=NEEDED)
+
+
+NO_REFERENCE = pd.DataFrame(columns=NEEDED)
 
 
 def sprung(contacts):

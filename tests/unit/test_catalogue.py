@@ -105,7 +105,7 @@ def test_code_of_a_figure_from_outside_counts(toy, scenes, tmp_path):
 
 def test_several_scenes_of_a_role_are_lists(scenes, tmp_path):
     paper = tmp_path / "paper.csv"
-    figures = displays(FIGURES, scenes)
+    figures = displays(FIGURES, scenes, {"reference": tmp_path / "reference.csv"})
     beams = [f"out/beams/beam-{kind}isotropic-course.nc" for kind in ("", "pinned-", "hertz-")]
     assert figures.files("fig12b_beam_contact", "out")["beams"] == beams
     assert figures.files("fig02_interfaces", "out") == {}
@@ -113,8 +113,9 @@ def test_several_scenes_of_a_role_are_lists(scenes, tmp_path):
         "dns",
         "rom3d",
         "rom2d",
-        "other_mesh",
+        "others",
         "reduced",
+        "reference",
     }
     tables = displays(TABLES, scenes, {"paper": paper})
     assert tables.files("table4_angles", "out") == {

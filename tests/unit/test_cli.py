@@ -73,7 +73,7 @@ def test_version(knitstudy):
         ),
         (("run", "dns-a", "--set", "load.strain=045"), "load.strain, line 1: 045 is no plain number"),
         (("run", "dns-a", "--threads", "0"), "0 is not in the range"),
-        (("list", "--study", "tiny"), "'tiny' is not one of 'ci', 'reduced', 'full'"),
+        (("list", "--study", "tiny"), "'tiny' is not one of 'ci', 'reduced', 'full', 'reference'"),
         (("list", "--fidelity", "rom"), "'rom' is not one of 'beam', 'dns',"),
         (("export", "dns-a", "--dialect", "nastran"), "'nastran' is not one of 'abaqus', 'calculix'"),
         (("check", "--set", "load.strain=1"), "--set and --sources are about a scene: name one"),
@@ -114,7 +114,7 @@ def test_check_folder(knitstudy, config):
         result = knitstudy(*arguments)
         assert result.exit_code == 0
         assert (
-            "valid; 2 scenes (1 of study ci, 2 of study reduced, 0 of study full), 1 geometries"
+            "valid; 2 scenes (1 of study ci, 2 of study reduced, 0 of study full, 0 of study reference), 1 geometries"
             in result.stdout
         )
     path = config / "scenes" / "small.yaml"

@@ -5,6 +5,7 @@ import pytest
 
 from knitstudy.crossings.facets import REACH, CrossingFacets
 from knitstudy.crossings.record import crossing_forces, touching_points
+from knitstudy.crossings.rings import Rings
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.loading.columns import HISTORY
 from knitstudy.mechanics.contact.friction import Coulomb
@@ -61,24 +62,28 @@ def test_displacement_is_the_facets_mean(facets, mesh):
 
 
 def test_places_belong_to_the_nearest_crossing(knitted):
-    mesh, crossings = knitted.mesh, knitted.crossings
+    crossings = knitted.crossings
     for side in range(2):
         yarn, other = crossings.yarn[:, side], crossings.yarn[:, 1 - side]
-        along = [
-            np.interp(s, mesh.arc_length[mesh.yarn_of_slice == y], np.arange((mesh.yarn_of_slice == y).sum()))
-            for s, y in zip(crossings.arc_length[:, side], yarn, strict=True)
-        ]
-        found, sides = knitted.nearest(yarn, other, np.array(along))
+        found, sides = knitted.nearest(yarn, other, crossings.arc_length[:, side])
         np.testing.assert_array_equal(found, np.arange(len(yarn)))
         np.testing.assert_array_equal(sides, side)
 
 
+def test_rings_say_where_places_lie(mesh):
+    rings = Rings.of_rows(mesh.stations)
+    yarn, along = np.array([0, 1, 1]), np.array([2.25, 0.0, 3.75])
+    lower, upper = mesh.stations
+    expected = [0.75 * lower[2] + 0.25 * lower[3], 0.0, 0.25 * upper[3] + 0.75 * upper[4]]
+    np.testing.assert_allclose(rings.arc_length_at(yarn, along), expected)
+    np.testing.assert_array_equal(rings.nearest(yarn, along), [2, len(lower), len(lower) + 4])
+
+
 def test_places_away_from_crossings_belong_to_none(facets, pair, mesh):
-    s = mesh.arc_length[mesh.yarn_of_slice == 0]
-    along = np.linspace(0, len(s) - 1, 50)
+    along = np.linspace(0, mesh.stations[0][-1], 50)
     zero = np.zeros(50, dtype=int)
     crossing, side = facets.nearest(zero, zero + 1, along)
-    near = np.abs(np.interp(along, np.arange(len(s)), s) - pair.length / 2) <= REACH * RADIUS
+    near = np.abs(along - pair.length / 2) <= REACH * RADIUS
     assert 0 < near.sum() < 50
     np.testing.assert_array_equal(crossing, np.where(near, 0, -1))
     assert not side.any()
@@ -97,7 +102,7 @@ def touching(mesh, facets):
     slid = pressed + upper * [2e-6, 1e-6, 0]
     answer = contact.respond(slid, pressed, history, stiffness=False)
     committed = contact.points(slid, pressed, contact.commit(answer.points))
-    return answer, touching_points(contact, committed, facets)
+    return answer, touching_points(contact, committed, facets, Rings.of_rows(mesh.stations))
 
 
 def test_columns_are_those_of_the_format(touching):

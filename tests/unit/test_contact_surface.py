@@ -2,10 +2,11 @@ import numpy as np
 import pytest
 from tubes import tube
 
-from knitstudy.mechanics.contact.grids import Grid, Grids, circular_stretch
+from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
 from knitstudy.mechanics.contact.projection import project
 from knitstudy.mechanics.contact.quadrature import Quadrature
 from knitstudy.mechanics.contact.surface import interpolate
+from knitstudy.mesh.grading import drawn_angles
 
 RNG = np.random.default_rng(0)
 
@@ -134,3 +135,25 @@ def test_no_closest_point_beyond_the_end_of_a_surface():
     answer = project(Grids([grid]), nodes, np.zeros(2, dtype=int), points, np.full((2, 2), [11.0, 0.2]))
     np.testing.assert_array_equal(answer.found, [True, False])
     assert answer.distance[0] == pytest.approx(0.1, abs=1e-3)
+
+
+@pytest.mark.parametrize("refinement", [1.5, 3.0])
+def test_graded_angles_keep_the_radius(refinement):
+    """Tangents touch the circle where steps differ: what is left falls with the fourth power of the step."""
+    errors = []
+    for count in (24, 48):
+        pull = np.array([[(refinement - 1) / (refinement + 1), 0.0]])
+        angles = drawn_angles(2 * np.pi * (np.arange(count) + 0.5) / count, np.repeat(pull, 4, axis=0))
+        s = np.repeat(np.arange(4.0), count)
+        nodes = np.stack([np.cos(angles).ravel(), np.sin(angles).ravel(), -s], axis=-1)
+        grid = Grid(np.arange(4 * count).reshape(4, count), chords=circular_chords(angles))
+        xi = np.random.default_rng(1).uniform([0, 0], [3, count], (2000, 2))
+        place = Grids([grid]).stencil(np.zeros(len(xi), int), xi).places(nodes)[0]
+        errors.append(np.abs(np.hypot(place[:, 0], place[:, 1]) - 1).max())
+    assert errors[1] < 3e-3
+    assert np.log2(errors[0] / errors[1]) > 3.5
+
+
+def test_chords_of_equal_angles_are_half_the_stretch():
+    angles = 2 * np.pi * np.arange(12)[None] / 12
+    np.testing.assert_allclose(circular_chords(angles), 0.5 * circular_stretch(12), rtol=1e-12)

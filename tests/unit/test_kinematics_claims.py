@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import study
 import synthetic
 
 from knitstudy.crossings.contacts import extract
@@ -25,7 +26,12 @@ def judge(plain_scene, knit):
     """Function that judges contacts with isotropic friction."""
     paper = read_table(RESOURCES / "paper_tables.csv")
     scenes = {"isotropic": plain_scene.vary({"fidelity": "dns", "interaction": "isotropic"})}
-    given = {"geometry": synthetic.geometry(knit), "scenes": scenes, "paper": paper}
+    given = {
+        "geometry": synthetic.geometry(knit),
+        "scenes": scenes,
+        "paper": paper,
+        "reference": study.NO_REFERENCE,
+    }
 
     def judge(contacts):
         return judge_kinematics(Evidence(**given, contacts={"isotropic": contacts}))
@@ -67,6 +73,6 @@ def test_nothing_is_judged_without_sections_or_short_of_the_papers_strain(judge,
 
 def test_lack_of_the_scene_is_named(knit):
     paper = read_table(RESOURCES / "paper_tables.csv")
-    judged = judge_kinematics(Evidence(geometry=synthetic.geometry(knit), scenes={}, paper=paper))
+    judged = judge_kinematics(Evidence(synthetic.geometry(knit), {}, paper, study.NO_REFERENCE))
     assert judged.verdict == "not yet run"
     assert "isotropic" in judged.note

@@ -25,12 +25,17 @@ def every(scenes):
     return study.histories(scenes)
 
 
-def test_cases_hold_what_is_compared(every, scenes):
-    cases = {(case.interaction, case.direction): case for case in cases_of(every, scenes)}
+@pytest.fixture(scope="module")
+def reference(scenes):
+    return study.reference(scenes)
+
+
+def test_cases_hold_what_is_compared(every, scenes, reference):
+    cases = {(case.interaction, case.direction): case for case in cases_of(every, scenes, reference)}
     assert list(cases) == [("tie", "course"), ("tie", "wale"), ("isotropic", "course"), ("isotropic", "wale")]
     case = cases["isotropic", "wale"]
     assert case.dns.scene.name == "dns-isotropic-wale"
-    assert case.other_mesh.scene.name == "dns-isotropic-wale-medium"
+    assert [model.scene.name for model in case.others] == ["dns-isotropic-wale-medium"]
     assert [model.scene.name for model in case.main.values()] == [
         "rom3d-isotropic-wale",
         "rom2d-isotropic-wale",
@@ -55,7 +60,7 @@ def test_labels_name_what_makes_a_variant(scenes):
         "2D ROM, doubled segments": scenes["rom2d-doubled-tie-wale"],
         "beams, point contact, rigid, pinned": scenes["beam-pinned-isotropic-course"],
         "beams, point contact, Hertzian": scenes["beam-hertz-isotropic-course"],
-        "DNS, elements of 0.45 mm": scenes["dns-tie-course-medium"],
+        "DNS, one-point hexahedra of 0.45 mm": scenes["dns-tie-course-medium"],
     }
     assert {label_of(scene): scene.name for scene in variants.values()} == {
         label: scene.name for label, scene in variants.items()
@@ -77,41 +82,55 @@ def test_models_of_the_study_can_be_told_apart():
     assert len(set(named)) == len(named)
 
 
-def test_distances_of_all_models_and_of_the_meshes(every, scenes):
-    table = catalogue.tabulate("rom_distance", every=every, scenes=scenes).set_index("model")
+def test_distances_of_all_models_from_the_reference(every, scenes, reference):
+    sources = {"every": every, "scenes": scenes, "reference": reference}
+    table = catalogue.tabulate("rom_distance", **sources).set_index("model")
     assert table.index.is_unique
     assert len(table) == 4 * 7
     of = table.loc["3D ROM, printed joints; tie constraint, wale"]
     assert of["scene"] == "rom3d-printed-tie-wale"
-    assert of["L2 distance of force to DNS [1]"] == pytest.approx(0.5)
-    assert of["distance over that of DNS's meshes [1]"] == pytest.approx(25)
-    assert of["stiffness over DNS's [1]"] == pytest.approx(1.5)
+    assert of["discretisation"] == "beams"
+    assert of["L2 distance of force to the reference [1]"] == pytest.approx(0.5)
+    assert of["force over the reference's [1]"] == pytest.approx(1.5)
     assert of["correlation of u_z with DNS [1]"] == pytest.approx(1)
-    assert of["amplitude of u_z over DNS's [1]"] == pytest.approx(0.5)
-    other_mesh = table.loc["DNS, elements of 0.45 mm; isotropic friction, course"]
-    assert other_mesh["L2 distance of force to DNS [1]"] == pytest.approx(0.02)
+    assert of["amplitude of u_z over the reference's [1]"] == pytest.approx(0.5)
+    other_mesh = table.loc["DNS, one-point hexahedra of 0.45 mm; isotropic friction, course"]
+    assert other_mesh["L2 distance of force to the reference [1]"] == pytest.approx(0.02)
+    assert other_mesh["discretisation"] == "one-point hexahedra of 0.45 mm"
 
 
-def test_distance_without_a_second_mesh_is_not_compared(every, scenes):
-    single = {name: each for name, each in every.items() if "medium" not in name}
-    table = catalogue.tabulate("rom_distance", every=single, scenes=scenes)
-    assert table["distance over that of DNS's meshes [1]"].isna().all()
-    assert table["L2 distance of force to DNS [1]"].max() == pytest.approx(1.5)
+def test_distances_carry_the_uncertainty_of_the_reference(every, scenes, reference):
+    """A force that is 1.5 times the reference's is 1.5 / 0.98 times the least that this may be."""
+    sources = {"every": every, "scenes": scenes, "reference": reference}
+    of = catalogue.tabulate("rom_distance", **sources).set_index("model")
+    of = of.loc["3D ROM, printed joints; tie constraint, wale"]
+    assert of["uncertainty of that ratio [1]"] == pytest.approx(1.5 / 0.98 - 1.5)
+    assert of["uncertainty of that distance [1]"] == pytest.approx(1.5 / 0.98 - 1.5)
 
 
-def test_beams_say_what_each_ingredient_changes(every, scenes):
-    table = catalogue.tabulate("beams", every=every, scenes=scenes).set_index("model")
+def test_without_a_reference_there_is_no_distance(every, scenes):
+    sources = {"every": every, "scenes": scenes, "reference": study.NO_REFERENCE}
+    table = catalogue.tabulate("rom_distance", **sources)
+    assert len(table) == 4 * 7
+    assert table["L2 distance of force to the reference [1]"].isna().all()
+    assert table["force [N]"].notna().all()
+
+
+def test_beams_say_what_each_ingredient_changes(every, scenes, reference):
+    sources = {"every": every, "scenes": scenes, "reference": reference}
+    table = catalogue.tabulate("beams", **sources).set_index("model")
     assert len(table) == 2 * 5
     hertz = table.loc["beams, point contact, Hertzian; course"]
-    assert hertz["stiffness over DNS's [1]"] == pytest.approx(0.8)
+    assert hertz["force over the reference's [1]"] == pytest.approx(0.8)
     assert hertz["stiffness over that of the first beams [1]"] == pytest.approx(0.8 / 0.9)
-    assert table.loc["3D ROM; wale", "stiffness over DNS's [1]"] == pytest.approx(1.2)
+    assert table.loc["3D ROM; wale", "force over the reference's [1]"] == pytest.approx(1.2)
     assert np.isnan(table.loc["DNS; wale", "stiffness over that of the first beams [1]"])
 
 
-def test_tables_of_a_study_without_their_models_are_empty(scenes, every):
+def test_tables_of_a_study_without_their_models_are_empty(scenes):
     for name in ("beams", "rom_distance"):
-        assert catalogue.tabulate(name, every={}, scenes=scenes).empty
+        sources = {"every": {}, "scenes": scenes, "reference": study.NO_REFERENCE}
+        assert catalogue.tabulate(name, **sources).empty
 
 
 def test_responses_by_hand(every, scenes):
@@ -142,11 +161,19 @@ def test_responses_name_only_keys_that_a_model_reads(every, scenes):
             "friction coefficient [1]",
             "contact stiffness over E / h [1]",
         },
-        "rom3d-isotropic-wale": {"contacts from", "joint", "springs", "springs from", "axes of springs"},
+        "rom3d-isotropic-wale": {
+            "contacts from",
+            "joint",
+            "springs",
+            "springs from",
+            "axes of springs",
+            "section law",
+        },
         "rom2d-tie-wale": {"contacts from", "segment of two yarns"},
         "beam-isotropic-course": {
             "tied edges",
             "friction coefficient [1]",
+            "section law",
             "beam contact",
             "beam section",
             "beam ties",
@@ -163,9 +190,11 @@ def test_strain_that_was_not_reached_has_no_force(scenes):
     assert np.isnan(row["force at 3% strain [N]"])
 
 
-def test_cost_beside_the_papers_for_ties_only(every, scenes):
+def test_cost_beside_the_papers_for_ties_only(every, scenes, reference):
     paper = read_table(RESOURCES / "paper_tables.csv")
-    table = catalogue.tabulate("table5_cost", every=every, paper=paper, scenes=scenes).set_index("model")
+    sources = {"every": every, "scenes": scenes, "paper": paper, "reference": reference}
+    table = catalogue.tabulate("table5_cost", **sources).set_index("model")
+    assert table.loc["3D ROM; tie constraint, wale", "force over the reference's [1]"] == pytest.approx(1.2)
     assert len(table) == 4 * 3
     tie, slides = (table.loc[f"3D ROM; {kind}, course"] for kind in ("tie constraint", "isotropic friction"))
     assert tie["DNS's degrees of freedom over these [1]"] == pytest.approx(189_513 / 5_994)

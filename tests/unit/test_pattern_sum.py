@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.mechanics.pattern_sum import PatternSum, block_entries
+from knitstudy.mechanics.pattern_sum import PatternSum, block_entries, lacking
 
 NODES = 12
 
@@ -26,6 +26,27 @@ def test_sum_is_the_sum(large, small):
         total = PatternSum(one, other).add(one, other)
         np.testing.assert_allclose(total.toarray(), expected, rtol=1e-15)
         assert all(np.all(np.diff(total.indices[low:high]) > 0) for low, high in _rows(total))
+
+
+@pytest.mark.parametrize("room", [3, 200])
+def test_the_sum_takes_the_place_of_the_large_matrix_if_that_has_room(room):
+    one, other = matrix(0, 0.4), matrix(1, 0.3)
+    expected = (one + other).toarray()
+    whole = np.zeros((one.nnz // 9 + room, 9))
+    whole[: one.nnz // 9] = one.data.reshape(-1, 9)
+    data = whole[: one.nnz // 9].reshape(-1, 3, 3)
+    roomy = sp.bsr_matrix((data, one.indices, one.indptr), shape=one.shape)
+    total = PatternSum(one, other).add(roomy, other)
+    np.testing.assert_allclose(total.toarray(), expected, rtol=1e-15)
+    assert np.shares_memory(total.data, whole) == (room == 200)
+
+
+def test_a_part_is_taken_off_for_a_while():
+    whole, part = matrix(0, 1.0), matrix(1, 0.3)
+    before, less = whole.toarray(), (whole - part).toarray()
+    with lacking(whole, part):
+        np.testing.assert_array_equal(whole.toarray(), less)
+    np.testing.assert_array_equal(whole.toarray(), before)
 
 
 def _rows(total):

@@ -152,6 +152,7 @@ def test_captions_speak_of_models_that_there_are(plain_scene):
     scenes |= {f"line-{key}": scene.replace("name", f"line-{key}") for key, scene in line.items()}
     every = study.histories(scenes) | {name: study.history() for name in scenes if name.startswith("line")}
     sources = {"every": every, "scenes": scenes, "paper": read_table(RESOURCES / "paper_tables.csv")}
+    sources["reference"] = study.reference(scenes)
     built = {name: tabulate(name, **sources) for name in BY_MODEL}
     texts = (REPORT / "captions.yaml").read_text()
     named = re.findall(r'value\("(\w+)",\s+"([^"]+)",\s+"([^"]+)"', texts)
@@ -323,7 +324,7 @@ def test_roles_of_a_whole_study(plain_scene):
         roles = roles_of(scenes, of)
         assert roles["dns"].name == f"dns-{case}"
         assert roles["rom3d"].name == f"rom3d-{case}"
-        assert roles["other_mesh"].name == f"dns-{case}-medium"
+        assert [scene.name for scene in roles["others"]] == [f"dns-{case}-medium"]
         assert [scene.name for scene in roles["reduced"]] == [
             f"{kind}-{case}" for kind in ("rom3d", "rom2d", "rom3d-printed", "rom3d-pinned", "rom2d-doubled")
         ]
@@ -357,9 +358,10 @@ def test_penalties_are_neither_main_nor_on_another_mesh(direct):
     roles = roles_of([main, *penalties, slippery, wale], ISOTROPIC_COURSE)
     assert roles["dns"].name == roles["isotropic"].name == "main"
     assert [scene.name for scene in roles["penalties"]] == ["penalty3", "penalty10"]
-    assert "other_mesh" not in roles
+    assert "others" not in roles
     medium = direct("medium", "isotropic", load__stops=[0.01])
-    assert roles_of([main, *penalties, medium], ISOTROPIC_COURSE)["other_mesh"].name == "medium"
+    (other,) = roles_of([main, *penalties, medium], ISOTROPIC_COURSE)["others"]
+    assert other.name == "medium"
 
 
 def test_sources_of_one_name_are_read_by_scene(tmp_path, direct):

@@ -114,6 +114,24 @@ class TestSpatial:
             expected = [centreline.position(np.array([s]))[0] for centreline in knit.centrelines]
             np.testing.assert_allclose(network.nodes[network.end_nodes(side)], expected, atol=1e-15)
 
+    def test_curvature_is_that_of_the_centrelines(self, knit, points):
+        network = rom3d.spatial_network(knit, points, size=0.25e-3)
+        stations, centreline = network.stations, knit.centrelines[1]
+        first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
+        mine = stations.yarn[first] == 1
+        s, ahead = stations.arc_length[first][mine], stations.arc_length[first + 1][mine]
+        middle, curvature = 0.5 * (s + ahead), network.curvature[mine]
+        size = np.linalg.norm(curvature, axis=1)
+        # Curvature jumps where the pieces of the curve meet: the mean over an element is between both values.
+        assert np.mean(size) == pytest.approx(np.mean(centreline.curvature(middle)), rel=5e-3)
+        assert np.median(np.abs(size / centreline.curvature(middle) - 1)) < 0.02
+        # The arc bulges away from the side that the curvature turns to.
+        chord = centreline.position(ahead) - centreline.position(s)
+        bulge = centreline.position(middle) - 0.5 * (centreline.position(ahead) + centreline.position(s))
+        bent = size > 0.2 * size.max()
+        towards = np.cross(curvature, chord)
+        assert np.all(np.einsum("ei,ei->e", towards, bulge)[bent] < 0)
+
     def test_unknown_joint_and_size_are_refused(self, knit, points):
         with pytest.raises(ConfigurationError, match=r"rom\.joint is 'glued'"):
             rom3d.spatial_network(knit, points, 1e-3, joint="glued")

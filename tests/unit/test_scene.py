@@ -5,6 +5,7 @@ import pytest
 from pydantic import ValidationError
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.study.configuration import load_scenes
 from knitstudy.study.scene import Scene
 
@@ -151,7 +152,7 @@ def test_unknown_kind(scene, key, value, allowed):
         ("yarn.density", False, "a number > 0 and <= 1e6, in kg/m3"),
         ("mesh.size", [[1e-3]], "a number > 0 and <= 1e6, in m"),
         ("mesh.size", {"size": 1e-3}, "a number > 0 and <= 1e6, in m"),
-        ("mesh.element", 8, "incompatible_modes (the reference, some five times slower) or one_point"),
+        ("mesh.element", 8, ELEMENTS.allowed()),
         ("load.stops", [[0.01]], "has the entry [0.01] but must be a list of strains that rise"),
         ("load.stops", [0.01, float("nan")], "has the entry nan but must be a finite number"),
         ("load.stops", 0.01, "a list of strains that rise"),
@@ -230,6 +231,17 @@ def test_rows_and_columns_closer_than_a_diameter(scene, key):
         ConfigurationError, match=rf"pattern\.{key} is 0\.0018 m but must exceed yarn\.diameter"
     ):
         scene.replace(f"pattern.{key}", scene.yarn.diameter)
+
+
+def test_an_element_that_locks(scene):
+    nearly = scene.replace("yarn.poisson_ratio", 0.48)
+    with pytest.raises(
+        ConfigurationError,
+        match=r"yarn\.poisson_ratio is 0\.48 but must be at most 0\.47 where mesh\.element is incompatible_modes.*"
+        "use mesh.element 'quadratic'",
+    ):
+        nearly.replace("mesh.element", "incompatible_modes")
+    assert nearly.replace("mesh.element", "quadratic").mesh.element == "quadratic"
 
 
 def test_one_entry_of_free_for_every_control_point(scene):

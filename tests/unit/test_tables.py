@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import study
 import synthetic
 import xarray as xr
 
@@ -15,7 +16,7 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact, snapshots
 from knitstudy.measures.cost import element_length
 from knitstudy.measures.penetration import penetration
-from knitstudy.measures.reference import number, numbers
+from knitstudy.measures.printed import number, numbers
 from knitstudy.measures.response import transverse_contraction
 from knitstudy.tables import catalogue
 
@@ -130,6 +131,7 @@ def test_missing_result_is_named(paper):
 def test_claims_without_judge_wait(geometry, paper, scenes):
     claims = pd.DataFrame({"id": ["K9"], "where": ["Fig 11a"], "claim": ["none"]})
     sources = {"geometry": geometry, "paper": paper, "claims": claims, "scenes": scenes, "every": {}}
+    sources["reference"] = study.NO_REFERENCE
     table = catalogue.tabulate("claims", **sources)
     assert table["verdict"].tolist() == ["not yet run"]
     assert table["measured"].tolist() == [""]

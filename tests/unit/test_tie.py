@@ -3,7 +3,7 @@ import pytest
 
 from knitstudy.mechanics.constraints import transformation
 from knitstudy.mesh.knit import mesh_knit
-from knitstudy.solids.tie import facet_size, tie_crossings
+from knitstudy.solids.facet_tie import facet_size, tie_crossings
 from knitstudy.solids.tube import distance, project
 
 

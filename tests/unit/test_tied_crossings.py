@@ -38,7 +38,7 @@ def test_none_is_tied_where_none_is_wanted(scene, knit, direction):
 def test_both_yarns_of_a_tied_crossing_are_one_piece_there(scene, knit, mesh, direction):
     crossings = knit.crossings
     tied = tied_crossings(scene.replace("load.direction", direction), crossings)
-    piece = tied_pieces(mesh, crossings, tied)
+    piece = tied_pieces(mesh.stations, crossings, tied)
     for k, yarns in enumerate(crossings.yarn):
         found = set()
         for side, yarn in enumerate(yarns):

@@ -6,6 +6,7 @@ from dead_loads import balance
 
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
+from knitstudy.mechanics.curved_section import CurvedSection
 from knitstudy.mechanics.rotation import exp
 
 CLAMPED = np.arange(6)
@@ -94,20 +95,24 @@ def test_large_deflection_of_a_cantilever_converges_with_order_two(verify):
     verify.within("cantilever, P L^2 / EI = 4: shortening over L", 1 - tips[-1][0], 0.32894, 2e-3)
 
 
-def test_superposed_rigid_motion_turns_forces_and_keeps_energy(verify):
+@pytest.mark.parametrize("kind", ["straight", "curved"])
+def test_superposed_rigid_motion_turns_forces_and_keeps_energy(kind, verify):
     rng = np.random.default_rng(3)
     points = np.cumsum(rng.normal(size=(7, 3)), axis=0)
-    model = chain(points, Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0))
-    model = BeamModel(
-        points, model.ends, Section(1e3, 4e2, 50.0, 30.0), 1.0, 0.3 * rng.normal(size=(6, 2, 3))
-    )
+    sections = {
+        "straight": Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0),
+        "curved": CurvedSection(0.8, 1e3, 0.42, np.array([0.3, -0.1, 0.2]) * np.arange(6)[:, None] / 3),
+    }
+    ends = np.column_stack([np.arange(6), np.arange(1, 7)])
+    model = BeamModel(points, ends, sections[kind], 1.0, 0.3 * rng.normal(size=(6, 2, 3)))
     state = model.advance(model.start(), 0.4 * rng.normal(size=model.size))
     Q, shift = exp(np.array([1.0, -2.0, 0.7])), np.array([3.0, -1.0, 2.0])
     moved = BeamState(state.position @ Q.T + shift, Q @ state.rotation)
     before, after = model.respond(state, stiffness=True), model.respond(moved, stiffness=True)
     turned = (before.force.reshape(-1, 3) @ Q.T).ravel()
     error = np.abs(after.force - turned).max() / np.abs(turned).max()
-    verify.at_most("superposed rotation, beams: force", error, 1e-10)
+    beams = "beams" if kind == "straight" else "beams of curved rods"
+    verify.at_most(f"superposed rotation, {beams}: force", error, 1e-10)
     assert after.energy["internal"] == pytest.approx(before.energy["internal"], rel=1e-10)
     turn = np.kron(np.eye(model.size // 3), Q)
     stiffness = turn @ before.stiffness.toarray() @ turn.T

@@ -6,12 +6,13 @@ from dead_loads import balance
 
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_model import BeamModel
+from knitstudy.mechanics.curved_section import CurvedSection
 from knitstudy.mechanics.spring import LinearSprings
 
 SECTION = Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
 
 
-def network(offsets, arms_turn=True, springs=False):
+def network(offsets, arms_turn=True, springs=False, curved=False):
     """Six nodes, a branch, and a random zigzag; optionally with arms at all ends, and with springs."""
     rng = np.random.default_rng(5)
     nodes = np.cumsum(rng.normal(size=(6, 3)), axis=0)
@@ -21,7 +22,8 @@ def network(offsets, arms_turn=True, springs=False):
     arm = 0.4 * rng.normal(size=(2, 2, 3)) * offsets
     stiffness = np.array([np.diag([100.0, 300.0, 900.0]), 50 * np.outer([1, 2, 3], [1, 2, 3])])
     joined = LinearSprings(between, arm, stiffness)
-    return BeamModel(nodes, ends, SECTION, 0.7, arms, arms_turn, joined if springs else None)
+    section = CurvedSection(0.7, 1e3, 0.42, 0.4 * rng.normal(size=(6, 3))) if curved else SECTION
+    return BeamModel(nodes, ends, section, 0.7, arms, arms_turn, joined if springs else None)
 
 
 def differences(model, state, step):
@@ -43,6 +45,7 @@ CASES = {
     "springs between nodes": (False, True, True),
     "springs between rigid arms": (True, True, True),
     "springs between arms that only follow": (True, False, True),
+    "curved rods": (True, True, False, True),
 }
 
 
@@ -57,10 +60,11 @@ def test_tangent_equals_central_differences(name, verify):
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)  # falls as the square of the step
 
 
+@pytest.mark.parametrize("curved", [False, True])
 @pytest.mark.parametrize("springs", [False, True])
 @pytest.mark.parametrize("offsets", [False, True])
-def test_force_is_the_derivative_of_energy(offsets, springs):
-    model = network(offsets, springs=springs)
+def test_force_is_the_derivative_of_energy(offsets, springs, curved):
+    model = network(offsets, springs=springs, curved=curved)
     rng = np.random.default_rng(7)
     state = model.advance(model.start(), 0.6 * rng.normal(size=model.size))
     direction, t = rng.normal(size=model.size), 1e-5

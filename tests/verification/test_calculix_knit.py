@@ -20,7 +20,7 @@ from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.knit import mesh_knit
-from knitstudy.solids.tie import tie_crossings
+from knitstudy.solids.facet_tie import tie_crossings
 from knitstudy.study.configuration import load_scene
 
 pytestmark = [

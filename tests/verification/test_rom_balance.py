@@ -35,7 +35,7 @@ def sprung_contacts(contacts):
 def pulled(scene, knit, contacts, joint):
     """Return network, model and final state of the three-dimensional model at 5% strain."""
     network = rom3d.spatial_network(knit, joint_points(knit, contacts), 2e-3, joint)
-    model = network.model(scene.yarn.diameter, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
+    model = network.model(scene.yarn, scene.mesh.section_law)
     drive = tension(grips(network, knit, "course"), load_path(scene, knit), "fixed")
     *_, last = trace(model, drive, Settings(increments=4, residual_tolerance=1e-10), LU())
     return network, model, last.state
@@ -80,7 +80,7 @@ def test_spring_joints_leave_just_the_couples_that_are_accounted_for(
     scene = plain_scene.replace("interaction", "isotropic").replace("load.direction", direction)
     scene = scene.replace("rom.joint", joint).replace("mesh.beam_size", 2e-3).replace("rom.axes", "global")
     network = assemble(scene, knit, sprung_contacts)
-    model = network.model(scene.yarn.diameter, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
+    model = network.model(scene.yarn, scene.mesh.section_law)
     ends = grips(network, knit, direction)
     *_, last = trace(
         model,

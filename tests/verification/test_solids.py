@@ -100,6 +100,26 @@ def test_element_tangent(name, law, verify):
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.1)
 
 
+@laws
+@pytest.mark.parametrize("noise", [0.15, 0.25])
+def test_inner_modes_balance_or_there_is_no_force(noise, law):
+    """In badly shaped states forces are the slopes of the energy, or not numbers where no modes were found."""
+    rng = np.random.default_rng(4)
+    corners = 0.5 * (CORNERS + 1) + rng.uniform(-0.1, 0.1, (300, 8, 3))
+    u = noise * rng.normal(size=corners.shape)
+    element = IncompatibleHexahedron(corners, Material(law, 1.0, 0.42))
+    force = element.respond(slice(None), u, stiffness=False).force
+    found = np.isfinite(force).all(axis=(1, 2))
+    assert np.isnan(force[~found]).all()
+    assert 0 < (~found).sum() < 150
+    direction, step = rng.normal(size=corners.shape), 1e-5
+    ahead, behind = (element.respond(slice(None), u + sign * step * direction, False) for sign in (1, -1))
+    slope = (ahead.internal - behind.internal) / (2 * step)
+    along = np.einsum("eai,eai->e", force, direction)
+    found &= np.isfinite(ahead.force + behind.force).all(axis=(1, 2))
+    np.testing.assert_allclose(slope[found], along[found], rtol=1e-5, atol=1e-6)
+
+
 class Loaded(Memoryless):
     """A solid under dead nodal loads that starts from a given state."""
 

@@ -10,7 +10,7 @@ if workflow.is_main_process:
 
     code = code_digest("knitstudy.report.page", "knitstudy.report.origin")
     page = {name: Path(path) for name, path in PAGE.items()} | {"data": data_of_study()}
-    needed = digests_of(page, PLAN) | digests_of_displays()
+    needed = digests_of(page, PLAN) | digests_of_displays() | {"note": note_of_reference()}
     freshness.note("report", freshness.digest_of_files({"study": CONFIGURATION.study}, code, needed))
 
 
@@ -33,6 +33,7 @@ rule report:
         mem_mb=500,
     params:
         study=config["study"],
+        note=lambda wildcards: note_of_reference(),
     message:
         "Write the report"
     script:

@@ -4,6 +4,7 @@ from functools import cache
 REFERENCE = {
     "paper": "resources/reference/paper_tables.csv",
     "claims": "resources/reference/paper_claims.csv",
+    "reference": "resources/reference/reference.csv",
     "targets": f"{CONFIG}/calibration.yaml",
 }
 
@@ -63,6 +64,20 @@ def digests_of_displays():
     for place, wanted in found.items():
         freshness.note(place, wanted)
     return found
+
+
+@cache
+def note_of_reference():
+    """Return what the report says of a reference that was made by other code than today's."""
+    from knitstudy.stages.reference import code_behind, warning
+
+    names = load_study("reference", CONFIG)
+    if not names:
+        return ""
+    try:
+        return warning(Path(REFERENCE["reference"]), code_behind(PLAN.scenes[name] for name in names))
+    except KnitstudyError as error:
+        stop(error)
 
 
 def data_of_study():

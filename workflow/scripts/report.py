@@ -19,6 +19,7 @@ with frame(snakemake):
         results={Path(path).stem: read_table(path) for path in snakemake.input.tables},
         provenance=origins(snakemake.input.data, snakemake.output[0]),
         study=snakemake.params.study,
+        note=snakemake.params.note,
     )
     with replacing(snakemake.output[0]) as temporary:
         temporary.write_text(page, encoding="utf-8")

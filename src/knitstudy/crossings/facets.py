@@ -34,7 +34,6 @@ class CrossingFacets:
         """Find the facets: the layer that the closest point lies in, and what faces the other yarn there."""
         nodes = np.empty((len(crossings.row), 2, 4), dtype=np.int64)
         across = crossings.point[:, ::-1] - crossings.point
-        angles = mesh.section.angles
         for side in range(2):
             for yarn in np.unique(crossings.yarn[:, side]):
                 here = np.flatnonzero(crossings.yarn[:, side] == yarn)
@@ -44,9 +43,8 @@ class CrossingFacets:
                 layer = np.clip(layer, 0, len(stations) - 2)
                 directors = mesh.frames[first + layer] + mesh.frames[first + layer + 1]
                 x, y = np.einsum("kdi,ki->dk", directors[:, :2], across[here, side])
-                theta = angles[0] + np.mod(np.arctan2(y, x) - angles[0], 2 * np.pi)
-                facet = np.searchsorted(angles, theta, side="right") - 1
-                nodes[here, side] = mesh.surface_quads(yarn)[layer * len(angles) + facet]
+                facet, _ = mesh.facet_at(first + layer, np.arctan2(y, x))
+                nodes[here, side] = mesh.surface_quads(yarn)[layer * mesh.section.ring.size + facet]
         return cls(crossings, mesh, nodes)
 
     def displacement(self, displacement: np.ndarray) -> np.ndarray:
@@ -54,7 +52,7 @@ class CrossingFacets:
         return displacement[self.nodes].mean(axis=2)
 
     def nearest(
-        self, yarn: np.ndarray, other: np.ndarray, along: np.ndarray
+        self, yarn: np.ndarray, other: np.ndarray, arc_length: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return crossing and side (k,) of places where two yarns touch; crossing -1 away from all of them.
 
@@ -62,13 +60,9 @@ class CrossingFacets:
         ----------
         yarn, other : ndarray of int, shape (k,)
             Yarn that the place lies on, and the one it touches.
-        along : ndarray, shape (k,)
-            Where: slices along the first one.
+        arc_length : ndarray, shape (k,)
+            Where: on the first one [m].
         """
-        first = self.mesh.first_slice[yarn]
-        layer = np.clip(np.floor(along).astype(int), 0, self.mesh.first_slice[yarn + 1] - first - 2)
-        s = self.mesh.arc_length[first + layer]
-        s = s + (along - layer) * (self.mesh.arc_length[first + layer + 1] - s)
         side = np.where(yarn < other, 0, 1)
         crossings = self.crossings
         crossing = np.full(len(yarn), -1)
@@ -80,7 +74,7 @@ class CrossingFacets:
             )
             if not len(candidates):
                 continue
-            apart = np.abs(s[here, None] - crossings.arc_length[candidates, end])
+            apart = np.abs(arc_length[here, None] - crossings.arc_length[candidates, end])
             nearest = np.argmin(apart, axis=1)
             close = apart[np.arange(len(here)), nearest] <= REACH * self.mesh.radius
             crossing[here[close]] = candidates[nearest[close]]

@@ -5,13 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from knitstudy.crossings.facets import CrossingFacets
+from knitstudy.crossings.rings import Rings
 from knitstudy.mechanics.contact.friction import OPEN, STICK
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.passes import PASS_SHARE
 from knitstudy.mechanics.contact.points import ContactPoints
 
 
-def touching_points(contact: Contact, points: ContactPoints, facets: CrossingFacets) -> dict[str, np.ndarray]:
+def touching_points(
+    contact: Contact, points: ContactPoints, facets: CrossingFacets, rings: Rings
+) -> dict[str, np.ndarray]:
     """Return the columns of all points that touch, by the names that `loading.columns` has after ``contact_``.
 
     Parameters
@@ -20,12 +23,14 @@ def touching_points(contact: Contact, points: ContactPoints, facets: CrossingFac
     points : ContactPoints
         Of a converged increment, after its history was brought up to date.
     facets : CrossingFacets
+    rings : Rings
+        Of the surfaces.
     """
     quadrature, history = contact.quadrature, points.history
     active = np.flatnonzero(history.status != OPEN)
     point, target = history.point[active], history.surface[active]
     yarn = quadrature.surface[point]
-    crossing, side = facets.nearest(yarn, target, quadrature.xi[point, 0])
+    crossing, side = facets.nearest(yarn, target, rings.arc_length_at(yarn, quadrature.xi[point, 0]))
     return {
         "crossing": crossing,
         "side": side,
@@ -35,6 +40,7 @@ def touching_points(contact: Contact, points: ContactPoints, facets: CrossingFac
         "position": points.position[active],
         "reference": contact.reference(point),
         "area": quadrature.area[point],
+        "cell_area": quadrature.cell_area[point],
         "normal": points.projection.normal[active],
         "pressure": history.pressure[active],
         # Traction of the law acts with the internal force; on the yarn it is the reaction.

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.spatial import cKDTree
 
 from knitstudy.geometry.pattern import Crossings
-from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
 
 
@@ -25,22 +26,22 @@ def tied_crossings(scene: Scene, crossings: Crossings) -> np.ndarray:
     return (along == along.min()) | (along == along.max())
 
 
-def tied_pieces(mesh: SweptMesh, crossings: Crossings, tied: np.ndarray) -> np.ndarray:
-    """Return the interlock row (S,) that every slice is tied in, -1 where its nearest crossing is not tied.
+def tied_pieces(stations: Sequence[np.ndarray], crossings: Crossings, tied: np.ndarray) -> np.ndarray:
+    """Return the interlock row (S,) that every station is tied in, -1 where its nearest crossing is not tied.
 
     Two pieces of yarns of one interlock row that both hold ties are one there: they do not touch each other.
 
     Parameters
     ----------
-    mesh : SweptMesh
+    stations : sequence of ndarray
+        Arc lengths on every yarn [m]; S in all.
     crossings : Crossings
     tied : ndarray of bool, shape (K,)
     """
-    piece = np.full(mesh.slices, -1)
-    for yarn in range(mesh.yarns):
+    pieces = []
+    for yarn, arc_length in enumerate(stations):
         here, side = np.nonzero(crossings.yarn == yarn)
-        slices = np.flatnonzero(mesh.yarn_of_slice == yarn)
         along = cKDTree(crossings.arc_length[here, side][:, None])
-        nearest = here[along.query(mesh.arc_length[slices][:, None])[1]]
-        piece[slices] = np.where(tied[nearest], crossings.row[nearest], -1)
-    return piece
+        nearest = here[along.query(arc_length[:, None])[1]]
+        pieces.append(np.where(tied[nearest], crossings.row[nearest], -1))
+    return np.concatenate(pieces)

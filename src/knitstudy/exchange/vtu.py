@@ -6,17 +6,17 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-import meshio
 import numpy as np
 import xarray as xr
 
-from knitstudy.crossings.tied_crossings import tied_crossings
 from knitstudy.errors import MeshError
-from knitstudy.files.replacing import replacing
+from knitstudy.exchange.solid_yarns import write_solid_yarns
+from knitstudy.exchange.unstructured_grid import write_cells
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.mesh.quality import scaled_jacobian
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.solids.tie import tie_crossings
+from knitstudy.solids.discretisation import discretised
+from knitstudy.solids.tie import tie_of
 from knitstudy.study.scene import Scene
 
 
@@ -57,14 +57,7 @@ def write_vtu(
         "scaled_jacobian": scaled_jacobian(mesh.nodes, mesh.hexahedra),
         **_with_rows(cell_fields or {}, mesh.hexahedra.shape[0], "elements"),
     }
-    grid = meshio.Mesh(
-        mesh.nodes,
-        [("hexahedron", mesh.hexahedra)],
-        point_data=points,
-        cell_data={name: [values] for name, values in cells.items()},
-    )
-    with replacing(path) as temporary:
-        grid.write(temporary)
+    write_cells(path, mesh.nodes, "hexahedron", mesh.hexahedra, points, cells)
 
 
 def _with_rows(fields: Mapping[str, np.ndarray], rows: int, what: str) -> dict[str, np.ndarray]:
@@ -84,8 +77,16 @@ def write_mesh(scene: Scene, path: Path | str, mesh: xr.Dataset) -> None:
 def write_deformed(
     scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dataset
 ) -> None:
-    """Write the mesh of a scene with its tied nodes in place, and their displacement at full load."""
-    specimen, swept = read_specimen(geometry), SweptMesh.from_dataset(mesh)
-    tie = tie_crossings(swept, specimen, scene.tie.tolerance, tied_crossings(scene, specimen.crossings))
+    """Write the yarns of a scene and what became of them at full load.
+
+    Of hexahedra the mesh, with tied nodes in place, and its displacement; of solid yarns what
+    `knitstudy.exchange.solid_yarns.write_solid_yarns` says.
+    """
+    specimen = read_specimen(geometry)
+    if scene.fidelity == "solid_yarns":
+        write_solid_yarns(scene, path, specimen, history)
+        return
+    swept = SweptMesh.from_dataset(mesh)
+    tie = tie_of(scene, discretised(scene, swept, specimen), specimen)
     fields = {"displacement": history["node_displacement"].to_numpy()}
     write_vtu(replace(swept, nodes=tie.nodes), path, fields)

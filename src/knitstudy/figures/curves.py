@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.style import FAINT, INK, SINGLE, Look, figure
 from knitstudy.measures.centre_cell import Snapshot
-from knitstudy.measures.response import secant_stiffness
+from knitstudy.measures.reference import Reference
 
 PERCENT = 100.0
 
@@ -79,9 +79,32 @@ def draw_legend_below(drawing: Figure) -> None:
     )
 
 
-def stiffness_ratio(history: xr.Dataset, reference: xr.Dataset) -> str:
-    """Return the secant stiffness over that of a reference, in brackets, for a legend."""
-    return f"({secant_stiffness(history) / secant_stiffness(reference):.2f})"
+def stiffness_ratio(history: xr.Dataset, reference: Reference) -> str:
+    """Return the secant stiffness over the reference's with its uncertainty, in brackets, for a legend."""
+    return f"({reference.force_ratio(history)})"
+
+
+def draw_reference(axes: Axes, reference: Reference) -> None:
+    """Draw the reference's forces with their uncertainties, and the band between them; nothing where it has none."""
+    if not reference.known:
+        return
+    strain, force, off = reference.curve()
+    axes.fill_between(PERCENT * strain, force - off, force + off, color=FAINT, alpha=0.6, linewidth=0)
+    axes.errorbar(
+        PERCENT * strain[1:],
+        force[1:],
+        off[1:],
+        color=INK,
+        linestyle="none",
+        marker="s",
+        markersize=3.0,
+        markerfacecolor="white",
+        capsize=2.5,
+        linewidth=0.8,
+        label="reference",
+        zorder=3,
+        clip_on=False,
+    )
 
 
 def name_ends(axes: Axes, curves: Sequence[Curve], unit: str) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
@@ -14,6 +15,7 @@ from knitstudy.figures.curves import (
     PERCENT,
     Curve,
     draw_legend_below,
+    draw_reference,
     figure_over_legend,
     name_ends,
     stiffness_ratio,
@@ -21,6 +23,7 @@ from knitstudy.figures.curves import (
 )
 from knitstudy.figures.style import BEAMS, MODELS, Look, styled
 from knitstudy.measures.cases import label_of
+from knitstudy.measures.reference import reference_of
 from knitstudy.measures.selection import ISOTROPIC_COURSE
 from knitstudy.study.scene import Scene
 
@@ -28,7 +31,7 @@ from knitstudy.study.scene import Scene
 @FIGURES.add(
     "fig12b_beam_contact",
     "Fig. 12b: force against strain of beams in contact and of solid yarns",
-    needs=("dns", "beams", "scenes"),
+    needs=("dns", "beams", "scenes", "reference"),
     of=ISOTROPIC_COURSE,
     optional=("rom3d", "tie_course_rom3d"),
 )
@@ -37,10 +40,11 @@ def draw(
     dns: xr.Dataset,
     beams: Mapping[str, xr.Dataset],
     scenes: Mapping[str, Scene],
+    reference: pd.DataFrame,
     rom3d: xr.Dataset | None = None,
     tie_course_rom3d: xr.Dataset | None = None,
 ) -> Figure:
-    """Draw force against strain; the legend gives secant stiffnesses over the one of the DNS.
+    """Draw force against strain; the legend gives secant stiffnesses over the reference's.
 
     Parameters
     ----------
@@ -50,19 +54,23 @@ def draw(
         Histories of beams in contact by scene.
     scenes : mapping of str to Scene
         Their scenes, that of the DNS as "dns".
+    reference : DataFrame
+        ``resources/reference/reference.csv``.
     rom3d, tie_course_rom3d : Dataset, optional
         Histories of the main 3D reduced models with isotropic friction and with ties.
     """
     reduced = {"isotropic friction": rom3d, "ties": tie_course_rom3d}
-    curves = [_curve(dns, MODELS["dns"], "DNS, isotropic friction")]
+    true = reference_of(reference, scenes["dns"])
+    curves = [_curve(dns, MODELS["dns"], f"DNS, isotropic friction {stiffness_ratio(dns, true)}")]
     for look, (text, history) in zip((MODELS["rom3d"], BEAMS["tied"]), reduced.items(), strict=True):
         if history is not None:
-            curves.append(_curve(history, look, f"3D ROM, {text} {stiffness_ratio(history, dns)}"))
+            curves.append(_curve(history, look, f"3D ROM, {text} {stiffness_ratio(history, true)}"))
     named = list(curves)
     for name, history in beams.items():
-        text = f"{label_of(scenes[name])} {stiffness_ratio(history, dns)}"
+        text = f"{label_of(scenes[name])} {stiffness_ratio(history, true)}"
         curves.append(_curve(history, _look(scenes[name]), text))
-    drawing, axes = figure_over_legend(len(curves))
+    drawing, axes = figure_over_legend(len(curves) + true.known)
+    draw_reference(axes, true)
     for curve in curves:
         axes.plot(
             PERCENT * curve.strain, curve.value, label=curve.look.label, clip_on=False, **curve.look.line

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
+import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
@@ -14,8 +17,11 @@ from knitstudy.figures.style import DOUBLE, figure, panel_letter, styled
 from knitstudy.figures.surface import Surface, graded_tube
 from knitstudy.figures.view import FRONT
 from knitstudy.measures.names import INTERACTIONS, NAMES
+from knitstudy.measures.quantities import RMS_U_Z, rms_out_of_plane
+from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.response import Z, out_of_plane_agreement
 from knitstudy.measures.selection import TIED_COURSE, TIED_WALE
+from knitstudy.study.scene import Scene
 
 FOOT, HEAD = 15.0, 11.0
 """Room for the colour bar below and for two lines of title above each panel [mm]."""
@@ -38,23 +44,39 @@ THICKNESS = 0.62
         "tie_course_rom3d",
         "isotropic_course_dns",
         "isotropic_course_rom3d",
+        "scenes",
+        "reference",
     ),
     of=TIED_COURSE,
 )
 @FIGURES.add(
     "fig16_wale",
     "Fig. 16, wale tension: out-of-plane displacement along the yarns",
-    needs=("geometry", "tie_wale_dns", "tie_wale_rom3d", "isotropic_wale_dns", "isotropic_wale_rom3d"),
+    needs=(
+        "geometry",
+        "tie_wale_dns",
+        "tie_wale_rom3d",
+        "isotropic_wale_dns",
+        "isotropic_wale_rom3d",
+        "scenes",
+        "reference",
+    ),
     of=TIED_WALE,
 )
 @styled
-def draw(geometry: xr.Dataset, **models: xr.Dataset) -> Figure:
+def draw(
+    geometry: xr.Dataset, scenes: Mapping[str, Scene], reference: pd.DataFrame, **models: xr.Dataset
+) -> Figure:
     """Draw the deformed yarns of both models, coloured on one scale, a row for each interaction.
 
     Parameters
     ----------
     geometry : Dataset
         Result of the geometry stage, for the yarn's radius.
+    scenes : mapping of str to Scene
+        Of the histories, by the same names.
+    reference : DataFrame
+        ``resources/reference/reference.csv``.
     **models : Dataset
         Histories by interaction, direction and fidelity, for example ``tie_course_dns`` (see docs/architecture.md).
     """
@@ -75,7 +97,8 @@ def draw(geometry: xr.Dataset, **models: xr.Dataset) -> Figure:
         for column, fidelity in enumerate(FIDELITIES):
             axes = drawing.add_axes((0.01 + 0.5 * column, bottom, 0.485, panel / height))
             show(axes, found[column], FRONT, window)
-            panel_letter(axes, next(letters), _title(case, fidelity, *histories[row]))
+            true = reference_of(reference, scenes[f"{case}_dns"])
+            panel_letter(axes, next(letters), _title(case, fidelity, *histories[row], true))
             if row == len(cases) - 1:
                 scale_bar(axes, 5, (0.02, 0.0))
                 triad(axes, FRONT, 2.5, (0.9, 0.0))
@@ -98,14 +121,12 @@ def _yarns(history: xr.Dataset, radius: float, norm) -> list[Surface]:
     ]
 
 
-def _title(case: str, fidelity: str, dns: xr.Dataset, rom3d: xr.Dataset) -> str:
-    """Return the model, its interaction and largest motion, and how it agrees with the DNS."""
+def _title(case: str, fidelity: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> str:
+    """Return the model, its interaction and largest motion, how it is shaped beside the DNS, and how far it is off."""
     history = dns if fidelity == "dns" else rom3d
     largest = MILLIMETRE * float(np.abs(_u_z(history)).max())
     said = f"{NAMES[fidelity]}, {INTERACTIONS[case.split('_')[0]]}: largest $|u_z|$ {largest:.3g} mm"
+    amplitude = f"amplitude over the reference's {true.ratio(history, RMS_U_Z, rms_out_of_plane(history))}"
     if fidelity == "dns":
-        return f"{said}\nat {float(dns['strain'][-1]):.2%} strain"
-    agreement = out_of_plane_agreement(rom3d, dns)
-    return (
-        f"{said}\ncorrelation with DNS {agreement.correlation:.2f}, amplitude ratio {agreement.amplitude:.2f}"
-    )
+        return f"{said}\nat {float(dns['strain'][-1]):.2%} strain, {amplitude}"
+    return f"{said}\ncorrelation with DNS {out_of_plane_agreement(rom3d, dns).correlation:.2f}, {amplitude}"

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import matplotlib
+import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
@@ -22,8 +23,8 @@ logging.getLogger("fontTools").setLevel(logging.WARNING)
 FALLBACK_RENDERER = "matplotlib instead of VTK"
 """Entry ``Renderer`` in the PNG of a three-dimensional figure that was drawn without VTK."""
 
-Source = xr.Dataset | Mapping[str, xr.Dataset]
-"""What a figure calls by one name: a result, or several by the names of their scenes."""
+Source = xr.Dataset | Mapping[str, xr.Dataset] | pd.DataFrame
+"""What a figure calls by one name: a result, several by the names of their scenes, or a table of reference."""
 
 
 def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Source], title: str) -> None:
@@ -34,8 +35,8 @@ def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Sour
     figure : Figure
     paths : iterable of Path or str
         Where to; the suffix chooses the format, ".png" (300 dpi) or ".pdf".
-    sources : mapping of str to Dataset or to mapping of str to Dataset
-        What it was drawn from: scene and hash of each are recorded.
+    sources : mapping of str to Source
+        What it was drawn from: scene and digest of each are recorded, of a table the code behind it.
     title : str
         Title of the document.
 
@@ -64,10 +65,14 @@ def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Sour
 
 
 def describe(sources: Mapping[str, Source]) -> str:
-    """Return the stages, scenes and digests of datasets in one line."""
-    parts = [
-        f"{stage} of {each.attrs.get('scene', 'unknown')} [{each.attrs.get('digest', 'unknown')}]"
-        for stage, source in sources.items()
-        for each in ([source] if isinstance(source, xr.Dataset) else source.values())
-    ]
+    """Return the stages, scenes and digests of datasets in one line, and the code behind tables of reference."""
+    parts = []
+    for stage, source in sources.items():
+        if isinstance(source, pd.DataFrame):
+            code = sorted(set(source["code"].astype(str))) if "code" in source else []
+            parts.append(f"{stage} [{', '.join(code) or 'unknown'}]")
+            continue
+        for each in [source] if isinstance(source, xr.Dataset) else source.values():
+            scene, digest = (each.attrs.get(name, "unknown") for name in ("scene", "digest"))
+            parts.append(f"{stage} of {scene} [{digest}]")
     return "; ".join(parts) or "drawn without data"

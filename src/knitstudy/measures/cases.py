@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.discretisation import is_direct, made_of
 from knitstudy.measures.names import INTERACTIONS, NAMES
-from knitstudy.measures.selection import CASES, beams_of, models_of, other_mesh_of, reduced_of
+from knitstudy.measures.reference import Reference, reference_of
+from knitstudy.measures.selection import CASES, beams_of, models_of, others_of, reduced_of
 from knitstudy.study.scene import Scene
 
 VARIANTS = {
@@ -17,6 +20,7 @@ VARIANTS = {
     "zones": "springs by crossing",
     "centreline": "springs of centrelines",
     "doubled": "doubled segments",
+    "straight": "sections of straight rods",
 }
 """What a value of a reduced model's keys is called where it makes a variant."""
 
@@ -45,29 +49,32 @@ class Simulation:
 
 @dataclass(frozen=True)
 class Case:
-    """A direct simulation, and the models that are compared with it.
+    """A direct simulation, other models of the same problem, and the reference that all are compared with.
 
     Attributes
     ----------
     interaction, direction : str
     dns : Simulation
-    other_mesh : Simulation or None
-        The direct simulation on another mesh.
+    others : tuple of Simulation
+        Direct simulations of the same by other elements, or on other meshes.
     reduced : tuple of Simulation
         All reduced models made from it.
     main : mapping of str to Simulation
         Those that are no variants, by fidelity, "rom3d" and "rom2d".
     beams : tuple of Simulation
         The same knit as beams in contact.
+    reference : Reference
+        Of the problem; it may know nothing.
     """
 
     interaction: str
     direction: str
     dns: Simulation
-    other_mesh: Simulation | None
+    others: tuple[Simulation, ...]
     reduced: tuple[Simulation, ...]
     main: Mapping[str, Simulation]
     beams: tuple[Simulation, ...]
+    reference: Reference
 
     @property
     def label(self) -> str:
@@ -75,11 +82,13 @@ class Case:
         return f"{INTERACTIONS[self.interaction]}, {self.direction}"
 
     def name_of(self, model: Simulation) -> str:
-        """Return what one of the models is called: "DNS" the one that others are compared with."""
+        """Return what one of the models is called: "DNS" the main direct simulation."""
         return "DNS" if model is self.dns else model.label
 
 
-def cases_of(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> Iterator[Case]:
+def cases_of(
+    every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
+) -> Iterator[Case]:
     """Yield the cases of which there is a direct simulation.
 
     Parameters
@@ -88,6 +97,8 @@ def cases_of(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> It
         Histories of knits by scene (see docs/architecture.md).
     scenes : mapping of str to Scene
         Their scenes by the same names, in the order of the families.
+    reference : DataFrame
+        ``resources/reference/reference.csv``.
     """
     known = [scene for name, scene in scenes.items() if name in every]
 
@@ -99,28 +110,29 @@ def cases_of(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> It
         if not found:
             continue
         dns = found["dns"]
-        other_mesh = other_mesh_of(dns, known).get("other_mesh")
         interaction, direction = name.split("_")
         yield Case(
             interaction=interaction,
             direction=direction,
             dns=model(dns),
-            other_mesh=model(other_mesh) if other_mesh else None,
+            others=tuple(map(model, others_of(dns, known))),
             reduced=tuple(map(model, reduced_of(dns, known))),
             main={fidelity: model(scene) for fidelity, scene in found.items() if fidelity != "dns"},
             beams=tuple(map(model, beams_of(dns, known))),
+            reference=reference_of(reference, dns),
         )
 
 
 def label_of(scene: Scene) -> str:
     """Return what a model is called beside others of its case: its fidelity, and what makes it a variant."""
     name = NAMES.get(scene.fidelity) or scene.kind.fidelity.meaning
-    if scene.fidelity == "dns":
-        return f"{name}, elements of {1e3 * scene.mesh.size:.2f} mm"
+    if is_direct(scene):
+        return f"{NAMES['dns']}, {made_of(scene)}"
     if scene.fidelity == "beam":
-        ties = ", pinned" if scene.beam.tie == "pinned" else ""
-        return f"{name}, {scene.beam.contact} contact, {SECTIONS[scene.beam.section]}{ties}"
-    keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section")
+        words = [name, f"{scene.beam.contact} contact", SECTIONS[scene.beam.section]]
+        words += ["pinned"] if scene.beam.tie == "pinned" else []
+        return ", ".join(words + [VARIANTS[law] for law in [scene.mesh.section_law] if law in VARIANTS])
+    keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section", "mesh.section_law")
     words = [VARIANTS[value] for value in map(scene.value, keys) if value in VARIANTS]
     if scene.value("rom.springs_from"):
         words.append(CARRIED)

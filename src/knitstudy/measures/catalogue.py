@@ -31,7 +31,7 @@ class Display:
         What draws the figure or builds the table.
     needs : tuple of str
         What it takes, by keyword: results by the names of `measures.selection`, "scenes", and for tables files of
-        reference ("paper", "claims" and "targets").
+        reference ("paper", "claims", "reference" and "targets").
     of : mapping
         Which scenes it is about: values of keys of the scene.
     optional : tuple of str

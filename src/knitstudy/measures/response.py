@@ -60,7 +60,12 @@ def force_distance(history: xr.Dataset, reference: xr.Dataset) -> float:
     knots = np.union1d(history["strain"], reference["strain"])
     knots = np.append(knots[knots < end], end)
     force, measure = (np.interp(knots, each["strain"], each["force"]) for each in (history, reference))
-    return float(np.sqrt(_integral_of_square(force - measure, knots) / _integral_of_square(measure, knots)))
+    return distance_of_curves(knots, force, measure)
+
+
+def distance_of_curves(knots: np.ndarray, values: np.ndarray, measure: np.ndarray) -> float:
+    """Return the L2 distance of two polygons (n,) with the same knots, over the norm of the second."""
+    return float(np.sqrt(_integral_of_square(values - measure, knots) / _integral_of_square(measure, knots)))
 
 
 def _integral_of_square(values: np.ndarray, knots: np.ndarray) -> float:
@@ -181,17 +186,3 @@ def _shares(history: xr.Dataset) -> np.ndarray:
     longest = np.zeros(yarn.max() + 1)
     np.maximum.at(longest, yarn, s)
     return s / longest[yarn]
-
-
-def comparison(history: xr.Dataset, dns: xr.Dataset) -> dict[str, float]:
-    """Return what a model does at its largest strain, and how far that is from its direct simulation, by column."""
-    stiffness = secant_stiffness(history)
-    return {
-        "strain [1]": float(history["strain"][-1]),
-        "force [N]": float(history["force"][-1]),
-        "secant stiffness [N/m]": stiffness,
-        "stiffness over DNS's [1]": stiffness / secant_stiffness(dns),
-        "L2 distance of force to DNS [1]": force_distance(history, dns),
-        "largest |u_z| [m]": largest_out_of_plane(history),
-        "correlation of u_z with DNS [1]": out_of_plane_agreement(history, dns).correlation,
-    }

@@ -4,7 +4,7 @@ Of one case, for example ties in course tension:
 
 - "dns", "rom3d", "rom2d": one direct simulation and the main reduced models made from it.
 - "reduced": all reduced models made from it.
-- "other_mesh": that simulation on another mesh, for the error of discretisation.
+- "others": direct simulations of the same by other elements, or on other meshes.
 - "penalties": that simulation with penalties alone, of several contact stiffnesses.
 - "beams": the same knit as beams in contact.
 - "tie", "rough", "isotropic", "untied": direct simulations like that one but for the interaction, to be compared.
@@ -14,6 +14,7 @@ Whatever the case:
 - "tie_course_dns" and so on: the models of the four cases of `CASES`.
 - "every": all simulations of knits; "sprung": the direct ones whose contacts give springs.
 - "frictions": several of one mesh with different coefficients of friction, ties and rough contact beside them.
+- "ways": direct simulations of knits whose increments end at the strains of the reference, which is made from them.
 - "pairs": all pairs of crossing yarns that are pressed on each other and then slide.
 """
 
@@ -22,6 +23,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from knitstudy.measures.discretisation import is_direct, made_of
+from knitstudy.measures.quantities import STRAINS
 from knitstudy.study.scene import Scene
 
 FRICTION = 0.76
@@ -61,6 +64,7 @@ MAIN_MODEL = {
     "rom.axes": "contact",
     "rom.displacement": "interface",
     "rom.section": "single",
+    "mesh.section_law": "curved",
 }
 """What makes a reduced model the main one of its simulation: others are variants."""
 
@@ -110,12 +114,14 @@ def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene 
         "pairs": pairs(scenes),
         "every": [scene for scene in scenes if scene.specimen == "knit"],
         "sprung": sprung(scenes),
+        "ways": ways(scenes),
     }
     beside = {}
     if models:
         main = models["dns"]
-        beside = variants_of(main, scenes) | other_mesh_of(main, scenes)
+        beside = variants_of(main, scenes)
         several |= {
+            "others": others_of(main, scenes),
             "reduced": reduced_of(main, scenes),
             "penalties": penalties_of(main, scenes),
             "beams": beams_of(main, scenes),
@@ -142,7 +148,7 @@ def models_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene
         Keys "dns", "rom3d" and "rom2d" as far as the study has them; empty without a DNS.
     """
     fitting = [scene for scene in scenes if _fits(scene, of)]
-    found = [_family(dns, fitting) for dns in fitting if dns.fidelity == "dns"]
+    found = [_family(dns, fitting) for dns in fitting if is_direct(dns)]
     return max(found, key=len, default={})  # of equals the first
 
 
@@ -151,11 +157,10 @@ def reduced_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
     return [scene for scene in scenes if scene.value("rom.contacts_from") == main.name]
 
 
-def other_mesh_of(main: Scene, scenes: Iterable[Scene]) -> dict[str, Scene]:
-    """Return the first direct simulation that differs from one in nothing but its mesh, as "other_mesh"."""
+def others_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the direct simulations that differ from one in nothing but what the yarns are made of."""
     keys = (*LOADED_ALIKE, "contact", "tie")
-    found = [scene for scene in _direct(scenes, main, keys) if scene.mesh.size != main.mesh.size]
-    return {"other_mesh": found[0]} if found else {}
+    return [scene for scene in _direct(scenes, main, keys) if made_of(scene) != made_of(main)]
 
 
 def penalties_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
@@ -172,7 +177,7 @@ def beams_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
 
 def sprung(scenes: Iterable[Scene]) -> list[Scene]:
     """Return the direct simulations of knits whose contacts give springs, and whose outer crossings are tied."""
-    knits = [scene for scene in scenes if scene.specimen == "knit" and scene.fidelity == "dns"]
+    knits = [scene for scene in scenes if scene.specimen == "knit" and is_direct(scene)]
     return [scene for scene in knits if scene.interaction != "tie" and _fits(scene, OUTER_TIED)]
 
 
@@ -189,7 +194,7 @@ def friction_sweep(scenes: Iterable[Scene]) -> list[Scene]:
     The first of every coefficient is taken, and ties and rough contact of the same mesh come with them. Without two
     coefficients there is no sweep.
     """
-    direct = [scene for scene in scenes if scene.fidelity == "dns" and _fits(scene, COURSE | OUTER_TIED)]
+    direct = [scene for scene in scenes if is_direct(scene) and _fits(scene, COURSE | OUTER_TIED)]
 
     def sweep(main: Scene) -> dict[tuple, Scene]:
         found: dict[tuple, Scene] = {}
@@ -204,6 +209,12 @@ def friction_sweep(scenes: Iterable[Scene]) -> list[Scene]:
     sweeps = [sweep(scene) for scene in direct if scene.interaction == "isotropic"]
     largest = max(sweeps, key=coefficients, default={})
     return list(largest.values()) if coefficients(largest) > 1 else []
+
+
+def ways(scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the direct simulations of knits that the reference can be made from."""
+    knits = [scene for scene in scenes if scene.specimen == "knit" and is_direct(scene)]
+    return [scene for scene in knits if set(STRAINS) <= {*scene.load.stops, scene.load.strain}]
 
 
 def pairs(scenes: Iterable[Scene]) -> list[Scene]:
@@ -228,7 +239,7 @@ def _family(dns: Scene, scenes: list[Scene]) -> dict[str, Scene]:
 
 def _direct(scenes: Iterable[Scene], main: Scene, keys: tuple[str, ...]) -> list[Scene]:
     """Return the direct simulations that share values of keys with a scene."""
-    return [scene for scene in scenes if scene.fidelity == "dns" and _alike(scene, main, keys)]
+    return [scene for scene in scenes if is_direct(scene) and _alike(scene, main, keys)]
 
 
 def _fits(scene: Scene, of: Mapping[str, Any]) -> bool:

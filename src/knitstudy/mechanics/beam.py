@@ -1,21 +1,22 @@
 """Geometrically exact two-node beam with one integration point (Reissner 1981, Simo 1985), as Abaqus' B31.
 
 With the end rotations R1, R2 measured from the reference, the chord e = x2 - x1 and the reference direction
-t0 of a straight element of length L,
+t0 of an element of length L,
 
     Th = log(R2 R1^T),   Rm = exp(Th / 2) R1,   t = Rm t0
-    Gamma = e / L - t,   K = Th / L,   n = C_N Gamma,   m = C_M K
+    Gamma = e / L - t,   K = Th / L,   (n, m) = C (Gamma, K)
     W = L/2 (Gamma . n + K . m)
 
-All vectors stand in global axes. The section is the same in all directions across t, so that its stiffness
-C = across I + (along - across) t t^T turns with t alone and needs no section frame. The strains vanish in the
-reference: a curved yarn is a polygon of such elements, and its curvature is free of stress. A rigid rotation of the
-whole turns every vector alike, so the element is objective.
+All vectors stand in global axes. C (6, 6) is the law of the section in the reference, turned by Rm. A straight section
+is the same in all directions across t and does not couple n and m; that of a curved rod does (`curved_section.py`). The
+strains vanish in the reference: a curved yarn is a polygon of such elements, and its curvature is free of stress. A
+rigid rotation of the whole turns every vector alike, so the element is objective.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -24,6 +25,21 @@ from knitstudy.mechanics.rotation import Halfway, exp, hat, log
 
 # Beyond this angle between the ends the logarithm may have taken the other way round.
 LARGEST_ANGLE = 0.95 * np.pi
+
+
+SLENDERNESS = 0.25
+"""Slenderness compensation factor of Abaqus' B31."""
+
+
+class SectionLaw(Protocol):
+    """What elements are made of."""
+
+    def stiffness(self, chord: np.ndarray) -> np.ndarray:
+        """Return C (E, 6, 6) of elements with the reference chords (E, 3) [m].
+
+        It takes (Gamma, K) to (n, m) where elements have not turned: [N], [N m], in global axes.
+        """
+        ...
 
 
 @dataclass(frozen=True)
@@ -72,13 +88,24 @@ class Section:
             kGA=0.89 * shear_modulus * area,
             EI=youngs_modulus * second_moment,
             GJ=2 * shear_modulus * second_moment,
-            slenderness=0.25,
+            slenderness=SLENDERNESS,
         )
+
+    def stiffness(self, chord: np.ndarray) -> np.ndarray:
+        """Return the law C (E, 6, 6) of elements with the reference chords (E, 3) [m], see `SectionLaw`."""
+        length = np.linalg.norm(chord, axis=1)
+        t = chord / length[:, None]
+        kGA = self.kGA / (1 + self.slenderness * length**2 * self.EA / (12 * self.EI))
+        C = np.zeros((len(t), 6, 6))
+        for part, along, across in ((slice(0, 3), self.EA, kGA), (slice(3, 6), self.GJ, self.EI)):
+            along, across = (np.broadcast_to(value, len(t)) for value in (along, across))
+            C[:, part, part] = _isotropic(across) + _outer(_times(along - across, t), t)
+        return C
 
 
 @dataclass(frozen=True)
 class Elements:
-    """Reference state and stiffness of E straight elements.
+    """Reference state and stiffness of E elements.
 
     Attributes
     ----------
@@ -86,21 +113,16 @@ class Elements:
         Reference length L [m].
     axis : ndarray, shape (E, 3)
         Reference direction t0.
-    EA, kGA : ndarray, shape (E,)
-        Force over strain [N], along and across the element.
-    GJ, EI : ndarray, shape (E,)
-        Moment over curvature [N m2], along and across it.
+    law : ndarray, shape (E, 6, 6)
+        C, force [N] and moment [N m] over strain and curvature [1/m], in global axes as the reference stands.
     """
 
     length: np.ndarray
     axis: np.ndarray
-    EA: np.ndarray
-    kGA: np.ndarray
-    GJ: np.ndarray
-    EI: np.ndarray
+    law: np.ndarray
 
     @classmethod
-    def straight(cls, chord: np.ndarray, section: Section) -> Elements:
+    def between(cls, chord: np.ndarray, section: SectionLaw) -> Elements:
         """Return the elements with the reference chords (E, 3) [m].
 
         Raises
@@ -112,9 +134,7 @@ class Elements:
         if not np.all(length > 0):
             worst = int(np.argmin(length))
             raise GeometryError(f"beam element {worst} has no length: its ends coincide")
-        kGA = section.kGA / (1 + section.slenderness * length**2 * section.EA / (12 * section.EI))
-        stiffness = (np.broadcast_to(v, len(length)) for v in (section.EA, kGA, section.GJ, section.EI))
-        return cls(length, chord / length[:, None], *stiffness)
+        return cls(length, chord / length[:, None], section.stiffness(chord))
 
 
 @dataclass(frozen=True)
@@ -123,8 +143,8 @@ class Deformation:
 
     Attributes
     ----------
-    t : ndarray, shape (E, 3)
-        Direction of the element, turned halfway between its ends.
+    Rm : ndarray, shape (E, 3, 3)
+        Rotation halfway between the ends.
     e, Th : ndarray, shape (E, 3)
         Chord [m] and rotation of the second end against the first [rad].
     Gamma, K : ndarray, shape (E, 3)
@@ -139,7 +159,7 @@ class Deformation:
         Scalars of the rotation maps.
     """
 
-    t: np.ndarray
+    Rm: np.ndarray
     e: np.ndarray
     Th: np.ndarray
     Gamma: np.ndarray
@@ -159,15 +179,15 @@ def deform(elements: Elements, chord: np.ndarray, R1: np.ndarray, R2: np.ndarray
     """
     Th = log(R2 @ np.swapaxes(R1, 1, 2))
     Th = np.where(np.linalg.norm(Th, axis=1, keepdims=True) > LARGEST_ANGLE, np.nan, Th)
-    t = _apply(exp(0.5 * Th), _apply(R1, elements.axis))
-    Gamma = chord / elements.length[:, None] - t
+    Rm = exp(0.5 * Th) @ R1
+    Gamma = chord / elements.length[:, None] - _apply(Rm, elements.axis)
     K = Th / elements.length[:, None]
-    n = _about(t, Gamma, elements.EA, elements.kGA)
-    m = _about(t, K, elements.GJ, elements.EI)
+    strain = np.stack([Gamma, K], axis=1)  # (E, 2, 3)
+    n, m = _turned(Rm, np.einsum("eij,ej->ei", elements.law, _unturned(Rm, strain))).swapaxes(0, 1)
     q = np.cross(n, chord)
     halfway = Halfway.of(Th)
     f_D = halfway.Hm(Th, m) + halfway.b[:, None] * np.cross(Th, q)
-    return Deformation(t, chord, Th, Gamma, K, n, m, q, f_D, halfway)
+    return Deformation(Rm, chord, Th, Gamma, K, n, m, q, f_D, halfway)
 
 
 def energy(elements: Elements, now: Deformation) -> np.ndarray:
@@ -185,53 +205,50 @@ def stiffness(elements: Elements, now: Deformation) -> np.ndarray:
     """Return the exact derivative (E, 12, 12) of `force` over (u1, w1, u2, w2), with spins from the left.
 
     Set up for the changes of n, q and f_D with E' = u2 - u1, the mean spin S and the difference D of the end
-    spins. They turn the element by w = S + Y D and change Th by H D + w x Th. With ^ for `hat` and p = t x e,
+    spins. They turn the element by w = S + Y D and change Th by H D + w x Th. With ^ for `hat` and the blocks
+    C_n, C_nm, C_m of the law as it has turned, over L,
 
-        dn = A E' + B w       A = alpha I + beta t t^T               alpha = kGA / L
-        dq = B^T E' + Q w     B = c t^ + beta t p^T                  beta = (EA - kGA) / L
-        Y = -b Th^            Q = c (t.e I - t e^T) + beta p p^T     c = kGA - (EA - kGA) t.Gamma
+        dn = A E' + B w + C_nm H D          A = C_n,  B = A e^ - n^
+        dm = C_nm^T (E' + e^ w) + C_m H D - m^ w
+        dq = B^T E' + Q w - e^ C_nm H D     Q = e^ n^ - e^ A e^
+        Y = -b Th^
 
     Off equilibrium the part of the spins is not symmetric: a spin does not commute with the next.
     """
-    t, e, Th, h = now.t, now.e, now.Th, now.halfway
-    L = elements.length
-    alpha, beta = elements.kGA / L, (elements.EA - elements.kGA) / L
-    c = elements.kGA - (elements.EA - elements.kGA) * _dot(t, now.Gamma)
-    p, ct = np.cross(t, e), _times(c, t)
-
-    A = _isotropic(alpha) + _outer(_times(beta, t), t)
-    B = hat(ct) + _outer(_times(beta, t), p)
-    Q = _isotropic(_dot(ct, e)) - _outer(ct, e) + _outer(_times(beta, p), p)
+    e, Th, h = hat(now.e), now.Th, now.halfway
+    turn = np.zeros((len(e), 6, 6))
+    turn[:, :3, :3] = turn[:, 3:, 3:] = now.Rm
+    law = turn @ (elements.law / elements.length[:, None, None]) @ turn.swapaxes(1, 2)
+    A, C_m = law[:, :3, :3], law[:, 3:, 3:]
+    H = h.H(Th)
+    n_D = law[:, :3, 3:] @ H
+    m_E = n_D.swapaxes(1, 2)  # H C_nm^T
+    B = A @ e - hat(now.n)
+    Q = -e @ B
     Y = hat(_times(-h.b, Th))
 
-    C_M = _isotropic(elements.EI / L) + _outer(_times((elements.GJ - elements.EI) / L, t), t)
-    H = h.H(Th)
     over_Th = h.dHm(Th, now.m) + _outer(_times(h.db, np.cross(Th, now.q)), Th) - hat(_times(h.b, now.q))
-    f_S = -Y @ (Q + hat(now.q)) - hat(now.f_D)
-    f_D = (over_Th + H @ C_M) @ H + f_S @ Y
+    f_S = m_E @ e - Y @ (Q + hat(now.q)) - hat(now.f_D)
+    f_D = (over_Th + H @ C_m) @ H + Y @ e @ n_D + f_S @ Y
 
-    K = np.empty((len(L), 4, 3, 4, 3))
+    K = np.empty((len(e), 4, 3, 4, 3))
     K[:, 0, :, 0] = K[:, 2, :, 2] = A
     K[:, 0, :, 2] = K[:, 2, :, 0] = -A
-    half_B, BY, quarter_Q, half_QY, half_f_S = 0.5 * B, B @ Y, 0.25 * Q, 0.5 * (Q @ Y), 0.5 * f_S
+    half_B, over_D, half_f_S = 0.5 * B, B @ Y + n_D, 0.5 * f_S
+    quarter_Q, half_q_D = 0.25 * Q, 0.5 * (Q @ Y - e @ n_D)
     for spin, sign in _SPINS:
-        n_w = half_B + sign * BY
+        n_w = half_B + sign * over_D
         K[:, 2, :, spin] = n_w
         K[:, 0, :, spin] = -n_w
         K[:, spin, :, 2] = n_w.swapaxes(1, 2)
         K[:, spin, :, 0] = -n_w.swapaxes(1, 2)
         for other, way in _SPINS:
-            K[:, spin, :, other] = quarter_Q + way * half_QY + sign * half_f_S + sign * way * f_D
+            K[:, spin, :, other] = quarter_Q + way * half_q_D + sign * half_f_S + sign * way * f_D
     return K.reshape(-1, 12, 12)
 
 
 # Places of the end spins among (u1, w1, u2, w2), and their signs in D; S has half of either.
 _SPINS = ((1, -1), (3, 1))
-
-
-def _about(axis: np.ndarray, vectors: np.ndarray, along: np.ndarray, across: np.ndarray) -> np.ndarray:
-    """Return vectors (E, 3) times one value along the axis (E, 3) and another across it."""
-    return _times(across, vectors) + _times((along - across) * _dot(axis, vectors), axis)
 
 
 def _apply(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
@@ -252,6 +269,16 @@ def _isotropic(values: np.ndarray) -> np.ndarray:
 def _outer(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Return the dyads (E, 3, 3) of vectors (E, 3)."""
     return first[:, :, None] * second[:, None, :]
+
+
+def _turned(rotation: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Return (E, 2, 3), each of the vectors in pairs (E, 6) turned by rotations (E, 3, 3)."""
+    return np.einsum("eij,ekj->eki", rotation, pairs.reshape(-1, 2, 3))
+
+
+def _unturned(rotation: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Return (E, 6), the vectors in pairs (E, 2, 3) turned back."""
+    return np.einsum("eji,ekj->eki", rotation, pairs).reshape(-1, 6)
 
 
 def _times(values: np.ndarray, vectors: np.ndarray) -> np.ndarray:

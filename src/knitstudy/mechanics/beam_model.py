@@ -30,7 +30,7 @@ class BeamState:
 
 
 class BeamModel(Memoryless):
-    """Straight beam elements and springs between nodes, or between points that nodes carry along.
+    """Beam elements and springs between nodes, or between points that nodes carry along.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class BeamModel(Memoryless):
         Reference positions [m].
     ends : ndarray of int, shape (E, 2)
         The nodes that the two ends of every element belong to.
-    section : Section
+    section : SectionLaw
         Stiffness of the elements.
     radius : float
         Length that makes rotations comparable with displacements [m].
@@ -57,7 +57,7 @@ class BeamModel(Memoryless):
         self,
         nodes: np.ndarray,
         ends: np.ndarray,
-        section: beam.Section,
+        section: beam.SectionLaw,
         radius: float,
         offsets: np.ndarray | None = None,
         arms_turn: bool = True,
@@ -74,7 +74,7 @@ class BeamModel(Memoryless):
         self._armed = np.flatnonzero(self.offsets.any(axis=(1, 2)))
         points = self.nodes[self.ends] + self.offsets
         self.apart = points[:, 1] - points[:, 0]
-        self.elements = beam.Elements.straight(self.apart[: self.beams], section)
+        self.elements = beam.Elements.between(self.apart[: self.beams], section)
         self.size = self.block * len(self.nodes)
         self.length = float(np.mean(self.elements.length))
         self.radius = float(radius)

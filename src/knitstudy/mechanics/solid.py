@@ -78,6 +78,7 @@ class SolidModel:
     """
 
     block = 3
+    _room = 0  # blocks of the tangent that what is added to it needs besides
 
     def __init__(
         self,
@@ -197,7 +198,7 @@ class SolidModel:
         energy = [
             np.empty((2, len(group.connectivity))) for group in self.groups
         ]  # internal, of hourglass control
-        total = self.assembly.begin_stiffness() if stiffness else None
+        total = self.assembly.begin_stiffness(self._room) if stiffness else None
         magnitude, summing = np.zeros(len(batches)), np.zeros(len(batches))
 
         def evaluate(number: int) -> None:

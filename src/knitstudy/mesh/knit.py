@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knitstudy.mesh.grading import Grading
 from knitstudy.mesh.memory import require_memory_to_mesh
 from knitstudy.mesh.quality import OVERLAP_TOLERANCE, check
 from knitstudy.mesh.roll import Targets
@@ -22,8 +23,16 @@ REACH = 1.0
 RAMP = 2.0
 """Distance over which their spacing then grows, over the yarn's radius."""
 
+PATCH = 0.5
+"""Distance from a crossing of full refinement, over the radius: half of a patch, and what it slides."""
 
-def mesh_knit(knit: Knit, size: float, growth: float = 1.0, overlap: float = OVERLAP_TOLERANCE) -> SweptMesh:
+PATCH_RAMP = 1.0
+"""Distance over which the refinement then ends, over the radius."""
+
+
+def mesh_knit(
+    knit: Knit, size: float, growth: float = 1.0, refinement: float = 1.0, overlap: float = OVERLAP_TOLERANCE
+) -> SweptMesh:
     """Mesh all yarns of a knit, and refuse the mesh if it fails a gate.
 
     Every crossing lies in the middle of a layer of elements, and the point of contact over the middle of a
@@ -37,6 +46,8 @@ def mesh_knit(knit: Knit, size: float, growth: float = 1.0, overlap: float = OVE
         Element size across the yarn, and along it near crossings, m.
     growth : float
         Spacing of slices away from crossings over ``size``.
+    refinement : float
+        ``size`` over the size of elements right at crossings, along the yarn and across.
     overlap : float
         Share of the diameter by which yarns may overlap.
 
@@ -49,18 +60,25 @@ def mesh_knit(knit: Knit, size: float, growth: float = 1.0, overlap: float = OVE
     radius = knit.loop.radius
     require_memory_to_mesh(knit.centrelines, radius, size, growth)
     section = Section.for_size(2 * radius, size)
-    spacing = crossing_spacing(knit, size, growth)
-    mesh = sweep(knit.centrelines, section, radius, spacing, knit.loops, contact_targets(knit))
+    spacing = crossing_spacing(knit, size, growth, refinement)
+    targets = contact_targets(knit)
+    mesh = sweep(knit.centrelines, section, radius, spacing, knit.loops, targets, spacing.grading)
     check(mesh, knit.centrelines, overlap)
     return mesh
 
 
-def crossing_spacing(knit: Knit, size: float, growth: float) -> Spacing:
+def crossing_grading(radius: float, refinement: float) -> Grading:
+    """Refinement at the crossings of yarns of a radius [m]."""
+    return Grading(refinement, PATCH * radius, PATCH_RAMP * radius)
+
+
+def crossing_spacing(knit: Knit, size: float, growth: float, refinement: float = 1.0) -> Spacing:
     """Spacing along a yarn: ``size`` near all places of a loop that are crossed in any row (m)."""
     radius = knit.loop.radius
+    grading = crossing_grading(radius, refinement)
     stations = loop_contacts(knit).arc_length
     period = knit.centrelines[0].length / knit.loops
-    return Spacing(size, growth, tuple(stations), period, reach=REACH * radius, ramp=RAMP * radius)
+    return Spacing(size, growth, tuple(stations), period, REACH * radius, RAMP * radius, grading)
 
 
 def contact_targets(knit: Knit) -> list[Targets]:

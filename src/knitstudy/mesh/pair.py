@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from knitstudy.mesh.knit import RAMP, REACH
+from knitstudy.mesh.knit import RAMP, REACH, crossing_grading
 from knitstudy.mesh.memory import require_memory_to_mesh
 from knitstudy.mesh.quality import OVERLAP_TOLERANCE, check
 from knitstudy.mesh.roll import Targets
@@ -17,7 +17,11 @@ if TYPE_CHECKING:
 
 
 def mesh_pair(
-    pair: YarnPair, size: float, growth: float = 1.0, overlap: float = OVERLAP_TOLERANCE
+    pair: YarnPair,
+    size: float,
+    growth: float = 1.0,
+    refinement: float = 1.0,
+    overlap: float = OVERLAP_TOLERANCE,
 ) -> SweptMesh:
     """Mesh both yarns of a pair, and refuse the mesh if it fails a gate.
 
@@ -31,6 +35,8 @@ def mesh_pair(
         Element size across the yarns, and along them near the crossing, m.
     growth : float
         Spacing of slices away from the crossing over ``size``.
+    refinement : float
+        ``size`` over the size of elements right at the crossing, along the yarns and across.
     overlap : float
         Share of the diameter by which the yarns may overlap.
 
@@ -42,8 +48,10 @@ def mesh_pair(
     radius, crossings = pair.radius, pair.crossings
     require_memory_to_mesh(pair.centrelines, radius, size, growth)
     section = Section.for_size(2 * radius, size)
-    spacing = Spacing(size, growth, (crossings.arc_length[0, 0],), reach=REACH * radius, ramp=RAMP * radius)
+    grading = crossing_grading(radius, refinement)
+    crossing = (crossings.arc_length[0, 0],)
+    spacing = Spacing(size, growth, crossing, reach=REACH * radius, ramp=RAMP * radius, grading=grading)
     targets = [Targets(s, crossings.point.mean(axis=1)) for s in crossings.arc_length.T]
-    mesh = sweep(pair.centrelines, section, radius, spacing, targets=targets)
+    mesh = sweep(pair.centrelines, section, radius, spacing, targets=targets, grading=grading)
     check(mesh, pair.centrelines, overlap)
     return mesh

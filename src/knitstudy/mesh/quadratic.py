@@ -20,6 +20,7 @@ from knitstudy.errors import MeshError
 from knitstudy.mechanics.determinant import determinant
 from knitstudy.mechanics.elements.quadratic import GRADIENTS
 from knitstudy.mesh.frames import rotation_minimising
+from knitstudy.mesh.grading import drawn, drawn_angles
 from knitstudy.mesh.roll import rolled
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.sweep import Curve, SweptMesh
@@ -98,6 +99,8 @@ class QuadraticMesh:
         Corners of these faces, and the middles of their edges: what `FACE_CENTRE` weighs.
     grids : tuple of ndarray of int (2 s - 1, 2 a)
         Surface nodes of every yarn, station by station, by angle.
+    arc_lengths : tuple of ndarray (2 s - 1,)
+        Of the stations of every yarn, m.
     """
 
     corners: SweptMesh
@@ -110,6 +113,16 @@ class QuadraticMesh:
     face_centres: np.ndarray
     faces: np.ndarray
     grids: tuple[np.ndarray, ...]
+    arc_lengths: tuple[np.ndarray, ...]
+
+    @cached_property
+    def angles(self) -> tuple[np.ndarray, ...]:
+        """Angles (2 s - 1, 2 a) of the nodes of every grid, from d1 towards d2, rad."""
+        ring = self.corners.section.angles
+        around = np.stack([ring, ring + np.pi / ring.size], axis=-1).ravel()
+        bounds = self.corners.first_slice
+        pulls = (self.corners.pull[slice(*bounds[yarn : yarn + 2])] for yarn in range(self.corners.yarns))
+        return tuple(drawn_angles(around, _with_middles(pull)) for pull in pulls)
 
     @cached_property
     def bandwidth(self) -> int:
@@ -141,9 +154,11 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Curve]) -> QuadraticMesh:
     slice_nodes = start[:, None] + section.place  # (S, q + m): corners, middles
     middle_nodes = start[lower, None] + whole + np.arange(q + a)  # (L, q + a): corners, face centres
     nodes = np.empty((start[-1] + whole, 3))
-    nodes[slice_nodes] = _tube(mesh.centres, mesh.frames, mesh.radius * disc)
-    centres, frames = _middle_slices(mesh, curves)
-    nodes[middle_nodes[:, :q]] = _tube(centres, frames, mesh.radius * disc[:q])
+    nodes[slice_nodes] = _tube(mesh.centres, mesh.frames, mesh.radius * drawn(disc, mesh.pull))
+    arc_lengths = tuple(_with_middles(s) for s in mesh.stations)
+    centres, frames = _middle_slices(mesh, curves, arc_lengths)
+    pull = 0.5 * (mesh.pull[lower] + mesh.pull[lower + 1])
+    nodes[middle_nodes[:, :q]] = _tube(centres, frames, mesh.radius * drawn(disc[:q], pull))
 
     ring, ring_edges = section.section.ring, q + section.ring_edges
     ahead, below, above = np.roll(ring, -1), slice_nodes[lower], slice_nodes[lower + 1]
@@ -175,21 +190,27 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Curve]) -> QuadraticMesh:
         face_centres=middle_nodes[:, q:].ravel(),
         faces=faces.reshape(-1, 8),
         grids=tuple(_grid(on_slices, between, mesh, yarn) for yarn in range(mesh.yarns)),
+        arc_lengths=arc_lengths,
     )
 
 
 def _tube(centres: np.ndarray, frames: np.ndarray, disc: np.ndarray) -> np.ndarray:
-    """Points (S, k, 3) at places (k, 2) [m] of cross-sections."""
-    return centres[:, None] + np.einsum("kd,sdi->ski", disc, frames[:, :2])
+    """Points (S, k, 3) at places (S, k, 2) [m] of cross-sections."""
+    return centres[:, None] + np.einsum("skd,sdi->ski", disc, frames[:, :2])
 
 
-def _middle_slices(mesh: SweptMesh, curves: Sequence[Curve]) -> tuple[np.ndarray, np.ndarray]:
+def _with_middles(s: np.ndarray) -> np.ndarray:
+    """What slices (s, ...) of a yarn have, such as arc lengths, with the means between them (2 s - 1, ...)."""
+    return np.insert(s, np.arange(1, len(s)), 0.5 * (s[1:] + s[:-1]), axis=0)
+
+
+def _middle_slices(
+    mesh: SweptMesh, curves: Sequence[Curve], arc_lengths: Sequence[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
     """Centres (L, 3) and frames (L, 3, 3) halfway between all slices of every yarn."""
     centres, frames = [], []
-    for yarn, curve in enumerate(curves):
+    for yarn, (curve, s) in enumerate(zip(curves, arc_lengths, strict=True)):
         here = slice(*mesh.first_slice[yarn : yarn + 2])
-        s = mesh.arc_length[here]
-        s = np.insert(s, np.arange(1, s.size), 0.5 * (s[1:] + s[:-1]))
         place = curve.position(s)
         free = rotation_minimising(place, curve.tangent(s))
         # The roll of the slices against frames without spin, and its mean between them.

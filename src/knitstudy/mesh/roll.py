@@ -56,8 +56,8 @@ def roll_towards(
     """
     if not targets.arc_length.size:
         return np.zeros_like(arc_length)
-    layer = np.searchsorted(arc_length, targets.arc_length) - 1
-    bearing = _bearing(targets.point, layer, centres, frames)
+    layer = _layers(targets, arc_length)
+    bearing = bearings(targets, arc_length, centres, frames)
     step = 2 * np.pi / angles.size
     excess = (bearing - angles[0]) / step - 0.5  # facet steps beyond the middle of the first facet
     whole = np.round(np.round(np.diff(excess, prepend=0.0), TIE_DIGITS))
@@ -73,9 +73,27 @@ def rolled(frames: np.ndarray, roll: np.ndarray) -> np.ndarray:
     return np.stack([cosine * d1 + sine * d2, cosine * d2 - sine * d1, tangent], axis=1)
 
 
-def _bearing(points: np.ndarray, layer: np.ndarray, centres: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """Angles (T,) at which points are seen from the middles of layers, where facets have their middles."""
-    seen = points - 0.5 * (centres[layer] + centres[layer + 1])
+def _layers(targets: Targets, arc_length: np.ndarray) -> np.ndarray:
+    """Lower slices (T,) of the layers that the targets lie in the middle of."""
+    return np.searchsorted(arc_length, targets.arc_length) - 1
+
+
+def bearings(targets: Targets, arc_length: np.ndarray, centres: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """Angles (T,) at which targets are seen from the middles of layers, where facets have their middles.
+
+    Parameters
+    ----------
+    targets : Targets
+    arc_length, centres, frames : ndarray
+        Of the slices, as in `roll_towards`.
+
+    Returns
+    -------
+    ndarray (T,)
+        From d1 towards d2, rad.
+    """
+    layer = _layers(targets, arc_length)
+    seen = targets.point - 0.5 * (centres[layer] + centres[layer + 1])
     directors = 0.5 * (frames[layer] + frames[layer + 1])[:, :2]  # (T, 2, 3)
     # Where the yarn bends the mean directors are not quite orthonormal: components by their Gram matrix.
     gram = directors @ directors.transpose(0, 2, 1)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitstudy.errors import MeshError
+from knitstudy.mesh.grading import UNIFORM, Grading
 
 SpacingFunction = Callable[[np.ndarray], np.ndarray]
 """Wanted distance of slices in m at arc lengths s in m: (k,) -> (k,)."""
@@ -22,6 +23,8 @@ COUNT_DIGITS = 6
 class Spacing:
     """Spacing ``size`` near the crossings that grows smoothly to ``growth * size`` between them.
 
+    Where the mesh is refined it is smaller yet right at them.
+
     Attributes
     ----------
     size : float
@@ -34,6 +37,8 @@ class Spacing:
         Arc length after which the stations repeat (one loop), m.
     reach, ramp : float
         The spacing is ``size`` up to the distance ``reach`` and ``growth * size`` beyond ``reach + ramp``, m.
+    grading : Grading
+        How much finer it is at the crossings.
     """
 
     size: float
@@ -42,6 +47,7 @@ class Spacing:
     period: float = np.inf
     reach: float = 0.0
     ramp: float = 1.0
+    grading: Grading = UNIFORM
 
     def __post_init__(self):
         if not self.size > 0:
@@ -59,7 +65,7 @@ class Spacing:
             offset -= self.period * np.round(offset / self.period)
         distance = np.abs(offset).min(axis=1)
         t = np.clip((distance - self.reach) / self.ramp, 0.0, 1.0)
-        return self.size * (1 + (self.growth - 1) * t**2 * (3 - 2 * t))
+        return self.size * (1 + (self.growth - 1) * t**2 * (3 - 2 * t)) * self.grading.finer(distance)
 
 
 def place_slices(

@@ -14,10 +14,12 @@ from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
 
 
-def mesh_specimen(specimen: Knit | YarnPair, size: float, growth: float) -> SweptMesh:
+def mesh_specimen(
+    specimen: Knit | YarnPair, size: float, growth: float, refinement: float = 1.0
+) -> SweptMesh:
     """Mesh a knit or a pair of yarns; see `mesh_knit` and `mesh_pair` for the sizes and the errors."""
     mesh = mesh_pair if isinstance(specimen, YarnPair) else mesh_knit
-    return mesh(specimen, size, growth)
+    return mesh(specimen, size, growth, refinement)
 
 
 def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
@@ -28,4 +30,4 @@ def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
     specimen, size = read_specimen(geometry), scene.value("mesh.size")
     if size is None:
         return sampled_sections(specimen).to_dataset()
-    return mesh_specimen(specimen, size, scene.mesh.growth).to_dataset()
+    return mesh_specimen(specimen, size, scene.mesh.growth, scene.mesh.refinement).to_dataset()

@@ -12,7 +12,8 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError, MeshError
 from knitstudy.mesh.frames import rotation_minimising
-from knitstudy.mesh.roll import Targets, roll_towards, rolled
+from knitstudy.mesh.grading import UNIFORM, Grading, drawn, drawn_angles, shrinkage
+from knitstudy.mesh.roll import Targets, bearings, roll_towards, rolled
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import SpacingFunction, place_slices
 
@@ -52,6 +53,8 @@ class SweptMesh:
         Arc length of every slice from the left end of its yarn, m.
     first_slice : ndarray (Y + 1,) of int
         First slice of every yarn, then S.
+    pull : ndarray (S, 2), optional
+        How far, and where to in the plane of d1 and d2, every slice is drawn (`knitstudy.mesh.grading`); 0 if omitted.
     """
 
     nodes: np.ndarray
@@ -62,6 +65,11 @@ class SweptMesh:
     frames: np.ndarray
     arc_length: np.ndarray
     first_slice: np.ndarray
+    pull: np.ndarray | None = None
+
+    def __post_init__(self):
+        if self.pull is None:
+            object.__setattr__(self, "pull", np.zeros((len(self.arc_length), 2)))
 
     @property
     def yarns(self) -> int:
@@ -77,6 +85,48 @@ class SweptMesh:
     def yarn_of_slice(self) -> np.ndarray:
         """Yarn of every slice (S,)."""
         return np.repeat(np.arange(self.yarns), np.diff(self.first_slice))
+
+    @property
+    def stations(self) -> tuple[np.ndarray, ...]:
+        """Arc lengths of the slices of every yarn, m."""
+        return tuple(np.split(self.arc_length, self.first_slice[1:-1]))
+
+    @cached_property
+    def angles(self) -> np.ndarray:
+        """Polar angles (S, a) of the surface nodes of every slice, from d1 towards d2, rad, increasing."""
+        return drawn_angles(self.section.angles, self.pull)
+
+    @cached_property
+    def shrinkage(self) -> np.ndarray:
+        """Lengths in the section around every node (S, q), over those of a section that is not drawn."""
+        return shrinkage(self.section.points, self.pull)
+
+    def ring_means(self, values: np.ndarray) -> np.ndarray:
+        """Means (S, ...) around all slices of nodal values (N, ...); a node counts by its part of the circle."""
+        ring = self.section.ring
+        weight = self.shrinkage[:, ring]
+        on_ring = values[self.slice_nodes(np.arange(self.slices))[:, ring]]
+        return np.einsum("sa,sa...->s...", weight / weight.sum(axis=1, keepdims=True), on_ring)
+
+    @cached_property
+    def facet_edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Angles (S, a) at which the facets of every slice begin and end, rad."""
+        begin = self.angles
+        return begin, np.concatenate([begin[:, 1:], begin[:, :1] + 2 * np.pi], axis=1)
+
+    def facet_at(
+        self, slices: np.ndarray, angle: np.ndarray, along: np.ndarray | float = 0.5
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Facets (k,) at angles (k,) in rad in the layers above slices (k,), and the share (k,) of each before them.
+
+        Angles count ``along`` (k,) of the way from one slice to the next.
+        """
+        share = np.broadcast_to(along, np.shape(slices))[:, None]
+        begin, end = ((1 - share) * a[slices] + share * a[slices + 1] for a in self.facet_edges)
+        turned = begin[:, 0] + np.mod(angle - begin[:, 0], 2 * np.pi)
+        facet = (begin <= turned[:, None]).sum(axis=1) - 1
+        here = np.arange(facet.size)
+        return facet, (turned - begin[here, facet]) / (end - begin)[here, facet]
 
     @cached_property
     def slice_of_element(self) -> np.ndarray:
@@ -140,6 +190,8 @@ class SweptMesh:
             "section_ring": (("angle",), self.section.ring, one),
             "radius": ((), self.radius, metre),
         }
+        if self.pull.any():
+            variables["pull"] = (("slice", "plane"), self.pull, one)
         return xr.Dataset(variables)
 
     @classmethod
@@ -162,7 +214,8 @@ class SweptMesh:
         data = {name: dataset[name].values for name in names}
         section = Section(*(data.pop(f"section_{name}") for name in ("points", "quads", "ring")))
         data["radius"] = float(data["radius"])
-        mesh = cls(section=section, **data)
+        pull = dataset["pull"].to_numpy() if "pull" in dataset else None
+        mesh = cls(section=section, pull=pull, **data)
         mesh._check(source)
         return mesh
 
@@ -174,6 +227,7 @@ class SweptMesh:
             "hexahedra": (self.hexahedra, (layers * self.section.quads.shape[0], 8)),
             "centres": (self.centres, (self.slices, 3)),
             "frames": (self.frames, (self.slices, 3, 3)),
+            "pull": (self.pull, (self.slices, 2)),
         }
         for name, (array, shape) in expected.items():
             if array.shape != shape:
@@ -202,6 +256,7 @@ def sweep(
     spacing: SpacingFunction,
     periods: int = 1,
     targets: Sequence[Targets] | None = None,
+    grading: Grading = UNIFORM,
 ) -> SweptMesh:
     """Sweep a section along every centreline.
 
@@ -221,12 +276,14 @@ def sweep(
     targets : sequence of Targets, optional
         One a yarn: places that shall lie in the middle of a layer of elements, and points that the middle of
         one of its facets shall face there.
+    grading : Grading
+        How far sections are drawn towards the targets; the spacing along the yarn is ``spacing`` alone.
 
     Raises
     ------
     MeshError
         If there is no centreline, the radius or a spacing is not positive, there are not as many targets as
-        centrelines, or targets are too close together for the spacing.
+        centrelines, or targets are too close together for the spacing or the grading.
     """
     if not centrelines:
         raise MeshError("no centrelines to mesh; at least 1 yarn")
@@ -236,12 +293,12 @@ def sweep(
     if len(targets) != len(centrelines):
         raise MeshError(f"{len(targets)} targets for {len(centrelines)} centrelines; one a yarn is allowed")
     yarns = [
-        _slices(curve, aim, section, spacing, periods)
+        _slices(curve, aim, section, spacing, periods, grading)
         for curve, aim in zip(centrelines, targets, strict=True)
     ]
-    arc_length, centres, frames = (np.concatenate(parts) for parts in zip(*yarns, strict=True))
-    first_slice = np.concatenate([[0], np.cumsum([s.size for s, _, _ in yarns])])
-    offset = radius * np.einsum("kd,sdi->ski", section.points, frames[:, :2])
+    arc_length, centres, frames, pull = (np.concatenate(parts) for parts in zip(*yarns, strict=True))
+    first_slice = np.concatenate([[0], np.cumsum([s.size for s, *_ in yarns])])
+    offset = radius * np.einsum("skd,sdi->ski", drawn(section.points, pull), frames[:, :2])
     return SweptMesh(
         nodes=(centres[:, None] + offset).reshape(-1, 3),
         hexahedra=_hexahedra(section, first_slice),
@@ -251,17 +308,25 @@ def sweep(
         frames=frames,
         arc_length=arc_length,
         first_slice=first_slice,
+        pull=pull,
     )
 
 
 def _slices(
-    curve: Curve, targets: Targets, section: Section, spacing: SpacingFunction, periods: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Arc lengths (s,), centres (s, 3) and frames (s, 3, 3) of the slices of one yarn."""
+    curve: Curve,
+    targets: Targets,
+    section: Section,
+    spacing: SpacingFunction,
+    periods: int,
+    grading: Grading,
+) -> tuple[np.ndarray, ...]:
+    """Arc lengths (s,), centres (s, 3), frames (s, 3, 3) and pull (s, 2) of the slices of one yarn."""
     s = place_slices(curve.length, spacing, periods, targets.arc_length)
     centres = curve.position(s)
     frames = rotation_minimising(centres, curve.tangent(s))
-    return s, centres, rolled(frames, roll_towards(targets, s, centres, frames, section.angles))
+    frames = rolled(frames, roll_towards(targets, s, centres, frames, section.angles))
+    pull = grading.pull(s, targets.arc_length, bearings(targets, s, centres, frames))
+    return s, centres, frames, pull
 
 
 def _hexahedra(section: Section, first_slice: np.ndarray) -> np.ndarray:

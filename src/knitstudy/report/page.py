@@ -66,6 +66,7 @@ def render(
     results: Mapping[str, pd.DataFrame],
     provenance: pd.DataFrame,
     study: str,
+    note: str = "",
 ) -> str:
     """Return the page.
 
@@ -84,6 +85,8 @@ def render(
         What made each data file, one a row; its first column is the file's path from the page.
     study : str
         Name of the study.
+    note : str
+        What readers are to know of the whole page.
 
     Raises
     ------
@@ -99,6 +102,7 @@ def render(
     built = {name: _table(name, table, captions) for name, table in results.items()}
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         study=study,
+        note=note,
         figures=_in_order(items, FIGURES),
         tables=_in_order(built, TABLES),
         comparison=COMPARISON,

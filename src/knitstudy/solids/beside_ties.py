@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.solids.discretisation import Discretisation
-from knitstudy.solids.tie import Tie, facet_size
+from knitstudy.solids.tie import Tie
 from knitstudy.solids.yarn_contact import MARGIN, contact_law
 from knitstudy.study.scene import Scene
 
-BESIDE = 1.0
-"""Distance from tied nodes, in facets, within which the tie itself has moved the surfaces into each other."""
-
 
 class BesideTies:
-    """The gaps between pieces of yarn that are tied, away from the tied facets.
+    """The gaps between pieces of yarn that are tied, away from the ties.
 
     Parameters
     ----------
     scene : Scene
     yarns : Discretisation
     tie : Tie
-    pieces : ndarray of int, shape (S,)
-        Interlock row that every slice is tied in; see `tied_crossings.tied_pieces`.
+    pieces : ndarray of int, shape (R,)
+        Interlock row that every ring is tied in; see `tied_crossings.tied_pieces`.
     """
 
     def __init__(self, scene: Scene, yarns: Discretisation, tie: Tie, pieces: np.ndarray) -> None:
@@ -42,23 +38,20 @@ class BesideTies:
             margin=MARGIN * mesh.radius,
             overlap=np.inf,
         )
-        self._pieces, self._first_slice = pieces, mesh.first_slice
-        self._tied = cKDTree(tie.nodes[tie.joined])
-        self._beside = BESIDE * facet_size(mesh)
+        self._pieces, self._rings = pieces, yarns.rings
+        self._tie = tie
 
     def smallest_gap(self, nodes: np.ndarray) -> float:
         """Return the smallest gap of current nodes (N, 3) beside the ties [m]; inf if nothing is near."""
         points = self._contact.points(nodes, nodes, ContactHistory.empty())
         gap, history = points.gap, points.history
         quadrature = self._contact.quadrature
-        own = self._piece(quadrature.surface[history.point], quadrature.cell[history.point, 0])
-        other = self._piece(history.surface, np.rint(points.projection.xi[:, 0]).astype(np.int64))
+        own = self._piece(quadrature.surface[history.point], quadrature.xi[history.point, 0])
+        other = self._piece(history.surface, points.projection.xi[:, 0])
         near = np.flatnonzero(np.isfinite(gap) & (own == other) & (own >= 0))
         place = self._contact.reference(history.point[near])
-        away = self._tied.query(place)[0] > self._beside
-        return float(gap[near[away]].min(initial=np.inf))
+        return float(gap[near[self._tie.beside(place)]].min(initial=np.inf))
 
-    def _piece(self, yarn: np.ndarray, layer: np.ndarray) -> np.ndarray:
-        """Return what slices (k,) of yarns (k,) are tied in."""
-        last = self._first_slice[yarn + 1] - 1
-        return self._pieces[np.clip(self._first_slice[yarn] + layer, 0, last)]
+    def _piece(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """Return what places (k,) along yarns (k,) are tied in."""
+        return self._pieces[self._rings.nearest(yarn, along)]

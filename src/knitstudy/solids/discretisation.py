@@ -4,15 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.crossings.rings import Rings
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mesh.grips import Grips
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.faces import Faces
+
+if TYPE_CHECKING:
+    from knitstudy.geometry.pair import YarnPair
+    from knitstudy.geometry.pattern import Knit
+    from knitstudy.study.scene import Scene
 
 Locate = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
@@ -54,6 +62,11 @@ class Discretisation:
         Nodes as weighted sums of nodes that depend on no others; the identity if None.
     faces : Faces, optional
         Of elements, where there are any on the surface: what ties by facets join.
+    rings : Rings, optional
+        Where the edges of the surfaces' cells across lie along the yarns; of those that contact knows.
+    missing : callable, optional
+        Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one yarn's
+        alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement shows it all.
     """
 
     mesh: SweptMesh
@@ -71,6 +84,8 @@ class Discretisation:
     sampling: sp.csr_matrix | None = None
     dependence: sp.csr_matrix | None = None
     faces: Faces | None = None
+    rings: Rings | None = None
+    missing: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
 
     def sampled(self, values: np.ndarray) -> np.ndarray:
         """Return what the nodes (N, ...) give at the nodes of `mesh` (M, ...)."""
@@ -79,3 +94,14 @@ class Discretisation:
     def nodes_of(self, yarn: int) -> np.ndarray:
         """Return the nodes of a yarn, ascending."""
         return np.flatnonzero(self.yarn == yarn)
+
+
+def discretised(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+    """Return the yarns of a scene, divided as its fidelity says.
+
+    Raises
+    ------
+    MeshError
+        If elements are too large for the yarn, or too many for the memory.
+    """
+    return import_module(scene.kind.fidelity.solids).discretise(scene, mesh, specimen)

@@ -6,11 +6,14 @@ from functools import partial
 
 import numpy as np
 
+from knitstudy.crossings.rings import Rings
 from knitstudy.gates.resolution import ELEMENTS_ACROSS, require_elements_across
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
+from knitstudy.mechanics.elements.hexahedron import shape, shape_gradient
+from knitstudy.mechanics.elements.inverse_map import InverseMap
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.memory import require_memory_to_simulate
@@ -47,9 +50,12 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         groups=partial(_groups, scene, mesh),
         volume=partial(_volume, len(mesh.nodes)),
         surfaces=Grids(yarn_surfaces(mesh)),
+        rings=Rings.of_rows(mesh.stations),
         ends=grips(mesh, scene, specimen),
-        locate=partial(_locate, mesh),
-        size=scene.mesh.size,
+        locate=InverseMap(
+            mesh.nodes, mesh.hexahedra, mesh.yarn_of_slice[station], shape, shape_gradient
+        ).locate,
+        size=scene.mesh.smallest,
         faces=linear_faces(mesh),
     )
 
@@ -68,7 +74,3 @@ def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
     hexahedra = group.connectivity
     each = group.elements.volume.reshape(-1, len(hexahedra)).sum(axis=0)  # of its integration points
     return np.bincount(hexahedra.ravel(), np.repeat(each / 8, 8), count)
-
-
-def _locate(mesh: SweptMesh, points: np.ndarray, yarn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    raise NotImplementedError

@@ -28,13 +28,12 @@ class SolidObserver:
         mesh, tie, facets = yarns.parts.mesh, yarns.tie, yarns.facets
         moved = yarns.model.node_displacement(state)
         displacement = yarns.parts.sampled(moved)
-        rings = mesh.slice_nodes(np.arange(mesh.slices))[:, mesh.section.ring]
         force = tie.resultants(increment.response.node_force, moved)
         contact, points = {}, {}
         if yarns.touching is not None:
             contact, points, pushed = yarns.touching.record(increment, len(force))
             force += pushed
-        stations = displacement[rings].mean(axis=1)
+        stations = mesh.ring_means(displacement)
         resultant, moment = yarn_resultants(yarns, increment.response.node_force, moved, stations)
         sections = section_motion(facets.crossings, mesh, yarns.parts.sampled(tie.nodes), displacement)
         columns = {

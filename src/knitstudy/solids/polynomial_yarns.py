@@ -13,6 +13,7 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.polynomial_yarn.locate import locate
+from knitstudy.mechanics.polynomial_yarn.patch_compliance import missing
 from knitstudy.mechanics.polynomial_yarn.sampling import Sampling
 from knitstudy.mechanics.polynomial_yarn.space import Space, YarnSpace, yarn_space
 from knitstudy.mechanics.polynomial_yarn.span import span_groups
@@ -50,11 +51,9 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
             "unknowns there"
         )
     spans = yarn_spans(scene, specimen)
-    # Yarns with the same spans share their space.
-    kinds = {kind: _space(scene, kind) for kind in set(spans)}
-    space = Space(tuple(kinds[each] for each in spans))
+    space = space_on(scene, spans)
     _require_memory(scene, space)
-    nodes = _shapes(space, specimen, mesh.radius)
+    nodes = undeformed(space, specimen)
     yarn = scene.yarn
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
     return Discretisation(
@@ -70,8 +69,28 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         ends=_grips(scene, space, spans),
         locate=partial(_locate, space, nodes),
         size=2 * mesh.radius / ACROSS,
+        missing=partial(missing, space, mesh.radius, yarn.youngs_modulus, yarn.poisson_ratio),
         sampling=Sampling(space, mesh.yarn_of_slice, mesh.arc_length, mesh.section.points),
     )
+
+
+def space_on(scene: Scene, spans: list[YarnSpans]) -> Space:
+    """Return the space of a scene's yarns on their spans; yarns with the same spans share theirs."""
+    degree = scene.mesh.spline_degree
+    kinds = {kind: yarn_space(kind.breaks, kind.degrees, degree, kind.sharp) for kind in set(spans)}
+    return Space(tuple(kinds[each] for each in spans))
+
+
+def undeformed(space: Space, specimen: Knit | YarnPair) -> np.ndarray:
+    """Return the undeformed nodes (N, 3) of a specimen's yarns [m]; all yarns of a knit are one, moved."""
+    curves, radius = specimen.centrelines, specimen.radius
+    if isinstance(specimen, YarnPair):
+        yarns = zip(space.yarns, curves, strict=True)
+        return np.concatenate([_shape(own, curve, radius) for own, curve in yarns])
+    shapes = {own: _shape(own, curves[0], radius) for own in set(space.yarns)}
+    rise = np.array([0.0, specimen.loop.course_spacing, 0.0])
+    nodes = np.concatenate([shapes[own] for own in space.yarns])
+    return nodes + (space.unity * space.yarn)[:, None] * rise
 
 
 def _require_memory(scene: Scene, space: Space) -> None:
@@ -79,23 +98,6 @@ def _require_memory(scene: Scene, space: Space) -> None:
     pairs = sum(float((own.span_sizes.astype(float) ** 2).sum()) for own in space.yarns)
     what = f"a simulation of {3 * space.size:.2g} unknowns"
     require_memory(BYTES_A_PAIR * pairs, "mesh.span", scene.mesh.span, what, power=1, unit="yarn radii")
-
-
-def _space(scene: Scene, spans: YarnSpans) -> YarnSpace:
-    return yarn_space(spans.breaks, spans.degrees, scene.mesh.spline_degree, spans.sharp)
-
-
-def _shapes(space: Space, specimen: Knit | YarnPair, radius: float) -> np.ndarray:
-    """Return the coefficients (N, 3) of all yarns; those of a knit are one shape, moved [m]."""
-    curves = specimen.centrelines
-    if isinstance(specimen, YarnPair):
-        return np.concatenate(
-            [_shape(own, curve, radius) for own, curve in zip(space.yarns, curves, strict=True)]
-        )
-    shapes = {own: _shape(own, curves[0], radius) for own in set(space.yarns)}
-    rise = np.array([0.0, specimen.loop.course_spacing, 0.0])
-    nodes = np.concatenate([shapes[own] for own in space.yarns])
-    return nodes + (space.unity * space.yarn)[:, None] * rise
 
 
 def _shape(own: YarnSpace, curve: Curve, radius: float) -> np.ndarray:

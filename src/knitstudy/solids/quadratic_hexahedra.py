@@ -7,12 +7,14 @@ from functools import partial
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.crossings.rings import Rings
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
-from knitstudy.mechanics.contact.surface import Grid, circular_stretch
+from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
 from knitstudy.mechanics.elements.hexahedron import GAUSS
-from knitstudy.mechanics.elements.quadratic import EDGES, NODES, shape
+from knitstudy.mechanics.elements.inverse_map import InverseMap
+from knitstudy.mechanics.elements.quadratic import EDGES, NODES, shape, shape_gradient
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.grips import Grips, grips
 from knitstudy.mesh.memory import require_memory_to_simulate
@@ -35,7 +37,6 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
     """
     quadratic = quadratic_mesh(mesh, specimen.centrelines)
     require_memory_to_simulate(quadratic.nodes.size, quadratic.bandwidth, scene.mesh.size)
-    stretch = circular_stretch(2 * mesh.section.ring.size)
     return Discretisation(
         mesh=quadratic.corners,
         nodes=quadratic.nodes,
@@ -45,10 +46,11 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         bandwidth=quadratic.bandwidth,
         groups=partial(_groups, scene, quadratic),
         volume=partial(_volume, len(quadratic.nodes)),
-        surfaces=tuple(Grid(grid, stretch=stretch) for grid in quadratic.grids),
+        surfaces=Grids(_grids(quadratic)),
+        rings=Rings.of_rows(quadratic.arc_lengths),
         ends=_ends(quadratic, grips(quadratic.corners, scene, specimen)),
-        locate=partial(_locate, quadratic),
-        size=scene.mesh.size,
+        locate=InverseMap(quadratic.nodes, quadratic.elements, quadratic.yarn, shape, shape_gradient).locate,
+        size=scene.mesh.smallest,
         sampling=_sampling(quadratic),
         dependence=_dependence(quadratic),
         faces=Faces(
@@ -57,6 +59,15 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
             serendipity,
         ),
     )
+
+
+def _grids(mesh: QuadraticMesh) -> list[Grid]:
+    """Return the surface of every yarn, through nodes at half the spacing."""
+    stretch = circular_stretch(2 * mesh.section.ring_edges.size)
+    if not mesh.corners.pull.any():
+        return [Grid(grid, stretch=stretch) for grid in mesh.grids]
+    pairs = zip(mesh.grids, mesh.angles, strict=True)
+    return [Grid(grid, chords=circular_chords(angles)) for grid, angles in pairs]
 
 
 def _groups(scene: Scene, mesh: QuadraticMesh, nodes: np.ndarray) -> tuple[ElementGroup, ...]:
@@ -112,7 +123,3 @@ def _faces_of(mesh: QuadraticMesh, yarn: int) -> slice:
     layers = mesh.corners.first_slice[yarn : yarn + 2] - np.arange(yarn, yarn + 2)
     first, last = layers * mesh.section.ring_edges.size
     return slice(int(first), int(last))
-
-
-def _locate(mesh: QuadraticMesh, points: np.ndarray, yarn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    raise NotImplementedError

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -18,8 +18,8 @@ from knitstudy.mechanics.constraints import transformation
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.stabilisation import Stabilisation
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.solids.discretisation import Discretisation
-from knitstudy.solids.tie import Tie, tie_crossings
+from knitstudy.solids.discretisation import Discretisation, discretised
+from knitstudy.solids.tie import Tie, tie_of
 from knitstudy.study.scene import Scene
 
 if TYPE_CHECKING:
@@ -67,11 +67,9 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SolidY
         If elements are too large for the yarn, the simulation does not fit into memory, an element is folded after
         the tied nodes were moved, a crossing cannot be tied, or yarns overlap.
     """
-    parts = import_module(scene.kind.fidelity.solids).discretise(scene, mesh, specimen)
+    parts = discretised(scene, mesh, specimen)
     tied = tied_crossings(scene, specimen.crossings)
-    tie = tie_crossings(parts.mesh, specimen, scene.tie.tolerance, tied, parts.faces)
-    if parts.dependence is not None:
-        tie = replace(tie, nodes=parts.dependence @ tie.nodes)
+    tie = tie_of(scene, parts, specimen)
     facets = CrossingFacets.of(specimen.crossings, parts.mesh)
     groups = parts.groups(tie.nodes)
     volume = parts.volume(groups)
@@ -85,7 +83,7 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SolidY
     interaction = scene.kind.interaction
     if not interaction.touches:
         return SolidYarns(parts, SolidModel(*solids), tie, facets, retained)
-    pieces = tied_pieces(parts.mesh, specimen.crossings, tied)
+    pieces = tied_pieces(parts.rings.arc_length, specimen.crossings, tied)
     contact = import_module(interaction.solids)
     touching = contact.touching(scene, parts, tie, pieces, facets, volume, solids)
     return SolidYarns(parts, touching.model, tie, facets, retained, touching)

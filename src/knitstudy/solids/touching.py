@@ -12,6 +12,7 @@ import numpy as np
 
 from knitstudy.crossings.facets import CrossingFacets
 from knitstudy.crossings.record import crossing_forces, touching_points
+from knitstudy.crossings.rings import Rings
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.solids_in_contact import Penetration, SolidsInContact
@@ -34,14 +35,17 @@ class Touching:
     ----------
     model : SolidsInContact
     facets : CrossingFacets
+    rings : Rings
+        Of the surfaces.
     around : int
-        Facets around a yarn.
+        Cells of contact around a yarn.
     beside : BesideTies or None
         Watches tied yarns where others are in contact.
     """
 
     model: SolidsInContact
     facets: CrossingFacets
+    rings: Rings
     around: int
     beside: BesideTies | None
 
@@ -51,7 +55,7 @@ class Touching:
         """Return columns of the history, columns of the points in contact, and forces (K, 3) at the crossings [N]."""
         model, state = self.model, increment.state
         touching = model.contact_points(state)
-        points = touching_points(model.contact, touching, self.facets)
+        points = touching_points(model.contact, touching, self.facets, self.rings)
         gap = model.contact.smallest_gap(touching)
         if self.beside is not None:
             gap = min(gap, self.beside.smallest_gap(model.nodes + model.node_displacement(state)))
@@ -102,8 +106,8 @@ def touching(
     scene : Scene
     yarns : Discretisation
     tie : Tie
-    pieces : ndarray of int, shape (S,)
-        What every slice is tied in; see `tied_crossings.tied_pieces`.
+    pieces : ndarray of int, shape (R,)
+        What every ring is tied in; see `tied_crossings.tied_pieces`.
     facets : CrossingFacets
     volume : ndarray, shape (N,)
         Of every node [m3].
@@ -122,4 +126,4 @@ def touching(
         free_bodies=free_yarns(yarns, tie, volume, scene.yarn.youngs_modulus),
     )
     beside = BesideTies(scene, yarns, tie, pieces) if len(tie.joined) else None
-    return Touching(model, facets, yarns.mesh.section.ring.size, beside)
+    return Touching(model, facets, yarns.rings, int(yarns.surfaces.cells[0, 1]), beside)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.contact.grids import Grid, circular_stretch
+from knitstudy.mechanics.contact.grids import Grid, circular_chords, circular_stretch
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.discretisation import Discretisation
@@ -26,8 +26,8 @@ def yarn_contact(scene: Scene, yarns: Discretisation, nodes: np.ndarray, pieces:
     yarns : Discretisation
     nodes : ndarray, shape (N, 3)
         Undeformed nodes, adjusted to the ties [m].
-    pieces : ndarray of int, shape (S,)
-        What every slice is tied in; see `tied_crossings.tied_pieces`.
+    pieces : ndarray of int, shape (R,)
+        What every ring is tied in; see `tied_crossings.tied_pieces`.
 
     Raises
     ------
@@ -49,15 +49,18 @@ def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
     """Return the surface of every yarn; its polygon is inflated, the contact surface has the true radius."""
     inflated = mesh.radius * float(np.linalg.norm(mesh.section.points[mesh.section.ring], axis=1).mean())
     stretch = circular_stretch(mesh.section.ring.size)
-    return [
-        Grid(mesh.surface_nodes(yarn), offset=inflated - mesh.radius, stretch=stretch)
-        for yarn in range(mesh.yarns)
-    ]
+    graded = circular_chords(mesh.angles) if mesh.pull.any() else None
+    grids = []
+    for yarn in range(mesh.yarns):
+        chords = None if graded is None else graded[slice(*mesh.first_slice[yarn : yarn + 2])]
+        grid = Grid(mesh.surface_nodes(yarn), offset=inflated - mesh.radius, stretch=stretch, chords=chords)
+        grids.append(grid)
+    return grids
 
 
 def contact_law(scene: Scene) -> Coulomb:
     """Return the law of a scene: stiffnesses as ratios to E / h (Table 1), no slip at all where contact is rough."""
-    unit = scene.yarn.youngs_modulus / scene.mesh.size
+    unit = scene.yarn.youngs_modulus / scene.mesh.smallest
     return Coulomb(
         normal=scene.contact.normal_stiffness * unit,
         tangential=scene.contact.tangential_stiffness * unit,

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.measures.catalogue import Catalogue
+from knitstudy.measures.discretisation import is_direct
 from knitstudy.measures.selection import roles_of
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.freshness import digest_of_files
@@ -41,7 +42,7 @@ def results_of(roles: Mapping[str, Scene | list[Scene]]) -> dict[str, Step | lis
     for role, found in roles.items():
         scenes = found if isinstance(found, list) else [found]
         steps = {role: [(stage_of(scene), scene) for scene in scenes]}
-        direct = [scene for scene in scenes if scene.fidelity == "dns"]
+        direct = [scene for scene in scenes if is_direct(scene)]
         if direct:
             prefix = "" if role == "dns" else f"{role}_"
             for name in BESIDE:

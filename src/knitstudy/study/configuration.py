@@ -189,7 +189,7 @@ def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: 
     name = scene.value(source)
     if name is None:
         return
-    direct = sorted(other.name for other in scenes.values() if other.fidelity == "dns")
+    direct = sorted(other.name for other in scenes.values() if other.kind.fidelity.stage == "dns")
     if name not in direct:
         message = unknown_choice(f"{source} names the unknown dns scene", name, name, direct)
         raise ConfigurationError(f"{where}: {message}")

@@ -21,7 +21,7 @@ from knitstudy.registry import unknown_choice
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.layers import PLACEHOLDER, Layer, filled, together
 
-STUDIES = ("ci", "reduced", "full")
+STUDIES = ("ci", "reduced", "full", "reference")
 """Names of the studies that a scene can belong to."""
 
 MOST = 10_000

@@ -9,21 +9,17 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.cases import Case, cases_of, is_plain
-from knitstudy.measures.response import comparison, secant_stiffness
+from knitstudy.measures.comparison import COLUMNS as COMPARED
+from knitstudy.measures.comparison import comparison
+from knitstudy.measures.response import secant_stiffness
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
 COLUMNS = [
     "model",
     "scene",
-    "strain [1]",
-    "force [N]",
-    "secant stiffness [N/m]",
-    "stiffness over DNS's [1]",
+    *COMPARED,
     "stiffness over that of the first beams [1]",
-    "L2 distance of force to DNS [1]",
-    "largest |u_z| [m]",
-    "correlation of u_z with DNS [1]",
     "increments [1]",
     "Newton iterations [1]",
     "time [s]",
@@ -33,10 +29,12 @@ COLUMNS = [
 @TABLES.add(
     "beams",
     "Beams in contact and solid yarns",
-    needs=("every", "scenes"),
+    needs=("every", "scenes", "reference"),
     order=8,
 )
-def tabulate(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate(
+    every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
+) -> pd.DataFrame:
     """Return one row a model: direct simulation, main 3D reduced model, and beams in contact, by direction.
 
     Parameters
@@ -45,13 +43,14 @@ def tabulate(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd
         Histories of knits by scene (see docs/architecture.md).
     scenes : mapping of str to Scene
         Their scenes by the same names.
+    reference : DataFrame
+        ``resources/reference/reference.csv``.
     """
-    rows = [row for case in cases_of(every, scenes) if case.beams for row in _rows(case)]
+    rows = [row for case in cases_of(every, scenes, reference) if case.beams for row in _rows(case)]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def _rows(case: Case) -> Iterator[dict]:
-    dns = case.dns.history
     plain = [model for model in case.beams if is_plain(model.scene)]
     base = secant_stiffness(plain[0].history) if plain else np.nan
     beside = [case.main["rom3d"]] if "rom3d" in case.main else []
@@ -60,7 +59,7 @@ def _rows(case: Case) -> Iterator[dict]:
         yield {
             "model": f"{case.name_of(model)}; {case.direction}",
             "scene": model.scene.name,
-            **comparison(history, dns),
+            **comparison(history, case.dns.history, case.reference),
             "stiffness over that of the first beams [1]": (
                 secant_stiffness(history) / base if model in case.beams else np.nan
             ),

@@ -18,7 +18,7 @@ from knitstudy.tables.catalogue import TABLES
 @TABLES.add(
     "claims",
     "Claims of the paper and verdicts",
-    needs=("geometry", "paper", "claims", "scenes", "every"),
+    needs=("geometry", "paper", "reference", "claims", "scenes", "every"),
     of=COURSE,
     optional=(
         "tie",
@@ -35,6 +35,7 @@ from knitstudy.tables.catalogue import TABLES
 def tabulate(
     geometry: xr.Dataset,
     paper: pd.DataFrame,
+    reference: pd.DataFrame,
     claims: pd.DataFrame,
     scenes: Mapping[str, Scene],
     every: Mapping[str, xr.Dataset],
@@ -46,8 +47,8 @@ def tabulate(
     ----------
     geometry : Dataset
         Result of the geometry stage.
-    paper, claims : DataFrame
-        ``resources/reference/paper_tables.csv`` and ``paper_claims.csv``.
+    paper, reference, claims : DataFrame
+        ``resources/reference/paper_tables.csv``, ``reference.csv`` and ``paper_claims.csv``.
     scenes : mapping of str to Scene
         The scenes of the histories (see `measures.selection`).
     every : mapping of str to Dataset
@@ -61,6 +62,7 @@ def tabulate(
         geometry,
         scenes,
         paper,
+        reference,
         every,
         direct={name: contact[name] for name in VARIANTS if name in contact},
         contacts={name: contact[f"{name}_contacts"] for name in VARIANTS if f"{name}_contacts" in contact},

@@ -70,6 +70,7 @@ def _keys(scene: Scene, history: xr.Dataset) -> dict:
         "springs from": _springs_from(scene),
         "axes of springs": scene.value("rom.axes"),
         "displacement of springs": scene.value("rom.displacement"),
+        "section law": scene.value("mesh.section_law"),
         "segment of two yarns": scene.value("rom.section"),
         "beam contact": scene.value("beam.contact"),
         "beam section": scene.value("beam.section"),

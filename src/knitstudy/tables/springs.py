@@ -48,7 +48,7 @@ def _row(name: str, of: pd.DataFrame, scenes: Mapping[str, Scene]) -> dict:
         "scene": name,
         "load": first["load"],
         "interaction": first["interaction"],
-        "mesh size [m]": scene.mesh.size,
+        "mesh size [m]": scene.value("mesh.size"),
         "contact stiffness over E / h [1]": scene.contact.normal_stiffness,
         "penalty alone": scene.contact.augmentations == 0,
     }

@@ -8,7 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.penetration import penetration
-from knitstudy.measures.reference import number
+from knitstudy.measures.printed import number
 from knitstudy.measures.selection import ISOTROPIC_COURSE
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES

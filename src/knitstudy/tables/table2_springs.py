@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.measures.reference import number
+from knitstudy.measures.printed import number
 from knitstudy.networks.rom.springs import AXES, MEASURES, Springs, springs
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.reference import numbers
+from knitstudy.measures.printed import numbers
 from knitstudy.measures.selection import TIED_COURSE
 from knitstudy.tables.catalogue import TABLES
 

@@ -8,27 +8,28 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.cases import Case, Simulation, cases_of
+from knitstudy.measures.comparison import OVER_REFERENCE, UNCERTAIN
 from knitstudy.measures.cost import MEGABYTE, element_length
+from knitstudy.measures.discretisation import discretisation
 from knitstudy.measures.names import NAMES
-from knitstudy.measures.reference import REPORTED, number, reported
+from knitstudy.measures.printed import REPORTED, number, reported
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
-SOLIDS = {
-    "one_point": "hexahedron, 8 nodes, 1 point",
-    "incompatible_modes": "hexahedron, 8 nodes, 8 points, incompatible modes",
-}
 BEAM = "beam, 2 nodes, 1 point"
 
 
 @TABLES.add(
     "table5_cost",
     "Table 5: cost of the models",
-    needs=("every", "paper", "scenes"),
+    needs=("every", "paper", "scenes", "reference"),
     order=7,
 )
 def tabulate(
-    every: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
+    every: Mapping[str, xr.Dataset],
+    paper: pd.DataFrame,
+    scenes: Mapping[str, Scene],
+    reference: pd.DataFrame,
 ) -> pd.DataFrame:
     """Return size, memory and time of the main models of each case.
 
@@ -43,10 +44,11 @@ def tabulate(
         ``resources/reference/paper_tables.csv``.
     scenes : mapping of str to Scene
         Their scenes by the same names.
+    reference : DataFrame
+        ``resources/reference/reference.csv``: what cost is to be seen beside.
     """
-    return pd.DataFrame(
-        [row for case in cases_of(every, scenes) for row in _rows(case, paper)], columns=COLUMNS
-    )
+    rows = [row for case in cases_of(every, scenes, reference) for row in _rows(case, paper)]
+    return pd.DataFrame(rows, columns=COLUMNS)
 
 
 COLUMNS = [
@@ -66,6 +68,8 @@ COLUMNS = [
     "Newton iterations [1]",
     "time [s]",
     "DNS's time over this [1]",
+    OVER_REFERENCE,
+    UNCERTAIN[OVER_REFERENCE],
 ]
 
 
@@ -77,21 +81,24 @@ def _rows(case: Case, paper: pd.DataFrame) -> Iterator[dict]:
 
 
 def _row(fidelity: str, model: Simulation, case: Case, paper: pd.DataFrame) -> dict:
-    history, cost, reference = model.history, model.history.attrs, case.dns.history.attrs
+    history, cost, dns = model.history, model.history.attrs, case.dns.history.attrs
+    ratio = case.reference.force_ratio(history)
     theirs = _reported(paper, fidelity) if case.interaction == "tie" and case.direction == "course" else {}
     values = {
         "model": f"{NAMES[fidelity]}; {case.label}",
         "scene": model.scene.name,
-        "element": SOLIDS[model.scene.mesh.element] if fidelity == "dns" else BEAM,
-        "mesh size [m]": model.scene.mesh.size if fidelity == "dns" else element_length(history),
+        "element": discretisation(model.scene) if fidelity == "dns" else BEAM,
+        "mesh size [m]": model.scene.value("mesh.size") if fidelity == "dns" else element_length(history),
         "degrees of freedom [1]": int(cost["dof"]),
-        "DNS's degrees of freedom over these [1]": reference["dof"] / cost["dof"],
+        "DNS's degrees of freedom over these [1]": dns["dof"] / cost["dof"],
         "memory growth [MB]": cost["memory_growth"] / MEGABYTE,
         "memory peak [MB]": cost["memory_peak"] / MEGABYTE,
         "increments [1]": history.sizes["increment"] - 1,
         "Newton iterations [1]": int(history["newton_iterations"].sum()),
         "time [s]": cost["wall_seconds"],
-        "DNS's time over this [1]": reference["wall_seconds"] / cost["wall_seconds"],
+        "DNS's time over this [1]": dns["wall_seconds"] / cost["wall_seconds"],
+        OVER_REFERENCE: ratio.value,
+        UNCERTAIN[OVER_REFERENCE]: ratio.uncertainty,
     }
     return values | theirs
 

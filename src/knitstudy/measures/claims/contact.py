@@ -10,8 +10,11 @@ import xarray as xr
 from knitstudy.measures.centre_cell import Snapshot, first_symmetric_contact, snapshots, zones_of_cell
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, lacking, verdict
 from knitstudy.measures.energy_balance import stabilisation_share
+from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.names import INTERACTIONS
-from knitstudy.measures.reference import number
+from knitstudy.measures.printed import number
+from knitstudy.measures.quantities import FORCE, LARGEST_U_Z
+from knitstudy.measures.reference import reference_of
 from knitstudy.measures.response import (
     Z,
     at_strain,
@@ -117,9 +120,16 @@ def judge_stiffness_order(evidence: Evidence) -> Judgement:
     stiffness = _compared(evidence, lambda history, strain: 1e-3 * stiffness_at(history, strain))
     if stiffness is None:
         return lacking("ties, rough contact and isotropic friction on one mesh")
-    measured = "secant stiffness: " + _listed(stiffness, "{:.4g} kN/m")
-    ordered = stiffness["tie"] > stiffness["rough"] > stiffness["isotropic"]
-    return at_full_strain(evidence, Judgement(measured, verdict(ordered)), _three(evidence), "isotropic")
+    measured = "secant stiffness of DNS: " + _listed(stiffness, "{:.4g} kN/m")
+    forces = _references(evidence, FORCE)
+    if forces is None:
+        return Judgement(measured, NOT_RUN, "there is no reference of all three")
+    said = ", ".join(f"{INTERACTIONS[name]} {force} N" for name, force in forces.items())
+    ordered = all_hold(
+        (_larger(forces["tie"], forces["rough"]), _larger(forces["rough"], forces["isotropic"]))
+    )
+    judged = Judgement(f"{measured}; force of the reference: {said}", verdict(ordered))
+    return at_full_strain(evidence, judged, _three(evidence), "isotropic")
 
 
 def judge_motion_order(evidence: Evidence) -> Judgement:
@@ -129,9 +139,15 @@ def judge_motion_order(evidence: Evidence) -> Judgement:
     )
     if motion is None:
         return lacking("ties, rough contact and isotropic friction on one mesh")
+    measured = "largest |u_z| of DNS: " + _listed(motion, "{:.3g} mm")
+    true = _references(evidence, LARGEST_U_Z)
+    if true is None:
+        return Judgement(measured, NOT_RUN, "there is no reference of all three")
+    in_mm = {name: each.of(lambda value: 1e3 * value) for name, each in true.items()}
+    said = ", ".join(f"{INTERACTIONS[name]} {each} mm" for name, each in in_mm.items())
     judged = Judgement(
-        "largest |u_z|: " + _listed(motion, "{:.3g} mm"),
-        verdict(motion["isotropic"] > motion["tie"]),
+        f"{measured}; of the reference: {said}",
+        verdict(_larger(true["isotropic"], true["tie"])),
         "the place of rough contact is not stated",
     )
     return at_full_strain(evidence, judged, _three(evidence), "isotropic")
@@ -258,6 +274,20 @@ def _compared(evidence: Evidence, measure: Callable[[xr.Dataset, float], float])
     histories = {name: evidence.direct[name] for name in INTERACTIONS}
     strain = common_strain(histories.values())
     return {name: measure(history, strain) for name, history in histories.items()}
+
+
+def _references(evidence: Evidence, quantity: str) -> dict[str, Estimate] | None:
+    """Return a quantity of ties, rough contact and friction at the largest strain that the reference has of all."""
+    found = {name: reference_of(evidence.reference, evidence.scenes[name]) for name in INTERACTIONS}
+    strain = common_strain(_three(evidence))
+    common = set.intersection(*(set(each.strains(quantity, strain)) for each in found.values()))
+    return {name: each.at(quantity, max(common)) for name, each in found.items()} if common else None
+
+
+def _larger(one: Estimate, other: Estimate) -> bool | None:
+    """Whether one is larger than another; None where their uncertainties leave that open."""
+    difference = Estimate(one.value - other.value, one.uncertainty + other.uncertainty)
+    return difference.above(0.0)
 
 
 def _three(evidence: Evidence) -> list[xr.Dataset]:

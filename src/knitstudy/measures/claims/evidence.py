@@ -10,10 +10,11 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.cases import Case, cases_of
-from knitstudy.measures.reference import number
+from knitstudy.measures.discretisation import made_of
+from knitstudy.measures.printed import number
 from knitstudy.study.scene import Scene
 
-REPRODUCED, NOT_REPRODUCED = "reproduced", "not reproduced"
+REPRODUCED, NOT_REPRODUCED, OPEN = "reproduced", "not reproduced", "not decidable"
 CALIBRATED, NOT_RUN = "used in calibration", "not yet run"
 
 
@@ -29,6 +30,8 @@ class Evidence:
         Of all histories: by interaction for `direct`, else by name.
     paper : DataFrame
         The paper's numbers.
+    reference : DataFrame
+        ``resources/reference/reference.csv``: what models are measured against.
     every : mapping of str to Dataset
         Histories of all simulations of knits, by scene.
     direct : mapping of str to Dataset
@@ -45,6 +48,7 @@ class Evidence:
     geometry: xr.Dataset
     scenes: Mapping[str, Scene]
     paper: pd.DataFrame
+    reference: pd.DataFrame
     every: Mapping[str, xr.Dataset] = field(default_factory=dict)
     direct: Mapping[str, xr.Dataset] = field(default_factory=dict)
     contacts: Mapping[str, xr.Dataset] = field(default_factory=dict)
@@ -54,7 +58,7 @@ class Evidence:
     @cached_property
     def cases(self) -> tuple[Case, ...]:
         """Direct simulations with the models that are compared with them, in course and wale tension."""
-        return tuple(cases_of(self.every, self.scenes))
+        return tuple(cases_of(self.every, self.scenes, self.reference))
 
 
 @dataclass(frozen=True)
@@ -66,8 +70,10 @@ class Judgement:
     note: str = ""
 
 
-def verdict(holds: bool) -> str:
-    """Return the verdict on a claim that was measured."""
+def verdict(holds: bool | None) -> str:
+    """Return the verdict on a claim that was measured; None where less decides than is certain."""
+    if holds is None:
+        return OPEN
     return REPRODUCED if holds else NOT_REPRODUCED
 
 
@@ -82,7 +88,7 @@ def at_full_strain(
     """Withhold the verdict where histories were not pulled as far as the paper's; name the mesh of a scene."""
     wanted = number(evidence.paper, "fig7", "course isotropic", "strain at the end") / 100
     reached = min(float(history["strain"][-1]) for history in histories)
-    notes = [judgement.note, f"DNS elements of {1e3 * evidence.scenes[scene].mesh.size:g} mm"]
+    notes = [judgement.note, f"DNS of {made_of(evidence.scenes[scene])}"]
     if reached < 0.999 * wanted:
         judgement = replace(judgement, verdict=NOT_RUN)
         notes.insert(0, f"pulled to {reached:.2%}, the paper to {wanted:.0%}")

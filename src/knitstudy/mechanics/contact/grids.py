@@ -32,18 +32,41 @@ class Grid:
     offset : float
         How far inside of the interpolated surface the contact surface lies [m]: a polygon inflated to the area of
         its circle has its nodes outside of the circle.
+    chords : ndarray, shape (m, a, 2), optional
+        Where angles are not equal: what the chords before and behind a node contribute to its tangent around, in place
+        of half the stretch each; see `circular_chords`.
     """
 
     nodes: np.ndarray
     closed: bool = True
     offset: float = 0.0
     stretch: float = 1.0
+    chords: np.ndarray | None = None
 
 
 def circular_stretch(angles: int) -> float:
     """Return the stretch at which the curve through equal angles of a circle has its middles on the circle, too."""
     step = 2 * np.pi / angles
     return float(4 * (1 - np.cos(step / 2)) / (np.sin(step) * np.sin(step / 2)))
+
+
+def circular_chords(angles: np.ndarray) -> np.ndarray:
+    """Return the shares (m, a, 2) of the chords before and behind every node of a circle in its tangent.
+
+    Tangents touch the circle then. Their length is the harmonic mean of those, 4 tan(step / 4), with which each of
+    the two pieces would have its middle on the circle.
+
+    Parameters
+    ----------
+    angles : ndarray, shape (m, a)
+        Increasing in every row, once around [rad].
+    """
+    ahead = np.mod(np.roll(angles, -1, axis=1) - angles, 2 * np.pi)
+    behind = np.roll(ahead, 1, axis=1)
+    length = 8 / (1 / np.tan(behind / 4) + 1 / np.tan(ahead / 4))
+    # Shares that go with 1 / sin(step / 2)^2 leave no part along the normal.
+    scale = 0.5 * length / (1 / np.tan(behind / 2) + 1 / np.tan(ahead / 2))
+    return np.stack([scale / np.sin(behind / 2) ** 2, scale / np.sin(ahead / 2) ** 2], axis=-1)
 
 
 class Grids:
@@ -66,6 +89,9 @@ class Grids:
         self._first = np.concatenate([[0], np.cumsum(self.shape.prod(axis=1))])
         self._nodes = np.concatenate([np.asarray(grid.nodes).ravel() for grid in self.grids])
         self._skin = np.unique(self._nodes)
+        self._chords = None
+        if any(grid.chords is not None for grid in self.grids):
+            self._chords = np.concatenate([_chords(grid).reshape(-1, 2) for grid in self.grids])
 
     def edges(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the parameters of the edges of cells along (m + 1,) and around (n + 1,): slices and angles."""
@@ -91,9 +117,13 @@ class Grids:
         share = np.where(closed, share, xi[:, 1] - cell[:, 1])
         around = _curve(cell[:, 1], share, shape[:, 1], closed, self._stretch[surface])
         index = along.index[:, :, None] * shape[:, 1][:, None, None] + around.index[:, None, :]
-        nodes = self._nodes[self._first[surface][:, None] + index.reshape(-1, 16)]
-
-        weights = along.weight[:, ALONG, :, None] * around.weight[:, AROUND, None, :]
+        index += self._first[surface][:, None, None]
+        nodes = self._nodes[index.reshape(-1, 16)]
+        if self._chords is None:
+            across = around.weight[:, AROUND, None, :]
+        else:
+            across = _weights(share, self._chords[index[:, :, 1:3]])[:, AROUND]
+        weights = along.weight[:, ALONG, :, None] * across
         return Stencil(nodes, weights.reshape(-1, 6, 16), key=nodes[:, 5])  # the cell's first corner
 
     def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
@@ -159,8 +189,29 @@ def _curve(
     return _Curve(index, weight)
 
 
+def _chords(grid: Grid) -> np.ndarray:
+    """Return what the chords beside every node of a grid (m, a, 2) contribute to its tangent around."""
+    if grid.chords is None:
+        return np.full((*grid.nodes.shape, 2), 0.5 * grid.stretch)
+    return grid.chords
+
+
+def _weights(t: np.ndarray, chords: np.ndarray) -> np.ndarray:
+    """Return weights (k, 3, r, 4) at local parameters t (k,) of r rows, with tangents of chords (k, r, 2 nodes, 2)."""
+    powers = np.stack([np.ones_like(t), t, t * t, t**3], axis=1)
+    before, behind = np.moveaxis(chords, -1, 0)
+    tangents = np.zeros((*before.shape, 4))  # (k, r, 2 nodes, 4)
+    for node in range(2):
+        tangents[:, :, node, node] = -before[..., node]
+        tangents[:, :, node, node + 1] = before[..., node] - behind[..., node]
+        tangents[:, :, node, node + 2] = behind[..., node]
+    points = (powers @ _POINTS).reshape(-1, 3, 1, 4)
+    at_tangents = (powers @ _HERMITE).reshape(-1, 1, 3, 2)
+    return points + (at_tangents @ tangents).swapaxes(1, 2)
+
+
 def _with_derivatives(coefficients: np.ndarray) -> np.ndarray:
-    """Return polynomials (4 powers, 4 nodes), their first and second derivatives, side by side: (4, 12)."""
+    """Return polynomials (4 powers, n nodes), their first and second derivatives, side by side: (4, 3 n)."""
     slope = np.zeros((4, 4))
     slope[[0, 1, 2], [1, 2, 3]] = 1, 2, 3  # of the powers of t
     return np.concatenate([coefficients, slope @ coefficients, slope @ slope @ coefficients], axis=1)
@@ -174,3 +225,6 @@ _TANGENTS = _with_derivatives(
     * np.array([[0.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [2.0, 1.0, -2.0, -1.0], [-1.0, -1.0, 1.0, 1.0]])
 )
 """What the nodes themselves and the tangents at them contribute. Rows: powers of t; columns: the four nodes."""
+
+_HERMITE = _with_derivatives(np.array([[0.0, 0.0], [1.0, 0.0], [-2.0, -1.0], [1.0, 1.0]]))
+"""What the tangents at the two nodes of a piece contribute, of any length. Columns: the two nodes."""

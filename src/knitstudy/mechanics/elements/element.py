@@ -78,6 +78,8 @@ class Kind:
         Whether it takes hourglass control.
     nodes : int
         Of an element: 8, or 20 with the middles of the edges.
+    largest_poisson_ratio : float
+        Beyond it the element locks.
     """
 
     name: str
@@ -85,6 +87,7 @@ class Kind:
     make: Callable[..., Elements]
     hourglass: bool = False
     nodes: int = 8
+    largest_poisson_ratio: float = 0.5
 
     def build(self, corners: np.ndarray, material: Material, hourglass: float) -> Elements:
         """Return a batch of elements; `hourglass` is for those that take it."""
@@ -96,11 +99,11 @@ class Kind:
 ELEMENTS: Registry[Kind] = Registry("mesh.element", "knitstudy.mechanics.elements")
 
 
-def element(name: str, meaning: str, hourglass: bool = False, nodes: int = 8) -> Callable[[type], type]:
+def element(name: str, meaning: str, **options: float) -> Callable[[type], type]:
     """Return a decorator that registers a class of elements; what the arguments are stands in `Kind`."""
 
     def register(make: type) -> type:
-        ELEMENTS.register(Kind(name, meaning, make, hourglass, nodes), make.__module__)
+        ELEMENTS.register(Kind(name, meaning, make, **options), make.__module__)
         return make
 
     return register

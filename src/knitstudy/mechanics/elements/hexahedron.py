@@ -19,14 +19,18 @@ GAUSS = CORNERS / np.sqrt(3)
 """The eight Gauss points (8, 3); all weights are 1."""
 
 
-def shape_gradient(point: np.ndarray) -> np.ndarray:
-    """Return the gradient (8, 3) of the trilinear shape functions at a natural coordinate (3,)."""
-    factor = 1 + CORNERS * point  # (8, 3)
-    others = factor[:, [1, 0, 0]] * factor[:, [2, 2, 1]]
-    return 0.125 * CORNERS * others
+def shape(natural: np.ndarray) -> np.ndarray:
+    """Return the trilinear shape functions (k, 8) at natural coordinates (k, 3)."""
+    return 0.125 * (1 + CORNERS * natural[:, None]).prod(axis=2)
 
 
-GRADIENTS = np.stack([shape_gradient(point) for point in GAUSS])
+def shape_gradient(natural: np.ndarray) -> np.ndarray:
+    """Return their gradients (k, 8, 3) at natural coordinates (k, 3)."""
+    factor = 1 + CORNERS * natural[:, None]  # (k, 8, 3)
+    return 0.125 * CORNERS * factor[:, :, [1, 0, 0]] * factor[:, :, [2, 2, 1]]
+
+
+GRADIENTS = shape_gradient(GAUSS)
 """Natural gradients (8 points, 8 nodes, 3) at the Gauss points."""
 
 

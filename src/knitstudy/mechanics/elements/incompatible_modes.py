@@ -36,6 +36,9 @@ ITERATIONS = 12
 ACCURACY = 1e-14
 """Error that a linear last step may leave in the modes, as a share of the displacement gradient."""
 
+LARGEST_POISSON_RATIO = 0.47
+"""Poisson's ratio beyond which a bent yarn of the coarsest round section, five elements across, is 5 % too stiff."""
+
 
 @dataclass(frozen=True)
 class _Points:
@@ -48,9 +51,17 @@ class _Points:
     folded: np.ndarray  # (e,)
 
 
-@element("incompatible_modes", "the reference, some five times slower")
+@element(
+    "incompatible_modes",
+    "the reference among linear ones, some five times slower",
+    largest_poisson_ratio=LARGEST_POISSON_RATIO,
+)
 class IncompatibleHexahedron:
     """Eight-point hexahedron with three incompatible modes.
+
+    It locks where a material hardly changes its volume and elements are no bricks, as in a round section: a yarn that
+    is bent between two grips, five and six elements across, is 3 and 1.5 % stiffer than with quadratic elements at nu
+    of 0.42, 5 and 2 % at 0.47, 8 and 3 % at 0.49, 34 and 15 % at 0.499.
 
     The search for the modes starts from those of the last response; where it starts shows in its cost alone.
 
@@ -64,7 +75,7 @@ class IncompatibleHexahedron:
     def __init__(self, corners: np.ndarray, material: Material) -> None:
         self.material = material
         count = len(corners)
-        middle = np.swapaxes(corners, 1, 2) @ shape_gradient(np.zeros(3))
+        middle = np.swapaxes(corners, 1, 2) @ shape_gradient(np.zeros((1, 3)))[0]
         inverse0, determinant0 = inverse(middle)
         self.weight = np.empty((count, POINTS))
         self.gradient = np.empty((count, 8 + MODES, POINTS, 3))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import nullcontext
 from typing import Protocol
 
 import numpy as np
@@ -13,7 +14,7 @@ from knitstudy.mechanics.linear.conjugate import conjugate_gradients
 from knitstudy.mechanics.linear.minimal_residual import minimal_residuals
 from knitstudy.mechanics.linear.rows import Rows
 from knitstudy.mechanics.linear.solver import NOWHERE, Iterate, Solution
-from knitstudy.mechanics.pattern_sum import PatternSum
+from knitstudy.mechanics.pattern_sum import lacking
 
 MOST_ITERATIONS = 400
 """Iterations with a fresh preconditioner after which a solve counts as failed."""
@@ -29,7 +30,10 @@ class Preconditioner(Protocol):
     """An approximate inverse that can be older than the matrix it is applied for."""
 
     def update(self, matrix: sp.bsr_matrix, unsymmetric: sp.bsr_matrix | None, touching: np.ndarray) -> None:
-        """Make it anew for the sum of a symmetric positive matrix and of what makes it unsymmetric, if anything."""
+        """Make it anew for the sum of a symmetric positive matrix and of what makes it unsymmetric, if anything.
+
+        The matrix changes afterwards: what is to be kept of it has to be copied.
+        """
         ...
 
     def apply(self, matrix: Rows, residual: np.ndarray) -> np.ndarray:
@@ -90,10 +94,10 @@ class Krylov:
 
     def _renew(self) -> None:
         started = time.perf_counter()
-        matrix = self._matrix
-        if self._unsymmetric is not None and self._unsymmetric.nnz:
-            matrix = _without(matrix, self._unsymmetric)
-        self.preconditioner.update(matrix, self._unsymmetric, self._touching)
+        unsymmetric = self._unsymmetric
+        some = unsymmetric is not None and unsymmetric.nnz
+        with lacking(self._matrix, unsymmetric) if some else nullcontext():
+            self.preconditioner.update(self._matrix, unsymmetric, self._touching)
         self._known = self._touching
         self.setups += 1
         self._fresh, self._waste, self._rate = True, 0.0, 0.0
@@ -127,10 +131,3 @@ class Krylov:
         decades = np.log10(max(start, 1e-300) / max(reached, 1e-16 * start, 1e-300))
         self._book(state.iterations - before, decades)
         return None
-
-
-def _without(matrix: sp.bsr_matrix, part: sp.bsr_matrix) -> sp.bsr_matrix:
-    """Return a matrix less a part of it that has few blocks."""
-    rest = sp.bsr_matrix((matrix.data.copy(), matrix.indices, matrix.indptr), shape=matrix.shape)
-    minus = sp.bsr_matrix((-part.data, part.indices, part.indptr), shape=part.shape)
-    return PatternSum(rest, minus).add(rest, minus)

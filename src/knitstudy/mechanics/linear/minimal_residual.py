@@ -6,6 +6,7 @@ import numpy as np
 
 from knitstudy.mechanics.linear.rows import Rows
 from knitstudy.mechanics.linear.solver import Apply, Iterate
+from knitstudy.mechanics.scratch import SCRATCH
 
 RESTART = 30
 """Iterations after which the search directions are dropped; bounds the memory."""
@@ -33,7 +34,8 @@ def _cycle(
 ) -> tuple[np.ndarray, int]:
     """Return the step (size,) of one cycle of at most so many iterations, and how many it took."""
     level = np.linalg.norm(residual)
-    basis, corrections = np.empty((most + 1, len(residual))), np.empty((most, len(residual)))
+    basis = SCRATCH.array("directions", most + 1, len(residual))
+    corrections = SCRATCH.array("corrections", most, len(residual))
     hessenberg, target = np.zeros((most + 1, most)), np.zeros(most + 1)
     basis[0], target[0] = residual / level, level
     used, weights = 0, np.empty(0)

@@ -26,7 +26,7 @@ class AlgebraicMultigrid:
         """Build the hierarchy of the symmetric part, wherever contact acts."""
         smoother = ("block_gauss_seidel", {"sweep": "symmetric", "blocksize": 3})
         self._cycle = pyamg.smoothed_aggregation_solver(
-            matrix,
+            matrix if unsymmetric is None else matrix.copy(),
             B=self._nullspace,
             presmoother=smoother,
             postsmoother=smoother,

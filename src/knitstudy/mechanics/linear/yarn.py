@@ -38,7 +38,8 @@ class YarnScale:
     def update(self, matrix: sp.bsr_matrix) -> None:
         """Factorise the yarns of a matrix; raises ConvergenceError if one is not positive definite."""
         count = len(self._nodes) - 1
-        self._factors, self._lumps = [None] * count, [None] * count
+        self._factors = self._factors or [None] * count
+        self._lumps = [None] * count
         share(lambda yarn: self._factorise(matrix, yarn), count)
         bandwidths = np.array([len(factor) // 3 - 1 for factor in self._factors])
         self._outside = _outside(matrix, self._nodes, bandwidths, np.concatenate(self._lumps))
@@ -46,23 +47,22 @@ class YarnScale:
     def _factorise(self, matrix: sp.bsr_matrix, yarn: int) -> None:
         for dtype in (self._dtype, np.float64):
             # In single precision a yarn that hardly anything holds cannot be told from one that nothing holds.
-            band, self._lumps[yarn] = self._band(matrix, *self._nodes[yarn : yarn + 2], dtype)
+            band, self._lumps[yarn] = self._band(matrix, yarn, dtype)
             minor = banded.factorise(band)
             if minor == 0:
                 self._factors[yarn] = band
                 return
         raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {minor})")
 
-    def _band(
-        self, matrix: sp.bsr_matrix, first: int, last: int, dtype: type
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower band (bandwidth + 1, unknowns) of nodes first .. last in LAPACK's order.
+    def _band(self, matrix: sp.bsr_matrix, yarn: int, dtype: type) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower band (bandwidth + 1, unknowns) of a yarn in LAPACK's order.
 
         And what was added to the diagonal of every node (nodes, 3) for what lies outside of it.
         """
+        first, last = self._nodes[yarn : yarn + 2]
         bandwidth = self._reach(matrix, first, last)
         width = 3 * (bandwidth + 1)
-        band = np.zeros((last - first) * 3 * width, dtype=dtype)
+        band = self._empty(yarn, (last - first) * 3 * width, dtype)
         lumps = np.zeros((last - first, 3))
         for low in range(first, last, CHUNK):
             high = min(low + CHUNK, last)
@@ -86,6 +86,16 @@ class YarnScale:
                 for k in range(i + 1):
                     band[(3 * node + k) * width + i - k] = diagonal[:, i, k]
         return band.reshape((width, (last - first) * 3), order="F"), lumps
+
+    def _empty(self, yarn: int, size: int, dtype: type) -> np.ndarray:
+        """Return zeros (size,), in the place of the yarn's last factor if they fit."""
+        last = self._factors[yarn]
+        if last is None or last.size != size or last.dtype != dtype:
+            self._factors[yarn] = None
+            return np.zeros(size, dtype=dtype)
+        flat = last.reshape(-1, order="F")
+        flat[:] = 0
+        return flat
 
     def _reach(self, matrix: sp.bsr_matrix, first: int, last: int) -> int:
         """Return the bandwidth of nodes first .. last: what they need of each other, or the elements' own."""

@@ -69,14 +69,13 @@ def beam_knit(scene: Scene, knit: Knit) -> BeamKnit:
         joints = joints.pinned(_penalty(scene, "point"))
     stops = gripped_arcs(knit, scene.load.direction)
     network = rom3d.spatial_network(knit, points, scene.mesh.beam_size, joints=joints, stops=stops)
-    yarn = scene.yarn
-    beams = network.model(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio)
+    beams = network.model(scene.yarn, scene.mesh.section_law)
     stations = network.stations
     curves = Curves(stations.yarn, stations.arc_length)
     model = TouchingBeams(
         beams, network.station_node, network.station_offset, beam_contact(scene, knit, curves, ~tied)
     )
-    return BeamKnit(network, model, tied, Neighbours(curves, stations.yarn, crossings, yarn.radius))
+    return BeamKnit(network, model, tied, Neighbours(curves, stations.yarn, crossings, scene.yarn.radius))
 
 
 def beam_contact(scene: Scene, knit: Knit, curves: Curves, touching: np.ndarray) -> BeamContact:

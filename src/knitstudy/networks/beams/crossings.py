@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from knitstudy.geometry.pattern import Crossings
-from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_contact.contact import Places
 from knitstudy.mechanics.beam_contact.model import TouchingState
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
@@ -33,7 +32,7 @@ class CrossingRecord:
         self._apart = BeamModel(
             stations.position,
             np.column_stack([first, first + 1]),
-            Section.circular(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio),
+            network.section(yarn, scene.mesh.section_law),
             yarn.radius,
         )
         curves = self._model.contact.curves

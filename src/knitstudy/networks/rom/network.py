@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from knitstudy.loading.history import Stations
-from knitstudy.mechanics.beam import Section
+from knitstudy.mechanics.beam import Section, SectionLaw
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
+from knitstudy.mechanics.curved_section import CurvedSection
 from knitstudy.mechanics.spring import LinearSprings
 from knitstudy.networks.rom.joints import Joints
+from knitstudy.study.sections.yarn import Yarn
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,9 @@ class Network:
         Springs between yarns.
     joints : Joints or None
         What joins the yarns at each crossing; None where crossings are nodes of the network.
+    curvature : ndarray, shape (E, 3), or None
+        Mean curvature vector t x dt/ds of the undeformed yarn over every element [1/m]; None where elements do not
+        follow a yarn.
     """
 
     nodes: np.ndarray
@@ -54,12 +59,21 @@ class Network:
     beam_nodes: int
     springs: LinearSprings = field(default_factory=LinearSprings.none)
     joints: Joints | None = None
+    curvature: np.ndarray | None = None
 
-    def model(self, diameter: float, youngs_modulus: float, poisson_ratio: float) -> BeamModel:
-        """Return the network as beams of circular yarn; lengths in m, modulus in Pa."""
-        section = Section.circular(diameter, youngs_modulus, poisson_ratio, self.yarns_side_by_side)
+    def section(self, yarn: Yarn, law: str) -> SectionLaw:
+        """Return the section of the elements; law "straight", or "curved" where elements follow a yarn."""
+        if law == "curved" and self.curvature is not None:
+            return CurvedSection(yarn.radius, yarn.youngs_modulus, yarn.poisson_ratio, self.curvature)
+        return Section.circular(
+            yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, self.yarns_side_by_side
+        )
+
+    def model(self, yarn: Yarn, law: str) -> BeamModel:
+        """Return the network as beams of circular yarn, with the law of `section`."""
+        section = self.section(yarn, law)
         return BeamModel(
-            self.nodes, self.ends, section, diameter / 2, self.offsets, self.arms_turn, self.springs
+            self.nodes, self.ends, section, yarn.radius, self.offsets, self.arms_turn, self.springs
         )
 
     def end_nodes(self, side: str) -> np.ndarray:

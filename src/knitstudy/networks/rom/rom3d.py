@@ -105,7 +105,20 @@ def spatial_network(
         beam_nodes=len(position),
         springs=LinearSprings(node[station[sprung]], arms, joints.stiffness[sprung]),
         joints=joints,
+        curvature=_curvature(knit, pieces, first),
     )
+
+
+def _curvature(knit: Knit, pieces: list[np.ndarray], first: np.ndarray) -> np.ndarray:
+    """Mean curvature vectors (E, 3) [1/m] of the centrelines from the stations `first` (E,) to the next ones."""
+    tangent = np.concatenate([c.tangent(s) for c, s in zip(knit.centrelines, pieces, strict=True)])
+    arc_length = np.concatenate(pieces)
+    before, after = tangent[first], tangent[first + 1]
+    sine = np.cross(before, after)
+    size = np.linalg.norm(sine, axis=1)
+    angle = np.arctan2(size, np.einsum("ei,ei->e", before, after))
+    per_sine = np.divide(angle, size, out=np.ones_like(angle), where=size > 0)
+    return (per_sine / (arc_length[first + 1] - arc_length[first]))[:, None] * sine
 
 
 def _divide(inner: np.ndarray, length: float, size: float, yarn: int) -> np.ndarray:

@@ -103,7 +103,7 @@ def problem(
 def problem_of(network: Network, scene: Scene, knit: Knit, meter: Meter | None = None) -> Problem:
     """Return a network with the load of a scene."""
     meter = meter or Meter()
-    model = network.model(scene.yarn.diameter, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio)
+    model = network.model(scene.yarn, scene.value("mesh.section_law") or "straight")
     motion = load_path(scene, knit)
     ends = grips(network, knit, scene.load.direction)
     joints = network.joints

@@ -7,14 +7,49 @@ from typing import Literal
 from knitstudy.study.keys import Section, key
 
 
-class Tie(Section):
-    """Points nearer than `tolerance` facet sizes are tied."""
+class PatchTie(Section):
+    """The mean and the linear moments of two yarns' displacement on a disc are joined where they cross and are tied."""
+
+    radius: float = key(
+        "a number from 0.05 to 0.8, in yarn radii",
+        unit="yarn radii",
+        standing="inferred",
+        source=(
+            "sqrt(2 R delta), within which yarns of radius R are nearer to each other than delta = 5 % of "
+            "the stated 0.3 mm, "
+            "Abaqus's default; the area of one facet of that size"
+        ),
+        checked="0.1 to 0.5: force of a tied cell -1 to +15 % (docs/ties.md)",
+        default=0.183,
+        ge=0.05,
+        le=0.8,
+    )
+
+
+class Tie(PatchTie):
+    """Ties by the rule "patch", or by that of commercial programs, "facets".
+
+    By "facets" all nodes of facets that are nearer than `tolerance` facet sizes follow the other yarn: an area that
+    shrinks with the mesh.
+    """
+
+    rule: Literal["patch", "facets"] = key(
+        "patch (a disc of tie.radius) or facets (those nearer than tie.tolerance)",
+        standing="choice",
+        source=(
+            "numerical; as elements become small the force of patches converges, and that of facets falls "
+            "to that of a joint "
+            "in one point (docs/ties.md)"
+        ),
+        checked="both, on 6 to 18 elements across (docs/ties.md)",
+        default="facets",
+    )
 
     tolerance: float = key(
         "a number > 0 and <= 1, a share of the facet size",
         unit="facet sizes",
         standing="assumed",
-        source="Abaqus's default position tolerance, 5 % of the facet size",
+        source="Abaqus's default position tolerance, 5 % of the facet size; of the rule facets",
         checked="0.05 to 1: force +27 % at 1 (docs/sensitivity.md)",
         gt=0,
         le=1,

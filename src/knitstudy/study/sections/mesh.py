@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import field_validator
 
 from knitstudy.mechanics.elements import ELEMENTS
@@ -30,6 +32,16 @@ class SolidMesh(Section):
         le=4,
     )
 
+    refinement: float = key(
+        "a number from 1 to 4, size over the size of elements at crossings",
+        default=1.0,
+        standing="assumed",
+        source="slices stand nearer, and sections are drawn towards the other yarn (docs/refinement.md)",
+        checked="1 to 3 (docs/refinement.md)",
+        ge=1,
+        le=4,
+    )
+
     element: str = key(
         ELEMENTS.allowed,
         standing="stated",
@@ -39,6 +51,11 @@ class SolidMesh(Section):
         checked="both: incompatible modes +9.6 % (docs/sensitivity.md)",
     )
 
+    @property
+    def smallest(self) -> float:
+        """Size of elements at crossings [m]: what contact is measured with."""
+        return self.size / self.refinement
+
     @field_validator("element")
     @classmethod
     def _is_registered(cls, value: str) -> str:
@@ -46,7 +63,7 @@ class SolidMesh(Section):
 
 
 class BeamMesh(Section):
-    """Size of beam elements."""
+    """Size of beam elements, and their section."""
 
     beam_size: float = key(
         "a number > 0 and <= 1e6, in m",
@@ -56,4 +73,14 @@ class BeamMesh(Section):
         checked="0.5 mm",
         gt=0,
         le=LONGEST,
+    )
+
+    section_law: Literal["straight", "curved"] = key(
+        "straight (of a straight rod) or curved (of a rod as bent as the yarn is): the law of the beams' sections",
+        standing="assumed",
+        source=(
+            "section 2.5: beams along the centrelines, whose sections the paper does not say; a bent yarn of solids is"
+            " as stiff as curved says, 8 to 15 % stiffer than straight (docs/beams.md)"
+        ),
+        checked="curved and straight: force -4 to -6 % (scenes rom3d-straight-*)",
     )

@@ -1,0 +1,39 @@
+"""What direct simulations are made of, and how finely."""
+
+from __future__ import annotations
+
+from knitstudy.study.scene import Scene
+
+HEXAHEDRA = {
+    "one_point": "one-point hexahedra",
+    "incompatible_modes": "hexahedra with incompatible modes",
+    "quadratic": "quadratic hexahedra",
+}
+"""By ``mesh.element``; an element from outside goes by its own name."""
+
+SOLID_YARNS = "solid yarns"
+
+
+def is_direct(scene: Scene) -> bool:
+    """Whether a scene is a direct simulation: of solids, whatever they are made of."""
+    return scene.kind.fidelity.stage == "dns"
+
+
+def discretisation(scene: Scene) -> str:
+    """Return what the yarns of a direct simulation are made of."""
+    element = scene.value("mesh.element")
+    return SOLID_YARNS if element is None else HEXAHEDRA.get(element, element)
+
+
+def resolution(scene: Scene) -> float:
+    """Return the element size [m], or the degree of polynomials near crossings, of a direct simulation."""
+    degree = scene.value("mesh.crossing_degree")
+    return scene.mesh.size if degree is None else degree
+
+
+def made_of(scene: Scene) -> str:
+    """Return both, in words."""
+    if scene.value("mesh.crossing_degree") is None:
+        return f"{discretisation(scene)} of {1e3 * scene.mesh.size:.2f} mm"
+    near, far = scene.mesh.crossing_degree, scene.mesh.degree
+    return f"{SOLID_YARNS} of degree {near}" + (f", {far} on legs" if far != near else "")

@@ -1,0 +1,162 @@
+"""Richardson's extrapolation of what refined discretisations give, and the limit that independent ones share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from knitstudy.errors import DataFileError
+
+SMALLEST = 1e-4
+"""Relative uncertainty below which none counts: records and Newton's method are no better."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Where a sequence of one discretisation tends.
+
+    Attributes
+    ----------
+    value, uncertainty : float
+    order : float
+        At which the last three of the sequence were seen to converge, nan where that cannot be said.
+    """
+
+    value: float
+    uncertainty: float
+    order: float
+
+
+@dataclass(frozen=True)
+class Common:
+    """The limit of several discretisations.
+
+    Attributes
+    ----------
+    value : float
+        Mean of their limits, each with the weight of one over the square of its uncertainty.
+    extrapolation : float
+        Uncertainty of that mean from the uncertainties of the limits.
+    disagreement : float
+        Half the distance between the limits that are farthest apart.
+    """
+
+    value: float
+    extrapolation: float
+    disagreement: float
+
+    @property
+    def uncertainty(self) -> float:
+        """Of both origins, which know nothing of each other."""
+        return float(np.hypot(self.extrapolation, self.disagreement))
+
+    @property
+    def origin(self) -> str:
+        """Which of the two is larger."""
+        return "disagreement" if self.disagreement > self.extrapolation else "extrapolation"
+
+
+def limit_of_sizes(sizes: Sequence[float], values: Sequence[float], order: float = 2.0) -> Limit:
+    """Return the limit of values whose error falls with an element size to the power of an assumed order.
+
+    With two sizes half of the correction is the uncertainty. With three or more the two finest are extrapolated as the
+    two before them, and what lies between these limits is: it says whether the values have the assumed order.
+
+    Parameters
+    ----------
+    sizes, values : sequences of n >= 2 floats
+        Sizes in any order.
+    order : float
+        Of convergence.
+
+    Raises
+    ------
+    DataFileError
+        When fewer than two sizes differ.
+    """
+    by_size = dict(sorted(zip(sizes, values, strict=True), reverse=True))
+    h, f = np.array(list(by_size)), np.array(list(by_size.values()), dtype=float)
+    if len(h) < 2:
+        raise DataFileError(f"extrapolation: sizes are {list(sizes)} but must be two different ones or more")
+    weight = (h[:-1] / h[1:]) ** order
+    limits = (weight * f[1:] - f[:-1]) / (weight - 1)
+    spread = 0.5 * (limits[-1] - f[-1]) if len(limits) == 1 else limits[-1] - limits[-2]
+    return _limit(limits[-1], spread, observed_order(h, f))
+
+
+def limit_of_degrees(degrees: Sequence[int], values: Sequence[float]) -> Limit:
+    """Return the limit of values of polynomials of rising degree, whose error falls by a factor a degree.
+
+    Aitken's extrapolation where the last two changes have one sign and the later is the smaller one, with half of the
+    correction as uncertainty; else the last value, and as uncertainty its change from the one before.
+
+    Parameters
+    ----------
+    degrees, values : sequences of n >= 2 numbers
+        Degrees in any order.
+
+    Raises
+    ------
+    DataFileError
+        When fewer than two degrees differ.
+    """
+    by_degree = dict(sorted(zip(degrees, values, strict=True)))
+    f = np.array(list(by_degree.values()), dtype=float)
+    if len(f) < 2:
+        raise DataFileError(
+            f"extrapolation: degrees are {list(degrees)} but must be two different ones or more"
+        )
+    change = np.diff(f)
+    factor = change[-1] / change[-2] if len(change) > 1 and change[-2] != 0 else np.nan
+    if 0 < factor < 1:
+        correction = change[-1] * factor / (1 - factor)
+        return _limit(f[-1] + correction, 0.5 * correction, np.nan)
+    return _limit(f[-1], change[-1], np.nan)
+
+
+def _limit(value: float, spread: float, order: float) -> Limit:
+    return Limit(float(value), float(max(abs(spread), SMALLEST * abs(value))), order)
+
+
+def observed_order(sizes: np.ndarray, values: np.ndarray) -> float:
+    """Return the order q of values a + b h^q at the three finest sizes, nan without three or without a limit.
+
+    Parameters
+    ----------
+    sizes, values : ndarray, shape (n,)
+        From the coarsest to the finest.
+    """
+    if len(sizes) < 3:
+        return np.nan
+    h, change = sizes[-3:], np.diff(values[-3:])
+    wanted = change[0] / change[1] if change[1] != 0 else np.nan
+    tried = np.linspace(0.1, 8.0, 400)
+    ratio = (h[0] ** tried - h[1] ** tried) / (h[1] ** tried - h[2] ** tried)
+    # The ratio rises with the order.
+    return float(np.interp(wanted, ratio, tried)) if ratio[0] <= wanted <= ratio[-1] else np.nan
+
+
+def common_limit(limits: Sequence[Limit]) -> Common:
+    """Return the limit that independent discretisations share.
+
+    Raises
+    ------
+    DataFileError
+        When there are fewer than two.
+    """
+    if len(limits) < 2:
+        raise DataFileError(
+            f"extrapolation: there are {len(limits)} limits but must be two or more, of independent discretisations"
+        )
+    value = np.array([limit.value for limit in limits])
+    spread = np.array([limit.uncertainty for limit in limits])
+    if not spread.any():  # all are nothing
+        return Common(float(value.mean()), 0.0, float(0.5 * np.ptp(value)))
+    weight = 1 / np.maximum(spread, SMALLEST * spread.max()) ** 2
+    return Common(
+        value=float((weight * value).sum() / weight.sum()),
+        extrapolation=float(1 / np.sqrt(weight.sum())),
+        disagreement=float(0.5 * np.ptp(value)),
+    )

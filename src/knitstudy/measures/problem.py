@@ -1,0 +1,25 @@
+"""What a simulation is of, whatever it is computed with: specimen, yarn, load and how yarns act on each other."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from knitstudy.study.scene import Scene, digest
+
+PHYSICS = (
+    "yarn.youngs_modulus",
+    "yarn.poisson_ratio",
+    "yarn.material",
+    "load.direction",
+    "load.lateral",
+    "contact.friction",
+    "contact.tied_edges",
+    "tie.radius",
+)
+"""Keys that say what is simulated, beside the geometry: not how finely, how far, or by which rule ties are made."""
+
+
+def problem_of(scene: Scene) -> str:
+    """Return a digest that scenes of one physical problem share, and no others."""
+    keys: dict[str, Any] = {key: scene.value(key) for key in PHYSICS}
+    return digest({"interaction": scene.interaction} | scene.geometry_inputs | keys)

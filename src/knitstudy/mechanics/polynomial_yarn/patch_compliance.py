@@ -1,0 +1,226 @@
+"""What a space of solid yarns shows of a patch's compliance, and what is missing of it.
+
+A patch is a small disc on the side of a straight yarn. Forces spread over it with the weights of its moments (the
+mean and both linear ones) move the same moments of its displacement: a compliance. That of the yarn is known in
+closed form (`knitstudy.mechanics.cylinder`), that of the space from its own stiffness. Their difference is
+positive, since the space is a part of all displacements, and it is local. Both are taken of yarns of infinite
+length with patches at least `APART` radii apart, whose forces alternate in sign: nothing has to be held, and waves
+are independent of each other.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from knitstudy.mechanics.cylinder import surface_compliance
+from knitstudy.mechanics.polynomial_yarn import disc
+from knitstudy.mechanics.polynomial_yarn.space import Space
+from knitstudy.mechanics.polynomial_yarn.spline import Spline
+
+APART = 6.0
+"""Least distance of patches along the yarn, in radii."""
+
+SHORTEST = 24.0
+"""Largest wave number that is summed up, over that of the patch's radius; what is left out is below 0.1 %."""
+
+DIGITS = 2
+"""Of the length of a span over the radius: spans that differ by less are one."""
+
+
+def missing(
+    space: Space,
+    radius: float,
+    youngs_modulus: float,
+    poisson_ratio: float,
+    yarn: np.ndarray,
+    arc_length: np.ndarray,
+    patch: float,
+) -> np.ndarray:
+    """Return the compliance (k, 2) of the mean and of the linear moments of patches that yarns do not show [m/N].
+
+    The same for every direction of the force, and for both linear moments: means over what differs, so that a tie
+    with this compliance does not notice how the yarns have turned.
+
+    Parameters
+    ----------
+    space : Space
+    radius : float
+        Of the yarns [m].
+    youngs_modulus, poisson_ratio : float
+    yarn : ndarray of int, shape (k,)
+    arc_length : ndarray, shape (k,)
+        Where the patches lie [m].
+    patch : float
+        Their radius [m].
+    """
+    found = np.empty((len(yarn), 2))
+    for number in np.unique(yarn):
+        here = np.flatnonzero(yarn == number)
+        own = space.yarns[number]
+        spline = own.spline
+        span = spline.span_at(arc_length[here])
+        first = spline.first[span]
+        degree = own.degrees[first[:, None] + np.arange(spline.degree + 1)].min(axis=1)
+        low, high = spline.spans[span].T
+        place = (arc_length[here] - low) / (high - low)
+        length = np.round((high - low) / radius, DIGITS)
+        for kind in set(zip(degree.tolist(), length.tolist(), strict=True)):
+            these = (degree == kind[0]) & (length == kind[1])
+            shape = _along_a_span(
+                kind[0], spline.degree, kind[1], round(patch / radius, DIGITS + 1), poisson_ratio
+            )
+            found[here[these]] = np.cos(2 * np.pi * place[these, None] * np.arange(3)) @ shape
+    return found / (youngs_modulus * radius)
+
+
+@cache
+def _along_a_span(
+    degree: int, spline_degree: int, span: float, patch: float, poisson_ratio: float
+) -> np.ndarray:
+    """Return the missing compliance over its place in a span as amplitudes (3, 2) of cosines, times E R."""
+    values = []
+    for place in (0.0, 0.25, 0.5):
+        full = missing_compliance(degree, spline_degree, span, place, patch, poisson_ratio)
+        each = np.diagonal(full).reshape(3, 3).mean(axis=1)  # moments; over the components
+        values.append((each[0], 0.5 * (each[1] + each[2])))
+    begin, quarter, middle = np.array(values)
+    return np.stack(
+        [(begin + 2 * quarter + middle) / 4, (begin - middle) / 2, (begin - 2 * quarter + middle) / 4]
+    )
+
+
+def missing_compliance(
+    degree: int, spline_degree: int, span: float, place: float, radius: float, poisson_ratio: float
+) -> np.ndarray:
+    """Return the compliance (9, 9) that a space does not show of a patch, times E R.
+
+    Rows and columns are moments, and for each the components along the normal, along the yarn and across it.
+
+    Parameters
+    ----------
+    degree : int
+        p.
+    spline_degree : int
+        d.
+    span : float
+        Length of the spans around the patch, over the yarn's radius.
+    place : float
+        Of the patch's middle in its span, 0 to 1.
+    radius : float
+        Of the patch, over the yarn's.
+    poisson_ratio : float
+    """
+    spans = int(np.ceil(APART / span))
+    exact = cylinder_patch(radius, spans * span, poisson_ratio)
+    return exact - space_patch(degree, spline_degree, span, place, radius, poisson_ratio)
+
+
+def patch_rule(radius: float, rings: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return angle (q,), place along (q,) and weights (3, q) of the moments of a patch.
+
+    The patch is the disc in the tangent plane, seen from the axis; see `knitstudy.solids.patch`.
+    """
+    square, weight = np.polynomial.legendre.leggauss(rings)
+    count = 4 * rings
+    turn = 2 * np.pi * np.arange(count) / count
+    far = np.sqrt(0.5 * (square + 1))[:, None]
+    along, across = (far * np.cos(turn)).ravel(), (far * np.sin(turn)).ravel()
+    share = np.repeat(weight / 2 / count, count)
+    moments = np.stack([np.ones_like(along), 2 * along, 2 * across])
+    return np.arctan(radius * across), radius * along, moments * share
+
+
+@cache
+def cylinder_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray:
+    """Return the compliance (9, 9) of patches on a straight elastic yarn, times E R."""
+    largest = SHORTEST / radius
+    angle, along, weight = patch_rule(radius, rings=int(SHORTEST / 2) + 6)
+    m = np.arange(-int(largest), int(largest) + 1)
+    k = np.pi * np.arange(1, int(largest * apart / np.pi) + 1, 2) / apart
+    around = np.exp(-1j * m[:, None] * angle)  # (m, q)
+    length = np.exp(-1j * k[:, None] * along)  # (k, q)
+
+    def waves(direction: np.ndarray) -> np.ndarray:
+        return np.stack([(around * (row * direction)) @ length.T for row in weight])  # (3, m, k)
+
+    cosine, sine, one = waves(np.cos(angle)), waves(np.sin(angle)), waves(np.ones_like(angle))
+    nothing = np.zeros_like(one)
+    # A force along n, s and y in components r, theta, z.
+    load = np.stack(
+        [
+            np.stack([cosine, -sine, nothing], -1),
+            np.stack([nothing, nothing, one], -1),
+            np.stack([sine, cosine, nothing], -1),
+        ],
+        axis=1,
+    ).reshape(9, len(m), len(k), 3)
+    green = surface_compliance(m[:, None], k, poisson_ratio)
+    answer = np.einsum("mkij,amkj->amki", green, load).reshape(9, -1)
+    # Waves of -m and -k are the conjugate ones.
+    return np.real(load.reshape(9, -1).conj() @ answer.T) / (np.pi * apart)
+
+
+@cache
+def space_patch(
+    degree: int, spline_degree: int, span: float, place: float, radius: float, poisson_ratio: float
+) -> np.ndarray:
+    """Return the compliance (9, 9) of patches as a space shows it, times E R; arguments of `missing_compliance`."""
+    spans = int(np.ceil(APART / span))
+    angle, along, weight = patch_rule(radius, rings=degree + spline_degree + 2)
+    across = disc.values(degree, np.stack([np.cos(angle), np.sin(angle)], axis=-1))  # (q, n)
+    nodes = across.shape[1]
+    layer, spline = _splines(spline_degree, span, along + place * span)
+    phase = np.pi * np.arange(1, 2 * spans, 2) / spans  # between neighbouring spans, (w,)
+    turn = np.exp(-1j * phase[:, None, None] * layer)  # (w, q, d + 1)
+    wave = np.einsum("wqo,qo->wq", turn, spline)
+    load = np.einsum("wq,jq,qn->wnj", wave, weight, across)  # the same for each component
+    stiffness = _bloch_stiffness(degree, spline_degree, span, poisson_ratio, phase).reshape(
+        len(phase), 3 * nodes, 3 * nodes
+    )
+    right = np.einsum("wnj,ab->wnajb", load, np.eye(3)).reshape(len(phase), 3 * nodes, 9)
+    solution = np.linalg.solve(stiffness, right)
+    compliance = np.real(np.einsum("wia,wib->ab", right.conj(), solution)) / spans
+    # Components x1, x2, s of the section at the angle 0 are n, y, s.
+    order = (3 * np.arange(3)[:, None] + [0, 2, 1]).ravel()
+    return compliance[np.ix_(order, order)]
+
+
+def _splines(degree: int, span: float, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return numbers and values (q, d + 1) of uniform splines at places (q,); spline 0 begins the span of place 0."""
+    layer = np.floor(place / span)
+    spline = _uniform(degree, span)
+    values = spline.basis(degree * span + place - layer * span)[1][0]
+    return layer[:, None] + np.arange(degree + 1), values
+
+
+def _uniform(degree: int, span: float) -> Spline:
+    """Return splines whose span number `degree` is as if there were no ends."""
+    return Spline.on(span * np.arange(2 * degree + 2), degree)
+
+
+def _bloch_stiffness(
+    degree: int, spline_degree: int, span: float, poisson_ratio: float, phase: np.ndarray
+) -> np.ndarray:
+    """Return the stiffness (w, n, 3, n, 3) over E R of waves whose phase (w,) grows by as much from span to span."""
+    points, weight = disc.quadrature(degree)
+    value, gradient = disc.gradients(degree, points)
+    across = np.concatenate(
+        [gradient, value[..., None]], axis=-1
+    )  # d/dx1, d/dx2 and, times the spline's slope, 1
+    section = np.einsum("q,qna,qmb->abnm", weight, across, across)
+    node, share = np.polynomial.legendre.leggauss(spline_degree + 1)
+    _, spline = _uniform(spline_degree, span).basis(spline_degree * span + 0.5 * span * (node + 1), orders=1)
+    both = 0.5 * span * np.einsum("g,xgi,ygj->xyij", share, spline, spline)  # orders of derivatives, splines
+    offset = np.arange(spline_degree + 1)
+    apart = offset - offset[:, None]
+    along = np.einsum("xyij,wij->wxy", both, np.exp(1j * phase[:, None, None] * apart))
+    kind = np.array([0, 0, 1])  # which derivative of the spline goes with which component of the gradient
+    pair = section * along[:, kind[:, None], kind][..., None, None]  # (w, a, b, n, m)
+    nu = poisson_ratio
+    shear = 0.5 / (1 + nu)
+    volume = nu / ((1 + nu) * (1 - 2 * nu))
+    stiffness = volume * np.einsum("wabnm->wnamb", pair) + shear * np.einsum("wbanm->wnamb", pair)
+    stiffness += shear * np.einsum("wccnm,ab->wnamb", pair, np.eye(3))
+    return stiffness

@@ -1,0 +1,147 @@
+"""The reference: limits of direct simulations by independent discretisations, and how each of these tends there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import isfinite
+
+import pandas as pd
+import xarray as xr
+
+from knitstudy.measures.extrapolation import common_limit
+from knitstudy.measures.names import INTERACTIONS
+from knitstudy.measures.quantities import QUANTITIES, STRAINS
+from knitstudy.measures.ways import Way, values_at, ways_of
+from knitstudy.study.scene import Scene
+from knitstudy.tables.catalogue import TABLES
+
+SAID = ["problem", "knit", "interaction", "direction", "strain [1]", "quantity", "unit"]
+"""What a row is of; ``problem`` is the digest by which models find it (`knitstudy.measures.problem`)."""
+
+COLUMNS = [
+    *SAID,
+    "value",
+    "uncertainty",
+    "relative uncertainty [1]",
+    "uncertainty from extrapolation",
+    "uncertainty from disagreement",
+    "mostly from",
+    "ways",
+]
+
+OF_WAYS = [
+    *SAID,
+    "way",
+    "resolutions",
+    "values",
+    "limit",
+    "uncertainty",
+    "assumed order [1]",
+    "observed order [1]",
+]
+
+
+@TABLES.add(
+    "reference",
+    "The reference: limits of independent discretisations",
+    needs=("ways", "ways_contacts", "scenes"),
+    order=16,
+)
+def tabulate(
+    ways: Mapping[str, xr.Dataset], ways_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
+) -> pd.DataFrame:
+    """Return one row a problem, strain and quantity; problems with fewer than two ways have none.
+
+    The unit is that of the value and of its uncertainties.
+
+    Parameters
+    ----------
+    ways, ways_contacts : mapping of str to Dataset
+        Histories and contacts of direct simulations whose increments end at `quantities.STRAINS`, by scene.
+    scenes : mapping of str to Scene
+        Their scenes by the same names.
+    """
+    return pd.DataFrame(list(_rows(ways, ways_contacts, scenes)), columns=COLUMNS)
+
+
+@TABLES.add(
+    "reference_ways",
+    "How discretisations tend to the reference",
+    needs=("ways", "ways_contacts", "scenes"),
+    order=17,
+)
+def tabulate_ways(
+    ways: Mapping[str, xr.Dataset], ways_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
+) -> pd.DataFrame:
+    """Return one row a problem, strain, quantity and discretisation, from the coarsest to the finest values.
+
+    Parameters
+    ----------
+    ways, ways_contacts, scenes
+        As of `tabulate`.
+    """
+    rows = []
+    for said, found in _found(ways, ways_contacts, scenes):
+        for way, values in found:
+            limit = way.limit(values)
+            rows.append(
+                said
+                | {
+                    "way": way.name,
+                    "resolutions": way.said,
+                    "values": ", ".join(f"{values[scene.name]:.6g}" for scene in way.scenes),
+                    "limit": limit.value,
+                    "uncertainty": limit.uncertainty,
+                    "assumed order [1]": way.order,
+                    "observed order [1]": limit.order,
+                }
+            )
+    return pd.DataFrame(rows, columns=OF_WAYS)
+
+
+def _rows(ways: Mapping, contacts: Mapping, scenes: Mapping[str, Scene]) -> Iterator[dict]:
+    for said, found in _found(ways, contacts, scenes):
+        if len(found) < 2:
+            continue
+        common = common_limit([way.limit(values) for way, values in found])
+        yield said | {
+            "value": common.value,
+            "uncertainty": common.uncertainty,
+            "relative uncertainty [1]": common.uncertainty / abs(common.value)
+            if common.value
+            else float("nan"),
+            "uncertainty from extrapolation": common.extrapolation,
+            "uncertainty from disagreement": common.disagreement,
+            "mostly from": common.origin,
+            "ways": "; ".join(f"{way.name} {way.said}" for way, _ in found),
+        }
+
+
+def _found(
+    histories: Mapping[str, xr.Dataset], contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
+) -> Iterator[tuple[dict, list[tuple[Way, dict[str, float]]]]]:
+    """Yield what each row is of, and the ways to it whose simulations all have a finite value."""
+    for problem, ways in ways_of(scenes[name] for name in histories).items():
+        for quantity, (unit, values_of) in QUANTITIES.items():
+            for strain in STRAINS:
+                values = values_at(values_of, histories, contacts, strain)
+                known = {name for name, value in values.items() if isfinite(value)}
+                found = [
+                    (way, {scene.name: values[scene.name] for scene in way.scenes})
+                    for way in ways
+                    if known.issuperset(scene.name for scene in way.scenes)
+                ]
+                if found and any(any(of.values()) for _, of in found):
+                    yield _said(found[0][0].scenes[0], problem, strain, quantity, unit), found
+
+
+def _said(scene: Scene, problem: str, strain: float, quantity: str, unit: str) -> dict:
+    return {
+        "problem": problem,
+        "knit": f"{scene.pattern.loops} x {scene.pattern.rows}",
+        "interaction": INTERACTIONS[scene.interaction],
+        "direction": scene.load.direction,
+        "strain [1]": strain,
+        "quantity": quantity,
+        "unit": unit,
+    }

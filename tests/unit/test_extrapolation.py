@@ -1,0 +1,108 @@
+"""Limits of sequences whose errors are known, and what several ways to one limit leave open."""
+
+import numpy as np
+import pytest
+
+from knitstudy.errors import DataFileError
+from knitstudy.measures.estimate import UNKNOWN, Estimate, all_hold
+from knitstudy.measures.extrapolation import Limit, common_limit, limit_of_degrees, limit_of_sizes
+
+SIZES = (0.45, 0.3, 0.2)
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0, 4.0])
+def test_errors_of_the_assumed_order_vanish(order):
+    """Meshes may come in any order."""
+    values = {size: 7.0 - 3 * size**order for size in SIZES}
+    for sizes in (SIZES, SIZES[::-1], SIZES[:2]):
+        limit = limit_of_sizes(sizes, [values[size] for size in sizes], order)
+        assert limit.value == pytest.approx(7.0)
+    assert limit_of_sizes(SIZES, list(values.values()), order).order == pytest.approx(order, abs=0.01)
+
+
+def test_two_meshes_leave_half_of_the_correction_open():
+    """4 h^2 at 0.2 and 0.1: the finer is 0.04 off."""
+    limit = limit_of_sizes((0.2, 0.1), (1.16, 1.04))
+    assert limit.value == pytest.approx(1.0)
+    assert limit.uncertainty == pytest.approx(0.02)
+    assert np.isnan(limit.order)
+
+
+def test_another_order_than_the_assumed_is_uncertainty():
+    """Errors of first order, taken for second: both extrapolations are off, and how they differ says so."""
+    limit = limit_of_sizes((0.4, 0.2, 0.1), (1.4, 1.2, 1.1))
+    assert limit.order == pytest.approx(1.0, abs=0.01)
+    assert limit.value == pytest.approx(1.1 - 0.1 / 3)
+    assert abs(limit.value - 1.0) <= limit.uncertainty == pytest.approx(1.2 - 0.2 / 3 - limit.value)
+
+
+def test_values_that_do_not_converge_have_no_order():
+    assert np.isnan(limit_of_sizes(SIZES, (1.0, 1.1, 1.3)).order)
+    assert np.isnan(limit_of_sizes(SIZES, (1.0, 1.1, 1.1)).order)
+
+
+def test_geometric_errors_of_degrees_vanish():
+    limit = limit_of_degrees((4, 2, 3), (1 + 2**-4, 1 + 2**-2, 1 + 2**-3))
+    assert limit.value == pytest.approx(1.0)
+    assert limit.uncertainty == pytest.approx(2**-5)
+
+
+@pytest.mark.parametrize("values", [(1.0, 1.1, 1.3), (1.0, 1.1, 1.05), (1.0, 1.0, 1.2), (1.0, 1.2)])
+def test_degrees_that_do_not_settle_leave_their_last_change_open(values):
+    limit = limit_of_degrees(range(2, 2 + len(values)), values)
+    assert limit.value == values[-1]
+    assert limit.uncertainty == pytest.approx(abs(values[-1] - values[-2]))
+
+
+@pytest.mark.parametrize("limit", [limit_of_sizes, limit_of_degrees])
+def test_one_resolution_is_none(limit):
+    with pytest.raises(DataFileError, match="two different ones or more"):
+        limit((3, 3), (1.0, 1.0))
+
+
+def test_equal_values_are_not_certain():
+    assert limit_of_sizes((0.2, 0.1), (5.0, 5.0)).uncertainty > 0
+
+
+def test_surer_ways_weigh_more_and_the_larger_origin_is_named():
+    common = common_limit([Limit(1.0, 0.01, 2.0), Limit(1.1, 0.03, 2.0)])
+    assert common.value == pytest.approx(1.01)
+    assert common.extrapolation == pytest.approx(0.01 * np.sqrt(0.9))
+    assert common.disagreement == pytest.approx(0.05)
+    assert common.uncertainty == pytest.approx(np.hypot(0.05, common.extrapolation))
+    assert common.origin == "disagreement"
+    near = common_limit([Limit(1.0, 0.01, 2.0), Limit(1.001, 0.01, 2.0)])
+    assert near.origin == "extrapolation"
+
+
+def test_one_way_is_not_enough():
+    with pytest.raises(DataFileError, match="there are 1 limits"):
+        common_limit([Limit(1.0, 0.01, 2.0)])
+
+
+def test_less_than_the_uncertainty_decides_nothing():
+    estimate = Estimate(1.0, 0.1)
+    assert estimate.below(1.2) is True
+    assert estimate.below(0.8) is False
+    assert estimate.below(1.05) is estimate.below(0.95) is None
+    assert estimate.above(0.8) is True
+    assert estimate.above(1.2) is False
+    assert estimate.above(1.05) is None
+    assert UNKNOWN.below(1.0) is UNKNOWN.above(1.0) is None
+
+
+def test_functions_of_estimates_keep_the_larger_change():
+    assert Estimate(2.0, 1.0).of(lambda value: 1 / value) == Estimate(0.5, 0.5)
+
+
+def test_what_fails_outweighs_what_is_open():
+    assert all_hold([True, True]) is True
+    assert all_hold([True, None]) is None
+    assert all_hold([None, False]) is False
+
+
+def test_estimates_are_written_as_finely_as_they_are_known():
+    assert str(Estimate(1.23456, 0.2)) == "1.23 ± 0.20"
+    assert str(Estimate(1.23456, 0.004)) == "1.235 ± 0.004"
+    assert str(Estimate(1.0, 0.0)) == "1.00 ± 0.00"
+    assert str(UNKNOWN) == "no reference"

@@ -1,0 +1,125 @@
+"""Sections drawn towards what touches them."""
+
+import numpy as np
+import pytest
+
+from knitstudy.crossings.section_motion import section_motion
+from knitstudy.errors import MeshError
+from knitstudy.geometry.pair import YarnPair
+from knitstudy.mesh.grading import Grading, drawn, drawn_angles
+from knitstudy.mesh.knit import PATCH, PATCH_RAMP
+from knitstudy.mesh.quality import check_folding
+from knitstudy.mesh.section import Section
+from knitstudy.mesh.specimen import mesh_specimen
+from knitstudy.mesh.sweep import SweptMesh
+
+RADIUS, SIZE = 0.9e-3, 0.3e-3
+GRADING = Grading(3.0, reach=1.0, ramp=2.0)
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return YarnPair(RADIUS, 60.0, 6e-3, 0.01)
+
+
+def test_full_at_crossings_and_gone_beyond_the_ramp():
+    finer = GRADING.finer(np.array([0.0, 1.0, 2.0, 3.0, 9.0]))
+    np.testing.assert_allclose(finer, [1 / 3, 1 / 3, 3**-0.5, 1, 1], rtol=1e-14)
+
+
+def test_a_section_is_finer_by_the_refinement_where_it_is_drawn_to_and_keeps_its_angles():
+    """Images of a small cross: its arms keep their right angle and are a third, and three times as long."""
+    towards = 0.7
+    pull = GRADING.pull(np.zeros(1), np.zeros(1), np.array([towards]))
+    rim, step = np.array([np.cos(towards), np.sin(towards)]), 1e-6
+    normal = np.array([-rim[1], rim[0]])
+    for side, scale in ((1, 1 / 3), (-1, 3)):
+        cross = side * rim + step * np.array([0 * rim, -side * rim, normal])
+        image = drawn(np.vstack([cross, -side * rim]), pull)[
+            0, :3
+        ]  # the last point: the circle it is drawn in
+        arms = np.diff(image, axis=0, prepend=image[:1])[1:]
+        arms[1] = image[2] - image[0]
+        np.testing.assert_allclose(np.linalg.norm(arms, axis=1), scale * step, rtol=1e-4)
+        assert abs(arms[0] @ arms[1]) < 1e-4 * (scale * step) ** 2
+
+
+def test_angles_are_those_of_the_drawn_nodes():
+    section = Section.butterfly(4, 1)
+    pull = 0.4 * np.array([[0.0, 0.0], [1.0, 0.0], [0.6, -0.8]])
+    x, y = np.moveaxis(drawn(section.points, pull)[:, section.ring], -1, 0)
+    angles = drawn_angles(section.angles, pull)
+    np.testing.assert_allclose(np.exp(1j * angles), (x + 1j * y) / np.hypot(x, y), atol=1e-14)
+    assert np.all(np.diff(angles, axis=1) > 0)
+    np.testing.assert_array_equal(angles[0], section.angles)
+    np.testing.assert_array_equal(drawn(section.points, pull)[0], section.points)
+
+
+def test_elements_at_the_crossing_are_smaller_along_and_across(pair):
+    coarse, fine = (mesh_specimen(pair, SIZE, 1.0, refinement) for refinement in (1.0, 3.0))
+    check_folding(fine)
+    for yarn in range(2):
+        sizes = []
+        for mesh in (coarse, fine):
+            stations = mesh.arc_length[mesh.yarn_of_slice == yarn]
+            here = mesh.first_slice[yarn] + np.searchsorted(stations, pair.crossings.arc_length[0, yarn])
+            ring = mesh.nodes[mesh.slice_nodes(here)[mesh.section.ring]]
+            apart = np.linalg.norm(ring - pair.crossings.point[0].mean(axis=0), axis=1)
+            first, second = np.argsort(apart)[:2]
+            assert apart[second] == pytest.approx(
+                apart[first], rel=1e-6
+            )  # a facet's middle faces the other yarn
+            along = mesh.arc_length[here] - mesh.arc_length[here - 1]
+            sizes.append((np.linalg.norm(ring[second] - ring[first]), along))
+        np.testing.assert_allclose(np.divide(*sizes), 3.0, rtol=0.05)
+
+
+def test_far_from_the_crossing_the_section_is_as_it_was(pair):
+    mesh = mesh_specimen(pair, SIZE, 1.0, 2.0)
+    middle = pair.crossings.arc_length[0, 0]
+    far = np.abs(mesh.arc_length - middle) > (PATCH + PATCH_RAMP) * RADIUS
+    assert far.sum() > 4
+    np.testing.assert_array_equal(mesh.pull[far], 0.0)
+
+
+def test_a_refined_mesh_survives_its_file(pair, tmp_path):
+    mesh = mesh_specimen(pair, SIZE, 1.0, 2.0)
+    again = SweptMesh.from_dataset(mesh.to_dataset())
+    np.testing.assert_array_equal(again.pull, mesh.pull)
+    assert "pull" not in mesh_specimen(pair, SIZE, 1.0).to_dataset()
+
+
+def test_refinement_one_is_the_mesh_without(pair):
+    np.testing.assert_array_equal(
+        mesh_specimen(pair, SIZE, 1.2).nodes, mesh_specimen(pair, SIZE, 1.2, 1.0).nodes
+    )
+
+
+def test_crossings_that_are_too_near_are_refused():
+    near = np.array([0.0, 5.0])
+    with pytest.raises(MeshError, match=r"mesh.refinement: crossings 5 m apart .* too near for 3.*use 1"):
+        GRADING.pull(np.zeros(3), near, np.zeros(2))
+
+
+def test_less_than_one_is_refused(pair):
+    with pytest.raises(MeshError, match=r"mesh.refinement: 0.5 is not allowed"):
+        mesh_specimen(pair, SIZE, 1.0, 0.5)
+
+
+def test_means_around_a_drawn_ring_are_those_of_its_circle(pair):
+    """A rotation moves the centre of a section by nothing, however its nodes are drawn."""
+    mesh = mesh_specimen(pair, SIZE, 1.0, 3.0)
+    centres = mesh.ring_means(mesh.nodes)
+    # Of 16 nodes drawn by 1/2 the trapezoidal rule leaves 16 / 2^16 (1 / a - a) = 3.7e-4.
+    np.testing.assert_allclose(centres, mesh.centres, atol=4e-4 * RADIUS)
+
+
+def test_motion_of_a_drawn_section_is_that_of_the_yarn(pair):
+    """Sections bend in a parabola about the crossing: its slope there is 0, whichever side has more nodes."""
+    found = []
+    for refinement in (1.0, 3.0):
+        mesh = mesh_specimen(pair, SIZE, 1.0, refinement)
+        moved = np.zeros_like(mesh.nodes)
+        moved[:, 2] = 10 * (mesh.nodes[:, 0] ** 2 + mesh.nodes[:, 1] ** 2)
+        found.append(section_motion(pair.crossings, mesh, mesh.nodes, moved).gradient)
+    np.testing.assert_allclose(found[0], found[1], atol=2e-4)

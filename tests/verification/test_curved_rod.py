@@ -1,0 +1,123 @@
+"""The section law of a curved rod against closed forms, and chains of beams that have it."""
+
+import numpy as np
+import pytest
+from dead_loads import balance
+
+from knitstudy.mechanics.beam_model import BeamModel
+from knitstudy.mechanics.curved_rod import section_compliance
+from knitstudy.mechanics.curved_section import CurvedSection
+
+E, R, NU = 1.3e3, 0.9, 0.42
+AREA, INERTIA = np.pi, np.pi / 4  # of radius 1
+n_N, n_B, n_t, m_N, m_B, m_t = range(6)
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.45])
+def test_straight_rod_has_the_closed_forms(nu, verify):
+    """Tension, bending and twist, and the shear factor of the strain energy of Saint-Venant's bending (Renton 1991)."""
+    S, G = section_compliance(0.0, nu), 0.5 / (1 + nu)
+    shear = (7 + 14 * nu + 8 * nu**2) / (6 * (1 + nu) ** 2) / (G * AREA)
+    exact = np.diag([shear, shear, 1 / AREA, 1 / INERTIA, 1 / INERTIA, 1 / (2 * G * INERTIA)])
+    verify.at_most(f"section of a straight rod, nu = {nu:g}: compliance", np.abs(S - exact).max(), 1e-10)
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.42])
+def test_couplings_of_a_slightly_curved_rod(nu, verify):
+    k = 1e-3
+    S, G = section_compliance(k, nu), 0.5 / (1 + nu)
+    tension = (3 + 7 * nu + 5 * nu**2) / (12 * (1 + nu)) / INERTIA
+    shear = -(7 + 14 * nu + 9 * nu**2) / (24 * (1 + nu) ** 2) / (2 * G * INERTIA)
+    error = max(abs(S[n_t, m_B] / k / tension - 1), abs(S[n_B, m_t] / k / shear - 1))
+    verify.at_most(f"curved rod, couplings over curvature, nu = {nu:g}", error, 1e-5, "rational in nu")
+
+
+@pytest.mark.parametrize("k", [0.1, 0.33, 0.55])
+def test_coil_under_a_force_on_its_axis(k, verify):
+    """Goehner's problem: twist P / k and shear P alike everywhere. Deflection over that of twist alone is 1 - 3/16 k^2
+    to the second order (Ancker and Goodier 1958), whatever nu is.
+    """
+    found = []
+    for nu in (0.0, NU):
+        S = section_compliance(k, nu)
+        torsion = (1 + nu) / INERTIA
+        found.append((S[m_t, m_t] + 2 * k * S[n_B, m_t] + k**2 * S[n_B, n_B]) / torsion)
+    assert found[0] == pytest.approx(found[1], rel=1e-10)
+    verify.within(
+        f"coil, R over radius {k:g}: deflection over twist", found[1], 1 - 3 / 16 * k**2, 0.2 * k**4
+    )
+
+
+def test_pure_bending_of_a_curved_rod_without_lateral_contraction(verify):
+    """Second order in k: 1 + k^2 / 16 with deforming sections. Winkler's, which do not deform, give 1 - k^2 / 4."""
+    k = 0.02
+    found = section_compliance(k, 0.0)[m_B, m_B] * INERTIA
+    verify.within("curved rod in pure bending, nu = 0: factor of k^2", (found - 1) / k**2, 1 / 16, 1e-3)
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.42, 0.49])
+def test_law_converges_with_the_degree(nu, verify):
+    """Up to the tightest bend of a knit, and of a yarn as tight as knits are made."""
+    exact = [section_compliance(k, nu, 12) for k in (0.33, 0.55)]
+    error = max(
+        np.abs(section_compliance(k, nu) / np.abs(S).max() - S / np.abs(S).max()).max()
+        for k, S in zip((0.33, 0.55), exact, strict=True)
+    )
+    verify.at_most(f"curved rod, nu = {nu:g}: degree 8 against 12", error, 2e-4)
+
+
+def arc(k, angle, count):
+    """A chain of `count` beams along an arc in the plane of x and y, bent to R / k, from the origin along x."""
+    rho = R / k
+    phi = np.linspace(0, angle, count + 1)
+    points = rho * np.column_stack([np.sin(phi), 1 - np.cos(phi), 0 * phi])
+    ends = np.column_stack([np.arange(count), np.arange(1, count + 1)])
+    section = CurvedSection(R, E, NU, np.tile([0.0, 0.0, 1 / rho], (count, 1)))
+    return BeamModel(points, ends, section, R)
+
+
+def compliance(k, angle):
+    """Displacements and rotations (6, 6) of the end of that arc by forces and moments there: unit loads."""
+    rho = R / k
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    end = rho * np.array([np.sin(angle), 1 - np.cos(angle), 0.0])
+    scale = np.repeat([1.0, R], 3)
+    S = section_compliance(k, NU) / (E * R**2 * np.outer(scale, scale))
+    total = np.zeros((6, 6))
+    for phi, weight in zip(0.5 * angle * (nodes + 1), 0.5 * angle * weights, strict=True):
+        frame = np.array([[-np.sin(phi), np.cos(phi), 0], [0, 0, 1.0], [np.cos(phi), np.sin(phi), 0]])
+        arm = end - rho * np.array([np.sin(phi), 1 - np.cos(phi), 0.0])
+        cut = np.zeros((6, 6))
+        cut[:3, :3] = cut[3:, 3:] = frame
+        cut[3:, :3] = frame @ np.cross(np.eye(3), arm)  # moments arm x F of the end's forces
+        total += rho * weight * cut.T @ S @ cut
+    return total
+
+
+@pytest.mark.parametrize("k", [0.33, 0.55])
+def test_arc_of_beams_converges_to_the_curved_rod_with_order_two(k, verify):
+    """All six loads at the end of three quarters of a ring, small."""
+    exact = compliance(k, 1.5 * np.pi)
+    counts = np.array([12, 24, 48])
+    errors = []
+    for count in counts:
+        model = arc(k, 1.5 * np.pi, count)
+        tangent = model.respond(model.start(), stiffness=True).stiffness.toarray()[6:, 6:]
+        found = np.linalg.inv(tangent)[-6:, -6:]
+        errors.append(np.abs((found - exact) / np.sqrt(np.outer(np.diag(exact), np.diag(exact)))).max())
+    order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    verify.within(f"arc of beams, R over radius {k:g}: order", order, 2.0, 0.1)
+    assert errors[-1] < 5e-3
+
+
+def test_arc_under_a_large_load_balances_and_keeps_its_symmetry():
+    """A half ring pulled apart far: forces on both ends are opposite, and so are their moments about one point."""
+    model = arc(0.4, np.pi, 16)
+    load = np.zeros(model.size)
+    load[-6:-3] = [0.0, 0.05 * E * R**2, 0.0]
+    state, _ = balance(model, load, np.arange(6), steps=5)
+    assert np.linalg.norm(state.position[-1] - model.nodes[-1]) > R
+    force = model.respond(state, stiffness=False).force.reshape(-1, 2, 3)
+    moment = force[:, 1] + np.cross(state.position, force[:, 0])
+    assert np.abs(force[:, 0].sum(axis=0)).max() < 1e-9 * load.max()
+    assert np.abs(moment.sum(axis=0)).max() < 1e-9 * load.max() * R
