@@ -68,6 +68,7 @@ def _repeated(mesh: SweptMesh, yarns: int, step: np.ndarray) -> SweptMesh:
         frames=np.tile(mesh.frames, (yarns, 1, 1)),
         arc_length=np.tile(mesh.arc_length, yarns),
         first_slice=mesh.slices * np.arange(yarns + 1),
+        pull=None,
     )
 
 
