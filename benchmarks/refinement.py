@@ -35,6 +35,9 @@ TABLES = Path("results/tables")
 DIAMETER, PRESS, GAP = 1e-3, 0.05e-3, 2e-6
 """Of the cylinders [m]: the test of Hertz's problem, with a gap that no mesh closes before anything moves."""
 
+NAMES = ("yarn", "cell", "area", "cell_area", "pressure")
+"""Columns of points in contact."""
+
 ROOM = {"gates.hourglass": 0.5, "gates.ledger": 0.9, "gates.elements_across": 3.0}
 """Coarse meshes and three increments are compared here, not refused."""
 
@@ -106,11 +109,18 @@ def measure(scene: Scene) -> dict[str, float]:
 
 
 def touched(history: xr.Dataset) -> tuple[float, float, int]:
-    """Return the mean area of a crossing and its sides [m2], the largest pressure [Pa], and how many points touch."""
+    """Return the mean area of a crossing and its sides [m2], the largest pressure [Pa], and how many points touch.
+
+    Pressures are means of facets, as in the contacts of a scene.
+    """
     last = history["contact_increment"] == history.sizes["increment"] - 1
     pressed = (last & (history["contact_pressure"] > 0) & (history["contact_crossing"] >= 0)).to_numpy()
-    area = 0.5 * float(history["contact_area"].to_numpy()[pressed].sum()) / history.sizes["crossing"]
-    return area, float(history["contact_pressure"].to_numpy()[pressed].max()), int(pressed.sum())
+    points = {name: history[f"contact_{name}"].to_numpy()[pressed] for name in NAMES}
+    area = 0.5 * float(points["area"].sum()) / history.sizes["crossing"]
+    facets = np.column_stack([points["yarn"], points["cell"]])
+    _, first, number = np.unique(facets, axis=0, return_index=True, return_inverse=True)
+    mean = np.bincount(number.ravel(), points["pressure"] * points["area"]) / points["cell_area"][first]
+    return area, float(mean.max()), int(pressed.sum())
 
 
 def draw(table: pd.DataFrame, options: argparse.Namespace) -> None:

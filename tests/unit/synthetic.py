@@ -160,6 +160,7 @@ def _points(knit, strain, friction):
         "yarn": crossings.yarn[crossing, side],
         "target": crossings.yarn[crossing, 1 - side],
         "area": np.full(len(crossing), 1e-8),
+        "cell_area": np.full(len(crossing), 9e-8),
         "pressure": pressure,
         "gap": np.full(len(crossing), -1e-8),
         "slip": np.where(slips, 1e-5, 0.0),

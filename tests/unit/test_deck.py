@@ -14,6 +14,7 @@ from knitstudy.exchange.dialects import dialect
 from knitstudy.exchange.inp import write_inp
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh import Section, Spacing, sweep
+from knitstudy.solids.facet_tie import FacetTie
 from knitstudy.study.kinds import INTERACTIONS
 
 # Corners of the faces S1 to S6 of C3D8, from its definition.
@@ -49,7 +50,7 @@ def tie(mesh):
     nodes = mesh.nodes.copy()
     weight = np.eye(4)
     nodes[slave[0]] = mesh.nodes[master[-1]]
-    return SimpleNamespace(
+    return FacetTie(
         slave=slave[0],
         master=np.tile(master[-1], (4, 1)),
         weight=weight,
@@ -57,6 +58,9 @@ def tie(mesh):
         nodes=nodes,
         adjustment=np.linalg.norm(nodes[slave[0]] - mesh.nodes[slave[0]], axis=1),
         area=np.ones(1),
+        centroid=np.zeros((1, 3)),
+        tolerance=0.0,
+        facet=0.5,
     )
 
 
@@ -182,7 +186,8 @@ def test_tied_surfaces_hold_the_tied_facets(mesh, tie, knit):
 
 
 def test_equations_repeat_the_elimination(mesh, tie, knit, tmp_path):
-    tie.weight = np.array([[0.25, 0.25, 0.25, 0.25], [1, 0, 0, 0], [0, 0.5, 0.5, 0], [0.1, 0.2, 0.3, 0.4]])
+    weight = np.array([[0.25, 0.25, 0.25, 0.25], [1, 0, 0, 0], [0, 0.5, 0.5, 0], [0.1, 0.2, 0.3, 0.4]])
+    tie = replace(tie, weight=weight)
     write_inp(specimen_deck(scene(), knit, mesh, tie, "equations"), tmp_path / "deck.inp", "calculix")
     (rows,) = data(tmp_path / "deck.inp", "*EQUATION")
     entries = iter(",".join(rows).replace(" ", "").split(","))

@@ -17,9 +17,7 @@ from knitstudy.cli.options import changed_scene, config_option, set_option
 @click.option(
     "--constraints",
     type=click.Choice(["surfaces", "equations"]),
-    default="surfaces",
-    show_default=True,
-    help="Ties as surfaces that the program ties itself, or as the equations that are eliminated here.",
+    help="Ties as surfaces that the program ties itself (the default for tie.rule facets), or as equations.",
 )
 @set_option
 @click.option(
@@ -30,7 +28,7 @@ from knitstudy.cli.options import changed_scene, config_option, set_option
 )
 @config_option
 def export(
-    scene: str, dialect: str, constraints: str, changes: tuple, output: Path | None, config: Path
+    scene: str, dialect: str, constraints: str | None, changes: tuple, output: Path | None, config: Path
 ) -> None:
     """Write a scene of solid yarns as an input deck (.inp): mesh, ties, contact, grips and load, in m, N and Pa.
 
@@ -39,14 +37,14 @@ def export(
     knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3e-3 -o pair.inp
     """
     # Imported here: --help need not wait for it.
-    from knitstudy.crossings.tied_crossings import tied_crossings
     from knitstudy.exchange.deck import specimen_deck
     from knitstudy.exchange.inp import write_inp
-    from knitstudy.solids.tie import tie_crossings
+    from knitstudy.solids.discretisation import discretised
+    from knitstudy.solids.tie import tie_of
     from knitstudy.stages.simulate import lay_out
 
     chosen, specimen, mesh = lay_out(changed_scene(scene, changes, config), config=config)
-    tie = tie_crossings(mesh, specimen, chosen.tie.tolerance, tied_crossings(chosen, specimen.crossings))
+    tie = tie_of(chosen, discretised(chosen, mesh, specimen), specimen)
     path = output or Path(f"{chosen.name}.{dialect}.inp")
     write_inp(specimen_deck(chosen, specimen, mesh, tie, constraints), path, dialect)
     click.echo(f"{path}: {len(mesh.nodes)} nodes, {len(mesh.hexahedra)} hexahedra; m, N, Pa")

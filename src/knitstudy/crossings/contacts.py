@@ -110,8 +110,8 @@ class _Touch:
     position, reference, normal, traction : ndarray, shape (p, 3)
         Where it is and where it was [m]; outward normal of the touched surface; tangential traction on the point's
         own yarn [Pa].
-    area, pressure, slip, sticks : ndarray, shape (p,)
-        Undeformed area [m2], pressure [Pa], length slipped [m], and 1 where it sticks.
+    area, cell_area, pressure, slip, sticks : ndarray, shape (p,)
+        Undeformed area, and that of its facet [m2], pressure [Pa], length slipped [m], and 1 where it sticks.
     """
 
     shape: tuple[int, int]
@@ -124,6 +124,7 @@ class _Touch:
     normal: np.ndarray
     traction: np.ndarray
     area: np.ndarray
+    cell_area: np.ndarray
     pressure: np.ndarray
     slip: np.ndarray
     sticks: np.ndarray
@@ -135,7 +136,7 @@ class _Touch:
         if "contact_pressure" not in history:
             none, vectors = np.zeros(0), np.zeros((0, 3))
             no, cells = none.astype(int), np.zeros((0, 2), dtype=int)
-            return cls(shape, no, no, cells, 1, *[vectors] * 4, *[none] * 4)
+            return cls(shape, no, no, cells, 1, *[vectors] * 4, *[none] * 5)
         if "facets_around" not in history.attrs:
             raise DataFileError(
                 "the history has contact points but no attribute facets_around, the number of facets around a yarn"
@@ -158,15 +159,25 @@ class _Touch:
                 "slip": self._sum(self.area * self.slip) / area,
                 "stick_share": self._sum(self.area * self.sticks) / area,
             }
-        largest = np.zeros(self.shape)
-        np.maximum.at(largest.reshape(-1), self.place, self.pressure)
         return results | {
             "zones": self._zones(),
             "contact_area": 0.5 * area,  # the mean of two sides
             "normal_resultant": self._sum((PASS_SHARE * load * sign)[:, None] * self.normal),
             "tangential_resultant": self._sum((PASS_SHARE * self.area * sign)[:, None] * self.traction),
-            "largest_pressure": largest,
+            "largest_pressure": self._largest_pressure(load),
         }
+
+    def _largest_pressure(self, load: np.ndarray) -> np.ndarray:
+        """Return the largest pressure (I, K) that is the mean of a facet, from the load (p,) of points [N].
+
+        There are more points than unknowns of a surface: pressures of single points alternate, their means do not.
+        """
+        of = np.column_stack([self.place, self.side, self.cell])
+        _, first, facet = np.unique(of, axis=0, return_index=True, return_inverse=True)
+        mean = np.bincount(facet.ravel(), load, len(first)) / self.cell_area[first]
+        largest = np.zeros(self.shape)
+        np.maximum.at(largest.reshape(-1), self.place[first], mean)
+        return largest
 
     def undeformed_centroid(self, otherwise: np.ndarray) -> np.ndarray:
         """Return where the contact of every crossing (K, 3) lay at the increment when it last touched [m].
@@ -235,6 +246,7 @@ _POINT_COLUMNS = (
     "normal",
     "traction",
     "area",
+    "cell_area",
     "pressure",
     "slip",
     "sticks",

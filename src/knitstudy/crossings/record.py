@@ -40,6 +40,7 @@ def touching_points(
         "position": points.position[active],
         "reference": contact.reference(point),
         "area": quadrature.area[point],
+        "cell_area": quadrature.cell_area[point],
         "normal": points.projection.normal[active],
         "pressure": history.pressure[active],
         # Traction of the law acts with the internal force; on the yarn it is the reaction.

@@ -1,8 +1,9 @@
 """Input decks of other finite-element programs: what they hold, whatever the dialect.
 
-The same ties can be handed over in two ways. As *surfaces*, the other program finds the ties itself; as
-*equations* it gets exactly the linear constraints that are eliminated here, on the adjusted mesh. Contact is
-always handed over as surfaces, one pair for every row of crossings that are not tied.
+The same ties can be handed over in two ways. As *surfaces*, the other program finds tied facets itself; as
+*equations* it gets linear constraints: of facets exactly those that are eliminated here, on the adjusted mesh, of
+patches those that stiff springs stand for here. Contact is always handed over as surfaces, one pair for every row
+of crossings that are not tied.
 """
 
 from __future__ import annotations
@@ -22,15 +23,24 @@ from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.solids.facet_tie import tie_crossings
+from knitstudy.solids.patch_tie import STIFFNESS
 from knitstudy.solids.yarn_contact import contact_law
 
 if TYPE_CHECKING:
     from knitstudy.geometry.pair import YarnPair
     from knitstudy.geometry.pattern import Knit
+    from knitstudy.solids.facet_tie import FacetTie
     from knitstudy.solids.tie import Tie
     from knitstudy.study.scene import Scene
 
 CONSTRAINTS = ("surfaces", "equations")
+
+EXACTLY_JOINED = (
+    f"tie.rule is patch: springs of {STIFFNESS:g} E R join moments in the scene, equations without "
+    f"any compliance in a deck"
+)
+FACETS_INSTEAD = "tie.rule is patch: a program that ties surfaces ties facets within tie.tolerance instead"
 
 POSITION_MARGIN = 1.05
 """Position tolerance over the gap of the farthest slave node: rounding must not lose it."""
@@ -59,7 +69,7 @@ class TiedPair:
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """Constraints x_slave = sum of weights times x_master: slave (K,), master (K, 4), weight (K, 4)."""
+    """Constraints x_slave = sum of weights times x_master: slave (K,), master (K, c), weight (K, c); 0 is no term."""
 
     slave: np.ndarray
     master: np.ndarray
@@ -173,7 +183,7 @@ def specimen_deck(
     specimen: Knit | YarnPair,
     mesh: SweptMesh,
     tie: Tie,
-    constraints: str = "surfaces",
+    constraints: str | None = None,
     automatic: bool = False,
 ) -> Deck:
     """Deck of a knit in tension, or of a pair of yarns on its path: ties, contact, grips and load.
@@ -185,8 +195,9 @@ def specimen_deck(
     mesh : SweptMesh
     tie : Tie
         Constraints of the tied crossings; elsewhere yarns touch by the scene's interaction.
-    constraints : {"surfaces", "equations"}
-        Whether the other program ties the surfaces itself, or gets the constraints as equations.
+    constraints : {"surfaces", "equations"}, optional
+        Whether the other program ties the surfaces itself, or gets the constraints as equations; by default
+        surfaces for ties of facets, and equations for patches, which no program has.
     automatic : bool
         Whether the program may choose other increments than the scene's.
 
@@ -195,6 +206,9 @@ def specimen_deck(
     ConfigurationError
         If ``constraints`` is unknown.
     """
+    patches = scene.value("tie.rule") == "patch"
+    if constraints is None:
+        constraints = "equations" if patches else "surfaces"
     if constraints not in CONSTRAINTS:
         raise ConfigurationError(
             f"deck constraints: {constraints!r} is not allowed; one of {', '.join(CONSTRAINTS)}"
@@ -205,6 +219,14 @@ def specimen_deck(
     touching = np.unique(specimen.crossings.row[~tied])
     reach = CONTACT_REACH * mesh.radius + _travel(scene)
     gripped = grips(mesh, scene, specimen)
+    equations = None
+    if as_equations and tied.any():
+        equations = Equations(*tie.equations(np.union1d(gripped.held, gripped.driven)))
+    departures = tuple(_unsaid(scene)) if touching.size else ()
+    if patches and tied.any():
+        departures += (EXACTLY_JOINED if as_equations else FACETS_INSTEAD,)
+        if not as_equations:
+            tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied)
     return Deck(
         title=_title(scene, specimen),
         nodes=tie.nodes if as_equations else mesh.nodes,
@@ -216,11 +238,11 @@ def specimen_deck(
         steps=_steps(scene, specimen),
         driven="DRIVEN",
         ties=() if as_equations else tied_pairs(mesh, tie),
-        equations=Equations(tie.slave, tie.master, tie.weight) if as_equations and tied.any() else None,
+        equations=equations,
         contacts=tuple(touching_row(mesh, row, reach, free) for row in touching),
         interaction=interaction(scene) if touching.size else None,
         automatic=automatic,
-        departures=tuple(_unsaid(scene)) if touching.size else (),
+        departures=departures,
     )
 
 
@@ -252,7 +274,7 @@ def touching_row(mesh: SweptMesh, row: int, reach: float, free: np.ndarray) -> C
     return ContactPair(f"ROW{row}", facet_faces(mesh, row + 1, slave), facet_faces(mesh, row, master))
 
 
-def tied_pairs(mesh: SweptMesh, tie: Tie) -> tuple[TiedPair, ...]:
+def tied_pairs(mesh: SweptMesh, tie: FacetTie) -> tuple[TiedPair, ...]:
     """One pair of surfaces for every interlock row.
 
     The slave surface holds exactly the tied facets of the upper yarn; the master surface the facets of the

@@ -122,7 +122,7 @@ def _surface(name: str, surface: Surface) -> str:
 
 def _write_equations(file: TextIO, equations: Equations) -> None:
     """One equation for every slave and component; the slave's term comes first, which eliminates it."""
-    nodes = np.column_stack([equations.slave, equations.master]) + 1  # (K, 5)
+    nodes = np.column_stack([equations.slave, equations.master]) + 1  # (K, 1 + c)
     factors = np.column_stack([-np.ones(len(nodes)), equations.weight])
     file.write("*EQUATION\n")
     for row, factor in zip(nodes.tolist(), factors.tolist(), strict=True):
@@ -130,8 +130,8 @@ def _write_equations(file: TextIO, equations: Equations) -> None:
         terms = [(node, value) for node, value in zip(row, factor, strict=True) if value]
         for component in (1, 2, 3):
             written = [f"{node}, {component}, {NUMBER % value}" for node, value in terms]
-            file.write(f"{len(terms)}\n{', '.join(written[:4])}\n")
-            file.writelines(f"{term}\n" for term in written[4:])
+            file.write(f"{len(terms)}\n")
+            file.writelines(f"{', '.join(written[i : i + 4])}\n" for i in range(0, len(written), 4))
 
 
 def _write_section(file: TextIO, material: Wording, element: Element) -> None:

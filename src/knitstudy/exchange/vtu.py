@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from knitstudy.crossings.tied_crossings import tied_crossings
 from knitstudy.errors import MeshError
 from knitstudy.exchange.solid_yarns import write_solid_yarns
 from knitstudy.exchange.unstructured_grid import write_cells
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.mesh.quality import scaled_jacobian
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.solids.tie import tie_crossings
+from knitstudy.solids.discretisation import discretised
+from knitstudy.solids.tie import tie_of
 from knitstudy.study.scene import Scene
 
 
@@ -87,6 +87,6 @@ def write_deformed(
         write_solid_yarns(scene, path, specimen, history)
         return
     swept = SweptMesh.from_dataset(mesh)
-    tie = tie_crossings(swept, specimen, scene.tie.tolerance, tied_crossings(scene, specimen.crossings))
+    tie = tie_of(scene, discretised(scene, swept, specimen), specimen)
     fields = {"displacement": history["node_displacement"].to_numpy()}
     write_vtu(replace(swept, nodes=tie.nodes), path, fields)

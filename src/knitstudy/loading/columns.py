@@ -186,6 +186,7 @@ HISTORY = Columns(
         "contact_position": Column(("point", "xyz"), "m", "current position", _TOUCHING),
         "contact_reference": Column(("point", "xyz"), "m", "undeformed position", _TOUCHING),
         "contact_area": Column(("point",), "m2", "undeformed area that the point stands for", _TOUCHING),
+        "contact_cell_area": Column(("point",), "m2", "undeformed area of its facet", _TOUCHING),
         "contact_normal": Column(("point", "xyz"), "1", "outward normal of the touched surface", _TOUCHING),
         "contact_pressure": Column(("point",), "Pa", "contact pressure", _TOUCHING),
         "contact_traction": Column(
@@ -247,7 +248,9 @@ CONTACTS = Columns(
         ),
         "slip": Column(_CROSSING, "m", "mean length slipped since first contact, nan where open"),
         "stick_share": Column(_CROSSING, "1", "share of the contact area that sticks, nan where open"),
-        "largest_pressure": Column(_CROSSING, "Pa", "largest pressure, 0 where open, nan where tied"),
+        "largest_pressure": Column(
+            _CROSSING, "Pa", "largest mean pressure of a facet, 0 where open, nan where tied"
+        ),
         "yarn_force": Column(_YARN, "N", "net force of all interactions on a yarn"),
         "yarn_moment": Column(_YARN, "N m", "their moment about the mean of its centreline"),
         "section_rotation": Column((*_SIDE, "xyz"), "rad", "rotation vector of the yarn's section"),

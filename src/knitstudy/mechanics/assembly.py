@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.mechanics.span_sum import SpanSum, consecutive, span_pattern, touched_rows
+
 PAIRS = 32_768
 """Pairs of nodes a batch, 512 hexahedra of eight nodes; bounds the memory of a batch."""
 
@@ -63,11 +65,10 @@ class Assembly:
         self.batches = [
             batch for number, each in enumerate(groups) for batch in _batches(number, each, pairs)
         ]
+        spans = transformation is None and all(consecutive(each) for each in groups)
         if transformation is None:
             transformation = sp.identity(nodes, format="csr")
         self.retained = transformation.shape[1]
-        # Of every group (E a, n): the nodes of its elements on retained nodes.
-        local = [sp.csr_matrix(transformation)[connectivity.ravel()] for connectivity in groups]
         self._width = [connectivity.shape[1] for connectivity in groups]
         end = np.concatenate([connectivity.ravel() for connectivity in groups])
         self._to_nodes = sp.csr_matrix(
@@ -75,17 +76,16 @@ class Assembly:
         )
         self._to_kept = sp.csr_matrix(transformation.T)
         linked = None if links is None else sp.csr_matrix(self._to_kept @ links @ transformation)
-        self.indptr, self.indices = _pattern(local, self._width, linked)
+        if spans:
+            self.indptr, self.indices = _with_links(*span_pattern(groups, nodes), linked)
+            self._untouched = np.empty(0, dtype=np.int64)  # entries of no element; spans see to theirs
+            self._sums = self._span_sums([connectivity[:, 0] for connectivity in groups])
+        else:
+            # Of every group (E a, n): the nodes of its elements on retained nodes.
+            local = [sp.csr_matrix(transformation)[connectivity.ravel()] for connectivity in groups]
+            self.indptr, self.indices = _with_links(*_pattern(local, self._width), linked)
+            self._sums = self._pair_sums(local)
         self._links = None if linked is None else self._linked(linked)
-        most = max(batch.count * self._width[batch.group] ** 2 for batch in self.batches)
-        self._ones = np.ones(most)
-        sums = [self._batch_sum(local[batch.group], batch) for batch in self.batches]
-        batches = np.zeros(self.entries, dtype=np.int32)
-        for touched, _ in sums:
-            batches[touched] += 1
-        self._untouched = np.flatnonzero(batches == 0)  # by elements: links alone
-        self._own = [_own(touched, matrix, batches[touched] == 1) for touched, matrix in sums]
-        self._joint = [_part(touched, matrix, batches[touched] > 1) for touched, matrix in sums]
 
     @property
     def entries(self) -> int:
@@ -107,7 +107,7 @@ class Assembly:
 
     def begin_stiffness(self, room: int = 0) -> StiffnessSum:
         """Return an empty sum of stiffness blocks, in an array with room for so many more."""
-        return StiffnessSum(self.entries, self.block, self._own, self._joint, self._untouched, room)
+        return StiffnessSum(self.entries, self.block, self._sums, self._untouched, room)
 
     def connection(self) -> sp.csr_matrix:
         """Return which retained nodes (n, n) share an element or a link, as ones."""
@@ -131,6 +131,25 @@ class Assembly:
         if not len(row):
             return np.empty(0, dtype=np.int64), np.empty(0)
         return self._find(row, linked.indices), linked.data
+
+    def _span_sums(self, first: Sequence[np.ndarray]) -> list[SpanSum]:
+        """Return the sums of all batches of elements whose nodes follow each other from their first (E,) on."""
+        starts = [(first[batch.group][batch.part], self._width[batch.group]) for batch in self.batches]
+        batches = np.zeros(self.retained, dtype=np.int32)
+        for start, width in starts:
+            batches[touched_rows(start, width)] += 1
+        return [SpanSum(start, width, self.indptr, self.indices, batches == 1) for start, width in starts]
+
+    def _pair_sums(self, local: Sequence[sp.csr_matrix]) -> list[PairSum]:
+        """Return the sums of all batches of any elements, from the retained nodes of theirs (E a, n)."""
+        most = max(batch.count * self._width[batch.group] ** 2 for batch in self.batches)
+        self._ones = np.ones(most)
+        sums = [self._batch_sum(local[batch.group], batch) for batch in self.batches]
+        batches = np.zeros(self.entries, dtype=np.int32)
+        for touched, _ in sums:
+            batches[touched] += 1
+        self._untouched = np.flatnonzero(batches == 0)
+        return [PairSum(touched, matrix, batches[touched] == 1) for touched, matrix in sums]
 
     def _batch_sum(self, local: sp.csr_matrix, batch: Batch) -> tuple[np.ndarray, sp.csr_matrix]:
         """Return the pattern entries that a batch touches and the weights that take its blocks there."""
@@ -180,30 +199,56 @@ class StiffnessSum:
         self,
         entries: int,
         block: int,
-        own: list[tuple[Part, ...]],
-        joint: list[Part],
+        sums: Sequence[PairSum | SpanSum],
         untouched: np.ndarray,
         room: int = 0,
     ) -> None:
         self._data = np.empty((entries + room, block**2))[:entries]
         self._data[untouched] = 0
-        self._own, self._joint = own, joint
-        self._seams: list[np.ndarray | None] = [None] * len(own)
+        self._sums = sums
+        self._seams: list[np.ndarray | None] = [None] * len(sums)
 
     def put(self, number: int, blocks: np.ndarray) -> None:
         """Take over the stiffness blocks (e, a^2, block^2) of batch `number`, each batch once."""
-        blocks = blocks.reshape(-1, self._data.shape[1])
-        for part in self._own[number]:
-            self._data[part.entries] = part.weights @ blocks
-        self._seams[number] = self._joint[number].weights @ blocks
+        self._seams[number] = self._sums[number].put(self._data, blocks.reshape(-1, self._data.shape[1]))
 
     def data(self) -> np.ndarray:
         """Return the sum (entries, block^2) once all batches are there."""
-        for part in self._joint:
-            self._data[part.entries] = 0
-        for part, seam in zip(self._joint, self._seams, strict=True):
-            self._data[part.entries] += seam
+        for part in self._sums:
+            part.clear(self._data)
+        for part, seam in zip(self._sums, self._seams, strict=True):
+            part.close(self._data, seam)
         return self._data
+
+
+class PairSum:
+    """The sum of one batch of any elements, by the weights that take every pair of nodes to its entries.
+
+    Parameters
+    ----------
+    entries : ndarray of int, shape (k,)
+        Entries of the pattern that the batch touches, ascending.
+    weights : csr matrix, shape (k, e a^2)
+    alone : ndarray of bool, shape (k,)
+        Entries that no other batch touches.
+    """
+
+    def __init__(self, entries: np.ndarray, weights: sp.csr_matrix, alone: np.ndarray) -> None:
+        self._own, self._joint = _own(entries, weights, alone), _part(entries, weights, ~alone)
+
+    def put(self, data: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+        """Write entries of its own into `data` (entries, b); return what seams get of blocks (e a^2, b)."""
+        for part in self._own:
+            data[part.entries] = part.weights @ blocks
+        return self._joint.weights @ blocks
+
+    def clear(self, data: np.ndarray) -> None:
+        """Set the entries at the seams to zero."""
+        data[self._joint.entries] = 0
+
+    def close(self, data: np.ndarray, seam: np.ndarray) -> None:
+        """Add what `put` has returned."""
+        data[self._joint.entries] += seam
 
 
 @dataclass(frozen=True)
@@ -238,16 +283,24 @@ def _batches(group: int, connectivity: np.ndarray, pairs: int) -> list[Batch]:
     return [Batch(group, slice(i, min(i + chunk, elements))) for i in range(0, elements, chunk)]
 
 
-def _pattern(
-    local: Sequence[sp.csr_matrix], width: Sequence[int], linked: sp.csr_matrix | None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return row pointers and sorted columns (int32) of all pairs of retained nodes that share an element or a link."""
+def _pattern(local: Sequence[sp.csr_matrix], width: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Return row pointers and columns of all pairs of retained nodes that share an element."""
     incidence = sp.vstack([_incidence(part, a) for part, a in zip(local, width, strict=True)], format="csr")
     pattern = sp.csr_matrix(incidence.T @ incidence)
-    if linked is not None:
-        pattern = sp.csr_matrix(pattern + (linked != 0))
     pattern.sort_indices()
-    return pattern.indptr.astype(np.int32), pattern.indices.astype(np.int32)
+    return pattern.indptr, pattern.indices
+
+
+def _with_links(
+    indptr: np.ndarray, indices: np.ndarray, linked: sp.csr_matrix | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return row pointers and sorted columns (int32) of a pattern and of links."""
+    if linked is not None:
+        pattern = sp.csr_matrix((np.ones(len(indices), dtype=bool), indices, indptr), shape=linked.shape)
+        pattern = sp.csr_matrix(pattern + (linked != 0))
+        pattern.sort_indices()
+        indptr, indices = pattern.indptr, pattern.indices
+    return indptr.astype(np.int32), indices.astype(np.int32)
 
 
 def _incidence(local: sp.csr_matrix, width: int) -> sp.csr_matrix:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,6 +16,11 @@ from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mesh.grips import Grips
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.faces import Faces
+
+if TYPE_CHECKING:
+    from knitstudy.geometry.pair import YarnPair
+    from knitstudy.geometry.pattern import Knit
+    from knitstudy.study.scene import Scene
 
 Locate = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
@@ -87,3 +94,14 @@ class Discretisation:
     def nodes_of(self, yarn: int) -> np.ndarray:
         """Return the nodes of a yarn, ascending."""
         return np.flatnonzero(self.yarn == yarn)
+
+
+def discretised(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+    """Return the yarns of a scene, divided as its fidelity says.
+
+    Raises
+    ------
+    MeshError
+        If elements are too large for the yarn, or too many for the memory.
+    """
+    return import_module(scene.kind.fidelity.solids).discretise(scene, mesh, specimen)

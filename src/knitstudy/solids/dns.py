@@ -134,21 +134,27 @@ def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[Prescr
 
 
 def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement, rings: int = 1) -> KnitStructure:
-    """Return where the unknowns lie; a patch reaches `rings` elements around the tied nodes."""
+    """Return where the unknowns lie; a patch reaches `rings` elements around nodes that are joined or touch.
+
+    Where nodes are coefficients there are no patches: each has a share in whole sections and several spans, so that
+    they would take in most of the yarns, and the yarns' factors know what is stiff at a crossing.
+    """
     parts, tie, kept = yarns.parts, yarns.tie, yarns.retained
+    patches = parts.sampling is None
     inside = np.zeros(len(kept), dtype=bool)
-    joined = yarns.unknown[tie.joined]
-    inside[joined[joined >= 0]] = True
-    pattern = yarns.model.assembly.connection()
-    for _ in range(rings):
-        inside = pattern @ inside > 0
+    if patches:
+        joined = yarns.unknown[tie.joined]
+        inside[joined[joined >= 0]] = True
+        pattern = yarns.model.assembly.connection()
+        for _ in range(rings):
+            inside = pattern @ inside > 0
     return KnitStructure(
         position=tie.nodes[kept],
         unity=parts.unity[kept],
         yarn=parts.yarn[kept],
         station=parts.station[kept],
         bandwidth=parts.bandwidth,
-        patch=np.flatnonzero(inside),
+        patch=np.flatnonzero(inside) if patches else None,
         fixed=prescribed.fixed,
     )
 

@@ -1,5 +1,6 @@
-"""Tied crossings (Fig. 2a of the paper): slave nodes follow the facet of the master yarn that they lie on.
+"""Ties of facets (Fig. 2a of the paper): slave nodes follow the facet of the master yarn that they lie on.
 
+What commercial programs do; the tied area is that of facets, and shrinks with them (docs/ties.md).
 The yarn of the upper row is the slave. Tied are, at every crossing, the slave facet nearest to the master's tube
 (two where they are equally near) and all facets whose four nodes are within the tolerance. Their nodes are moved,
 free of strain, onto the master's surface: only then are the weights exact for rigid motions, and a tie carries no
@@ -31,7 +32,7 @@ ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
-class Tie:
+class FacetTie:
     """Linear constraints of all tied crossings, x_slave = sum of weights times x_master.
 
     Attributes
@@ -109,6 +110,13 @@ class Tie:
         np.subtract.at(total, self.crossing, node_force[self.slave])
         return total
 
+    def equations(self, fixed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return slave nodes (S,), and nodes (S, c) and weights (S, c) of the sums that they are.
+
+        `fixed` is not looked at: there is no choice of slaves.
+        """
+        return self.slave, self.master, self.weight
+
     def beside(self, points: np.ndarray) -> np.ndarray:
         """Return which undeformed points (k, 3) [m] lie beside the tied facets (k,), farther from them than their size.
 
@@ -125,7 +133,7 @@ def tie_crossings(
     tolerance: float,
     tied: np.ndarray | None = None,
     faces: Faces | None = None,
-) -> Tie:
+) -> FacetTie:
     """Tie the crossings of a specimen.
 
     Parameters
@@ -174,7 +182,7 @@ def tie_crossings(
     nodes = faces.nodes.copy()
     nodes[slave] = np.einsum("sm,smi->si", weight, faces.nodes[master])
     area, centroid = _areas(nodes, facets[:, :4], crossing, len(knit.crossings.row))
-    return Tie(
+    return FacetTie(
         slave=slave,
         master=master,
         weight=weight,

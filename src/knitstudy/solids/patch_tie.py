@@ -15,6 +15,8 @@ from typing import ClassVar
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.linalg import qr
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
@@ -110,6 +112,36 @@ class PatchTie:
         mean = (self.moments @ displacement).reshape(-1, 3, 3)[:, 0]  # of (disc, moment, component)
         total[self.discs.crossing] = self.stiffness[:, :1] * mean
         return total
+
+    def equations(self, fixed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the ties as rigid constraints: slave nodes (S,), and nodes (S, c) and weights (S, c) of their sums.
+
+        Three nodes of a disc are the slaves, those that its moments weigh most; discs that share nodes are solved
+        together, so that no slave is in another's sum.
+
+        Parameters
+        ----------
+        fixed : ndarray of int, shape (k,)
+            Nodes that may be no slaves.
+        """
+        touched = (self.moments != 0).astype(np.int8)
+        count, group = connected_components(touched @ touched.T, directed=False)
+        slaves, sums = [], []
+        for number in range(count):
+            rows = self.moments[group == number]
+            nodes = np.unique(rows.indices)
+            dense = rows[:, nodes].toarray()
+            allowed = np.isin(nodes, fixed, invert=True)
+            order = np.flatnonzero(allowed)[qr(dense[:, allowed], mode="r", pivoting=True)[1]]
+            chosen, others = order[: len(dense)], np.setdiff1d(np.arange(len(nodes)), order[: len(dense)])
+            slaves.append(nodes[chosen])
+            weight = -np.linalg.solve(dense[:, chosen], dense[:, others])
+            sums += [(nodes[others], each) for each in weight]
+        width = max((len(nodes) for nodes, _ in sums), default=0)
+        master, weight = np.zeros((len(sums), width), dtype=np.int64), np.zeros((len(sums), width))
+        for place, (nodes, each) in enumerate(sums):
+            master[place, : len(nodes)], weight[place, : len(nodes)] = nodes, each
+        return np.concatenate([np.empty(0, dtype=np.int64), *slaves]), master, weight
 
     def beside(self, points: np.ndarray) -> np.ndarray:
         """Return which undeformed points (k, 3) [m] lie beside all discs (k,)."""

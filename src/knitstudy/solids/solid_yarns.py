@@ -18,7 +18,7 @@ from knitstudy.mechanics.constraints import transformation
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.stabilisation import Stabilisation
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.solids.discretisation import Discretisation
+from knitstudy.solids.discretisation import Discretisation, discretised
 from knitstudy.solids.tie import Tie, tie_of
 from knitstudy.study.scene import Scene
 
@@ -67,7 +67,7 @@ def assemble(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SolidY
         If elements are too large for the yarn, the simulation does not fit into memory, an element is folded after
         the tied nodes were moved, a crossing cannot be tied, or yarns overlap.
     """
-    parts = import_module(scene.kind.fidelity.solids).discretise(scene, mesh, specimen)
+    parts = discretised(scene, mesh, specimen)
     tied = tied_crossings(scene, specimen.crossings)
     tie = tie_of(scene, parts, specimen)
     facets = CrossingFacets.of(specimen.crossings, parts.mesh)

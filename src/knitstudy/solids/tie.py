@@ -54,6 +54,13 @@ class Tie(Protocol):
         """
         ...
 
+    def equations(self, fixed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the ties as rigid constraints: slave nodes (S,), and nodes (S, c) and weights (S, c) of their sums.
+
+        Slaves are none of the nodes `fixed` (k,), where there is a choice; weights may be 0.
+        """
+        ...
+
     def beside(self, points: np.ndarray) -> np.ndarray:
         """Return which undeformed points (k, 3) [m] lie where the ties no longer hold the yarns together (k,)."""
         ...

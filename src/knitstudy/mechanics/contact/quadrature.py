@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -38,6 +39,13 @@ class Quadrature:
     area: np.ndarray
     per_row: np.ndarray
     first: np.ndarray
+
+    @cached_property
+    def cell_area(self) -> np.ndarray:
+        """Undeformed area (P,) of the cell of every point [m2]."""
+        place = np.column_stack([self.surface, self.cell])
+        cell = np.cumsum(np.any(np.diff(place, axis=0, prepend=place[:1]), axis=1))
+        return np.bincount(cell, self.area)[cell]
 
     @classmethod
     def on(cls, surfaces: Surfaces, carriers: np.ndarray, points: int) -> Quadrature:

@@ -26,8 +26,8 @@ class KnitStructure:
         Place along the yarn, ascending: nodes of one cross-section, or of one spline, have it in common.
     bandwidth : int
         Largest difference of node numbers within an element of one yarn.
-    patch : ndarray of int, shape (p,)
-        Nodes where yarns act on each other.
+    patch : ndarray of int, shape (p,), or None
+        Nodes where yarns are tied to each other; None if crossings are no scale of their own, touching ones neither.
     fixed : ndarray of int, shape (k,)
         Prescribed unknowns.
     """
@@ -37,7 +37,7 @@ class KnitStructure:
     yarn: np.ndarray
     station: np.ndarray
     bandwidth: int
-    patch: np.ndarray
+    patch: np.ndarray | None
     fixed: np.ndarray
 
 

@@ -1,0 +1,197 @@
+"""The surface of solid yarns whose displacements are polynomials over the section times splines: the rim r = 1.
+
+On the rim the functions of one spline are the 2 p + 1 sines and cosines of the angle, m = 0 ... p. They are the
+carriers, spline by spline along a yarn: every coefficient of the yarn goes into one of them, so that contact works with
+(d + 1) (2 p + 1) carriers a place instead of (d + 1) (p + 1) (p + 2) / 2 coefficients, and its matrix is expanded once.
+The surface is as smooth as the splines are, and round where the yarn is undeformed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil
+from knitstudy.mechanics.polynomial_yarn import disc
+from knitstudy.mechanics.polynomial_yarn.space import Space
+from knitstudy.mechanics.polynomial_yarn.spline import Spline
+
+CHUNK = 1_000
+"""Pairs of stations that are expanded at once; bounds the memory."""
+
+
+class Cylinders:
+    """The surfaces of solid yarns; see `surface.Surfaces`.
+
+    Parameters are arc length and angle, both in units of the arc 2 pi R / `angles`.
+
+    Parameters
+    ----------
+    space : Space
+        All of its splines of one degree.
+    radius : float
+        R of the yarns [m].
+    along : sequence of ndarray, shape (m + 1,)
+        Arc lengths [m] of the edges of cells of every yarn, its ends included.
+    angles : int
+        Cells around.
+    """
+
+    def __init__(self, space: Space, radius: float, along: list[np.ndarray], angles: int) -> None:
+        yarns = len(space.yarns)
+        self.closed, self.offset = np.ones(yarns, dtype=bool), np.zeros(yarns)
+        self.cells = np.array([[len(edges) - 1, angles] for edges in along])
+        self.unit = 2 * np.pi * radius / angles
+        self._turn = 2 * np.pi / angles
+        self._along = along
+        self._last = np.array([edges[-1] for edges in along]) / self.unit
+        degree = max(yarn.degree for yarn in space.yarns)
+        self.block = 2 * degree + 1
+        splines = [yarn.spline for yarn in space.yarns]
+        # One evaluator of all yarns: every place says which span it is on.
+        self._spline = Spline(splines[0].degree, np.concatenate([spline.knots for spline in splines]))
+        self._first_span = np.concatenate([[0], np.cumsum([len(spline.spans) for spline in splines])])
+        start = np.concatenate([[0.0], np.cumsum(self._last)[:-1]]) * self.unit
+        self._start = start
+        self._starts = self._spline.spans[:, 0] + np.repeat(start, np.diff(self._first_span))
+        self._coefficients = _Coefficients.of(space, degree)
+        self._rings = self._values_at(along)
+        self._first_ring = np.concatenate([[0], np.cumsum(self.cells[:, 0] + 1)])
+
+    def edges(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the parameters of the edges of cells along (m + 1,) and around (n + 1,)."""
+        return self._along[number] / self.unit, np.arange(self.cells[number, 1] + 1.0)
+
+    def arc_length(self, surface: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """Return the arc lengths (k,) of parameters along (k,) [m]."""
+        return self.unit * along
+
+    def stencil(self, surface: np.ndarray, xi: np.ndarray) -> Stencil:
+        """Return the stencils of places xi (k, 2) on surfaces (k,)."""
+        span = self._span(surface, self.unit * xi[:, 0])
+        first, along = self._spline.basis(self.unit * xi[:, 0], 2, span)
+        along *= self.unit ** np.arange(3.0)[:, None, None]
+        around = _waves(self.block, self._turn * xi[:, 1])
+        around *= self._turn ** np.arange(3.0)[:, None, None]
+        weights = along[ALONG].transpose(1, 0, 2)[..., None] * around[AROUND].transpose(1, 0, 2)[:, :, None]
+        wide = (self._spline.degree + 1) * self.block
+        station = first - (self._spline.degree + 1) * surface
+        nodes = (self.block * station)[:, None] + np.arange(wide)
+        return Stencil(nodes, weights.reshape(len(xi), 6, wide), key=span)
+
+    def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        """Return xi (k, 2) moved to the nearest place within the yarns' ends."""
+        return np.stack([np.clip(xi[:, 0], 0.0, self._last[surface]), xi[:, 1]], axis=1)
+
+    def carry(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the carriers (M, 3) of coefficients (N, 3)."""
+        return self._coefficients.total @ nodes
+
+    def collect(self, force: np.ndarray) -> np.ndarray:
+        """Return forces (N, 3) on the coefficients from those on carriers (M, 3)."""
+        return self._coefficients.total.T @ force
+
+    def matrix(self, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray) -> sp.bsr_matrix:
+        """Return the matrix over the coefficients of one over carriers; see `surface.Surfaces.matrix`."""
+        return self._coefficients.expanded(indptr, indices, data)
+
+    def centres(self, carriers: np.ndarray) -> np.ndarray:
+        """Return the middles (R, 3) of all rings, yarn by yarn."""
+        return self._rings @ carriers[:: self.block]
+
+    def ring(self, number: int, row: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+        """Return places (k, n + 1, 3) on rings (k,) of one yarn, at the edges of cells around."""
+        rings, place = np.unique(row, return_inverse=True)
+        wave = self._rings[self._first_ring[number] + rings] @ carriers.reshape(-1, 3 * self.block)
+        table = _waves(self.block, self._turn * np.arange(self.cells[number, 1] + 1.0))[0]
+        return (table @ wave.reshape(-1, self.block, 3))[place]
+
+    def moved(self, now: np.ndarray, then: np.ndarray) -> float:
+        """Return how far a place has moved at most [m]: splines add up to 1, so no place goes farther than theirs."""
+        table = _waves(self.block, 2 * np.pi * np.arange(2 * self.block) / (2 * self.block))[0]
+        way = table @ (now - then).reshape(-1, self.block, 3)
+        return float(np.sqrt(np.einsum("jni,jni->jn", way, way).max()))
+
+    def _span(self, surface: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """Return the spans (k,) of all yarns that arc lengths (k,) of surfaces (k,) lie in."""
+        found = np.searchsorted(self._starts, s + self._start[surface], side="right") - 1
+        return np.clip(found, self._first_span[surface], self._first_span[surface + 1] - 1)
+
+    def _values_at(self, along: list[np.ndarray]) -> sp.csr_matrix:
+        """Return the splines (R, stations) at the rings of all yarns."""
+        surface = np.repeat(np.arange(len(along)), [len(edges) for edges in along])
+        s = np.concatenate(along)
+        first, values = self._spline.basis(s, 0, self._span(surface, s))
+        wide = self._spline.degree + 1
+        station = (first - wide * surface)[:, None] + np.arange(wide)
+        shape = len(s), self._coefficients.stations
+        return sp.csr_matrix((values[0].ravel(), station.ravel(), wide * np.arange(len(s) + 1)), shape=shape)
+
+
+def _waves(block: int, angle: np.ndarray) -> np.ndarray:
+    """Return 1, cos t, sin t, cos 2 t, ... and their first and second derivatives (3, k, block) at angles (k,)."""
+    wave = (np.arange(block) + 1) // 2
+    sine = (np.arange(block) % 2 == 0) & (wave > 0)
+    phase = np.multiply.outer(angle, wave) - np.where(sine, np.pi / 2, 0.0)
+    value = np.cos(phase)
+    return np.stack([value, -wave * np.sin(phase), -(wave**2) * value])
+
+
+@dataclass(frozen=True, eq=False)
+class _Coefficients:
+    """What the carriers are of the coefficients of yarns.
+
+    ``first`` (S + 1,) is the first coefficient of every station, a spline of a yarn; ``wave`` and ``factor`` (n_p,) say
+    which carrier of its station the function k is on the rim, and how large. ``total`` (M, N) sums coefficients.
+    """
+
+    first: np.ndarray
+    wave: np.ndarray
+    factor: np.ndarray
+    block: int
+    total: sp.csr_matrix
+
+    @classmethod
+    def of(cls, space: Space, degree: int) -> _Coefficients:
+        kind = disc.modes(degree)
+        wave = np.where(kind.wave > 0, 2 * kind.wave - 1 + kind.sine, 0)
+        first = np.concatenate([[0], np.cumsum(np.concatenate([disc.size(y.degrees) for y in space.yarns]))])
+        block = 2 * degree + 1
+        station = np.repeat(np.arange(len(first) - 1), np.diff(first))
+        k = space.order
+        total = sp.csr_matrix(
+            (kind.factor[k], (block * station + wave[k], np.arange(space.size))),
+            shape=(block * (len(first) - 1), space.size),
+        )
+        return cls(first, wave, kind.factor, block, total)
+
+    @property
+    def stations(self) -> int:
+        """Number of stations of all yarns."""
+        return len(self.first) - 1
+
+    def expanded(self, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray) -> sp.bsr_matrix:
+        """Return the matrix over coefficients of blocks (nnz, block block, 9) over pairs of stations."""
+        many = np.diff(self.first)
+        row = np.repeat(np.arange(self.stations), np.diff(indptr))
+        before = np.concatenate([[0], np.cumsum(many[indices])])  # columns of the pairs before
+        wide = before[indptr[1:]] - before[indptr[:-1]]  # columns of a row of blocks
+        size = 3 * self.total.shape[1]
+        lines = np.concatenate([[0], np.cumsum(np.repeat(wide, many))])
+        found = np.empty((lines[-1], 3, 3))
+        columns = np.empty(lines[-1], dtype=np.int32)
+        start = lines[self.first[row]] + before[:-1] - before[indptr[row]]  # of a pair's first line
+        for n, m in np.unique(np.stack([many[row], many[indices]], axis=1), axis=0):
+            pairs = np.flatnonzero((many[row] == n) & (many[indices] == m))
+            line, column = np.arange(n)[:, None], np.arange(m)
+            place = start[pairs, None, None] + wide[row[pairs], None, None] * line + column
+            entry = self.block * self.wave[:n, None] + self.wave[:m]
+            scale = self.factor[:n, None] * self.factor[:m]
+            for low in range(0, len(pairs), CHUNK):
+                part = slice(low, low + CHUNK)
+                blocks = data[pairs[part]][:, entry] * scale[..., None]
+                found[place[part]] = blocks.reshape(*blocks.shape[:-1], 3, 3)
+                columns[place[part]] = self.first[indices[pairs[part]], None, None] + column + 0 * line
+        return sp.bsr_matrix((found, columns, lines), shape=(size, size))

@@ -1,0 +1,112 @@
+"""The surface of solid yarns of polynomials, as contact sees it."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from knitstudy.mechanics.contact.cylinders import Cylinders
+from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.contact.history import ContactHistory
+from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.polynomial_yarn.space import Space, yarn_space
+
+RNG = np.random.default_rng(0)
+RADIUS, LENGTH, ANGLES = 0.5, 3.0, 12
+BREAKS = np.array([0.0, 0.8, 1.2, 1.5, 2.1, LENGTH])
+CELLS = [0.0, 0.6, 1.2, 1.4, 1.6, 1.8, 2.4, LENGTH]
+
+
+def straight(space, middle, along, up):
+    """Nodes of a straight yarn of that space."""
+    spline = space.spline
+    s = np.linspace(0, LENGTH, 60)
+    centre = spline.fit(s, middle + (s - 0.5 * LENGTH)[:, None] * along)
+    turned = [np.tile(d, (spline.size, 1)) for d in (up, np.cross(along, up))]
+    return space.coefficients(centre, *turned, RADIUS)
+
+
+@pytest.fixture(scope="module")
+def crossing():
+    """Two yarns that cross, with spans and degrees of all kinds: space, nodes and surfaces."""
+    own = yarn_space(BREAKS, [2, 3, 4, 3, 2])
+    space = Space((own, own))
+    x, y, z = np.eye(3)
+    nodes = np.concatenate(
+        [straight(own, -(RADIUS + 0.005) * z, x, z), straight(own, (RADIUS + 0.005) * z, y, z)]
+    )
+    return space, nodes, Cylinders(space, RADIUS, [np.array(CELLS)] * 2, ANGLES)
+
+
+def places(count):
+    """Places anywhere on both surfaces."""
+    surface = RNG.integers(0, 2, count)
+    return surface, RNG.uniform(0, 1, (count, 2)) * [LENGTH / (2 * np.pi * RADIUS) * ANGLES, ANGLES]
+
+
+def test_places_are_those_of_the_space_on_the_rim(crossing):
+    space, nodes, surfaces = crossing
+    moved = nodes + 0.02 * RNG.normal(size=nodes.shape)
+    surface, xi = places(50)
+    angle = 2 * np.pi * xi[:, 1] / ANGLES
+    rim = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    found, _, _ = surfaces.stencil(surface, xi).places(surfaces.carry(moved))
+    expected = space.matrix(surface, rim, surfaces.arc_length(surface, xi[:, 0])) @ moved
+    np.testing.assert_allclose(found, expected, atol=1e-14)
+
+
+def test_derivatives_agree_with_differences(crossing):
+    _, _, surfaces = crossing
+    surface, xi = places(40)
+    stencil, step = surfaces.stencil(surface, xi), 1e-6
+    for a in range(2):
+        plus, minus = (surfaces.stencil(surface, xi + sign * step * np.eye(2)[a]) for sign in (1, -1))
+        same = plus.key == minus.key
+        first = (plus.value - minus.value)[same] / (2 * step)
+        np.testing.assert_allclose(first, stencil.first[same, a], atol=1e-8)
+        second = (plus.first - minus.first)[same] / (2 * step)
+        np.testing.assert_allclose(second[:, a], stencil.second[same, 2 * a], atol=1e-8)
+        np.testing.assert_allclose(second[:, 1 - a], stencil.second[same, 1], atol=1e-8)
+
+
+def test_normals_point_outward_and_points_stand_for_the_area(crossing):
+    _, nodes, surfaces = crossing
+    contact = Contact(nodes, surfaces, Coulomb(1.0, 1.0, 0.0), margin=0.1, overlap=1e-3)
+    assert contact.quadrature.area.sum() == pytest.approx(2 * 2 * np.pi * RADIUS * LENGTH, rel=1e-12)
+    points = contact.points(nodes, nodes, ContactHistory.empty())
+    assert points.gap.min() == pytest.approx(0.01, abs=1e-3)
+
+
+def test_rings_lie_on_the_surface(crossing):
+    _, nodes, surfaces = crossing
+    carriers = surfaces.carry(nodes)
+    along, around = surfaces.edges(1)
+    row = np.array([3, 0, 3, 7])
+    ring = surfaces.ring(1, row, carriers)
+    xi = np.stack(np.broadcast_arrays(along[row, None], around), axis=-1).reshape(-1, 2)
+    place, _, _ = surfaces.stencil(np.ones(len(xi), dtype=int), xi).places(carriers)
+    np.testing.assert_allclose(ring.reshape(-1, 3), place, atol=1e-14)
+    middle = surfaces.centres(carriers)[len(CELLS) + row]
+    np.testing.assert_allclose(np.linalg.norm(ring - middle[:, None], axis=2), RADIUS, rtol=1e-12)
+
+
+def test_a_translation_moves_all_places_as_far(crossing):
+    space, nodes, surfaces = crossing
+    moved = nodes + np.multiply.outer(space.unity, [0.3, 0.0, -0.4])
+    assert surfaces.moved(surfaces.carry(moved), surfaces.carry(nodes)) == pytest.approx(0.5)
+
+
+def test_matrices_are_expanded_to_coefficients(crossing):
+    space, _, surfaces = crossing
+    carriers, b = surfaces.carry(np.eye(space.size)), surfaces.block
+    stations = len(carriers) // b
+    dense = RNG.normal(size=(stations, stations)) * (RNG.uniform(size=(stations, stations)) < 0.3)
+    pattern = sp.csr_matrix(dense)
+    data = RNG.normal(size=(pattern.nnz, b * b, 9))
+    found = surfaces.matrix(pattern.indptr, pattern.indices, data)
+    row = np.repeat(np.arange(stations), np.diff(pattern.indptr))
+    full = np.zeros((stations, b, 3, stations, b, 3))
+    full[row, :, :, pattern.indices] = data.reshape(-1, b, b, 3, 3).transpose(0, 1, 3, 2, 4)
+    expand = np.kron(carriers, np.eye(3))
+    expected = expand.T @ full.reshape(3 * b * stations, -1) @ expand
+    np.testing.assert_allclose(found.toarray(), expected, atol=1e-12)
+    assert found.has_sorted_indices
