@@ -186,7 +186,7 @@ def test_deck_is_of_solid_yarns(knitstudy, config):
 
 
 def test_deck(knitstudy, tmp_path):
-    coarse = ("--set", "mesh.size=0.6e-3", "--dialect", "calculix")
+    coarse = ("--set", "mesh.size=0.6e-3", "--set", "gates.elements_across=3", "--dialect", "calculix")
     result = knitstudy("export", "pair-slid-90", *coarse, "--set", "name=coarse")
     nodes, hexahedra = map(int, re.findall(r"(\d+) (?:nodes|hexahedra)", result.stdout))
     text = (tmp_path / "coarse.calculix.inp").read_text()
