@@ -21,6 +21,7 @@ from knitstudy.mesh.frames import rotation_minimising
 from knitstudy.mesh.grips import LOWER, UPPER, Grips
 from knitstudy.mesh.sampled import ACROSS
 from knitstudy.mesh.sweep import Curve, SweptMesh
+from knitstudy.solids.contact_cells import contact_surfaces
 from knitstudy.solids.discretisation import Discretisation
 from knitstudy.solids.yarn_spans import YarnSpans, yarn_spans
 from knitstudy.study.scene import Scene
@@ -53,6 +54,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
     space = space_on(scene, spans)
     _require_memory(scene, space)
     nodes = undeformed(space, specimen)
+    surfaces, rings = contact_surfaces(scene, space, specimen)
     yarn = scene.yarn
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
     return Discretisation(
@@ -64,7 +66,8 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         bandwidth=max(own.bandwidth for own in space.yarns),
         groups=partial(span_groups, space, material=material),
         volume=partial(_volume, space.size),
-        surfaces=(),
+        surfaces=surfaces,
+        rings=rings,
         ends=_grips(scene, space, spans),
         locate=partial(_locate, space, nodes),
         size=2 * mesh.radius / ACROSS,
