@@ -65,6 +65,26 @@ def test_contact_on_new_nodes_renews_the_preconditioner():
         assert solver.setups == len(solver.preconditioner.made) == made
 
 
+def test_preconditioner_that_failed_is_made_anew():
+    """What a failed increment leaves half made must not be applied to the matrix of the next."""
+    positive, _ = parts()
+    solver = Krylov(Jacobi())
+    solver.use(positive)
+    solver.solve(np.ones(COUNT), 1e-6)
+
+    def fail(*given):
+        raise ConvergenceError("not positive definite")
+
+    update, solver.preconditioner.update = solver.preconditioner.update, fail
+    solver.use(positive, touching=np.array([3]))  # new contact needs a new one
+    with pytest.raises(ConvergenceError):
+        solver.solve(np.ones(COUNT), 1e-6)
+    solver.preconditioner.update = update
+    solver.use(positive)
+    solver.solve(np.ones(COUNT), 1e-6)
+    assert len(solver.preconditioner.made) == 2
+
+
 def test_a_singular_matrix_is_an_error():
     positive, _ = parts()
     solver = Krylov(Jacobi())

@@ -104,6 +104,7 @@ class Krylov:
 
     def _renew(self) -> None:
         started = time.perf_counter()
+        self._waste = np.inf  # one that fails here leaves none that could stay
         unsymmetric = self._unsymmetric
         some = unsymmetric is not None and unsymmetric.nnz
         with lacking(self._matrix, unsymmetric) if some else nullcontext():
