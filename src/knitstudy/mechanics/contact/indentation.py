@@ -58,8 +58,8 @@ class Indentation:
 
     Attributes
     ----------
-    modulus, radius : float
-        E [Pa] and R [m] of the yarns.
+    modulus, elastic, radius : float
+        E and E* = E / (2 (1 - nu^2)) [Pa], and R [m] of the yarns.
     stick : float
         Stiffness along the surface over that across it.
     friction : float
@@ -71,6 +71,7 @@ class Indentation:
     """
 
     modulus: float
+    elastic: float
     radius: float
     stick: float
     friction: float
@@ -80,8 +81,12 @@ class Indentation:
     directional = True
 
     def attributes(self) -> dict[str, float]:
-        """Return what the law has for numbers, by name: the depth up to which it is computed at right angles."""
-        return {"indentation_deepest": float(self.radius * self.deepest[-1]), "stick_over_normal": self.stick}
+        """Return what the law has for numbers, by name: E*, and the depth of its tables at right angles."""
+        return {
+            "indentation_modulus": self.elastic,
+            "indentation_deepest": float(self.radius * self.deepest[-1]),
+            "stick_over_normal": self.stick,
+        }
 
     def pressure(self, gap: np.ndarray, multiplier: np.ndarray, angle: np.ndarray) -> np.ndarray:
         """Return the pressures (k,) [Pa] at gaps (k,) [m] between axes at angles (k,); there are no multipliers."""
@@ -170,7 +175,7 @@ def indentation(
         spline = CubicSpline(np.arange(PIECES + 1.0), CubicSpline(root, values)(even))
         energy[:, :, number] = spline.c
     stick = 2 * (1 - poisson) / (2 - poisson)
-    return Indentation(modulus, radius, stick, friction, deepest, energy)
+    return Indentation(modulus, 0.5 * modulus / (1 - poisson**2), radius, stick, friction, deepest, energy)
 
 
 def _curve(
