@@ -17,9 +17,7 @@ def test_press(angle, poisson, verify):
     for degree, span in SPACES.items():
         force = -CrossedYarns(degree, span, angle, poisson).force([0, 0, -PRESS])[-1, 2]
         name = f"crossing solid yarns, degree {degree}, {angle} degrees, nu {poisson:g}: force"
-        verify.within(
-            name, force, converged(angle, poisson, PRESS), 0.03, "Hertz in series with a richer space"
-        )
+        verify.within(name, force, converged(angle, poisson, PRESS), 0.03)
 
 
 def test_place_within_a_span(verify):
@@ -27,7 +25,7 @@ def test_place_within_a_span(verify):
     for phase in (0.0, 0.5):
         force = -CrossedYarns(3, 0.9, 90, 0.4, phase=phase).force([0, 0, -PRESS])[-1, 2]
         name = f"crossing solid yarns, degree 3, at {phase:g} of a span: force"
-        verify.within(name, force, converged(90, 0.4, PRESS), 0.03, "Hertz in series with a richer space")
+        verify.within(name, force, converged(90, 0.4, PRESS), 0.03)
 
 
 def test_slide_does_not_depend_on_increments(verify):
