@@ -25,7 +25,7 @@ from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.facet_tie import tie_crossings
 from knitstudy.solids.hexahedra import divide
 from knitstudy.solids.patch_tie import STIFFNESS
-from knitstudy.solids.yarn_contact import contact_law
+from knitstudy.solids.yarn_contact import penalties
 
 if TYPE_CHECKING:
     from knitstudy.geometry.pair import YarnPair
@@ -179,6 +179,20 @@ class Deck:
     departures: tuple[str, ...] = ()
 
 
+def require_deck(scene: Scene) -> None:
+    """Refuse scenes whose yarns are divided into what no other program has.
+
+    Raises
+    ------
+    ConfigurationError
+    """
+    if "deck" not in scene.kind.fidelity.outputs:
+        raise ConfigurationError(
+            f"scene {scene.name!r}: fidelity is {scene.fidelity} but must be dns for a deck: other programs have no "
+            "polynomials over the section times splines along the yarn"
+        )
+
+
 def specimen_deck(
     scene: Scene,
     specimen: Knit | YarnPair,
@@ -262,7 +276,8 @@ def _unsaid(scene: Scene) -> Iterator[str]:
 
 def interaction(scene: Scene) -> Interaction:
     """Law of contact of a scene, and the penetration that it allows."""
-    return Interaction(scene.interaction, contact_law(scene), scene.contact.penetration * scene.mesh.smallest)
+    size = scene.mesh.smallest
+    return Interaction(scene.interaction, penalties(scene, size), scene.contact.penetration * size)
 
 
 def touching_row(mesh: SweptMesh, row: int, reach: float, free: np.ndarray) -> ContactPair:

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from knitstudy.crossings.rings import Rings
-from knitstudy.gates.resolution import ELEMENTS_ACROSS, require_elements_across
+from knitstudy.gates.resolution import fewest_across, require_elements_across
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.contact.grids import Grids
@@ -33,7 +33,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
     MeshError
         If elements are too large for the yarn, or too many for the memory.
     """
-    fewest = scene.gates.elements_across or ELEMENTS_ACROSS[scene.specimen]
+    fewest = scene.gates.elements_across or fewest_across(scene.specimen, scene.mesh.refinement)
     require_elements_across(scene.yarn.diameter, scene.mesh.size, fewest)
     parts = divide(scene, mesh, specimen)
     require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size)

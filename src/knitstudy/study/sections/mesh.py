@@ -33,13 +33,13 @@ class SolidMesh(Section):
     )
 
     refinement: float = key(
-        "a number from 1 to 4, size over the size of elements at crossings",
+        "a number from 1 to 3, size over the size of elements at crossings",
         default=1.0,
         standing="assumed",
         source="slices stand nearer, and sections are drawn towards the other yarn (docs/refinement.md)",
         checked="1 to 3 (docs/refinement.md)",
         ge=1,
-        le=4,
+        le=3,
     )
 
     element: str = key(
