@@ -134,6 +134,16 @@ def test_larger_number_of_zones_of_the_two_sides(pair, history):
     assert contacts["zones"][:, 0].values.tolist() == [0, 2, 0]
 
 
+def test_ties_alone_keep_fractions_of_a_newton(pair, history):
+    """Without a point in contact sums are of nothing, and of no kind of number."""
+    nothing = history.isel(point=slice(0, 0))
+    half = nothing.assign(crossing_force=0.3 * nothing["crossing_force"])
+    found = extract(pair, half).isel(crossing=1, increment=1)
+    np.testing.assert_allclose(found["normal_resultant"], [0, 0, 1.2])
+    np.testing.assert_allclose(found["tangential_resultant"], [0.9, 0, 0])
+    assert float(found["contact_area"]) == 7e-8
+
+
 def test_tied_crossing(contacts):
     tied = contacts.isel(crossing=1)
     np.testing.assert_allclose(tied["centroid"], [1e-2, 0, 1e-3])

@@ -37,13 +37,15 @@ def export(
     knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3e-3 -o pair.inp
     """
     # Imported here: --help need not wait for it.
-    from knitstudy.exchange.deck import specimen_deck
+    from knitstudy.exchange.deck import require_deck, specimen_deck
     from knitstudy.exchange.inp import write_inp
     from knitstudy.solids.hexahedra import divide
     from knitstudy.solids.tie import tie_of
     from knitstudy.stages.simulate import lay_out
 
-    chosen, specimen, mesh = lay_out(changed_scene(scene, changes, config), config=config)
+    wanted = changed_scene(scene, changes, config)
+    require_deck(wanted)
+    chosen, specimen, mesh = lay_out(wanted, config=config)
     tie = tie_of(chosen, divide(chosen, mesh, specimen), specimen)
     path = output or Path(f"{chosen.name}.{dialect}.inp")
     deck = specimen_deck(chosen, specimen, mesh, tie, constraints)

@@ -213,7 +213,8 @@ class _Touch:
         """Return sums (I, K, ...) of the values (p, ...) of the points."""
         columns = values.reshape(len(values), int(np.prod(values.shape[1:]))).T
         size = self.shape[0] * self.shape[1]
-        sums = np.stack([np.bincount(self.place, column, size) for column in columns], axis=-1)
+        # Where nothing touches, bincount would count: integers, that forces of ties are rounded to.
+        sums = np.stack([np.bincount(self.place, column, size) for column in columns], axis=-1).astype(float)
         return sums.reshape(*self.shape, *values.shape[1:])
 
 

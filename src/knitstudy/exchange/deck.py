@@ -179,6 +179,20 @@ class Deck:
     departures: tuple[str, ...] = ()
 
 
+def require_deck(scene: Scene) -> None:
+    """Refuse scenes whose yarns are divided into what no other program has.
+
+    Raises
+    ------
+    ConfigurationError
+    """
+    if "deck" not in scene.kind.fidelity.outputs:
+        raise ConfigurationError(
+            f"scene {scene.name!r}: fidelity is {scene.fidelity} but must be dns for a deck: other programs have no "
+            "polynomials over the section times splines along the yarn"
+        )
+
+
 def specimen_deck(
     scene: Scene,
     specimen: Knit | YarnPair,

@@ -34,6 +34,8 @@ def resolution(scene: Scene) -> float:
 def made_of(scene: Scene) -> str:
     """Return both, in words."""
     if scene.value("mesh.crossing_degree") is None:
-        return f"{discretisation(scene)} of {1e3 * scene.mesh.size:.2f} mm"
+        finer = scene.value("mesh.refinement") or 1
+        near = f", {finer:g} times finer at crossings" if finer != 1 else ""
+        return f"{discretisation(scene)} of {1e3 * scene.mesh.size:.2f} mm{near}"
     near, far = scene.mesh.crossing_degree, scene.mesh.degree
     return f"{SOLID_YARNS} of degree {near}" + (f", {far} on legs" if far != near else "")

@@ -19,7 +19,8 @@ ORDER = 2.0
 the edges of ties and contacts lie inside elements, where stresses have kinks: that leaves second order to all."""
 
 
-NUMERICAL, RESOLUTION = ("mesh", "tie", "contact"), ("size", "degree", "crossing_degree")
+NUMERICAL = ("mesh", "tie", "contact")
+RESOLUTION = ("size", "degree", "crossing_degree", "span", "crossing_span")
 """Sections that the simulations of a way share, but for these keys of their meshes."""
 
 

@@ -32,7 +32,7 @@ class BesideTies:
         self._contact = Contact(
             tie.nodes,
             yarns.surfaces,
-            contact_law(scene),
+            contact_law(scene, yarns),
             meets=meets,
             points=1,
             margin=MARGIN * mesh.radius,

@@ -164,5 +164,6 @@ def linear_solver(name: str, yarns: SolidYarns, prescribed: PrescribedDisplaceme
     if name == "lu":
         return LU()
     layout = structure(yarns, prescribed)
-    solver = Krylov(AlgebraicMultigrid(layout) if name == "amg" else ThreeScale(layout))
-    return InTurn(solver) if name == "auto" and yarns.model.size <= DIRECT_UNKNOWNS else solver
+    small = name == "auto" and yarns.model.size <= DIRECT_UNKNOWNS
+    solver = Krylov(AlgebraicMultigrid(layout) if name == "amg" else ThreeScale(layout), truncates=not small)
+    return InTurn(solver) if small else solver

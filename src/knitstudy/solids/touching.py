@@ -83,8 +83,7 @@ class Touching:
         law = self.model.contact.law
         return {
             "facets_around": self.around,
-            "contact_stiffness": law.normal,
-            "stick_stiffness": law.tangential,
+            **law.attributes(),
             "friction": law.friction,
             "penetration_limit": self.model.penetration.limit,
         }
@@ -122,8 +121,15 @@ def touching(
     model = SolidsInContact(
         *solids,
         contact=yarn_contact(scene, yarns, tie.nodes, pieces),
-        penetration=Penetration(scene.contact.penetration * yarns.size, scene.contact.augmentations),
+        penetration=_penetration(scene, yarns),
         free_bodies=free_yarns(yarns, tie, volume, scene.yarn.youngs_modulus),
     )
     beside = BesideTies(scene, yarns, tie, pieces) if len(tie.joined) else None
     return Touching(model, facets, yarns.rings, int(yarns.surfaces.cells[0, 1]), beside)
+
+
+def _penetration(scene: Scene, yarns: Discretisation) -> Penetration:
+    """Return what is allowed; the depth of a local indentation is no penetration, and nothing takes it away."""
+    if scene.value("contact.law") == "indentation":
+        return Penetration()
+    return Penetration(scene.contact.penetration * yarns.size, scene.contact.augmentations)

@@ -6,6 +6,7 @@ import numpy as np
 
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.grids import Grid, circular_chords, circular_stretch
+from knitstudy.mechanics.contact.indentation import Indentation, indentation
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.discretisation import Discretisation
@@ -37,7 +38,7 @@ def yarn_contact(scene: Scene, yarns: Discretisation, nodes: np.ndarray, pieces:
     return Contact(
         nodes,
         yarns.surfaces,
-        contact_law(scene),
+        contact_law(scene, yarns),
         pieces=pieces,
         points=scene.contact.points,
         margin=MARGIN * yarns.mesh.radius,
@@ -58,9 +59,22 @@ def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
     return grids
 
 
-def contact_law(scene: Scene) -> Coulomb:
-    """Return the law of a scene: stiffnesses as ratios to E / h (Table 1), no slip at all where contact is rough."""
-    unit = scene.yarn.youngs_modulus / scene.mesh.smallest
+def contact_law(scene: Scene, yarns: Discretisation) -> Coulomb | Indentation:
+    """Return the law of a scene: stiffnesses as ratios to E / h (Table 1), no slip at all where contact is rough.
+
+    Of solid yarns without hexahedra it can be what their space does not show of the local indentation.
+    """
+    if scene.value("contact.law") == "indentation":
+        return indentation(
+            scene.mesh.crossing_degree,
+            scene.mesh.crossing_span,
+            scene.mesh.spline_degree,
+            modulus=scene.yarn.youngs_modulus,
+            poisson=scene.yarn.poisson_ratio,
+            radius=yarns.mesh.radius,
+            friction=scene.kind.interaction.friction(scene),
+        )
+    unit = scene.yarn.youngs_modulus / yarns.size
     return Coulomb(
         normal=scene.contact.normal_stiffness * unit,
         tangential=scene.contact.tangential_stiffness * unit,

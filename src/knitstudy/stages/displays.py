@@ -104,7 +104,7 @@ class Displays:
         ConfigurationError
             If there is no figure or table of that name, or the study lacks a scene for one of its needs.
         """
-        needs = [need for need in self.catalogue.find(name).needs if need != "scenes"]
+        needs = [need for need in self.catalogue.find(name).needs if need not in {"scenes", *self._reference}]
         if name not in self.sources:
             raise ConfigurationError(
                 f"{self.catalogue.what} {name!r} needs {', '.join(needs)}: {self._label} lacks a scene for one"

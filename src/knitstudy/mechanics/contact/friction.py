@@ -21,21 +21,46 @@ class Coulomb:
 
     Attributes
     ----------
-    normal : float
+    normal : float or ndarray, shape (k,)
         eps, pressure over gap [Pa/m].
-    tangential : float
+    tangential : float or ndarray, shape (k,)
         epsT, tangential traction over elastic slip [Pa/m].
     friction : float
         mu; inf for rough contact, 0 for none.
+    slope : float or ndarray, shape (k,)
+        Derivative of epsT by the gap [Pa/m2].
     """
 
-    normal: float
-    tangential: float
+    normal: float | np.ndarray
+    tangential: float | np.ndarray
     friction: float
+    slope: float | np.ndarray = 0.0
 
-    def pressure(self, gap: np.ndarray, multiplier: np.ndarray) -> np.ndarray:
+    directional = False
+
+    def pressure(
+        self, gap: np.ndarray, multiplier: np.ndarray, angle: np.ndarray | None = None
+    ) -> np.ndarray:
         """Return the pressures (k,) [Pa] at gaps (k,) [m] with multipliers (k,) [Pa]; zero where open."""
         return np.maximum(0.0, -(multiplier + self.normal * gap))
+
+    def stored(self, gap: np.ndarray, pressure: np.ndarray, angle: np.ndarray | None = None) -> np.ndarray:
+        """Return the energies (k,) of the pressure at gaps (k,) [J/m2]."""
+        return 0.5 * pressure * np.abs(gap)
+
+    def at(self, gap: np.ndarray, angle: np.ndarray | None = None) -> Coulomb:
+        """Return the stiffnesses at gaps (k,) [m]: always the same here."""
+        return self
+
+    def attributes(self) -> dict[str, float]:
+        """Return what the law has for numbers, by name."""
+        return {"contact_stiffness": self.normal, "stick_stiffness": self.tangential}
+
+    def of(self, chosen: np.ndarray) -> Coulomb:
+        """Return the law of some points."""
+        values = (self.normal, self.tangential, self.slope)
+        normal, tangential, slope = (v[chosen] if isinstance(v, np.ndarray) else v for v in values)
+        return Coulomb(normal, tangential, self.friction, slope)
 
     def traction(self, trial: np.ndarray, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return tractions (k, 3) [Pa] and status (k,) from trial tractions epsT s (k, 3) and pressures (k,)."""
@@ -80,7 +105,8 @@ class Coulomb:
         across = np.eye(3) - along[:, :, None] * along[:, None, :]
         limit = self._limit(pressure[slips])[:, None, None]
         change[slips] = (limit / size[..., None]) * (across @ trial_change[slips])
-        change[slips] -= self.friction * self.normal * along[:, :, None] * gap_change[slips][:, None, :]
+        stiffness = self.friction * np.broadcast_to(self.normal, slips.shape)[slips]
+        change[slips] -= stiffness[:, None, None] * along[:, :, None] * gap_change[slips][:, None, :]
         return change
 
     def symmetric_stiffness(
@@ -98,7 +124,8 @@ class Coulomb:
         share = np.where(slips, self._limit(pressure) / size, 1.0)
         direction = np.where(slips[:, None], trial / size[:, None], 0.0)
         plane -= direction[:, :, None] * direction[:, None, :]
-        return self.normal * along_normal + (self.tangential * share)[:, None, None] * plane
+        stiffness = np.broadcast_to(self.normal, share.shape)[:, None, None]
+        return stiffness * along_normal + (self.tangential * share)[:, None, None] * plane
 
     def _limit(self, pressure: np.ndarray) -> np.ndarray:
         if np.isinf(self.friction):

@@ -16,10 +16,11 @@ import scipy.sparse as sp
 from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, Coulomb
 from knitstudy.mechanics.contact.history import ContactHistory, joined, same_pair, taken
+from knitstudy.mechanics.contact.indentation import Indentation
 from knitstudy.mechanics.contact.passes import PASS_SHARE
 from knitstudy.mechanics.contact.points import ContactPoints
 from knitstudy.mechanics.contact.projection import Projection, project
-from knitstudy.mechanics.contact.quadrature import Quadrature
+from knitstudy.mechanics.contact.quadrature import CHUNK, Quadrature
 from knitstudy.mechanics.contact.search import Candidates, Search
 from knitstudy.mechanics.contact.surface import Stencil, Surfaces, interpolate
 from knitstudy.mechanics.contact.tangent import CellPairs
@@ -37,6 +38,7 @@ class _Followed:
     nodes: np.ndarray
     weight: np.ndarray
     searched: np.ndarray
+    angle: np.ndarray | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +72,7 @@ class Contact:
     nodes : ndarray, shape (N, 3)
         Undeformed nodes [m].
     surfaces : Surfaces
-    law : Coulomb
+    law : Coulomb or Indentation
     meets : ndarray of bool, shape (G, G), optional
         Which surfaces may touch each other; by default all, themselves included.
     pieces : ndarray of int, shape (R,), optional
@@ -93,7 +95,7 @@ class Contact:
         self,
         nodes: np.ndarray,
         surfaces: Surfaces,
-        law: Coulomb,
+        law: Coulomb | Indentation,
         *,
         meets: np.ndarray | None = None,
         pieces: np.ndarray | None = None,
@@ -141,23 +143,34 @@ class Contact:
         span = np.where(closes, ends[0] - ends[1], 1.0)
         share = np.where(closes, ends[0] / span, 1.0)
         moved = projection.xi - np.where(fresh[:, None], history.xi, history.anchor)
-        rate = -ends[1] / span**2
+        rate = (-ends[1] / span**2)[:, None] * moved
         slip = share[:, None] * moved
-        trial = law.tangential * np.einsum("ka,kai->ki", slip, projection.tangent)
-        pressure = law.pressure(gap, history.multiplier)
-        traction, status = law.traction(trial, pressure)
+        local = law.at(gap, followed.angle)
+        if law.directional:
+            # What a point carries already stays a traction while its stiffness changes with the gap.
+            before = law.at(history.gap, followed.angle)
+            ratio = np.where(fresh, 0.0, before.tangential / local.tangential - 1)
+            step = share[:, None] * (projection.xi - history.xi)
+            slip += ratio[:, None] * (history.xi - history.anchor)
+            rate += (local.slope / local.tangential)[:, None] * step
+        trial = np.einsum("ka,kai->ki", slip, projection.tangent)
+        trial *= np.reshape(local.tangential, (-1, 1))
+        pressure = law.pressure(gap, history.multiplier, followed.angle)
+        traction, status = local.traction(trial, pressure)
         return ContactPoints(
             history=history,
             position=position,
             projection=projection,
             gap=gap,
             slip=slip,
-            slip_rate=rate[:, None] * moved,
+            slip_rate=rate,
             slip_share=share,
             trial=trial,
             pressure=pressure,
             traction=traction,
             status=status,
+            law=local,
+            angle=followed.angle,
         )
 
     def respond(
@@ -185,7 +198,7 @@ class Contact:
         if not stiffness:
             return answer
         full, symmetric, self._pairs = tangent(
-            self.law, points, weight, own, other, self.surfaces.block, len(carried), self._pairs
+            points, weight, own, other, self.surfaces.block, len(carried), self._pairs
         )
         pattern = self._pairs.indptr, self._pairs.indices
         return replace(
@@ -202,7 +215,7 @@ class Contact:
         ConvergenceError
             If a point that touched has slid over the edge of the surface that it faced.
         """
-        history, law = points.history, self.law
+        history, law = points.history, points.law
         lost = (history.pressure > 0) & ~points.projection.found
         if lost.any():
             k = np.flatnonzero(lost)[0]
@@ -261,21 +274,38 @@ class Contact:
 
     # ---- candidates -----------------------------------------------------------------------------------------
 
+    def _angles(self, history: ContactHistory, before: np.ndarray) -> np.ndarray | None:
+        """Return the angles (c,) between the first parameters' lines at all pairs; None if the law does not ask."""
+        if not self.law.directional:
+            return None
+        cosine = np.empty(len(history.point))
+        for low in range(0, len(cosine), CHUNK):
+            part = slice(low, low + CHUNK)
+            own = self._search.stencil(history.point[part])
+            other = self.surfaces.stencil(history.surface[part], history.xi[part])
+            lines = [interpolate(each.weights[:, 1], each.nodes, before) for each in (own, other)]
+            sizes = np.prod([np.linalg.norm(line, axis=1) for line in lines], axis=0)
+            cosine[part] = np.abs(np.einsum("ki,ki->k", *lines)) / sizes
+        return np.arccos(np.minimum(cosine, 1.0))
+
     def _follow(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> _Followed:
         """Return the history over all pairs that may touch now; what is kept only saves time."""
         kept = self._followed
         if kept is not None and kept.source is history:
+            if kept.angle is None and self.law.directional:
+                self._followed = kept = replace(kept, angle=self._angles(kept.history, before))
             if self.surfaces.moved(carriers, kept.searched) <= 0.5 * self.margin:
                 return kept
         found = self._search.find(carriers, self.margin)
         merged = self._merge(found, carriers, before, history)
-        self._followed = _Followed(history, merged, *self._search.weights(merged.point), carriers)
+        weights = self._search.weights(merged.point)
+        self._followed = _Followed(history, merged, *weights, carriers, self._angles(merged, before))
         return self._followed
 
     def _continue(self, history: ContactHistory, successor: ContactHistory) -> None:
         """Go on with the pairs of one search under the history that follows."""
         if self._followed is not None and self._followed.history is history:
-            self._followed = replace(self._followed, source=successor, history=successor)
+            self._followed = replace(self._followed, source=successor, history=successor, angle=None)
 
     def _merge(
         self, found: Candidates, carriers: np.ndarray, before: np.ndarray, history: ContactHistory
@@ -321,16 +351,17 @@ class Contact:
     # ---- energies -------------------------------------------------------------------------------------------
 
     def _energy(self, points: ContactPoints, active: np.ndarray, weight: np.ndarray) -> dict[str, float]:
-        pressed = 0.5 * points.pressure[active] * np.abs(points.gap[active])
+        angle = None if points.angle is None else points.angle[active]
+        pressed = self.law.stored(points.gap[active], points.pressure[active], angle)
         sheared = 0.5 * np.einsum("ki,ki->k", points.traction[active], points.traction[active])
-        stored = float(weight @ (pressed + sheared / self.law.tangential))
+        stored = float(weight @ (pressed + sheared / points.law.of(active).tangential))
         return {"penalty": stored, "friction": float(points.history.dissipated) + self._dissipation(points)}
 
     def _dissipation(self, points: ContactPoints) -> float:
         """Return the work of friction within the increment, mu p |slip| with the mean pressure of it [J]."""
         if not np.isfinite(self.law.friction):
             return 0.0
-        length = self.law.slipped(points.trial, points.pressure)
+        length = points.law.slipped(points.trial, points.pressure)
         mean = 0.5 * (points.pressure + points.history.pressure)
         weight = PASS_SHARE * self.quadrature.area[points.history.point]
         return float(np.sum(weight * self.law.friction * mean * length))

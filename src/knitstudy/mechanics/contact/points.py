@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knitstudy.mechanics.contact.friction import OPEN
+from knitstudy.mechanics.contact.friction import OPEN, Coulomb
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.projection import Projection
 
@@ -38,6 +38,10 @@ class ContactPoints:
         Tangential part [Pa].
     status : ndarray of int, shape (c,)
         OPEN, STICK or SLIP.
+    law : Coulomb
+        With the stiffnesses of all pairs.
+    angle : ndarray, shape (c,), or None
+        Between the first parameters' lines of both surfaces at the last converged increment, if the law asks for it.
     """
 
     history: ContactHistory
@@ -51,6 +55,8 @@ class ContactPoints:
     pressure: np.ndarray
     traction: np.ndarray
     status: np.ndarray
+    law: Coulomb
+    angle: np.ndarray | None
 
     @property
     def active(self) -> np.ndarray:

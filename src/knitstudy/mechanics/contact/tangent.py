@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.kinematics import Kinematics
 from knitstudy.mechanics.contact.points import ContactPoints
 from knitstudy.mechanics.contact.projection import Projection
@@ -101,7 +100,6 @@ class _Chunk:
 
 
 def stiffness(
-    law: Coulomb,
     points: ContactPoints,
     weight: np.ndarray,
     own: Stencil,
@@ -117,7 +115,6 @@ def stiffness(
 
     Parameters
     ----------
-    law : Coulomb
     points : ContactPoints
     weight : ndarray, shape (a,)
         Area that each touching point stands for in its pass [m2].
@@ -129,7 +126,7 @@ def stiffness(
         Pattern of an earlier tangent, used again if the same cells touch.
     """
     active = points.active
-    inner, positive = _point_tangents(law, points, active)
+    inner, positive = _point_tangents(points, active)
     inner *= weight[:, None, None]
     positive *= weight[:, None, None]
     width = own.nodes.shape[1]
@@ -148,20 +145,22 @@ def stiffness(
     return pairs.sum(rows, full, pair), symmetric, pairs
 
 
-def _point_tangents(law: Coulomb, points: ContactPoints, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _point_tangents(points: ContactPoints, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return B (a, 9, 9) of R's derivative V^T B V, and the symmetric stiffness (a, 3, 3), without weights."""
-    projection = _active(points.projection, active)
+    projection, law = _active(points.projection, active), points.law.of(active)
     kinematics = Kinematics.of(projection)
     pressure, status = points.pressure[active], points.status[active]
     normal = projection.normal
-    change = law.normal * normal[:, :, None] * kinematics.gap[:, None, :]
+    change = _column(law.normal) * normal[:, :, None] * kinematics.gap[:, None, :]
     change -= pressure[:, None, None] * kinematics.normal
     if law.friction > 0:
         slip = points.slip_share[active, None, None] * kinematics.xi
         slip += points.slip_rate[active][:, :, None] * kinematics.gap[:, None, :]
         trial = np.einsum("kai,kaz->kiz", projection.tangent, slip)
         trial += np.einsum("ka,kaiz->kiz", points.slip[active], kinematics.tangent)
-        change += law.tangent(points.trial[active], law.tangential * trial, kinematics.gap, pressure, status)
+        change += law.tangent(
+            points.trial[active], _column(law.tangential) * trial, kinematics.gap, pressure, status
+        )
     traction = points.traction[active] - pressure[:, None] * normal
     inner = np.empty((len(active), 9, 9))
     inner[:, :3] = change
@@ -179,3 +178,8 @@ def _active(projection: Projection, active: np.ndarray) -> Projection:
         normal=projection.normal[active],
         distance=projection.distance[active],
     )
+
+
+def _column(values: float | np.ndarray) -> float | np.ndarray:
+    """Return values (k,) as (k, 1, 1); one value for all as it is."""
+    return values[:, None, None] if isinstance(values, np.ndarray) else values

@@ -1,0 +1,47 @@
+"""Contact of solid yarns that are polynomials times splines: its law, and where its points are."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from knitstudy.study.keys import key
+from knitstudy.study.sections.interaction import SolidContact
+
+
+class PolynomialContact(SolidContact):
+    """Contact of solid yarns without hexahedra, on their true surfaces.
+
+    By the law "indentation" the local indentation that polynomials cannot show is added in series, computed from their
+    own space; what stiffnesses, penetration and augmentations say is then of no effect. Cells of contact are as long
+    as `cell` along the yarn within `window` of a crossing, and three times as long elsewhere; around they are `cell`.
+    """
+
+    law: Literal["indentation", "penalty"] = key(
+        "indentation (what the space does not show of Hertz's, computed) or penalty (stiffnesses over E / h)",
+        standing="choice",
+        source="numerical; a penalty on polynomials of degree 2 to 4 gives 15 to 20 % more force (docs/contact.md)",
+        checked="both, of two crossing yarns (docs/contact.md)",
+        default="indentation",
+    )
+
+    cell: float = key(
+        "a number from 0.05 to 1, in yarn radii",
+        unit="yarn radii",
+        standing="choice",
+        source="numerical; length of a cell near crossings, with contact.points x contact.points Gauss points",
+        checked="0.15 to 0.35 (docs/contact.md)",
+        default=0.25,
+        ge=0.05,
+        le=1,
+    )
+
+    window: float = key(
+        "a number from 0.3 to 4, in yarn radii",
+        unit="yarn radii",
+        standing="choice",
+        source="numerical; sqrt(2) times the larger semiaxis of the area of contact and the way that it slides",
+        checked="0.8 to 1.6 (docs/contact.md)",
+        default=1.2,
+        ge=0.3,
+        le=4,
+    )
