@@ -16,10 +16,12 @@ import sys
 from itertools import product
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+import yaml
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files.csv_table import write_table
@@ -48,7 +50,8 @@ def main() -> None:
     rows = []
     for element, across, refinement in product(options.elements, options.sizes, options.refinements):
         try:
-            scene = case(options, across).vary({"mesh.element": element, "mesh.refinement": refinement})
+            keys = {"mesh.element": element, "mesh.refinement": refinement}
+            scene = case(options, across).vary(keys | pairs(options.set))
             found = measure(scene)
         except KnitstudyError as error:
             found = {"refused": str(error)}
@@ -147,6 +150,11 @@ def draw(table: pd.DataFrame, options: argparse.Namespace) -> None:
     figure.savefig(options.picture, dpi=160)
 
 
+def pairs(texts: list[str]) -> dict[str, Any]:
+    """Return keys and values of texts KEY=VALUE, values as in the configuration's files."""
+    return {key: yaml.safe_load(value) for key, _, value in (text.partition("=") for text in texts)}
+
+
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -158,6 +166,7 @@ def _options() -> argparse.Namespace:
         "--sizes", nargs="+", type=float, default=[6.0, 8.0], help="elements over the diameter"
     )
     parser.add_argument("--refinements", nargs="+", type=float, default=[1.0, 1.5, 2.0, 3.0])
+    parser.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="keys with other values")
     parser.add_argument("--picture", type=Path, help="file of the picture")
     parser.add_argument("--force", type=float, help="converged force [N]")
     parser.add_argument("--area", type=float, help="converged area of a crossing [mm2]")

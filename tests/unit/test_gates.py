@@ -8,7 +8,7 @@ from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.gates.hourglass import require_small_hourglass
 from knitstudy.gates.ledger import expected_work, require_closed_ledger
 from knitstudy.gates.memory import require_memory
-from knitstudy.gates.resolution import require_elements_across
+from knitstudy.gates.resolution import fewest_across, require_elements_across
 from knitstudy.gates.stabilisation import require_small_stabilisation
 from knitstudy.loading.history import Recorder, Stations
 from knitstudy.loading.load_path import Motion
@@ -77,7 +77,7 @@ def test_work_to_come_is_that_of_all_legs():
 @pytest.mark.parametrize(
     ("coefficient", "energy", "remedy"),
     [
-        (0.005, 0.06, r"Use a smaller mesh\.size, or mesh\.element 'incompatible_modes'"),
+        (0.005, 0.06, r"Use a smaller mesh\.size, or mesh\.element 'quadratic'"),
         (0.5, 0.06, r"Use solver\.hourglass 0\.005, a smaller mesh\.size"),
         (1e-12, 3e-11, r"Use solver\.hourglass 0\.005, a smaller mesh\.size"),
     ],
@@ -118,6 +118,11 @@ def test_elements_that_are_too_large_for_the_yarn():
     message = r"mesh\.size is 0\.0007 m, 2\.6 elements across.*gates\.elements_across asks for 3: use 0\.0006 m or less"
     with pytest.raises(MeshError, match=message):
         require_elements_across(1.8e-3, 0.7e-3, 3.0)
+
+
+def test_a_pair_needs_fewer_elements_where_they_are_smaller_at_the_crossing():
+    assert [fewest_across("pair", r) for r in (1.0, 2.0, 3.0)] == [7.0, 3.5, 3.0]
+    assert fewest_across("knit", 3.0) == 3.0
 
 
 def test_what_does_not_fit_into_memory():

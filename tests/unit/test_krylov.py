@@ -106,3 +106,35 @@ def test_lu_solves_what_iterations_do_not(factor, failures):
     assert solver.failures == failures
     assert (found.iterations == 0) == bool(failures)
     assert np.linalg.norm(rhs - matrix @ found.x) <= 1.01e-10 * np.linalg.norm(rhs)
+
+
+@pytest.fixture
+def indefinite():
+    matrix = parts()[0].tolil()
+    matrix[7, 7] = -20.0
+    return sp.bsr_matrix(matrix, blocksize=(3, 3)), np.random.default_rng(1).normal(size=COUNT)
+
+
+def test_an_indefinite_matrix_gives_a_step_that_lowers_the_energy(indefinite):
+    matrix, rhs = indefinite
+    solver = Krylov(Identity(), truncates=True)
+    solver.use(matrix)
+    step = solver.solve(rhs, 1e-10).x
+    assert rhs @ step > 0
+    assert 0.5 * step @ (matrix @ step) < rhs @ step
+
+
+def test_an_indefinite_matrix_is_an_error_where_no_such_step_is_wanted(indefinite):
+    matrix, rhs = indefinite
+    solver = Krylov(Identity())
+    solver.use(matrix)
+    with pytest.raises(ConvergenceError, match="not positive definite"):
+        solver.solve(rhs, 1e-10)
+
+
+class Identity:
+    def update(self, matrix, unsymmetric, touching):
+        pass
+
+    def apply(self, matrix, residual):
+        return residual.copy()

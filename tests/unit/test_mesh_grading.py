@@ -77,7 +77,8 @@ def test_elements_at_the_crossing_are_smaller_along_and_across(pair):
 def test_far_from_the_crossing_the_section_is_as_it_was(pair):
     mesh = mesh_specimen(pair, SIZE, 1.0, 2.0)
     middle = pair.crossings.arc_length[0, 0]
-    far = np.abs(mesh.arc_length - middle) > (PATCH + PATCH_RAMP) * RADIUS
+    reach = PATCH / np.sin(np.radians(pair.angle))
+    far = np.abs(mesh.arc_length - middle) > (reach + PATCH_RAMP) * RADIUS
     assert far.sum() > 4
     np.testing.assert_array_equal(mesh.pull[far], 0.0)
 

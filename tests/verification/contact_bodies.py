@@ -13,8 +13,10 @@ from knitstudy.mechanics.elements.one_point import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.solids_in_contact import Penetration, SolidsInContact
+from knitstudy.mesh.knit import crossing_grading
 from knitstudy.mesh.roll import Targets
 from knitstudy.mesh.section import Section
+from knitstudy.mesh.spacing import Spacing
 from knitstudy.mesh.sweep import sweep
 from knitstudy.solids.yarn_contact import yarn_surfaces
 
@@ -49,17 +51,20 @@ class Body:
         return replace(self, nodes=self.nodes + shift)
 
 
-def yarn(curve, radius, section, size, facing=None):
+def yarn(curve, radius, section, size, facing=None, refinement=1.0):
     """A swept yarn of circular section; a facet's middle faces the point `facing` from the middle of the curve."""
-    targets = None if facing is None else [Targets(np.array([0.5 * curve.length]), np.array([facing]))]
-    mesh = sweep([curve], section, radius, lambda s: np.full(np.shape(s), size), targets=targets)
+    middle = 0.5 * curve.length
+    targets = None if facing is None else [Targets(np.array([middle]), np.array([facing]))]
+    grading = crossing_grading(radius, refinement)
+    spacing = Spacing(size, stations=(middle,), grading=grading)
+    mesh = sweep([curve], section, radius, spacing, targets=targets, grading=grading)
     return Body(mesh.nodes, mesh.hexahedra, yarn_surfaces(mesh)[0])
 
 
-def crossed_yarns(core, rings, *, radius=1.0, length=6.0, angle=90.0, gap=0.0):
+def crossed_yarns(core, rings, *, radius=1.0, length=6.0, angle=90.0, gap=0.0, refinement=1.0):
     """Two straight yarns: the lower one along x, the upper one turned by `angle` degrees, `gap` apart.
 
-    Elements are as long as they are wide.
+    Elements are as long as they are wide, and smaller by `refinement` where the yarns cross.
     """
     section, size = Section.butterfly(core, rings), 2 * radius / (core + 2 * rings)
     turn = np.radians(angle)
@@ -67,14 +72,14 @@ def crossed_yarns(core, rings, *, radius=1.0, length=6.0, angle=90.0, gap=0.0):
     for side, along in ((-1, np.array([1.0, 0, 0])), (1, np.array([np.cos(turn), np.sin(turn), 0]))):
         middle = np.array([0, 0, side * (radius + 0.5 * gap)])
         curve = Straight(middle - 0.5 * length * along, along, length)
-        bodies.append(yarn(curve, radius, section, size, facing=np.zeros(3)))
+        bodies.append(yarn(curve, radius, section, size, facing=np.zeros(3), refinement=refinement))
     return bodies
 
 
 def back(body, away):
     """Nodes of a straight yarn's surface on the half that is turned to the direction `away`."""
     grid = body.surface.nodes
-    middle = body.nodes[grid].mean(axis=1, keepdims=True)
+    middle = body.nodes[grid[0]].mean(axis=0)  # of the first slice: no grading shifts its nodes
     height = (body.nodes[grid] - middle) @ away
     return np.sort(grid[height > 1e-6 * np.abs(height).max()])
 

@@ -20,7 +20,9 @@ from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.knit import mesh_knit
+from knitstudy.solids.discretisation import discretised
 from knitstudy.solids.facet_tie import tie_crossings
+from knitstudy.solids.patch_tie import tie_patches
 from knitstudy.study.configuration import load_scene
 
 pytestmark = [
@@ -30,7 +32,12 @@ pytestmark = [
 
 SIZE, INCREMENTS, STRAIN = 0.6e-3, 2, 0.05
 SCENE = load_scene("dns-tie-course").vary(
-    {"yarn.material": "st_venant_kirchhoff", "load.strain": STRAIN, "solver.increments": INCREMENTS}
+    {
+        "yarn.material": "st_venant_kirchhoff",
+        "load.strain": STRAIN,
+        "solver.increments": INCREMENTS,
+        "tie.rule": "facets",
+    }
 )
 
 
@@ -58,12 +65,22 @@ def tie(mesh, knit):
     return tie_crossings(mesh, knit, tolerance=0.1)
 
 
+@pytest.fixture(scope="module")
+def patches(mesh, knit):
+    scene = SCENE.vary({"mesh.size": SIZE, "gates.elements_across": 2})
+    parts = discretised(scene, mesh, knit)
+    return tie_patches(parts, knit, np.ones(4, dtype=bool), 0.183, scene.yarn.youngs_modulus)
+
+
 def pulled_here(knit, mesh, tie, element, *options):
     """Reaction in N of every increment, with this code."""
     material = Material("st_venant_kirchhoff", SCENE.yarn.youngs_modulus, SCENE.yarn.poisson_ratio)
     elements = element(tie.nodes[mesh.hexahedra], material, *options)
-    spread, retained = transformation(tie.dependence)
-    model = SolidModel(tie.nodes, [ElementGroup(mesh.hexahedra, elements)], SIZE, spread)
+    spread, retained = None, np.arange(len(tie.nodes))
+    if tie.dependence is not None:
+        spread, retained = transformation(tie.dependence)
+    groups = [ElementGroup(mesh.hexahedra, elements)]
+    model = SolidModel(tie.nodes, groups, SIZE, spread, links=tie.links)
     number = np.full(len(tie.nodes), -1)
     number[retained] = np.arange(len(retained))
     held, driven = (3 * number[mesh.end_nodes(side)][:, None] + np.arange(3) for side in ("left", "right"))
@@ -100,6 +117,22 @@ def test_own_element_differs_by_its_hourglass_control_alone(knit, mesh, tie, pee
     force = pulled_here(knit, mesh, tie, OnePointHexahedron, 0.005)
     # Five elements across, the coarsest section there is: its hourglass energy is some 3% of all.
     np.testing.assert_allclose(force, peer.force[:, 0], rtol=0.05)
+
+
+def test_patches_as_equations_give_the_force_of_stiff_springs(knit, mesh, patches, tmp_path, verify):
+    """Equations are springs without compliance: ties of 100 E R are softer by what that is worth, and no more."""
+    deck = specimen_deck(SCENE.replace("tie.rule", "patch"), knit, mesh, patches)
+    assert deck.equations is not None
+    force = pulled_by_calculix(tmp_path, replace(deck, tolerance=1e-7)).force[:, 0]
+    own, stiff = (
+        pulled_here(knit, mesh, each, CalculixHexahedron)
+        for each in (patches, replace(patches, stiffness=1000 * patches.stiffness))
+    )
+    np.testing.assert_allclose(stiff, force, rtol=1e-5)
+    assert (own < stiff).all()
+    verify.at_most(
+        "tied patches: springs against CalculiX's equations, force", np.abs(own / force - 1).max(), 1e-3
+    )
 
 
 def test_calculix_ties_the_surfaces_to_the_same_effect(knit, mesh, tie, peer, tmp_path):

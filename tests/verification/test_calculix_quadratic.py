@@ -8,14 +8,21 @@ from hexahedral_block import connect, unknowns, with_middles
 from test_solids import EXACT
 
 from knitstudy.exchange import calculix
-from knitstudy.exchange.deck import Deck, Prescribed, Step
+from knitstudy.exchange.deck import Deck, Prescribed, Step, specimen_deck
 from knitstudy.exchange.inp import write_inp
+from knitstudy.geometry.lay_out import lay_out
+from knitstudy.geometry.specimen import read_specimen
+from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
+from knitstudy.mesh.specimen import mesh_specimen
+from knitstudy.solids import dns
+from knitstudy.solids.solid_yarns import assemble
+from knitstudy.study.configuration import load_scene
 
 pytestmark = [
     pytest.mark.ccx,
@@ -53,7 +60,8 @@ def test_c3d20r_is_the_quadratic_element_here(case, tmp_path):
     )
     write_inp(deck, tmp_path / "bar.inp", "calculix")
     theirs = calculix.run(tmp_path / "bar.inp").force[-1]
-    model = SolidModel(nodes, elements, QuadraticHexahedron(nodes[elements], material), 1.0)
+    group = ElementGroup(elements, QuadraticHexahedron(nodes[elements], material))
+    model = SolidModel(nodes, [group], 1.0)
     value = np.concatenate([np.zeros(3 * len(held)), np.tile(move, len(driven))])
     drive = PrescribedDisplacement(np.concatenate([unknowns(held), unknowns(driven)]), value)
     settings = dataclasses.replace(EXACT, increments=steps, residual_tolerance=1e-9)
@@ -61,3 +69,34 @@ def test_c3d20r_is_the_quadratic_element_here(case, tmp_path):
     ours = end.response.force[unknowns(driven)].reshape(-1, 3).sum(axis=0)
     # Seven digits are printed.
     assert np.linalg.norm(ours - theirs) < 1e-6 * np.linalg.norm(theirs)
+
+
+@pytest.fixture(scope="module")
+def cell():
+    """A tied 1 x 1 knit on a coarse mesh."""
+    scene = load_scene("dns-tie-course").vary(
+        {
+            "pattern.loops": 1,
+            "pattern.rows": 1,
+            "mesh.size": 0.6e-3,
+            "mesh.growth": 2.5,
+            "mesh.element": "quadratic",
+            "yarn.material": "st_venant_kirchhoff",
+            "solver.increments": 2,
+        }
+    )
+    knit = read_specimen(lay_out(scene))
+    return scene, knit, mesh_specimen(knit, scene.mesh.size, scene.mesh.growth)
+
+
+@pytest.mark.parametrize(("rule", "strain", "bar"), [("facets", 0.05, 1e-4), ("patch", 1e-5, 1e-3)])
+def test_a_tied_knit_of_c3d20r(cell, tmp_path, rule, strain, bar):
+    """The same facets tied node by node; discs whose springs are rigid in the deck."""
+    scene, knit, mesh = cell
+    scene = scene.vary({"tie.rule": rule, "load.strain": strain})
+    yarns = assemble(scene, mesh, knit)
+    deck = dataclasses.replace(specimen_deck(scene, knit, mesh, yarns.tie, "equations"), tolerance=1e-7)
+    write_inp(deck, tmp_path / "knit.inp", "calculix")
+    theirs = calculix.run(tmp_path / "knit.inp").force[-1, 0]
+    ours = float(dns.run(scene, mesh, knit)["force"][-1])
+    assert ours == pytest.approx(theirs, rel=bar)

@@ -37,14 +37,17 @@ def export(
     knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3e-3 -o pair.inp
     """
     # Imported here: --help need not wait for it.
-    from knitstudy.exchange.deck import specimen_deck
+    from knitstudy.exchange.deck import require_deck, specimen_deck
     from knitstudy.exchange.inp import write_inp
-    from knitstudy.solids.discretisation import discretised
+    from knitstudy.solids.hexahedra import divide
     from knitstudy.solids.tie import tie_of
     from knitstudy.stages.simulate import lay_out
 
-    chosen, specimen, mesh = lay_out(changed_scene(scene, changes, config), config=config)
-    tie = tie_of(chosen, discretised(chosen, mesh, specimen), specimen)
+    wanted = changed_scene(scene, changes, config)
+    require_deck(wanted)
+    chosen, specimen, mesh = lay_out(wanted, config=config)
+    tie = tie_of(chosen, divide(chosen, mesh, specimen), specimen)
     path = output or Path(f"{chosen.name}.{dialect}.inp")
-    write_inp(specimen_deck(chosen, specimen, mesh, tie, constraints), path, dialect)
-    click.echo(f"{path}: {len(mesh.nodes)} nodes, {len(mesh.hexahedra)} hexahedra; m, N, Pa")
+    deck = specimen_deck(chosen, specimen, mesh, tie, constraints)
+    write_inp(deck, path, dialect)
+    click.echo(f"{path}: {len(deck.nodes)} nodes, {len(mesh.hexahedra)} hexahedra; m, N, Pa")

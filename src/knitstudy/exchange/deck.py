@@ -21,15 +21,16 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.loading.load_path import load_path
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.materials import Material
-from knitstudy.mesh.grips import grips
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.facet_tie import tie_crossings
+from knitstudy.solids.hexahedra import divide
 from knitstudy.solids.patch_tie import STIFFNESS
 from knitstudy.solids.yarn_contact import contact_law
 
 if TYPE_CHECKING:
     from knitstudy.geometry.pair import YarnPair
     from knitstudy.geometry.pattern import Knit
+    from knitstudy.solids.discretisation import Discretisation
     from knitstudy.solids.facet_tie import FacetTie
     from knitstudy.solids.tie import Tie
     from knitstudy.study.scene import Scene
@@ -129,8 +130,8 @@ class Deck:
     title : str
     nodes : ndarray (N, 3)
         Coordinates, m.
-    elements : dict of str to ndarray (e, 8)
-        Corner nodes of the elements of every set; the sets follow each other in the numbering of elements.
+    elements : dict of str to ndarray (e, 8) or (e, 20)
+        Nodes of the elements of every set; the sets follow each other in the numbering of elements.
     node_sets : dict of str to ndarray
     element : str
         The scene's word for it, ``mesh.element``.
@@ -178,6 +179,20 @@ class Deck:
     departures: tuple[str, ...] = ()
 
 
+def require_deck(scene: Scene) -> None:
+    """Refuse scenes whose yarns are divided into what no other program has.
+
+    Raises
+    ------
+    ConfigurationError
+    """
+    if "deck" not in scene.kind.fidelity.outputs:
+        raise ConfigurationError(
+            f"scene {scene.name!r}: fidelity is {scene.fidelity} but must be dns for a deck: other programs have no "
+            "polynomials over the section times splines along the yarn"
+        )
+
+
 def specimen_deck(
     scene: Scene,
     specimen: Knit | YarnPair,
@@ -213,31 +228,34 @@ def specimen_deck(
         raise ConfigurationError(
             f"deck constraints: {constraints!r} is not allowed; one of {', '.join(CONSTRAINTS)}"
         )
+    parts = divide(scene, mesh, specimen)
+    mesh = parts.mesh
     as_equations = constraints == "equations"
     tied = np.isfinite(tie.area)
     free = tied_pieces(mesh.stations, specimen.crossings, tied) < 0
     touching = np.unique(specimen.crossings.row[~tied])
     reach = CONTACT_REACH * mesh.radius + _travel(scene)
-    gripped = grips(mesh, scene, specimen)
     equations = None
     if as_equations and tied.any():
-        equations = Equations(*tie.equations(np.union1d(gripped.held, gripped.driven)))
+        equations = Equations(*tie.equations(np.union1d(parts.ends.held, parts.ends.driven)))
     departures = tuple(_unsaid(scene)) if touching.size else ()
     if patches and tied.any():
         departures += (EXACTLY_JOINED if as_equations else FACETS_INSTEAD,)
         if not as_equations:
-            tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied)
+            tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied, parts.faces)
     return Deck(
         title=_title(scene, specimen),
-        nodes=tie.nodes if as_equations else mesh.nodes,
-        elements={f"YARN{yarn}": mesh.hexahedra[_yarn_elements(mesh, yarn)] for yarn in range(mesh.yarns)},
-        node_sets={"HELD": np.sort(gripped.held), "DRIVEN": np.sort(gripped.driven)},
+        nodes=tie.nodes if as_equations else parts.nodes,
+        elements={
+            f"YARN{yarn}": parts.connectivity[_yarn_elements(mesh, yarn)] for yarn in range(mesh.yarns)
+        },
+        node_sets={"HELD": np.sort(parts.ends.held), "DRIVEN": np.sort(parts.ends.driven)},
         element=scene.mesh.element,
         material=Material(scene.yarn.material, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio),
         hourglass=scene.solver.hourglass,
         steps=_steps(scene, specimen),
         driven="DRIVEN",
-        ties=() if as_equations else tied_pairs(mesh, tie),
+        ties=() if as_equations else tied_pairs(parts, tie),
         equations=equations,
         contacts=tuple(touching_row(mesh, row, reach, free) for row in touching),
         interaction=interaction(scene) if touching.size else None,
@@ -274,19 +292,19 @@ def touching_row(mesh: SweptMesh, row: int, reach: float, free: np.ndarray) -> C
     return ContactPair(f"ROW{row}", facet_faces(mesh, row + 1, slave), facet_faces(mesh, row, master))
 
 
-def tied_pairs(mesh: SweptMesh, tie: FacetTie) -> tuple[TiedPair, ...]:
+def tied_pairs(parts: Discretisation, tie: FacetTie) -> tuple[TiedPair, ...]:
     """One pair of surfaces for every interlock row.
 
     The slave surface holds exactly the tied facets of the upper yarn; the master surface the facets of the
     lower yarn that lie within a radius of them.
     """
-    yarn_of_slave = mesh.yarn_of_slice[tie.slave // mesh.section.size]
+    mesh, yarn_of_slave = parts.mesh, parts.yarn[tie.slave]
     pairs = []
     for yarn in np.unique(yarn_of_slave):
         slaves = tie.slave[yarn_of_slave == yarn]
-        tied = np.isin(mesh.surface_quads(yarn), slaves).all(axis=1)
+        tied = np.isin(parts.faces.of_yarn[yarn], slaves).all(axis=1)
         centroids = mesh.nodes[mesh.surface_quads(yarn - 1)].mean(axis=1)
-        near = cKDTree(mesh.nodes[slaves]).query(centroids)[0] < mesh.radius
+        near = cKDTree(parts.nodes[slaves]).query(centroids)[0] < mesh.radius
         tolerance = POSITION_MARGIN * tie.adjustment[yarn_of_slave == yarn].max()
         slave, master = facet_faces(mesh, yarn, tied), facet_faces(mesh, yarn - 1, near)
         pairs.append(TiedPair(f"ROW{yarn - 1}", slave, master, tolerance))

@@ -10,7 +10,7 @@ from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.solids.discretisation import discretised
+from knitstudy.solids.hexahedra import divide
 from knitstudy.solids.tie import tie_of
 from knitstudy.study.scene import Scene
 
@@ -27,5 +27,5 @@ def write_calculix(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: x
 
 def _write(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset, dialect: str) -> None:
     specimen, swept = read_specimen(geometry), SweptMesh.from_dataset(mesh)
-    tie = tie_of(scene, discretised(scene, swept, specimen), specimen)
+    tie = tie_of(scene, divide(scene, swept, specimen), specimen)
     write_inp(specimen_deck(scene, specimen, swept, tie), path, dialect)

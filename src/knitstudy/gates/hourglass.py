@@ -52,5 +52,5 @@ def require_small_hourglass(
 
 def _remedy(coefficient: float) -> str:
     """Return what helps: never the coefficient that is set."""
-    elements = "a smaller mesh.size, or mesh.element 'incompatible_modes'"
+    elements = "a smaller mesh.size, or mesh.element 'quadratic'"
     return elements if coefficient == USUAL else f"solver.hourglass {USUAL}, {elements}"

@@ -9,7 +9,7 @@ from knitstudy.errors import MeshError
 GIBIBYTE = 2**30
 
 
-def require_memory(need: float, key: str, size: float, what: str, power: int) -> None:
+def require_memory(need: float, key: str, size: float, what: str, power: int, unit: str = "m") -> None:
     """Refuse a discretisation that takes more memory than is free.
 
     Parameters
@@ -19,11 +19,13 @@ def require_memory(need: float, key: str, size: float, what: str, power: int) ->
     key : str
         The key that sets its element size.
     size : float
-        Its value [m].
+        Its value.
     what : str
         What takes them, for the message.
     power : int
         Memory goes with size to the minus this power; the message says which size would fit.
+    unit : str
+        Of the key.
 
     Raises
     ------
@@ -35,6 +37,6 @@ def require_memory(need: float, key: str, size: float, what: str, power: int) ->
         return
     fits = 1.05 * size * (need / free) ** (1 / power)
     raise MeshError(
-        f"{key} is {size:g} m: {what} would take about {need / GIBIBYTE:.3g} GiB of memory, and {free / GIBIBYTE:.3g} "
-        f"GiB are free; use about {fits:.2g} m or more"
+        f"{key} is {size:g} {unit}: {what} would take about {need / GIBIBYTE:.3g} GiB of memory, and "
+        f"{free / GIBIBYTE:.3g} GiB are free; use about {fits:.2g} {unit} or more"
     )

@@ -10,6 +10,18 @@ ELEMENTS_ACROSS: Mapping[str, float] = {"knit": 3.0, "pair": 7.0}
 """Fewest elements across a yarn by specimen: a knit bends, a pair that is pressed together is only indented."""
 
 
+def fewest_across(specimen: str, refinement: float) -> float:
+    """Return how many elements must lie across a yarn: of a pair fewer where they are smaller at the crossing.
+
+    Parameters
+    ----------
+    specimen : str
+    refinement : float
+        ``mesh.refinement``.
+    """
+    return max(ELEMENTS_ACROSS["knit"], ELEMENTS_ACROSS[specimen] / refinement)
+
+
 def require_elements_across(diameter: float, size: float, fewest: float) -> None:
     """Refuse elements that are too large for the yarn: sections deform, and yarns touch, in too few places.
 

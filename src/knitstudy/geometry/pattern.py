@@ -99,7 +99,9 @@ class Knit:
     def centrelines(self):
         """Centrelines of the yarns, bottom yarn first: tuple of rows + 1 Centreline."""
         curve, rise = self.loop.curve, self.loop.rise
-        return tuple(Centreline(curve.shifted(i * rise), self.loops) for i in range(self.rows + 1))
+        first = Centreline(curve, self.loops)
+        images = (Centreline(curve.shifted(i * rise), self.loops, first) for i in range(1, self.rows + 1))
+        return (first, *images)
 
     @cached_property
     def crossings(self):

@@ -6,8 +6,6 @@ with C1 continuity (Catmull and Rom 1974). It is linear in its control points, w
 gradients cheap.
 """
 
-from functools import cached_property
-
 import numpy as np
 
 from knitstudy.errors import GeometryError
@@ -114,6 +112,13 @@ class CatmullRom:
         d1 = self.d1(u)
         return np.linalg.norm(np.cross(d1, self.d2(u)), axis=-1) / np.linalg.norm(d1, axis=-1) ** 3
 
+    def square_speed(self):
+        """|C'|^2 of the Bezier segments of one period, powers 0 to 4 of t along the columns: (P, 5), m2."""
+        points = self.points(np.arange(self.period)[:, None] + STENCIL)
+        one, two, three = np.arange(1, 4)[:, None, None] * np.moveaxis(BASIS.T[1:] @ points, 1, 0)
+        powers = (one * one, 2 * one * two, 2 * one * three + two * two, 2 * two * three, three * three)
+        return np.stack(powers, axis=1).sum(axis=-1)
+
     def shifted(self, vector):
         """The same curve moved by a vector (3,), m."""
         return CatmullRom(self.control_points + np.asarray(vector), self.advance)
@@ -154,6 +159,8 @@ class Centreline:
         Its control point 0 is the sinker centre where the yarn is cut. [m]
     loops : int
         Number of periods that the yarn is long.
+    like : Centreline, optional
+        One that this one is an image of: its arc lengths serve for both.
 
     Attributes
     ----------
@@ -161,15 +168,11 @@ class Centreline:
         Arc length of the yarn. [m]
     """
 
-    def __init__(self, curve, loops):
+    def __init__(self, curve, loops, like=None):
         self.curve = curve
         self.loops = loops
-        self.length = float(self._knots[-1])
-
-    @cached_property
-    def _knots(self):
-        """Arc length at every control point: (loops P + 1,), m."""
-        return np.concatenate([[0.0], np.cumsum(np.tile(self.curve.segment_lengths(), self.loops))])
+        self._lengths = _Lengths(curve, loops) if like is None else like._lengths
+        self.length = float(self._lengths.knots[-1])
 
     def position(self, s):
         """Points at the arc lengths s: (k,) -> (k, 3), m."""
@@ -186,39 +189,67 @@ class Centreline:
 
     def arc_length(self, u):
         """Arc length from the left end to the curve's parameter u: (k,) -> (k,), m."""
-        u = np.asarray(u, dtype=float)
-        segment = np.clip(np.floor(u), 0, len(self._knots) - 2).astype(int)
-        return self._knots[segment] + self._partial_length(segment, u - segment)
+        return self._lengths.to(np.asarray(u, dtype=float))
 
     def parameter(self, s):
         """The curve's parameter u at the arc lengths s: (k,) -> (k,).
-
-        Newton's method on the length of the part of a segment; the length grows with u, so that a bracket
-        of one segment, halved where Newton leaves it, cannot fail.
 
         Raises
         ------
         GeometryError
             When an arc length lies outside the yarn.
         """
-        s = np.asarray(s, dtype=float)
-        slack = 1e-9 * self.length
-        if s.size and not (s.min() >= -slack and s.max() <= self.length + slack):
-            raise GeometryError(f"arc length {s.min()} .. {s.max()} m: allowed is 0 .. {self.length} m")
-        segment = np.clip(np.searchsorted(self._knots, s, side="right") - 1, 0, len(self._knots) - 2)
-        rest = s - self._knots[segment]
-        t = np.clip(rest / np.diff(self._knots)[segment], 0, 1)
+        return self._lengths.parameter(np.asarray(s, dtype=float))
+
+
+class _Lengths:
+    """Arc length of a curve from its start, as a function of the parameter and the other way round."""
+
+    def __init__(self, curve, loops):
+        self._speed = curve.square_speed()
+        self.knots = np.concatenate([[0.0], np.cumsum(np.tile(curve.segment_lengths(), loops))])
+        self._last = (np.empty(0), np.empty(0))
+
+    def to(self, u):
+        segment = np.clip(np.floor(u), 0, len(self.knots) - 2).astype(int)
+        return self.knots[segment] + self._partial(self._speed[segment % len(self._speed)], u - segment)
+
+    def parameter(self, s):
+        """Newton's method on the length of the part of a segment.
+
+        The length grows with u, so that a bracket of one segment, halved where Newton leaves it, cannot fail. Places,
+        tangents and the images of a yarn ask for the same arc lengths one after the other: the last ones are kept.
+        """
+        length = self.knots[-1]
+        slack = 1e-9 * length
+        if s.size and not (s.min() >= -slack and s.max() <= length + slack):
+            raise GeometryError(f"arc length {s.min()} .. {s.max()} m: allowed is 0 .. {length} m")
+        if np.array_equal(s, self._last[0]):
+            return self._last[1].copy()
+        segment = np.clip(np.searchsorted(self.knots, s, side="right") - 1, 0, len(self.knots) - 2)
+        rest = s - self.knots[segment]
+        speed = self._speed[segment % len(self._speed)]
+        t = np.clip(rest / np.diff(self.knots)[segment], 0, 1)
         low, high = np.zeros_like(t), np.ones_like(t)
         for _ in range(60):
-            error = self._partial_length(segment, t) - rest
-            if np.abs(error).max(initial=0.0) <= 1e-14 * self.length:
+            error = self._partial(speed, t) - rest
+            if np.abs(error).max(initial=0.0) <= 1e-14 * length:
                 break
             low, high = np.where(error < 0, t, low), np.where(error > 0, t, high)
-            newton = t - error / np.linalg.norm(self.curve.d1(segment + t), axis=-1)
+            newton = t - error / np.sqrt(_polynomial(speed, t))
             t = np.where((newton < low) | (newton > high), 0.5 * (low + high), newton)
+        self._last = s.copy(), segment + t
         return segment + t
 
-    def _partial_length(self, segment, t):
-        """Arc length of a segment from its start to its parameter t: (k,), (k,) -> (k,), m."""
-        u = segment[..., None] + t[..., None] * GAUSS_POINTS
-        return t * (np.linalg.norm(self.curve.d1(u), axis=-1) @ GAUSS_WEIGHTS)
+    @staticmethod
+    def _partial(speed, t):
+        """Arc length of segments (k, 5) from their start to t: (k,) -> (k,), m."""
+        return t * (np.sqrt(_polynomial(speed[..., None, :], t[..., None] * GAUSS_POINTS)) @ GAUSS_WEIGHTS)
+
+
+def _polynomial(coefficients, t):
+    """Values of polynomials, powers along the last axis."""
+    value = coefficients[..., -1]
+    for power in range(coefficients.shape[-1] - 2, -1, -1):
+        value = value * t + coefficients[..., power]
+    return value

@@ -120,7 +120,10 @@ HISTORY = Columns(
             ("increment", "station", "xyz"), "m", "displacement of the centreline"
         ),
         "node_displacement": Column(
-            ("node", "xyz"), "m", "displacement of the nodes at full load", 'dns with output "fields"'
+            ("node", "xyz"),
+            "m",
+            "displacement of all nodes at full load, of solid yarns its coefficients",
+            'dns with output "fields"',
         ),
         "crossing_force": Column(
             (*_CROSSING, "xyz"), "N", "force of the interaction on the lower row's yarn", "dns, beam"

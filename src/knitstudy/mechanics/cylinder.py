@@ -59,11 +59,13 @@ def surface_compliance(m: np.ndarray, k: np.ndarray, poisson_ratio: float) -> np
 
 
 def _logarithmic_slope(m: np.ndarray, k: np.ndarray) -> np.ndarray:
-    """Return k I_m'(k) / I_m(k) = m + k I_(m+1)(k) / I_m(k), by the recurrence of the ratio from far above."""
-    top = int(m.max(initial=0) + 2 * k.max(initial=0.0)) + 30
-    ratio = np.zeros(m.shape)
-    found = np.zeros(m.shape)
-    for order in range(top, -1, -1):
-        ratio = 1 / (2 * (order + 1) / k + ratio)  # I_(order+1) / I_order
-        found = np.where(m == order, ratio, found)
-    return m + k * found
+    """Return k I_m'(k) / I_m(k) = m + k I_(m+1)(k) / I_m(k), by the recurrence of that ratio from far above."""
+    waves, place = np.unique(k, return_inverse=True)
+    highest = int(m.max(initial=0))
+    ratio = np.zeros(len(waves))
+    ratios = np.empty((highest + 1, len(waves)))
+    for order in range(highest + int(2 * waves.max(initial=0.0)) + 30, -1, -1):
+        ratio = 1 / (2 * (order + 1) / waves + ratio)  # I_(order+1) / I_order
+        if order <= highest:
+            ratios[order] = ratio
+    return m + k * ratios[m, place.reshape(k.shape)]

@@ -165,7 +165,7 @@ class SolidsInContact(SolidModel):
             full, symmetric = self._tied.collect(full), self._tied.collect(symmetric)
         if self._sum is None or not self._sum.fits(response.stiffness, full):
             self._sum = PatternSum(response.stiffness, full)
-            self._room = self._sum.inserted
+            self._room = max(self._room, 2 * self._sum.inserted)  # patterns grow as yarns close
         unsymmetric = (full.data - symmetric.data, full.indices, full.indptr)
         return replace(
             response,

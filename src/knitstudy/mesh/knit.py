@@ -67,9 +67,9 @@ def mesh_knit(
     return mesh
 
 
-def crossing_grading(radius: float, refinement: float) -> Grading:
-    """Refinement at the crossings of yarns of a radius [m]."""
-    return Grading(refinement, PATCH * radius, PATCH_RAMP * radius)
+def crossing_grading(radius: float, refinement: float, angle: float = 90.0) -> Grading:
+    """Refinement at the crossings of yarns of a radius [m]; patches grow longer where the angle [degrees] is small."""
+    return Grading(refinement, PATCH * radius / np.sin(np.radians(angle)), PATCH_RAMP * radius)
 
 
 def crossing_spacing(knit: Knit, size: float, growth: float, refinement: float = 1.0) -> Spacing:

@@ -48,7 +48,7 @@ def mesh_pair(
     radius, crossings = pair.radius, pair.crossings
     require_memory_to_mesh(pair.centrelines, radius, size, growth)
     section = Section.for_size(2 * radius, size)
-    grading = crossing_grading(radius, refinement)
+    grading = crossing_grading(radius, refinement, pair.angle)
     crossing = (crossings.arc_length[0, 0],)
     spacing = Spacing(size, growth, crossing, reach=REACH * radius, ramp=RAMP * radius, grading=grading)
     targets = [Targets(s, crossings.point.mean(axis=1)) for s in crossings.arc_length.T]

@@ -60,6 +60,8 @@ class Discretisation:
         Nodes of `mesh` as weighted sums of nodes; None where they are the nodes.
     dependence : csr matrix, shape (N, N), optional
         Nodes as weighted sums of nodes that depend on no others; the identity if None.
+    connectivity : ndarray of int, shape (E, a), optional
+        Nodes of hexahedra, in the order of those of `mesh`, where the elements are hexahedra.
     faces : Faces, optional
         Of elements, where there are any on the surface: what ties by facets join.
     rings : Rings, optional
@@ -83,6 +85,7 @@ class Discretisation:
     size: float
     sampling: sp.csr_matrix | None = None
     dependence: sp.csr_matrix | None = None
+    connectivity: np.ndarray | None = None
     faces: Faces | None = None
     rings: Rings | None = None
     missing: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None

@@ -117,7 +117,7 @@ def problem_of(
 
 def _fields(yarns: SolidYarns, state: SolidState) -> dict[str, np.ndarray]:
     """Return the fields of a state."""
-    return {"node_displacement": yarns.parts.sampled(yarns.model.node_displacement(state))}
+    return {"node_displacement": yarns.model.node_displacement(state)}
 
 
 def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[PrescribedDisplacement, np.ndarray]:
@@ -140,7 +140,7 @@ def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement, rings: int 
     they would take in most of the yarns, and the yarns' factors know what is stiff at a crossing.
     """
     parts, tie, kept = yarns.parts, yarns.tie, yarns.retained
-    patches = parts.sampling is None
+    patches = bool(np.all(parts.unity == 1))
     inside = np.zeros(len(kept), dtype=bool)
     if patches:
         joined = yarns.unknown[tie.joined]
@@ -164,5 +164,6 @@ def linear_solver(name: str, yarns: SolidYarns, prescribed: PrescribedDisplaceme
     if name == "lu":
         return LU()
     layout = structure(yarns, prescribed)
-    solver = Krylov(AlgebraicMultigrid(layout) if name == "amg" else ThreeScale(layout))
-    return InTurn(solver) if name == "auto" and yarns.model.size <= DIRECT_UNKNOWNS else solver
+    small = name == "auto" and yarns.model.size <= DIRECT_UNKNOWNS
+    solver = Krylov(AlgebraicMultigrid(layout) if name == "amg" else ThreeScale(layout), truncates=not small)
+    return InTurn(solver) if small else solver

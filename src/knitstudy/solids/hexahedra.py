@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from knitstudy.crossings.rings import Rings
-from knitstudy.gates.resolution import ELEMENTS_ACROSS, require_elements_across
+from knitstudy.gates.resolution import fewest_across, require_elements_across
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.contact.grids import Grids
@@ -33,12 +33,23 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
     MeshError
         If elements are too large for the yarn, or too many for the memory.
     """
-    fewest = scene.gates.elements_across or ELEMENTS_ACROSS[scene.specimen]
+    fewest = scene.gates.elements_across or fewest_across(scene.specimen, scene.mesh.refinement)
     require_elements_across(scene.yarn.diameter, scene.mesh.size, fewest)
+    parts = divide(scene, mesh, specimen)
+    require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size)
+    return parts
+
+
+def divide(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+    """Return the yarns of a scene as hexahedra, whether or not they are fit to be simulated.
+
+    Raises
+    ------
+    MeshError
+        If one is folded.
+    """
     if ELEMENTS.find(scene.mesh.element).nodes == quadratic_hexahedra.NODES:
-        return quadratic_hexahedra.discretise(scene, mesh, specimen)
-    bandwidth = mesh.section.size + mesh.section.bandwidth
-    require_memory_to_simulate(mesh.nodes.size, bandwidth, scene.mesh.size)
+        return quadratic_hexahedra.divide(scene, mesh, specimen)
     station = np.repeat(np.arange(mesh.slices), mesh.section.size)
     return Discretisation(
         mesh=mesh,
@@ -46,7 +57,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         unity=np.ones(len(mesh.nodes)),
         yarn=mesh.yarn_of_slice[station],
         station=station,
-        bandwidth=bandwidth,
+        bandwidth=mesh.section.size + mesh.section.bandwidth,
         groups=partial(_groups, scene, mesh),
         volume=partial(_volume, len(mesh.nodes)),
         surfaces=Grids(yarn_surfaces(mesh)),
@@ -56,6 +67,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
             mesh.nodes, mesh.hexahedra, mesh.yarn_of_slice[station], shape, shape_gradient
         ).locate,
         size=scene.mesh.smallest,
+        connectivity=mesh.hexahedra,
         faces=linear_faces(mesh),
     )
 

@@ -34,6 +34,10 @@ RINGS = 3
 WIDEST_STEP = 0.5
 """Largest distance of rings, in elements: between them a disc would push elements that lie inside of it too little."""
 
+NARROWEST = 0.25
+"""Least radius of a disc, in elements. At 0.3 the force of a cell is 6 % (one point) to 15 % too large
+(docs/ties.md)."""
+
 BESIDE = 1.5
 """Distance from the middle of a disc, in its radii, beyond which the yarns are not held by it."""
 
@@ -172,11 +176,13 @@ def tie_patches(
     Raises
     ------
     MeshError
-        If discs overlap each other or reach over the end of a yarn.
+        If discs overlap each other, reach over the end of a yarn, or are narrower than elements can show.
     """
     crossing = np.flatnonzero(tied)
     discs = Discs.of(specimen, crossing, radius * specimen.radius)
     _require_room(specimen, discs, radius)
+    if parts.missing is None and len(crossing):
+        _require_resolution(specimen, radius, parts.size)
     rings = int(np.ceil(discs.radius / (WIDEST_STEP * parts.size)))
     rule, weight = polar_rule(max(RINGS, rings))
     places = discs.points(rule)
@@ -191,6 +197,17 @@ def tie_patches(
             yarn, place = crossings.yarn[crossing, side], crossings.arc_length[crossing, side]
             compliance += parts.missing(yarn, place, discs.radius)
     return PatchTie(discs, joined, 1 / compliance[:, [0, 1, 1]], parts.nodes, len(tied))
+
+
+def _require_resolution(specimen: Knit | YarnPair, radius: float, size: float) -> None:
+    """Refuse discs so narrow that elements of a size [m] show little of how a yarn yields under them."""
+    least = NARROWEST * size / specimen.radius
+    if radius < least:
+        raise MeshError(
+            f"tie.radius is {radius:g} radii, but elements of {size:.4g} m show no patches of less than "
+            f"{least:.3g}: use that "
+            "at least, a smaller mesh.size, or tie.rule facets"
+        )
 
 
 def _require_room(specimen: Knit | YarnPair, discs: Discs, radius: float) -> None:

@@ -29,7 +29,8 @@ from knitstudy.study.scene import Scene
 PLACES = 8
 """Places a span at which the shape of a yarn is fitted."""
 
-BYTES_AN_ENTRY = 8
+BYTES_A_PAIR = 48
+"""Of a simulation, for each pair of nodes of a span: tangent, factors of single yarns, places of what is summed."""
 
 
 def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
@@ -77,23 +78,29 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
 
 
 def space_on(scene: Scene, spans: list[YarnSpans]) -> Space:
-    """Return the space of a scene's yarns on their spans."""
+    """Return the space of a scene's yarns on their spans; yarns with the same spans share theirs."""
     degree = scene.mesh.spline_degree
-    return Space(tuple(yarn_space(each.breaks, each.degrees, degree, each.sharp) for each in spans))
+    kinds = {kind: yarn_space(kind.breaks, kind.degrees, degree, kind.sharp) for kind in set(spans)}
+    return Space(tuple(kinds[each] for each in spans))
 
 
 def undeformed(space: Space, specimen: Knit | YarnPair) -> np.ndarray:
-    """Return the undeformed nodes (N, 3) of a specimen's yarns [m]."""
-    yarns = zip(space.yarns, specimen.centrelines, strict=True)
-    return np.concatenate([_shape(own, curve, specimen.radius) for own, curve in yarns])
+    """Return the undeformed nodes (N, 3) of a specimen's yarns [m]; all yarns of a knit are one, moved."""
+    curves, radius = specimen.centrelines, specimen.radius
+    if isinstance(specimen, YarnPair):
+        yarns = zip(space.yarns, curves, strict=True)
+        return np.concatenate([_shape(own, curve, radius) for own, curve in yarns])
+    shapes = {own: _shape(own, curves[0], radius) for own in set(space.yarns)}
+    rise = np.array([0.0, specimen.loop.course_spacing, 0.0])
+    nodes = np.concatenate([shapes[own] for own in space.yarns])
+    return nodes + (space.unity * space.yarn)[:, None] * rise
 
 
 def _require_memory(scene: Scene, space: Space) -> None:
     """Refuse more unknowns than the memory has room for: tangent, factors of single yarns and what is summed up."""
     pairs = sum(float((own.span_sizes.astype(float) ** 2).sum()) for own in space.yarns)
-    need = 3 * 9 * BYTES_AN_ENTRY * pairs
-    span = scene.mesh.span * 0.5 * scene.yarn.diameter
-    require_memory(need, "mesh.span", span, f"a simulation of {3 * space.size:.2g} unknowns", power=1)
+    what = f"a simulation of {3 * space.size:.2g} unknowns"
+    require_memory(BYTES_A_PAIR * pairs, "mesh.span", scene.mesh.span, what, power=1, unit="yarn radii")
 
 
 def _shape(own: YarnSpace, curve: Curve, radius: float) -> np.ndarray:

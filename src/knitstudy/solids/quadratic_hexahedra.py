@@ -12,31 +12,39 @@ from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
-from knitstudy.mechanics.elements.hexahedron import GAUSS
 from knitstudy.mechanics.elements.inverse_map import InverseMap
 from knitstudy.mechanics.elements.quadratic import EDGES, NODES, shape, shape_gradient
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.grips import Grips, grips
-from knitstudy.mesh.memory import require_memory_to_simulate
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.discretisation import Discretisation
 from knitstudy.solids.faces import Faces, serendipity
 from knitstudy.study.scene import Scene
 
-__all__ = ["NODES", "discretise"]
+__all__ = ["NODES", "divide"]
 
 
-def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+def _lumped() -> np.ndarray:
+    """Return the share (20,) of a cube's volume that each node gets; three Gauss points are exact for the squares."""
+    place, weight = np.polynomial.legendre.leggauss(3)
+    natural = np.stack(np.meshgrid(place, place, place, indexing="ij"), axis=-1).reshape(-1, 3)
+    squares = np.einsum("i,j,k->ijk", weight, weight, weight).ravel() @ shape(natural) ** 2
+    return squares / squares.sum()
+
+
+LUMPED = _lumped()
+
+
+def divide(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
     """Return the yarns of a scene as quadratic hexahedra, one for each of a swept mesh.
 
     Raises
     ------
     MeshError
-        If they are too many for the memory, or one is folded.
+        If one is folded.
     """
     quadratic = quadratic_mesh(mesh, specimen.centrelines)
-    require_memory_to_simulate(quadratic.nodes.size, quadratic.bandwidth, scene.mesh.size)
     return Discretisation(
         mesh=quadratic.corners,
         nodes=quadratic.nodes,
@@ -53,6 +61,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         size=scene.mesh.smallest,
         sampling=_sampling(quadratic),
         dependence=_dependence(quadratic),
+        connectivity=quadratic.elements,
         faces=Faces(
             quadratic.nodes,
             tuple(quadratic.faces[_faces_of(quadratic, yarn)] for yarn in range(mesh.yarns)),
@@ -81,11 +90,10 @@ def _groups(scene: Scene, mesh: QuadraticMesh, nodes: np.ndarray) -> tuple[Eleme
 def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
     """Return the volume (N,) of every node [m3]: of each element in proportion to the squares of its functions.
 
-    Hinton, Rock and Zienkiewicz (1976): the shares of rows of serendipity functions would be negative at corners.
+    Hinton, Rock and Zienkiewicz (1976): what the functions themselves hold is negative at corners.
     """
     (group,) = groups
-    share = (shape(GAUSS * np.sqrt(3 * 0.6)) ** 2).mean(axis=0)
-    volume = group.elements.volume[:, None] * (share / share.sum())
+    volume = group.elements.volume[:, None] * LUMPED
     return np.bincount(group.connectivity.ravel(), volume.ravel(), count)
 
 

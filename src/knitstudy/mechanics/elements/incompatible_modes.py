@@ -1,4 +1,4 @@
-"""Hexahedron with incompatible modes and eight Gauss points: the reference for the one-point element.
+"""Hexahedron with incompatible modes and eight Gauss points: the best of the linear ones.
 
 Modes of Wilson et al. (1973), corrected by Taylor, Beresford and Wilson (1976) so that the patch test holds: the
 displacement gradient gains sum_m alpha_m (x) G_m with G_m = (j0 / j) J0^-T grad(1 - xi_m^2). The alphas are
@@ -53,7 +53,7 @@ class _Points:
 
 @element(
     "incompatible_modes",
-    "the reference among linear ones, some five times slower",
+    "the best of linear ones, some five times slower",
     largest_poisson_ratio=LARGEST_POISSON_RATIO,
 )
 class IncompatibleHexahedron:

@@ -7,6 +7,8 @@ import numpy as np
 from knitstudy.mechanics.linear.rows import Rows
 from knitstudy.mechanics.linear.solver import Apply, Iterate
 
+INDEFINITE = "the stiffness matrix is not positive definite (a buckling or a mechanism)"
+
 
 def conjugate_gradients(matrix: Rows, apply: Apply, state: Iterate, goal: float, most: int) -> str | None:
     """Improve an iterate in place by preconditioned conjugate gradients (Notay 2000).
@@ -26,7 +28,8 @@ def conjugate_gradients(matrix: Rows, apply: Apply, state: Iterate, goal: float,
     Returns
     -------
     str or None
-        What went wrong.
+        What went wrong; `INDEFINITE` if a direction has no stiffness. What was found before then lowers the energy
+        all the same (Steihaug 1983).
     """
     direction = image = None
     curvature = 0.0
@@ -43,7 +46,7 @@ def conjugate_gradients(matrix: Rows, apply: Apply, state: Iterate, goal: float,
         image = matrix @ direction
         curvature = direction @ image
         if not curvature > 0:
-            return "the stiffness matrix is not positive definite (a buckling or a mechanism)"
+            return INDEFINITE
         length = (direction @ state.residual) / curvature
         state.x += length * direction
         state.residual -= length * image

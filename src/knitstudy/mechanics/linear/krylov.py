@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.linear.conjugate import conjugate_gradients
+from knitstudy.mechanics.linear.conjugate import INDEFINITE, conjugate_gradients
 from knitstudy.mechanics.linear.minimal_residual import minimal_residuals
 from knitstudy.mechanics.linear.rows import Rows
 from knitstudy.mechanics.linear.solver import NOWHERE, Iterate, Solution
@@ -47,10 +47,18 @@ class Krylov:
     The preconditioner, of the symmetric positive part, serves on for later matrices until the iterations that it
     costs more than a fresh one add up to `WASTE`, or contact acts on nodes that it does not know; the decision depends
     on counts only, so that runs repeat.
+
+    Parameters
+    ----------
+    preconditioner : Preconditioner
+    truncates : bool
+        Whether an indefinite matrix ends conjugate gradients with what they have found, a step that lowers the energy:
+        where a predicted state presses what will be pulled, as in large knits that turn, Newton's method gets on by it.
     """
 
-    def __init__(self, preconditioner: Preconditioner) -> None:
+    def __init__(self, preconditioner: Preconditioner, truncates: bool = False) -> None:
         self.preconditioner = preconditioner
+        self._truncates = truncates
         self.setup_seconds = 0.0
         self.setups = 0
         self._matrix: sp.bsr_matrix | None = None
@@ -78,13 +86,15 @@ class Krylov:
         Raises
         ------
         ConvergenceError
-            If that takes too many iterations, or a symmetric matrix is not positive definite.
+            If that takes too many iterations, or a symmetric matrix is not positive definite and that is not allowed.
         """
         self.setup_seconds = 0.0
         state = Iterate(np.zeros_like(rhs), rhs.copy(), float(np.linalg.norm(rhs)))
         if self._waste > WASTE or not np.isin(self._touching, self._known).all():
             self._renew()
         problem = self._iterate(state, tolerance)
+        if problem is INDEFINITE and self._truncates and state.x.any():
+            return Solution(state.x, state.iterations)
         if problem and not self._fresh:
             self._renew()
             problem = self._iterate(state, tolerance)

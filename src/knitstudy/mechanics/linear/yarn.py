@@ -136,16 +136,18 @@ def _outside(
     matrix: sp.bsr_matrix, nodes: np.ndarray, bandwidth: np.ndarray, lumps: np.ndarray
 ) -> sp.csr_matrix:
     """Return a matrix without the bands of its yarns, and without what was added to them."""
-    entries, count = [], []
+    parts = []
     for first, last, reach in zip(nodes[:-1], nodes[1:], bandwidth, strict=True):
         for low in range(first, last, CHUNK):
             high = min(low + CHUNK, last)
             row = np.repeat(np.arange(low, high), np.diff(matrix.indptr[low : high + 1]))
             column = matrix.indices[matrix.indptr[low] : matrix.indptr[high]]
             out = np.flatnonzero((np.abs(row - column) > reach) | (column < first) | (column >= last))
-            entries.append(matrix.indptr[low] + out)
-            count.append(np.bincount(row[out] - low, minlength=high - low))
-    entries = np.concatenate(entries)
-    indptr = np.concatenate([[0], np.cumsum(np.concatenate(count))])
-    rest = sp.bsr_matrix((matrix.data[entries], matrix.indices[entries], indptr), shape=matrix.shape)
-    return sp.csr_matrix(rest) - sp.diags(lumps.ravel(), format="csr")
+            indptr = np.concatenate([[0], np.cumsum(np.bincount(row[out] - low, minlength=high - low))])
+            data = matrix.data[matrix.indptr[low] + out]
+            part = sp.bsr_matrix(
+                (data, column[out], indptr), shape=(3 * (high - low), matrix.shape[1])
+            ).tocsr()
+            part.eliminate_zeros()  # of links, blocks are diagonal
+            parts.append(part)
+    return sp.vstack(parts, format="csr") - sp.diags(lumps.ravel(), format="csr")

@@ -69,17 +69,20 @@ class Spans:
         fewer = [j * self._full + np.arange(disc.size(p)) for j, p in enumerate(degrees)]
         kept = np.concatenate(fewer)
         self._kept = None if len(kept) == len(degrees) * self._full else kept
-        covariant = self._parent_gradient(corners, slice(None))
-        self._inverse, size = inverse(covariant)
-        if np.any(size <= 0):
-            worst = np.unravel_index(np.argmin(size), size.shape) if size.ndim > 1 else (np.argmin(size),)
+        count, few = len(corners), max(1, CACHE // self.points)
+        self._inverse, size = np.empty((count * self.points, 3, 3)), np.empty(count * self.points)
+        for first in range(0, count, few):
+            spans = slice(first, min(first + few, count))
+            at = slice(spans.start * self.points, spans.stop * self.points)
+            self._inverse[at], size[at] = inverse(self._parent_gradient(corners[spans], spans))
+        if not np.all(size > 0):
             raise MeshError(
-                f"span {int(worst[0]) // (along.shape[2] * len(section))} of the yarns is folded: its Jacobian is "
+                f"span {int(np.argmin(size)) // self.points} of {count} of the yarns is folded: its Jacobian is "
                 f"{size.min():.3g} m3 and has to be positive; the yarn is bent tighter than its radius, or spans are "
                 "too long for its bends: use a smaller yarn.diameter or mesh.span"
             )
-        self._weight = ((weight[..., None] * section).reshape(-1)) * size
-        self.volume = self._weight.reshape(len(corners), -1).sum(axis=1)
+        self._weight = (weight[..., None] * section).reshape(-1) * size
+        self.volume = self._weight.reshape(count, -1).sum(axis=1)
 
     @property
     def points(self) -> int:

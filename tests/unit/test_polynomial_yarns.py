@@ -1,0 +1,138 @@
+import numpy as np
+import pytest
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.exchange.deck import require_deck
+from knitstudy.geometry.arcs import head_arcs, inside, sinker_arcs
+from knitstudy.geometry.pair import YarnPair
+from knitstudy.mesh.sampled import sampled_sections
+from knitstudy.mesh.sweep import sweep
+from knitstudy.solids.polynomial_yarns import discretise
+from knitstudy.solids.yarn_spans import yarn_spans
+
+
+@pytest.fixture(scope="module")
+def scene(plain_scene):
+    return plain_scene.vary({"fidelity": "solid_yarns", "mesh.crossing_degree": 4, "mesh.crossing_span": 0.6})
+
+
+@pytest.fixture(scope="module")
+def mesh(knit):
+    return sampled_sections(knit)
+
+
+@pytest.fixture(scope="module")
+def yarns(scene, mesh, knit):
+    return discretise(scene, mesh, knit)
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return YarnPair(radius=0.9e-3, angle=60.0, length=10e-3, clearance=0.02)
+
+
+def test_sections_are_those_of_all_yarns_swept(knit, mesh):
+    slices = int(mesh.first_slice[1])
+    np.testing.assert_array_equal(np.diff(mesh.first_slice), slices)
+    other = sweep(knit.centrelines, mesh.section, mesh.radius, lambda s: np.full(len(s), 1e-3), 3)
+    assert other.yarns == mesh.yarns
+    last = mesh.centres[mesh.first_slice[-2] :]
+    np.testing.assert_allclose(last, knit.centrelines[-1].position(mesh.arc_length[-slices:]), atol=1e-15)
+    assert mesh.hexahedra.max() == len(mesh.nodes) - 1
+
+
+def test_spans_are_short_and_of_high_degree_near_crossings(scene, knit):
+    first, *_ = yarn_spans(scene, knit)
+    length, radius = np.diff(first.breaks), knit.radius
+    crossing = knit.crossings.arc_length[knit.crossings.yarn[:, 0] == 0, 0]
+    span = np.searchsorted(first.breaks, crossing) - 1
+    assert np.all(first.degrees[span] == 4)
+    assert set(first.degrees) == {3, 4}
+    assert length[span].max() < 0.7 * radius
+    assert length.max() > 0.8 * radius
+    loops = length.reshape(3, -1)
+    np.testing.assert_allclose(loops, np.tile(loops[0], (3, 1)), rtol=1e-9)
+
+
+def test_all_yarns_share_their_spans_but_gripped_ones(scene, knit):
+    course = yarn_spans(scene, knit)
+    assert len(set(course)) == 1
+    wale = yarn_spans(scene.replace("load.direction", "wale"), knit)
+    assert len(set(wale)) == 3
+    np.testing.assert_allclose(wale[0].breaks[wale[0].sharp], sinker_arcs(knit).ravel()[1:-1])
+    np.testing.assert_allclose(wale[-1].breaks[wale[-1].sharp], head_arcs(knit).ravel())
+
+
+def test_grips_in_course_tension_are_the_ends(yarns, mesh):
+    u = np.random.default_rng(0).normal(size=yarns.nodes.shape)
+    u[yarns.ends.held] = 0
+    u[yarns.ends.driven] = yarns.unity[yarns.ends.driven, None] * [1.0, 2.0, 3.0]
+    moved = yarns.sampled(u)
+    np.testing.assert_allclose(moved[mesh.end_nodes("left")], 0, atol=1e-14)
+    np.testing.assert_allclose(
+        moved[mesh.end_nodes("right")], np.tile([1.0, 2.0, 3.0], (4 * mesh.section.size, 1)), atol=1e-13
+    )
+
+
+def test_grips_in_wale_tension_are_the_arcs(scene, knit, mesh):
+    yarns = discretise(scene.replace("load.direction", "wale"), mesh, knit)
+    u = np.random.default_rng(0).normal(size=yarns.nodes.shape)
+    u[yarns.ends.held] = 0
+    u[yarns.ends.driven] = yarns.unity[yarns.ends.driven, None] * [0.0, 1.0, 0.0]
+    moved = yarns.sampled(u).reshape(mesh.slices, -1, 3)
+    for yarn, arcs, way in ((0, sinker_arcs(knit), 0.0), (3, head_arcs(knit), 1.0)):
+        own = mesh.yarn_of_slice == yarn
+        gripped = own & inside(mesh.arc_length, arcs)
+        np.testing.assert_allclose(
+            moved[gripped], np.broadcast_to([0, way, 0], moved[gripped].shape), atol=1e-13
+        )
+        assert np.abs(moved[own & ~gripped] - [0, way, 0]).max(axis=(1, 2)).min() > 1e-3
+
+
+def test_yarns_are_where_their_centrelines_are(yarns, knit, mesh):
+    apart = np.linalg.norm(yarns.sampled(yarns.nodes) - mesh.nodes, axis=1)
+    assert apart.max() < 0.02 * mesh.radius  # the curvature of the centreline jumps at control points
+    volume = yarns.volume(yarns.groups(yarns.nodes))
+    length = sum(curve.length for curve in knit.centrelines)
+    assert volume @ yarns.unity == pytest.approx(np.pi * mesh.radius**2 * length, rel=1e-3)
+    points = mesh.nodes[mesh.slice_nodes(np.array([7, 60]))].reshape(-1, 3)
+    nodes, weights = yarns.locate(points, np.repeat(mesh.yarn_of_slice[[7, 60]], mesh.section.size))
+    np.testing.assert_allclose(np.einsum("ka,kai->ki", weights, yarns.nodes[nodes]), points, atol=1e-12)
+    np.testing.assert_allclose((weights * yarns.unity[nodes]).sum(axis=1), 1.0, atol=1e-12)
+
+
+def test_a_pair_is_held_at_its_ends(scene, pair):
+    held = scene.vary({"specimen": "pair", "pair.support": "ends", "load.path": [[0.0, 0.0, -1e-5]]})
+    mesh = sampled_sections(pair)
+    yarns = discretise(held, mesh, pair)
+    assert set(yarns.yarn[yarns.ends.held]) == {0}
+    assert set(yarns.yarn[yarns.ends.driven]) == {1}
+    with pytest.raises(ConfigurationError, match="must be ends where fidelity is solid_yarns"):
+        discretise(held.replace("pair.support", "back"), mesh, pair)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"mesh.degree": 1},
+            r"mesh.degree is 1 but must be a whole number from 2 to 12 \(with 1 .* too stiff",
+        ),
+        ({"mesh.degree": 13}, "from 2 to 12"),
+        ({"mesh.spline_degree": 1}, "from 2 to 5"),
+        ({"mesh.span": 0.0}, "mesh.span is 0.0 but must be a number > 0"),
+        ({"mesh.degree": 5}, "mesh.crossing_degree is 4 but must be at least mesh.degree, 5"),
+        ({"mesh.span": 0.3}, "mesh.crossing_span is 0.6 but must be at most mesh.span, 0.3"),
+        ({"mesh.size": 3e-4}, "mesh.size is no key of a scene"),
+        ({"outputs": ["deck"]}, r"outputs is \['deck'\] but must be a list out of \[fields, vtu\]"),
+    ],
+)
+def test_keys_that_are_refused(scene, changes, message):
+    with pytest.raises(ConfigurationError, match=message):
+        scene.vary(changes)
+
+
+def test_there_is_no_deck(scene):
+    with pytest.raises(ConfigurationError, match="fidelity is solid_yarns but must be dns for a deck"):
+        require_deck(scene)
+    require_deck(scene.replace("fidelity", "dns"))
