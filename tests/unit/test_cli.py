@@ -182,7 +182,7 @@ def test_traceback_is_shown_on_demand(knitstudy, config):
 
 def test_deck_is_of_solid_yarns(knitstudy, config):
     line = message(knitstudy("export", "rom3d-a", "--dialect", "abaqus", "--config", config))
-    assert "fidelity is 'rom3d' but must be dns" in line
+    assert "fidelity is rom3d but must be dns" in line
 
 
 def test_deck(knitstudy, tmp_path):

@@ -77,7 +77,7 @@ def test_models_of_the_study_can_be_told_apart():
             label_of(scene),
         )
         for scene in made
-        if scene.fidelity != "dns"
+        if not scene.kind.fidelity.solids
     ]
     assert len(set(named)) == len(named)
 

@@ -25,7 +25,7 @@ from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.facet_tie import tie_crossings
 from knitstudy.solids.hexahedra import divide
 from knitstudy.solids.patch_tie import STIFFNESS
-from knitstudy.solids.yarn_contact import contact_law
+from knitstudy.solids.yarn_contact import penalties
 
 if TYPE_CHECKING:
     from knitstudy.geometry.pair import YarnPair
@@ -276,7 +276,8 @@ def _unsaid(scene: Scene) -> Iterator[str]:
 
 def interaction(scene: Scene) -> Interaction:
     """Law of contact of a scene, and the penetration that it allows."""
-    return Interaction(scene.interaction, contact_law(scene), scene.contact.penetration * scene.mesh.smallest)
+    size = scene.mesh.smallest
+    return Interaction(scene.interaction, penalties(scene, size), scene.contact.penetration * size)
 
 
 def touching_row(mesh: SweptMesh, row: int, reach: float, free: np.ndarray) -> ContactPair:

@@ -60,7 +60,7 @@ def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
 
 
 def contact_law(scene: Scene, yarns: Discretisation) -> Coulomb | Indentation:
-    """Return the law of a scene: stiffnesses as ratios to E / h (Table 1), no slip at all where contact is rough.
+    """Return the law of a scene.
 
     Of solid yarns without hexahedra it can be what their space does not show of the local indentation.
     """
@@ -74,7 +74,12 @@ def contact_law(scene: Scene, yarns: Discretisation) -> Coulomb | Indentation:
             radius=yarns.mesh.radius,
             friction=scene.kind.interaction.friction(scene),
         )
-    unit = scene.yarn.youngs_modulus / yarns.size
+    return penalties(scene, yarns.size)
+
+
+def penalties(scene: Scene, size: float) -> Coulomb:
+    """Return stiffnesses as ratios to E / h (Table 1), h = `size` [m], with no slip at all where contact is rough."""
+    unit = scene.yarn.youngs_modulus / size
     return Coulomb(
         normal=scene.contact.normal_stiffness * unit,
         tangential=scene.contact.tangential_stiffness * unit,
