@@ -21,6 +21,27 @@ def test_history_holds_what_the_scene_asked_for(plain_scene, knit, contacts, fid
     assert np.all(np.diff(history["force"]) > 0)
 
 
+def test_joints_that_yield_are_softer_than_pins(plain_scene, knit, contacts):
+    scene = plain_scene.vary({"mesh.beam_size": 3e-3, "solver.increments": 1, "load.strain": 0.002})
+    area = np.pi * (0.4 * scene.yarn.radius) ** 2
+    tied = contacts.assign(area=contacts["area"] * 0 + area, tied=contacts["area"] * 0 + 1)
+    pinned, patch = (
+        float(run(scene.replace("rom.joint", joint), knit, tied)["force"][-1])
+        for joint in ("pinned", "patch")
+    )
+    assert 0.8 * pinned < patch < 0.99 * pinned
+
+
+@pytest.mark.parametrize("size", [0.0, 0.05, 0.7])
+def test_joints_that_yield_need_ties_of_a_size(plain_scene, knit, contacts, size):
+    area = np.pi * (size * plain_scene.yarn.radius) ** 2
+    tied = contacts.assign(area=contacts["area"] * 0 + area, tied=contacts["area"] * 0 + 1)
+    with pytest.raises(
+        DataFileError, match=r"ties of the contacts have a radius .* but rom\.joint 'patch' needs"
+    ):
+        run(plain_scene.replace("rom.joint", "patch"), knit, tied)
+
+
 def test_solid_scene_is_refused(plain_scene, knit, contacts):
     with pytest.raises(AttributeError, match="the scene has no section 'rom', only pattern"):
         run(plain_scene.replace("fidelity", "dns"), knit, contacts)

@@ -17,6 +17,7 @@ from knitstudy.study.scene import Scene
 VARIANTS = {
     "printed": "printed joints",
     "pinned": "pinned joints",
+    "patch": "yielding joints",
     "zones": "springs by crossing",
     "centreline": "springs of centrelines",
     "doubled": "doubled segments",

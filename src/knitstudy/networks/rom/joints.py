@@ -36,15 +36,16 @@ class Joints:
         """Crossings that are tied (K,)."""
         return ~self.sprung & ~self.open
 
-    def pinned(self, stiffness: float) -> Joints:
+    def pinned(self, stiffness: float | np.ndarray) -> Joints:
         """Return these joints with pins for ties: they hold the two points together and leave sections free to turn.
 
         Parameters
         ----------
-        stiffness : float
-            Of the pins, in all directions [N/m].
+        stiffness : float or ndarray, shape (K, 3, 3)
+            Of the pins: in all directions, or a matrix each [N/m].
         """
-        pins = np.where(self.tied[:, None, None], stiffness * np.eye(3), self.stiffness)
+        matrices = stiffness * np.eye(3) if np.ndim(stiffness) == 0 else stiffness
+        pins = np.where(self.tied[:, None, None], matrices, self.stiffness)
         return Joints(self.open, pins)
 
     @classmethod

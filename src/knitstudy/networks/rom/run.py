@@ -24,6 +24,7 @@ from knitstudy.networks.rom import honeycomb, rom3d
 from knitstudy.networks.rom.grips import gripped_arcs, grips, tension
 from knitstudy.networks.rom.joints import Joints, spring_joints
 from knitstudy.networks.rom.network import Network
+from knitstudy.networks.rom.patch_joint import patch_stiffness
 from knitstudy.networks.rom.points import joint_points
 from knitstudy.study.scene import Scene
 
@@ -172,6 +173,8 @@ def assemble(
         joints = spring_joints(contacts, rom.displacement, rom.axes, each, springs_from, rom.stiffness)
     if scene.rom.joint == "pinned":
         joints = joints.pinned(PIN * scene.yarn.youngs_modulus * scene.yarn.radius)
+    elif scene.rom.joint == "patch":
+        joints = joints.pinned(patch_stiffness(knit, points, contacts, scene.yarn))
     stops = gripped_arcs(knit, scene.load.direction)
     arms = "printed" if scene.rom.joint == "printed" else "rigid"
     return rom3d.spatial_network(knit, points, scene.mesh.beam_size, arms, joints, stops)

@@ -37,17 +37,17 @@ class PlanarJoints(Joints):
 class SpatialJoints(Joints):
     """Of the spatial model (Figs. 5 and 6)."""
 
-    joint: Literal["rigid", "pinned", "printed"] = key(
+    joint: Literal["rigid", "pinned", "patch", "printed"] = key(
         (
-            "rigid (arms to the contact point), pinned (arms that may turn there) or printed (as in "
-            "Table 2: no arms)"
+            "rigid (arms to the contact point), pinned (arms that may turn there), patch (pinned, and yielding as the "
+            "tied area does) or printed (as in Table 2: no arms)"
         ),
         standing="assumed",
         source=(
             "Table 2: u_T = 0, u_R = 0, and springs between the points; rigid arms to the contact "
             "point, a variant takes the paper at its word"
         ),
-        checked="rigid, pinned and printed (scenes rom3d-pinned-*, rom3d-printed-*)",
+        checked="all four (scenes rom3d-pinned-*, rom3d-patch-*, rom3d-printed-*)",
     )
 
 
