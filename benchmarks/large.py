@@ -5,7 +5,7 @@
 Quadratic polynomials over the section, the fewest unknowns that bend: what low degrees do not show of a patch is in the
 ties and in the law of contact. Every case has a process of its own and a restart file in the folder: one that was
 interrupted goes on where it was, and counts the time of its increments from both. Prints and keeps
-``results/tables/large.csv``; a case of 30 x 30 loops takes a quarter of an hour tied, hours with friction.
+``results/tables/large.csv``.
 """
 
 from __future__ import annotations

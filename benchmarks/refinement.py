@@ -127,27 +127,29 @@ def touched(history: xr.Dataset) -> tuple[float, float, int]:
 
 
 def draw(table: pd.DataFrame, options: argparse.Namespace) -> None:
-    """Draw errors of force and area over degrees of freedom, a line for every element and refinement."""
+    """Draw errors of force and area over degrees of freedom: dashes by element, colours by refinement."""
     from matplotlib.figure import Figure
 
     done = table[table["force [N]"].notna()]
     finest = done.loc[done["degrees of freedom [1]"].idxmax()]
-    figure = Figure(figsize=(8, 3.4), layout="constrained")
-    for axes, name, limit in zip(
-        figure.subplots(1, 2),
-        ("force [N]", "area of a crossing [mm2]"),
-        (options.force, options.area),
-        strict=True,
-    ):
-        exact = limit or finest[name]
+    colours = {value: f"C{number}" for number, value in enumerate(sorted(done["refinement"].unique()))}
+    dashes = dict(zip(done["element"].unique(), ("-o", "--s", ":^"), strict=False))
+    panels = (("force [N]", options.force), ("area of a crossing [mm2]", options.area))
+    figure = Figure(figsize=(9, 3.4), layout="constrained")
+    for axes, (name, limit) in zip(figure.subplots(1, 2, sharey=True), panels, strict=True):
         for (element, refinement), rows in done.groupby(["element", "refinement"]):
-            error = 100 * np.abs(rows[name] / exact - 1)
-            axes.loglog(rows["degrees of freedom [1]"], error, "o-", ms=4, label=f"{element}, {refinement:g}")
-        axes.set_xlabel("degrees of freedom")
-        axes.set_ylabel(f"error of the {name.split(' [')[0]} (%)")
-        axes.grid(True, which="both", lw=0.3)
-    axes.legend(fontsize=7)
-    figure.savefig(options.picture, dpi=160)
+            label = f"{element}, {refinement:g}"
+            error = 100 * (rows[name] / (limit or finest[name]) - 1)
+            freedom = 1e-3 * rows["degrees of freedom [1]"]
+            axes.semilogx(freedom, error, dashes[element], c=colours[refinement], ms=4, label=label)
+        axes.axhline(0, c="k", lw=0.6)
+        axes.set_xticks([5, 10, 20, 50], ["5", "10", "20", "50"])
+        axes.set_xticks([], minor=True)
+        axes.set_xlabel("degrees of freedom (thousands)")
+        axes.set_title(f"error of the {name.split(' [')[0]} (%)", fontsize=9)
+        axes.grid(True, lw=0.3)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside right center", fontsize=7)
+    figure.savefig(options.picture, dpi=110)
 
 
 def pairs(texts: list[str]) -> dict[str, Any]:

@@ -61,7 +61,7 @@ def test_table_of_contact_adds_penetration_and_dissipation(history):
         "dns": SimpleNamespace(
             solver=SimpleNamespace(residual_tolerance=1e-6, correction_tolerance=1e-6),
             contact=SimpleNamespace(penetration=0.01),
-            mesh=SimpleNamespace(size=3e-4),
+            mesh=SimpleNamespace(smallest=3e-4),
         )
     }
     table = catalogue.tabulate("simulation_contact", dns=contact, scenes=scenes).set_index("quantity")

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from knitstudy.crossings.indented import MODULUS, indented
 from knitstudy.crossings.kinematics import kinematics
 from knitstudy.crossings.zones import count_zones
 from knitstudy.errors import DataFileError
@@ -65,6 +66,10 @@ def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
         "relative_displacement": motion[:, :, 1] - motion[:, :, 0],
     }
     values |= touch.results()
+    kept = {name: history.attrs[name] for name in ("scene", "interaction") if name in history.attrs}
+    if MODULUS in history.attrs:
+        values |= indented(knit, values["normal_resultant"], history.attrs[MODULUS])
+        kept["contact_area_from"] = "the force, by Hertz: local indentation is a law of contact"
     values["centroid"] = touch.undeformed_centroid(crossings.point.mean(axis=1))
     values["area"] = values["contact_area"][-1].copy()
     if "section_gradient" in history:
@@ -75,7 +80,7 @@ def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(
         {"strain": history["strain"]} | CONTACTS.variables(values),
         coords={"xyz": list("xyz")},
-        attrs={name: history.attrs[name] for name in ("scene", "interaction") if name in history.attrs},
+        attrs=kept,
     )
 
 

@@ -82,7 +82,8 @@ def ways_of(scenes: Iterable[Scene]) -> dict[str, list[Way]]:
 def _all_but_resolution(scene: Scene) -> str:
     """Return a digest of all that the simulations of one way share beside their problem."""
     document = scene.read(NUMERICAL)
-    document["mesh"] = {key: value for key, value in document["mesh"].items() if key not in RESOLUTION}
+    mesh = document.get("mesh", {})  # none where all keys have their defaults
+    document["mesh"] = {key: value for key, value in mesh.items() if key not in RESOLUTION}
     return digest({"discretisation": discretisation(scene)} | document)
 
 

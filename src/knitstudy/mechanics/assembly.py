@@ -8,6 +8,7 @@ are part of the same pattern.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -122,7 +123,8 @@ class Assembly:
         blocks = total.data().reshape(-1, self.block, self.block)
         if self._links is not None:
             entries, values = self._links
-            blocks[entries] += values[:, None, None] * np.eye(self.block)
+            for i in range(self.block):
+                blocks[entries, i, i] += values
         return sp.bsr_matrix((blocks, self.indices, self.indptr), shape=(size, size))
 
     def _linked(self, linked: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
@@ -191,8 +193,8 @@ class Assembly:
 class StiffnessSum:
     """Stiffness blocks on their way into the matrix, batch by batch in any order and by any thread.
 
-    Entries that one batch alone touches are written at once; those at the seams of batches are kept and summed in the
-    order of the batches, so that rounding does not depend on who came first.
+    Entries that one batch alone touches are written at once; those at the seams of batches are added in the order of
+    the batches, so that rounding does not depend on who came first: what comes early waits for its turn.
     """
 
     def __init__(
@@ -206,18 +208,23 @@ class StiffnessSum:
         self._data = np.empty((entries + room, block**2))[:entries]
         self._data[untouched] = 0
         self._sums = sums
-        self._seams: list[np.ndarray | None] = [None] * len(sums)
+        for part in sums:
+            part.clear(self._data)
+        self._waiting: dict[int, np.ndarray] = {}
+        self._next = 0
+        self._turn = threading.Lock()
 
     def put(self, number: int, blocks: np.ndarray) -> None:
         """Take over the stiffness blocks (e, a^2, block^2) of batch `number`, each batch once."""
-        self._seams[number] = self._sums[number].put(self._data, blocks.reshape(-1, self._data.shape[1]))
+        seam = self._sums[number].put(self._data, blocks.reshape(-1, self._data.shape[1]))
+        with self._turn:
+            self._waiting[number] = seam
+            while self._next in self._waiting:
+                self._sums[self._next].close(self._data, self._waiting.pop(self._next))
+                self._next += 1
 
     def data(self) -> np.ndarray:
         """Return the sum (entries, block^2) once all batches are there."""
-        for part in self._sums:
-            part.clear(self._data)
-        for part, seam in zip(self._sums, self._seams, strict=True):
-            part.close(self._data, seam)
         return self._data
 
 

@@ -36,20 +36,28 @@ class FreeBodies:
         Nodes of each body.
     unit : ndarray, shape (N,)
         E V / h^2 of their nodes [N/m]; 0 at all others.
+    unity : ndarray, shape (N,)
+        What the constant 1 has at the nodes: 1 where they are places, the coefficients where they are not.
     """
 
     nodes: tuple[np.ndarray, ...]
     unit: np.ndarray
+    unity: np.ndarray
 
     @classmethod
     def of(
-        cls, nodes: Sequence[np.ndarray], volume: np.ndarray, youngs_modulus: float, length: float
+        cls,
+        nodes: Sequence[np.ndarray],
+        volume: np.ndarray,
+        youngs_modulus: float,
+        length: float,
+        unity: np.ndarray | None = None,
     ) -> FreeBodies:
         """Return bodies from their nodes, the volume (N,) of every node [m3] and the length h of an element [m]."""
         unit = np.zeros(len(volume))
         for body in nodes:
             unit[body] = youngs_modulus * volume[body] / length**2
-        return cls(tuple(nodes), unit)
+        return cls(tuple(nodes), unit, np.ones(len(volume)) if unity is None else unity)
 
     def drag(self) -> np.ndarray:
         """Return the stiffness (N,) against the way of all nodes within an increment [N/m]."""
@@ -65,19 +73,21 @@ class FreeBodies:
         position : ndarray, shape (N, 3)
             Where the nodes are [m].
         """
-        modes = sp.block_array([[self._modes(body, position) for body in self.nodes]]).tocsr()
+        modes = sp.block_array(
+            [[self._modes(body, position, self.unity[body]) for body in self.nodes]]
+        ).tocsr()
         resistance = (modes.T @ contact.tocsr() @ modes).toarray()
         unit = (modes.T @ sp.diags_array(np.repeat(self.unit, 3)) @ modes).toarray()
         easiest = scipy.linalg.eigh(resistance, unit, eigvals_only=True, subset_by_index=[0, 0])
         return bool(easiest[0] > HELD)
 
     @staticmethod
-    def _modes(body: np.ndarray, position: np.ndarray) -> sp.csr_array:
+    def _modes(body: np.ndarray, position: np.ndarray, unity: np.ndarray) -> sp.csr_array:
         """Return the six rigid motions (3 N, 6) of a body, rotations about its middle and over its extent."""
-        arm = position[body] - position[body].mean(axis=0)
+        arm = position[body] - np.multiply.outer(unity, unity @ position[body] / (unity @ unity))
         arm /= np.abs(arm).max()
         motions = np.zeros((len(body), 3, 6))
-        motions[:, :, :3] = np.eye(3)
+        motions[:, :, :3] = unity[:, None, None] * np.eye(3)
         for axis in range(3):
             motions[:, :, 3 + axis] = np.cross(np.eye(3)[axis], arm)
         row = np.repeat(3 * body[:, None] + np.arange(3), 6)

@@ -12,8 +12,9 @@ from knitstudy.mesh.sweep import Curve
 BYTES_A_NODE = 1750
 """Of a mesh while its quality is checked; measured were 1.5 to 1.8 kB, from 0.2 to 0.05 mm."""
 
-BYTES_AN_UNKNOWN = 2000
-"""Of a simulation of tied yarns without their factors; yarns in contact were measured to take up to twice as much."""
+BYTES_AN_UNKNOWN = {8: 2000, 20: 3000}
+"""Of a simulation of tied yarns without their factors, by the nodes of an element; yarns in contact were measured to
+take up to twice as much."""
 
 BYTES_AN_ENTRY = 4
 """Of those factors, in single precision."""
@@ -43,7 +44,7 @@ def require_memory_to_mesh(curves: Sequence[Curve], radius: float, size: float, 
     require_memory(nodes * BYTES_A_NODE, "mesh.size", size, f"a mesh of {nodes:.2g} nodes", power=3)
 
 
-def require_memory_to_simulate(unknowns: int, bandwidth: int, size: float) -> None:
+def require_memory_to_simulate(unknowns: int, bandwidth: int, size: float, nodes: int = 8) -> None:
     """Refuse a direct simulation that does not fit into memory.
 
     Parameters
@@ -53,11 +54,13 @@ def require_memory_to_simulate(unknowns: int, bandwidth: int, size: float) -> No
         Largest difference of node numbers in an element: factors of single yarns are bands of it.
     size : float
         ``mesh.size`` [m].
+    nodes : int
+        Of an element.
 
     Raises
     ------
     MeshError
         Saying what it would take, and which size would do.
     """
-    need = unknowns * (BYTES_AN_UNKNOWN + 3.0 * bandwidth * BYTES_AN_ENTRY)
+    need = unknowns * (BYTES_AN_UNKNOWN[nodes] + 3.0 * bandwidth * BYTES_AN_ENTRY)
     require_memory(need, "mesh.size", size, f"a simulation of {unknowns:.2g} unknowns", power=4)

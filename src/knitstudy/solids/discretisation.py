@@ -43,7 +43,7 @@ class Discretisation:
     yarn, station : ndarray of int, shape (N,)
         Yarn of a node, and its place along all yarns, both ascending.
     bandwidth : int
-        Largest difference of the numbers of two nodes of an element.
+        Largest difference of the numbers of two nodes of an element, counted without nodes that depend on others.
     groups : callable
         Elements, from the nodes (N, 3) that ties may have moved; raises MeshError where one is folded.
     volume : callable

@@ -27,4 +27,6 @@ def free_yarns(
     free = np.setdiff1d(np.arange(yarns.mesh.yarns), yarns.yarn[fixed])
     if not len(free):
         return None
-    return FreeBodies.of([yarns.nodes_of(yarn) for yarn in free], volume, youngs_modulus, yarns.size)
+    return FreeBodies.of(
+        [yarns.nodes_of(yarn) for yarn in free], volume, youngs_modulus, yarns.size, yarns.unity
+    )

@@ -36,7 +36,8 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
     fewest = scene.gates.elements_across or fewest_across(scene.specimen, scene.mesh.refinement)
     require_elements_across(scene.yarn.diameter, scene.mesh.size, fewest)
     parts = divide(scene, mesh, specimen)
-    require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size)
+    each = parts.connectivity.shape[1]
+    require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size, each)
     return parts
 
 

@@ -103,7 +103,7 @@ def _solution(dns: xr.Dataset, scene: Scene) -> list[Row]:
 
 
 def _contact(dns: xr.Dataset, scene: Scene) -> list[Row]:
-    energy, deepest = dns["energy"].isel(increment=-1), penetration(dns) / scene.mesh.size
+    energy, deepest = dns["energy"].isel(increment=-1), penetration(dns) / scene.mesh.smallest
     friction = energy.sel(form="friction") / energy.sel(form="external")
     viscous = energy.sel(form="stabilisation") / energy.sel(form="internal")
     return [

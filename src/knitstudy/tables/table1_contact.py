@@ -39,7 +39,7 @@ def tabulate(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) 
         "dns" is read.
     """
     scene = scenes["dns"]
-    contact, stiffness = scene.contact, scene.yarn.youngs_modulus / scene.mesh.size
+    contact, stiffness = scene.contact, scene.yarn.youngs_modulus / scene.mesh.smallest
     ratio, stick, friction = (number(paper, "1", "contact", quantity) for quantity in STATED)
     rows = [
         (
@@ -62,7 +62,12 @@ def tabulate(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) 
         ),
         ("Gauss points a facet", "1", NOT_SAID, contact.points**2),
         ("largest penetration allowed over element size", "1", NOT_SAID, contact.penetration),
-        ("largest penetration reached over element size", "1", NOT_SAID, penetration(dns) / scene.mesh.size),
+        (
+            "largest penetration reached over element size",
+            "1",
+            NOT_SAID,
+            penetration(dns) / scene.mesh.smallest,
+        ),
         ("augmentations of an increment, at most", "1", NOT_SAID, dns["augmentations"].max().item()),
         ("stabilisation, viscosity over E", "1", "used, not said", scene.solver.stabilisation),
     ]

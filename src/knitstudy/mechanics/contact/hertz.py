@@ -55,17 +55,6 @@ class Crossing:
         return 0.5 / np.sqrt(self.curvature[0] * self.curvature[1])
 
 
-def area(force: np.ndarray, modulus: float, radius: float, angle: np.ndarray) -> np.ndarray:
-    """Return the areas (k,) of contact [m2] of cylinders of a radius [m] under forces (k,) [N] at angles (k,).
-
-    `modulus` is E* = E / (2 (1 - nu^2)) of two equal bodies [Pa].
-    """
-    kinds = [Crossing.at(float(each)) for each in np.atleast_1d(angle)]
-    ratio, semiaxis = np.array([[kind.ratio, kind.semiaxis] for kind in kinds]).T.reshape(2, -1)
-    a = semiaxis * radius * (np.asarray(force) / (modulus * radius**2)) ** (1 / 3)
-    return np.pi * ratio * a**2
-
-
 def _integrals(ratio: float) -> tuple[float, float, float]:
     """Return the complete elliptic integrals K and E, and their parameter e^2 = 1 - (b / a)^2."""
     parameter = 1 - ratio**2

@@ -44,6 +44,9 @@ FLATTENED = 0.3
 STIFFEST = 15.0
 """Largest slope of the pressure over E / R: where the space shows all, the law is a penalty as stiff."""
 
+LEAST = 0.5
+"""Smallest slope over pressure by depth, that of half spaces: with less the patch is no paraboloid any more."""
+
 PIECES = 24
 
 VANISHING = 1e-12
@@ -55,8 +58,8 @@ class Indentation:
 
     Attributes
     ----------
-    modulus, radius : float
-        E [Pa] and R [m] of the yarns.
+    modulus, elastic, radius : float
+        E and E* = E / (2 (1 - nu^2)) [Pa], and R [m] of the yarns.
     stick : float
         Stiffness along the surface over that across it.
     friction : float
@@ -68,6 +71,7 @@ class Indentation:
     """
 
     modulus: float
+    elastic: float
     radius: float
     stick: float
     friction: float
@@ -77,8 +81,12 @@ class Indentation:
     directional = True
 
     def attributes(self) -> dict[str, float]:
-        """Return what the law has for numbers, by name: the depth up to which it is computed at right angles."""
-        return {"indentation_deepest": float(self.radius * self.deepest[-1]), "stick_over_normal": self.stick}
+        """Return what the law has for numbers, by name: E*, and the depth of its tables at right angles."""
+        return {
+            "indentation_modulus": self.elastic,
+            "indentation_deepest": float(self.radius * self.deepest[-1]),
+            "stick_over_normal": self.stick,
+        }
 
     def pressure(self, gap: np.ndarray, multiplier: np.ndarray, angle: np.ndarray) -> np.ndarray:
         """Return the pressures (k,) [Pa] at gaps (k,) [m] between axes at angles (k,); there are no multipliers."""
@@ -126,7 +134,7 @@ class Indentation:
         )
         # Beyond what is tabulated F is a parabola of the depth.
         pressure = f[1] / (2 * last)
-        slope = (f[2] - 2 * pressure) / (4 * last**2)
+        slope = np.maximum((f[2] - 2 * pressure) / (4 * last**2), LEAST * pressure / last**2)
         more = q**2 - last**2
         beyond = np.stack(
             [
@@ -167,7 +175,7 @@ def indentation(
         spline = CubicSpline(np.arange(PIECES + 1.0), CubicSpline(root, values)(even))
         energy[:, :, number] = spline.c
     stick = 2 * (1 - poisson) / (2 - poisson)
-    return Indentation(modulus, radius, stick, friction, deepest, energy)
+    return Indentation(modulus, 0.5 * modulus / (1 - poisson**2), radius, stick, friction, deepest, energy)
 
 
 def _curve(
@@ -195,7 +203,7 @@ def _curve(
         else:
             depths.append(depth)
             energies.append(force * np.sqrt(curvature.prod()) / np.pi)  # P / (2 pi R_e')
-            if len(depths) < 4 or _slope(depths[-3:], energies[-3:]) < STIFFEST:
+            if len(depths) < 4 or _goes_on(depths[-3:], energies[-3:]):
                 continue
             depths.pop(), energies.pop()
         break
@@ -203,7 +211,8 @@ def _curve(
     return root, np.concatenate([[start], np.array(energies[1:]) / root[1:] ** 3])
 
 
-def _slope(depth: list[float], energy: list[float]) -> float:
-    """Return the second derivative of an energy from three depths."""
-    first = np.diff(energy) / np.diff(depth)
-    return float(2 * (first[1] - first[0]) / (depth[2] - depth[0]))
+def _goes_on(depth: list[float], energy: list[float]) -> bool:
+    """Return whether the pressure at three depths rises as one on half spaces, or faster but not too fast."""
+    pressure = np.diff(energy) / np.diff(depth)
+    slope = 2 * (pressure[1] - pressure[0]) / (depth[2] - depth[0])
+    return bool(LEAST * pressure.mean() / depth[1] < slope < STIFFEST)

@@ -147,11 +147,11 @@ class Contact:
         slip = share[:, None] * moved
         local = law.at(gap, followed.angle)
         if law.directional:
-            # What a point carries already stays a traction while its stiffness changes with the gap.
-            before = law.at(history.gap, followed.angle)
-            ratio = np.where(fresh, 0.0, before.tangential / local.tangential - 1)
-            step = share[:, None] * (projection.xi - history.xi)
-            slip += ratio[:, None] * (history.xi - history.anchor)
+            # Stiffness that is gained carries nothing at first; what is lost takes its share of the traction along.
+            carried = np.where(fresh[:, None], 0.0, history.xi - history.anchor)
+            kept = np.minimum(law.at(history.gap, followed.angle).tangential / local.tangential, 1.0)
+            slip -= (1 - kept)[:, None] * carried
+            step = share[:, None] * (projection.xi - history.xi) + (kept == 1)[:, None] * carried
             rate += (local.slope / local.tangential)[:, None] * step
         trial = np.einsum("ka,kai->ki", slip, projection.tangent)
         trial *= np.reshape(local.tangential, (-1, 1))
@@ -359,12 +359,24 @@ class Contact:
 
     def _dissipation(self, points: ContactPoints) -> float:
         """Return the work of friction within the increment, mu p |slip| with the mean pressure of it [J]."""
+        weight = PASS_SHARE * self.quadrature.area[points.history.point]
+        lost = self._hysteresis(points, weight) if self.law.directional else 0.0
         if not np.isfinite(self.law.friction):
-            return 0.0
+            return lost
         length = points.law.slipped(points.trial, points.pressure)
         mean = 0.5 * (points.pressure + points.history.pressure)
-        weight = PASS_SHARE * self.quadrature.area[points.history.point]
-        return float(np.sum(weight * self.law.friction * mean * length))
+        return lost + float(np.sum(weight * self.law.friction * mean * length))
+
+    def _hysteresis(self, points: ContactPoints, weight: np.ndarray) -> float:
+        """Return what sticking points lose as their stiffness changes with the gap [J].
+
+        Stiffness that is gained carries nothing, and what is lost takes its share along: neither does work.
+        """
+        history = points.history
+        before = self.law.at(history.gap, points.angle).tangential
+        share = np.minimum(before / points.law.tangential, points.law.tangential / before)
+        carried = np.einsum("ki,ki->k", history.traction, history.traction) / before
+        return 0.5 * float(weight @ np.where(history.pressure > 0, (1 - share) * carried, 0.0))
 
     def _stencils(self, points: ContactPoints, active: np.ndarray) -> tuple[Stencil, Stencil]:
         history = points.history

@@ -1,0 +1,47 @@
+"""Where cells of contact lie on solid yarns of polynomials, and which crossings are too near for the law."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.solids.contact_cells import COARSE, contact_surfaces
+from knitstudy.solids.polynomial_yarns import space_on
+from knitstudy.solids.yarn_spans import yarn_spans
+
+
+@pytest.fixture(scope="module")
+def scene(plain_scene):
+    keys = {"fidelity": "solid_yarns", "interaction": "isotropic", "contact.tied_edges": "none"}
+    return plain_scene.vary(keys | {"pattern.loops": 1, "pattern.rows": 1})
+
+
+@pytest.fixture(scope="module")
+def knit(scene, knit_of):
+    return knit_of(scene)
+
+
+def test_cells_are_small_near_crossings_only(scene, knit):
+    _, rings = contact_surfaces(scene, space_on(scene, yarn_spans(scene, knit)), knit)
+    cell, window = scene.contact.cell * knit.radius, scene.contact.window * knit.radius
+    for yarn, edges in enumerate(rings.arc_length):
+        stations = knit.crossings.arc_length[knit.crossings.yarn == yarn]
+        size, middle = np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
+        near = np.abs(middle[:, None] - stations).min(axis=1) < window
+        assert edges[0] == 0
+        assert edges[-1] == pytest.approx(knit.centrelines[yarn].length)
+        assert size.min() > 0
+        assert size[near].max() <= cell * (1 + 1e-9)
+        assert 2 * cell < size[~near].max() <= COARSE * cell * (1 + 1e-9)
+
+
+def test_crossings_nearer_than_their_windows_are_refused(scene, knit):
+    wide = scene.vary({"contact.window": 4.0})
+    thick = replace(knit, loop=replace(knit.loop, radius=2 * knit.radius))
+    space = space_on(wide, yarn_spans(wide, thick))
+    with pytest.raises(
+        ConfigurationError, match=r"contact\.law is 'indentation', but two crossings .* 4\.00"
+    ):
+        contact_surfaces(wide, space, thick)
+    contact_surfaces(wide.vary({"contact.law": "penalty"}), space, thick)

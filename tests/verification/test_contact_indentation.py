@@ -1,0 +1,37 @@
+"""Crossing solid yarns of low degree with the law of their local indentation, against the converged solid."""
+
+import numpy as np
+import pytest
+from crossed_solid_yarns import CrossedYarns, converged
+
+CASES = [(90, 0.4), (45, 0.0), (30, 0.45)]
+PRESS = 0.1
+
+SPACES = {2: 1.0, 3: 0.9, 4: 0.6}
+"""Spans by degree, over the radius."""
+
+
+@pytest.mark.parametrize(("angle", "poisson"), CASES)
+def test_press(angle, poisson, verify):
+    """Hertz and the yarn's own bending, computed apart from each other, are exact in small strains: 3 % is theirs."""
+    for degree, span in SPACES.items():
+        force = -CrossedYarns(degree, span, angle, poisson).force([0, 0, -PRESS])[-1, 2]
+        name = f"crossing solid yarns, degree {degree}, {angle} degrees, nu {poisson:g}: force"
+        verify.within(name, force, converged(angle, poisson, PRESS), 0.03)
+
+
+def test_place_within_a_span(verify):
+    """Under the end of a span a space shows more than under its middle; the law is that of a quarter."""
+    for phase in (0.0, 0.5):
+        force = -CrossedYarns(3, 0.9, 90, 0.4, phase=phase).force([0, 0, -PRESS])[-1, 2]
+        name = f"crossing solid yarns, degree 3, at {phase:g} of a span: force"
+        verify.within(name, force, converged(90, 0.4, PRESS), 0.03)
+
+
+def test_slide_does_not_depend_on_increments(verify):
+    """Pressed, then slid along the bisector."""
+    path = [[0, 0, -PRESS], [0.2, 0.2, -PRESS]]
+    forces = [CrossedYarns(3, 0.9, 90, 0.4, friction=0.3).force(path, n)[-1] for n in (10, 20)]
+    assert np.linalg.norm(forces[1][:2]) == pytest.approx(0.3 * -forces[1][2], rel=0.15)
+    error = np.abs(forces[0] - forces[1]).max() / np.abs(forces[1]).max()
+    verify.at_most("crossing solid yarns, slid in 10 and in 20 increments", error, 0.01)
