@@ -41,6 +41,8 @@ class Touching:
         Cells of contact around a yarn.
     beside : BesideTies or None
         Watches tied yarns where others are in contact.
+    overlap : float
+        How far these may go through each other [m].
     """
 
     model: SolidsInContact
@@ -48,6 +50,7 @@ class Touching:
     rings: Rings
     around: int
     beside: BesideTies | None
+    overlap: float
 
     def record(
         self, increment: Increment, crossings: int
@@ -58,7 +61,7 @@ class Touching:
         points = touching_points(model.contact, touching, self.facets, self.rings)
         gap = model.contact.smallest_gap(touching)
         if self.beside is not None:
-            gap = min(gap, self.beside.smallest_gap(model.nodes + model.node_displacement(state)))
+            gap = min(gap, self._beside_ties(increment))
         columns = {"smallest_gap": gap if np.isfinite(gap) else np.nan, "augmentations": state.augmentations}
         return columns, points, crossing_forces(points, crossings)
 
@@ -68,15 +71,21 @@ class Touching:
         Raises
         ------
         ConvergenceError
-            If the smallest gap is below the penetration that the scene allows.
+            If they overlap by more than the penetration that the scene allows.
         """
-        gap, limit = recorder.columns["smallest_gap"][-1], self.model.penetration.limit
+        if self.beside is None:
+            return
+        gap, limit = self._beside_ties(increment), self.overlap
         if gap < -limit:
             raise ConvergenceError(
                 f"increment {increment.index}: tied yarns penetrate each other by {-gap:.3g} m beside their ties; "
                 f"contact.penetration allows {limit:.3g} m. Use contact.tied_edges 'none', a larger tie.tolerance or a "
                 "smaller load.strain"
             )
+
+    def _beside_ties(self, increment: Increment) -> float:
+        """Return the smallest gap of tied yarns beside their ties [m]."""
+        return self.beside.smallest_gap(self.model.nodes + self.model.node_displacement(increment.state))
 
     def attributes(self) -> dict[str, float]:
         """Return what contact was computed with."""
@@ -125,7 +134,8 @@ def touching(
         free_bodies=free_yarns(yarns, tie, volume, scene.yarn.youngs_modulus),
     )
     beside = BesideTies(scene, yarns, tie, pieces) if len(tie.joined) else None
-    return Touching(model, facets, yarns.rings, int(yarns.surfaces.cells[0, 1]), beside)
+    overlap = scene.contact.penetration * yarns.size
+    return Touching(model, facets, yarns.rings, int(yarns.surfaces.cells[0, 1]), beside, overlap)
 
 
 def _penetration(scene: Scene, yarns: Discretisation) -> Penetration:
