@@ -13,7 +13,9 @@ from knitstudy.solids.yarn_spans import yarn_spans
 
 @pytest.fixture(scope="module")
 def scene(plain_scene):
-    return plain_scene.vary({"fidelity": "solid_yarns", "mesh.crossing_degree": 4, "mesh.crossing_span": 0.6})
+    return plain_scene.vary(
+        {"fidelity": "solid_yarns", "mesh.degree": 3, "mesh.crossing_degree": 4, "mesh.crossing_span": 0.6}
+    )
 
 
 @pytest.fixture(scope="module")

@@ -134,8 +134,8 @@ def touching(
         free_bodies=free_yarns(yarns, tie, volume, scene.yarn.youngs_modulus),
     )
     beside = BesideTies(scene, yarns, tie, pieces) if len(tie.joined) else None
-    overlap = scene.contact.penetration * yarns.size
-    return Touching(model, facets, yarns.rings, int(yarns.surfaces.cells[0, 1]), beside, overlap)
+    around = int(yarns.surfaces.cells[0, 1])
+    return Touching(model, facets, yarns.rings, around, beside, _overlap(scene, yarns))
 
 
 def _penetration(scene: Scene, yarns: Discretisation) -> Penetration:
@@ -143,3 +143,14 @@ def _penetration(scene: Scene, yarns: Discretisation) -> Penetration:
     if scene.value("contact.law") == "indentation":
         return Penetration()
     return Penetration(scene.contact.penetration * yarns.size, scene.contact.augmentations)
+
+
+def _overlap(scene: Scene, yarns: Discretisation) -> float:
+    """Return how far tied yarns may overlap beside their ties [m].
+
+    Where sections cannot show local indentation it is what the undeformed surfaces are apart at the edge of the disc,
+    a^2 / R: flattening the disc indents them as deep.
+    """
+    if scene.value("contact.law") == "indentation":
+        return scene.tie.radius**2 * yarns.mesh.radius
+    return scene.contact.penetration * yarns.size

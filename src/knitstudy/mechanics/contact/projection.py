@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from knitstudy.mechanics.contact.surface import Surfaces
+from knitstudy.mechanics.parallel import share
 
 ITERATIONS = 40
 """Newton steps after which a point counts as having no closest point within the surface's edges."""
@@ -14,8 +15,8 @@ ITERATIONS = 40
 ACCURACY = 1e-11
 """Last Newton step, in units of the parameters, at which the closest point is found; the next one would be rounding."""
 
-CHUNK = 10_000
-"""Points that are projected at once; bounds the memory of stencils."""
+CHUNK = 2_000
+"""Points that a thread projects at once; bounds the memory of stencils."""
 
 QUADRATIC = 1e-6
 """Step between the same whole numbers after which the next one of a converging Newton's method would be rounding."""
@@ -57,10 +58,14 @@ def project(
     Newton's method on the squared distance, with steps of at most one unit; where that is not convex, curvature is
     left out.
     """
-    parts = [
-        _project(surfaces, carriers, surface[part], points[part], guess[part])
-        for part in (slice(low, low + CHUNK) for low in range(0, max(len(points), 1), CHUNK))
-    ]
+    starts = range(0, max(len(points), 1), CHUNK)
+    parts: list[Projection | None] = [None] * len(starts)
+
+    def find(number: int) -> None:
+        part = slice(starts[number], starts[number] + CHUNK)
+        parts[number] = _project(surfaces, carriers, surface[part], points[part], guess[part])
+
+    share(find, len(starts))
     if len(parts) == 1:
         return parts[0]
     columns = [[getattr(part, field.name) for part in parts] for field in fields(Projection)]

@@ -12,7 +12,7 @@ class PolynomialContact(SolidContact):
     """Contact of solid yarns without hexahedra, on their true surfaces.
 
     By the law "indentation" the local indentation that polynomials cannot show is added in series, computed from their
-    own space; stiffnesses and augmentations are then of no effect, and penetration is of tied yarns beside their ties.
+    own space; what stiffnesses, penetration and augmentations say is then of no effect.
     Cells of contact are as long as `cell` along the yarn within `window` of a crossing, and three times as long
     elsewhere; around they are `cell`.
     """

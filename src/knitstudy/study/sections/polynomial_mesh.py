@@ -22,7 +22,7 @@ class PolynomialMesh(Section):
         standing="choice",
         source="numerical; degree of the polynomials over the section, away from crossings",
         checked="2 to 6: of one loop, force +3.2 % at 2 and within 0.3 % from 3 on (docs/solid_yarns.md)",
-        default=3,
+        default=2,
         ge=2,
         le=LARGEST_DEGREE,
     )
@@ -53,7 +53,7 @@ class PolynomialMesh(Section):
         standing="choice",
         source="numerical; degree of the polynomials near crossings",
         checked="3 to 6 of a tied cell, 3 and 4 with friction: force within 0.3 % (docs/solid_yarns.md)",
-        default=3,
+        default=2,
         ge=2,
         le=LARGEST_DEGREE,
     )
@@ -64,7 +64,7 @@ class PolynomialMesh(Section):
         standing="choice",
         source="numerical; length of a span near crossings",
         checked="0.3 to 0.9: of a cell with friction, force +0.7 and u_z -4 % at 0.9 (docs/solid_yarns.md)",
-        default=0.6,
+        default=0.9,
         gt=0,
         le=4,
     )
