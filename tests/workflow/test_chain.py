@@ -48,9 +48,7 @@ def test_deformed_yarns_for_paraview(checkout):
     travel = float(history["displacement"][-1])
     np.testing.assert_allclose(displacement[mesh.end_nodes("left")], 0, atol=1e-12 * travel)
     np.testing.assert_allclose(displacement[mesh.end_nodes("right"), 0], travel, rtol=1e-12)
-    moved = np.linalg.norm(read.points - mesh.nodes, axis=1)
-    assert (moved > 0).sum() == history.attrs["tie_nodes"]
-    assert moved.max() == pytest.approx(history.attrs["tie_largest_adjustment"])
+    np.testing.assert_allclose(read.points, mesh.nodes, rtol=1e-12)  # discs tie yarns where they are
 
 
 def test_report_and_all_its_parts_are_there(finished, checkout):
