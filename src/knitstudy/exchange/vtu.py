@@ -93,7 +93,8 @@ def write_mesh(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Da
 
 def _mesh_of(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SweptMesh | QuadraticMesh:
     """Return the mesh that the elements of a scene make of a swept one."""
-    quadratic = ELEMENTS.find(scene.mesh.element).nodes == NODES
+    element = scene.value("mesh.element")
+    quadratic = element is not None and ELEMENTS.find(element).nodes == NODES
     return quadratic_mesh(mesh, specimen.centrelines) if quadratic else mesh
 
 
