@@ -14,7 +14,7 @@ from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.mesh.specimen import mesh_specimen
-from knitstudy.solids.yarn_contact import yarn_surfaces
+from knitstudy.solids.yarn_surfaces import yarn_surfaces
 
 RADIUS, SIZE = 0.9e-3, 0.45e-3
 

@@ -18,7 +18,7 @@ from knitstudy.mesh.roll import Targets
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing
 from knitstudy.mesh.sweep import sweep
-from knitstudy.solids.yarn_contact import yarn_surfaces
+from knitstudy.solids.yarn_surfaces import yarn_surfaces
 
 MODULUS = 1300.0
 POISSON = 0.4

@@ -21,7 +21,7 @@ from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids import quadratic_hexahedra
 from knitstudy.solids.discretisation import Discretisation
 from knitstudy.solids.faces import linear_faces
-from knitstudy.solids.yarn_contact import yarn_surfaces
+from knitstudy.solids.yarn_surfaces import yarn_surfaces
 from knitstudy.study.scene import Scene
 
 

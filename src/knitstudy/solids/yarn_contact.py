@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.contact.grids import Grid, circular_chords, circular_stretch
 from knitstudy.mechanics.contact.indentation import Indentation, indentation
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.discretisation import Discretisation
 from knitstudy.study.scene import Scene
 
@@ -44,19 +42,6 @@ def yarn_contact(scene: Scene, yarns: Discretisation, nodes: np.ndarray, pieces:
         margin=MARGIN * yarns.mesh.radius,
         overlap=scene.contact.penetration * yarns.size,
     )
-
-
-def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
-    """Return the surface of every yarn; its polygon is inflated, the contact surface has the true radius."""
-    inflated = mesh.radius * float(np.linalg.norm(mesh.section.points[mesh.section.ring], axis=1).mean())
-    stretch = circular_stretch(mesh.section.ring.size)
-    graded = circular_chords(mesh.angles) if mesh.pull.any() else None
-    grids = []
-    for yarn in range(mesh.yarns):
-        chords = None if graded is None else graded[slice(*mesh.first_slice[yarn : yarn + 2])]
-        grid = Grid(mesh.surface_nodes(yarn), offset=inflated - mesh.radius, stretch=stretch, chords=chords)
-        grids.append(grid)
-    return grids
 
 
 def contact_law(scene: Scene, yarns: Discretisation) -> Coulomb | Indentation:
