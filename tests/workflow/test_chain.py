@@ -28,7 +28,7 @@ def test_last_line_says_where_the_results_are(finished):
 def test_every_scene_has_a_history_with_provenance(checkout):
     scenes = load_scenes(checkout.folder / "config")
     for name in load_study("ci", checkout.folder / "config"):
-        stage = {"dns": "dns", "beam": "beams"}.get(scenes[name].fidelity, "rom")
+        stage = {"dns": "dns", "solid_yarns": "dns", "beam": "beams"}.get(scenes[name].fidelity, "rom")
         history = read_dataset(checkout.folder / "results" / stage / f"{name}.nc", ["strain", "force"])
         assert history.scene == name
         assert history.digest
