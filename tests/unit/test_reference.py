@@ -10,12 +10,15 @@ import synthetic
 from knitstudy.crossings.contacts import extract
 from knitstudy.errors import DataFileError
 from knitstudy.files.csv_table import read_table, write_table
+from knitstudy.files.netcdf import write_dataset
 from knitstudy.measures.problem import problem_of
 from knitstudy.measures.quantities import FORCE, LARGEST_U_Z, STRAINS, rms_out_of_plane
 from knitstudy.measures.reference import reference_of
 from knitstudy.measures.selection import roles_of
 from knitstudy.measures.ways import ways_of
 from knitstudy.stages import reference as kept
+from knitstudy.stages.plan import Plan
+from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scenes, load_study
 from knitstudy.tables import catalogue
 from knitstudy.tables.reference import values_of
@@ -261,6 +264,19 @@ def test_nothing_is_kept_of_nothing(copy, sources):
     with pytest.raises(DataFileError, match="has no simulation of the study `reference`"):
         kept.keep(values_of({}, {}), sources["scenes"], copy, "ab12")
     assert copy.read_bytes() == before
+
+
+def test_only_simulations_that_are_up_to_date_are_kept(config, sources, tmp_path):
+    """Their digests say so: one of the history and one of the contacts."""
+    history, contacts = (next(iter(sources[name].values())) for name in ("ways", "ways_contacts"))
+    plan, steps = Plan.of(config), [STAGES.find("dns"), STAGES.find("contacts")]
+    scenes = {"dns-a": plan.scenes["dns-a"]}
+    assert kept.found(scenes, tmp_path, config).empty
+    for digests, there in (([None, "old"], False), ([None, None], True), (["old", None], False)):
+        for stage, dataset, digest in zip(steps, (history, contacts), digests, strict=True):
+            of = scenes["dns-a"]
+            write_dataset(dataset, tmp_path / stage.path(of), of, digest or plan.digest(stage, of))
+        assert set(kept.found(scenes, tmp_path, config)["scene"]) == (set(scenes) if there else set())
 
 
 def test_reference_of_other_code_is_said(copy):
