@@ -97,7 +97,7 @@ def problem_of(
         observers=(SolidObserver(yarns),),
         checks=(
             partial(require_sound, scene, model.loaded),
-            *([touching.require_apart] if touching else []),
+            *([touching.require_apart] if touching and touching.beside else []),
         ),
         constants={
             "crossing_tied": np.isfinite(tie.area).astype(np.int8),
