@@ -83,8 +83,8 @@ class Touching:
         if gap < -limit:
             raise ConvergenceError(
                 f"increment {increment.index}: tied yarns penetrate each other by {-gap:.3g} m beside their ties; "
-                f"{self.allowed_by} allows {limit:.3g} m. Use contact.tied_edges 'none', a larger {self.widened_by} or a "
-                "smaller load.strain"
+                f"{self.allowed_by} allows {limit:.3g} m. Use contact.tied_edges 'none', a larger {self.widened_by} or "
+                "a smaller load.strain"
             )
 
     def attributes(self) -> dict[str, float]:
