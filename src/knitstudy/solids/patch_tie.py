@@ -22,8 +22,9 @@ from scipy.spatial import cKDTree
 from knitstudy.errors import MeshError
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
+from knitstudy.mechanics.disc_moments import moments, polar_rule
 from knitstudy.solids.discretisation import Discretisation
-from knitstudy.solids.patch import Discs, continued, moments, polar_rule
+from knitstudy.solids.patch import Discs, continued
 
 STIFFNESS = 100.0
 """Of a tie where the yarns show all of the patch's compliance, over E R; ten times as much moves no force by 0.03 %."""
