@@ -63,14 +63,6 @@ def gradients(degree: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return kind.factor * wave * radial, kind.factor[:, None] * np.stack([first, second], axis=-1)
 
 
-def on_rim(degree: int, angle: np.ndarray) -> np.ndarray:
-    """Return phi and its first and second derivative along the rim (3, k, n_p) at angles (k,)."""
-    kind = modes(degree)
-    phase = np.multiply.outer(angle, kind.wave) - np.where(kind.sine, np.pi / 2, 0.0)
-    value = kind.factor * np.cos(phase)
-    return np.stack([value, -kind.factor * kind.wave * np.sin(phase), -(kind.wave**2) * value])
-
-
 @cache
 def quadrature(degree: int) -> tuple[np.ndarray, np.ndarray]:
     """Return points (m, 2) and weights (m,) that integrate up to degree 2 p + 2: Gauss in r^2 times 2 p + 3 angles.
