@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+from pydantic import model_validator
+
 from knitstudy.study.keys import key
 from knitstudy.study.sections.interaction import SolidContact
 
@@ -46,3 +48,9 @@ class PolynomialContact(SolidContact):
         ge=0.3,
         le=4,
     )
+
+    @model_validator(mode="after")
+    def _has_a_cell_in_its_window(self) -> PolynomialContact:
+        if self.window < self.cell:
+            raise ValueError(f"window is {self.window:g} but must be at least contact.cell, {self.cell:g}")
+        return self
