@@ -39,7 +39,7 @@ class PolynomialContact(SolidContact):
     )
 
     window: float = key(
-        "a number from 0.3 to 4, in yarn radii",
+        "a number from 0.3 to 4, in yarn radii, and not below contact.cell",
         unit="yarn radii",
         standing="choice",
         source="numerical; sqrt(2) times the larger semiaxis of the area of contact and the way that it slides",
