@@ -38,9 +38,9 @@ def test_cells_are_small_near_crossings_only(scene, knit):
 
 def test_windows_narrower_than_a_cell_are_refused(scene):
     with pytest.raises(
-        ConfigurationError, match=r"contact\.window is 0\.3 but must be at least contact\.cell, 1"
+        ConfigurationError, match=r"contact\.window is 0\.3 but must be at least contact\.cell, 0\.5"
     ):
-        scene.vary({"contact.window": 0.3, "contact.cell": 1.0})
+        scene.vary({"contact.window": 0.3, "contact.cell": 0.5})
 
 
 def test_crossings_nearer_than_their_windows_are_refused(scene, knit):

@@ -5,7 +5,7 @@ mean and both linear ones) move the same moments of its displacement: a complian
 closed form (`knitstudy.mechanics.cylinder`), that of the space from its own stiffness. Their difference is
 positive, since the space is a part of all displacements, and it is local. Both are taken of yarns of infinite
 length with patches at least `APART` radii apart, whose forces alternate in sign: nothing has to be held, and waves
-are independent of each other.
+are independent of each other. What for, and what comes out: docs/ties.md.
 """
 
 from __future__ import annotations

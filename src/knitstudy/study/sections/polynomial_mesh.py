@@ -55,7 +55,10 @@ class PolynomialMesh(Section):
         f"a whole number from mesh.degree to {LARGEST_DEGREE}",
         standing="choice",
         source="numerical; degree of the polynomials near crossings",
-        checked="3 to 6 of a tied cell, 3 and 4 with friction: force within 0.3 % (docs/solid_yarns.md)",
+        checked=(
+            "2 to 6 of a tied cell, 2 to 4 with friction: force +2.5 and +3.6 % with 2 everywhere, within 0.4 % from "
+            "3 on (docs/solid_yarns.md)"
+        ),
         default=2,
         ge=2,
         le=LARGEST_DEGREE,
