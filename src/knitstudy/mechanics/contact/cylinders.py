@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil
+from knitstudy.mechanics.contact.surface import ALONG, AROUND, Motion, Stencil, affine
 from knitstudy.mechanics.polynomial_yarn import disc
 from knitstudy.mechanics.polynomial_yarn.space import Space
 from knitstudy.mechanics.polynomial_yarn.spline import Spline
@@ -70,16 +70,26 @@ class Cylinders:
 
     def stencil(self, surface: np.ndarray, xi: np.ndarray) -> Stencil:
         """Return the stencils of places xi (k, 2) on surfaces (k,)."""
-        span = self._span(surface, self.unit * xi[:, 0])
-        first, along = self._spline.basis(self.unit * xi[:, 0], 2, span)
-        along *= self.unit ** np.arange(3.0)[:, None, None]
-        around = _waves(self.block, self._turn * xi[:, 1])
-        around *= self._turn ** np.arange(3.0)[:, None, None]
+        span, station, along, around = self._functions(surface, xi)
         weights = along[ALONG].transpose(1, 0, 2)[..., None] * around[AROUND].transpose(1, 0, 2)[:, :, None]
         wide = (self._spline.degree + 1) * self.block
-        station = first - (self._spline.degree + 1) * surface
         nodes = (self.block * station)[:, None] + np.arange(wide)
         return Stencil(nodes, weights.reshape(len(xi), 6, wide), key=span)
+
+    def places(
+        self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return places, derivatives and second ones at xi (k, 2) on surfaces (k,); see `surface.Surfaces.places`.
+
+        Splines are summed before waves, which takes fewer products than the weights of all carriers.
+        """
+        _, station, along, around = self._functions(surface, xi)
+        near = carriers.reshape(-1, 3 * self.block)[station[:, None] + np.arange(self._spline.degree + 1)]
+        waves = (along.transpose(1, 0, 2) @ near).reshape(len(xi), 3, self.block, 3)
+        around = around.transpose(1, 0, 2)
+        here, slope, bend = (around[:, : 3 - order] @ waves[:, order] for order in range(3))
+        first = np.stack([slope[:, 0], here[:, 1]], axis=1)
+        return here[:, 0], first, np.stack([bend[:, 0], slope[:, 1], here[:, 2]], axis=1)
 
     def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
         """Return xi (k, 2) moved to the nearest place within the yarns' ends."""
@@ -108,11 +118,32 @@ class Cylinders:
         table = _waves(self.block, self._turn * np.arange(self.cells[number, 1] + 1.0))[0]
         return (table @ wave.reshape(-1, self.block, 3))[place]
 
-    def moved(self, now: np.ndarray, then: np.ndarray) -> float:
-        """Return how far a place has moved at most [m]: splines add up to 1, so no place goes farther than theirs."""
-        table = _waves(self.block, 2 * np.pi * np.arange(2 * self.block) / (2 * self.block))[0]
-        way = table @ (now - then).reshape(-1, self.block, 3)
-        return float(np.sqrt(np.einsum("jni,jni->jn", way, way).max()))
+    def motion(self, now: np.ndarray, then: np.ndarray) -> Motion:
+        """Return how the surfaces have moved: splines add up to 1, so no place goes farther than theirs.
+
+        Around, waves of degree p are at most 1 / cos(pi p / n) times what they are at n > 2 p equal angles (Ehlich and
+        Zeller 1964).
+        """
+        gradient, shift, shrink = affine(now[:: self.block], then[:: self.block])
+        rest = (now - then - then @ gradient).reshape(-1, self.block, 3)
+        rest[:, 0] -= shift
+        angles = 2 * self.block
+        table = _waves(self.block, 2 * np.pi * np.arange(angles) / angles)[0]
+        way = table @ rest
+        largest = np.sqrt(np.einsum("jni,jni->jn", way, way).max())
+        return Motion(shrink, float(largest / np.cos(np.pi * (self.block // 2) / angles)))
+
+    def _functions(
+        self, surface: np.ndarray, xi: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return spans (k,), first stations (k,), splines (3, k, d + 1) and waves (3, k, block) with derivatives."""
+        s = self.unit * xi[:, 0]
+        span = self._span(surface, s)
+        first, along = self._spline.basis(s, 2, span)
+        along *= self.unit ** np.arange(3.0)[:, None, None]
+        around = _waves(self.block, self._turn * xi[:, 1])
+        around *= self._turn ** np.arange(3.0)[:, None, None]
+        return span, first - (self._spline.degree + 1) * surface, along, around
 
     def _span(self, surface: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Return the spans (k,) of all yarns that arc lengths (k,) of surfaces (k,) lie in."""
