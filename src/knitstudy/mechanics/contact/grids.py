@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.contact.surface import ALONG, AROUND, Motion, Stencil, affine
+from knitstudy.mechanics.contact.surface import ALONG, AROUND, Motion, Stencil, affine, interpolate
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +132,11 @@ class Grids:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return places, derivatives and second ones at xi (k, 2) on surfaces (k,)."""
         return self.stencil(surface, xi).places(carriers)
+
+    def positions(self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+        """Return places (k, 3) alone."""
+        stencil = self.stencil(surface, xi)
+        return interpolate(stencil.value, stencil.nodes, carriers)
 
     def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
         """Return xi (k, 2) moved to the nearest place within the surfaces' edges."""

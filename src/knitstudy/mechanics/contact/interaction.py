@@ -29,14 +29,12 @@ from knitstudy.mechanics.contact.tangent import stiffness as tangent
 
 @dataclass(frozen=True, eq=False)
 class _Followed:
-    """Pairs of one search: the history asked about, that history over all pairs, points' carriers and weights, where
-    all carriers were at the search, angles, and the least gaps that pairs had when the carriers were last looked at.
+    """Pairs of one search: the history asked about, that history over all pairs, where all carriers were then, angles
+    of the pairs, and the least gaps that these had where carriers were seen last.
     """
 
     source: ContactHistory
     history: ContactHistory
-    nodes: np.ndarray
-    weight: np.ndarray
     searched: np.ndarray
     angle: np.ndarray | None
     least: np.ndarray
@@ -143,7 +141,7 @@ class Contact:
         apart = float(least[left_out].min(initial=np.inf))
         history = taken(every, number)
         angle = None if followed.angle is None else followed.angle[number]
-        position = interpolate(followed.weight[number], followed.nodes[number], carriers)
+        position = self._search.positions(history.point, carriers)
         projection, gap = self._project(history, position, carriers)
         least[number] = _known(gap)
         self._followed = replace(followed, least=least, seen=carriers)
@@ -321,12 +319,9 @@ class Contact:
                 return kept
         found = self._search.find(carriers, self.margin)
         merged, least = self._merge(found, carriers, before, history)
-        nodes, weight = self._search.weights(merged.point)
         self._followed = _Followed(
             source=history,
             history=merged,
-            nodes=nodes,
-            weight=weight,
             searched=carriers,
             angle=self._angles(merged, before),
             least=least,

@@ -110,6 +110,9 @@ class Surfaces(Protocol):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return what `Stencil.places` gives at places xi (k, 2) on surfaces (k,), for carriers (M, 3)."""
 
+    def positions(self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+        """Return places (k, 3) alone [m]."""
+
     def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
         """Return xi (k, 2) moved to the nearest place within the surfaces' edges."""
 
