@@ -160,9 +160,13 @@ class _Path:
         change = target - now.load
         begun = model.begin(now.state, target, change)
         # Multipliers start from zero again, so does what they moved.
-        total = self._predict(now, begun, target) - sum(now.updates)
+        rates = () if self.prescribed.turns(now.load) else now.rates[: settings.predictor]
+        total = self._predict(now, begun, target, rates) - sum(now.updates)
         updated: list[np.ndarray] = []
         state = model.advance(begun, total)
+        if len(rates) > 1:
+            # A curve through what came before is no straight step: it foresees the turning as well.
+            state = model.begin(state, target, change)
         response = self._respond(state, stiffness=False)
         self._require_finite(response)
         residuals = [self._residual(response)]
@@ -248,11 +252,10 @@ class _Path:
             timings=self.seconds,
         )
 
-    def _predict(self, now: Increment, begun: Any, target: float) -> np.ndarray:
+    def _predict(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> np.ndarray:
         """First guess (size,) of the change of all unknowns, exact where they are prescribed."""
         change = target - now.load
         moved = self.prescribed.at(target) - self.prescribed.at(now.load)
-        rates = () if self.prescribed.turns(now.load) else now.rates[: self.settings.predictor]
         if not rates:
             # Moving the driven side alone would crush the elements there: let the tangent spread it.
             guess = np.zeros(self.model.size)

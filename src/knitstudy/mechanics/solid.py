@@ -50,12 +50,15 @@ class SolidState:
     memory : Memory or None
     load, change : float
         Load factor that the running increment ends at, and its size.
+    step : ndarray, shape (n, 3), or None
+        What it came by, straight from where a tangent was formed [m]; None where it came by no such way.
     """
 
     displacement: np.ndarray
     memory: Memory | None = None
     load: float = 0.0
     change: float = 1.0
+    step: np.ndarray | None = None
 
 
 class SolidModel:
@@ -107,11 +110,12 @@ class SolidModel:
 
     def begin(self, state: SolidState, load: float, change: float) -> SolidState:
         """Return the state in which an increment of the load factor by `change` to `load` starts."""
-        return replace(state, load=load, change=change)
+        return replace(state, load=load, change=change, step=None)
 
     def advance(self, state: SolidState, step: np.ndarray) -> SolidState:
         """Return the state displaced by `step` (size,) [m]."""
-        return replace(state, displacement=state.displacement + step.reshape(-1, 3))
+        way = step.reshape(-1, 3)
+        return replace(state, displacement=state.displacement + way, step=way)
 
     def node_displacement(self, state: SolidState) -> np.ndarray:
         """Return the displacement (N, 3) of all nodes [m], tied ones included."""
@@ -152,8 +156,8 @@ class SolidModel:
     def commit(self, state: SolidState) -> SolidState:
         """Return the state that a converged increment leaves: with the work of viscous forces."""
         if state.memory is None:
-            return state
-        return replace(state, memory=Memory(state.displacement, self._damped(state)))
+            return replace(state, step=None)
+        return replace(state, step=None, memory=Memory(state.displacement, self._damped(state)))
 
     def _spread(self, displacement: np.ndarray) -> np.ndarray:
         return displacement if self.transformation is None else self.transformation @ displacement
@@ -193,6 +197,7 @@ class SolidModel:
     def _gather(self, state: SolidState, stiffness: bool) -> _Gathered:
         """Evaluate all batches; threads share them, and sums are formed in one fixed order."""
         displacement = self.node_displacement(state)
+        way = self._spread(state.step) if stiffness and state.step is not None else None
         batches = self.assembly.batches
         force = [np.empty((*group.connectivity.shape, 3)) for group in self.groups]
         energy = [
@@ -206,7 +211,9 @@ class SolidModel:
             group, part = self.groups[batch.group], batch.part
             width = group.connectivity.shape[1]
             blocks = SCRATCH.array("stiffness", batch.count, width**2, 9) if stiffness else None
-            answer = group.elements.respond(part, displacement[group.connectivity[part]], stiffness, blocks)
+            nodes = group.connectivity[part]
+            known = {"step": way[nodes]} if group.mixed and way is not None else {}
+            answer = group.elements.respond(part, displacement[nodes], stiffness, blocks, **known)
             force[batch.group][part] = answer.force
             energy[batch.group][:, part] = answer.internal, answer.hourglass
             magnitude[number] = np.sqrt(np.einsum("eai,eai->ea", answer.force, answer.force)).sum()

@@ -59,10 +59,14 @@ class ElementGroup:
         Nodes of every element.
     elements : Elements
         The batch that answers for them.
+    mixed : bool
+        Whether their tangents know what they came by: `respond` takes `step` (e, n, 3) [m], and leaves out of the stress
+        in the tangent what stretches of second order along this way add.
     """
 
     connectivity: np.ndarray
     elements: Elements
+    mixed: bool = False
 
 
 @dataclass(frozen=True)

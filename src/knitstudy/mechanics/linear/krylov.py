@@ -20,7 +20,7 @@ MOST_ITERATIONS = 400
 """Iterations with a fresh preconditioner after which a solve counts as failed."""
 
 PATIENCE = 60
-"""Iterations that one solve may take with a preconditioner made for an earlier matrix."""
+"""Most iterations that one solve may take with a preconditioner made for an earlier matrix."""
 
 WASTE = 30
 """Iterations beyond those of a fresh preconditioner that may add up before it is made anew."""
@@ -120,10 +120,15 @@ class Krylov:
         if self._rate > 0:
             self._waste += iterations - decades / self._rate
 
+    def _patience(self, tolerance: float) -> int:
+        """Return the iterations that one solve may take with a preconditioner made for an earlier matrix."""
+        fresh = -np.log10(tolerance) / self._rate if self._rate > 0 else 0.0
+        return min(round(fresh) + WASTE, PATIENCE)
+
     def _iterate(self, state: Iterate, tolerance: float) -> str | None:
         """Improve an iterate in place; return what went wrong, if anything."""
         matrix, goal = self._rows, tolerance * state.level
-        most = MOST_ITERATIONS if self._fresh else PATIENCE
+        most = MOST_ITERATIONS if self._fresh else self._patience(tolerance)
         start, before = np.linalg.norm(state.residual), state.iterations
         method = conjugate_gradients if self._unsymmetric is None else minimal_residuals
 

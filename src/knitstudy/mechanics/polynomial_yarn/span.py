@@ -21,6 +21,7 @@ from knitstudy.mechanics.elements.element import ElementGroup, ElementResponse
 from knitstudy.mechanics.elements.hexahedron import tangent_moduli
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.materials.hencky import rotate_strain
+from knitstudy.mechanics.materials.material import FULL, VOIGT
 from knitstudy.mechanics.polynomial_yarn import disc
 from knitstudy.mechanics.polynomial_yarn.space import Space
 from knitstudy.mechanics.scratch import SCRATCH
@@ -98,9 +99,20 @@ class Spans:
         return found if self._kept is None else found[:, self._kept]
 
     def respond(
-        self, batch: slice, displacement: np.ndarray, stiffness: bool, out: np.ndarray | None = None
+        self,
+        batch: slice,
+        displacement: np.ndarray,
+        stiffness: bool,
+        out: np.ndarray | None = None,
+        step: np.ndarray | None = None,
     ) -> ElementResponse:
-        """Return the response of the spans `batch` to the displacements (e, a, 3) of their nodes [m]."""
+        """Return the response of the spans `batch` to the displacements (e, a, 3) of their nodes [m].
+
+        With the `step` (e, a, 3) that they came by straight from where a tangent was formed, S in the tangent is what
+        that tangent foresaw, without stretches of second order: the stiffness is that of Newton's method with stresses as
+        unknowns of their own (Magisano et al. 2017). A straight step stretches what turns, by half the square of
+        the angle; of slender yarns this stress would be the largest part of the tangent, and the next step would mend it.
+        """
         count, nodes = displacement.shape[:2]
         force, energy = np.empty((count, nodes, 3)), np.empty(count)
         if stiffness and out is None:
@@ -111,11 +123,12 @@ class Spans:
             part = slice(first, min(first + few, count))
             spans = slice(start + part.start, start + part.stop)
             blocks = out[part] if stiffness else None
-            force[part], energy[part] = self._respond(spans, displacement[part], blocks)
+            way = None if step is None else step[part]
+            force[part], energy[part] = self._respond(spans, displacement[part], blocks, way)
         return ElementResponse(force, energy, np.zeros(count), out if stiffness else None)
 
     def _respond(
-        self, spans: slice, displacement: np.ndarray, out: np.ndarray | None
+        self, spans: slice, displacement: np.ndarray, out: np.ndarray | None, step: np.ndarray | None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return force (e, a, 3) and energy (e,) of a few spans; put their stiffness into `out`."""
         at = slice(spans.start * self.points, spans.stop * self.points)
@@ -133,11 +146,21 @@ class Spans:
         if out is not None:
             turn = rotate_strain(to_parent)  # engineering strains in parent coordinates to Cartesian ones
             moduli = np.swapaxes(turn, 1, 2) @ (weight[:, None, None] * answer.tangent) @ turn
+            if step is not None:
+                stress = stress - self._second_order(spans, step, moduli)
             tensor = SCRATCH.array("parent moduli", len(weight), 9, 9)
             tangent_moduli(current, stress, moduli, tensor)
             self._sum_stiffness(spans, tensor, out)
         energy = (weight * answer.energy).reshape(len(displacement), -1).sum(axis=1)
         return self._sum_force(spans, flux), energy
+
+    def _second_order(self, spans: slice, step: np.ndarray, moduli: np.ndarray) -> np.ndarray:
+        """Return the stress (points, 3, 3) of the strain that is quadratic in a step, all in parent coordinates."""
+        h = self._parent_gradient(step, spans)
+        strain = 0.5 * np.swapaxes(h, 1, 2) @ h
+        i, j = VOIGT.T
+        engineering = np.where(i == j, 1.0, 2.0) * strain[:, i, j]
+        return (moduli @ engineering[..., None])[:, FULL, 0]
 
     def _parent_gradient(self, nodes: np.ndarray, spans: slice) -> np.ndarray:
         """Return the derivatives (points, 3, 3) of a sum over nodes (e, a, 3), columns by parent coordinate."""
@@ -264,5 +287,5 @@ def span_groups(space: Space, nodes: np.ndarray, material: Material) -> tuple[El
         along = np.concatenate([each for _, each, _ in parts], axis=1)
         weight = np.concatenate([each for _, _, each in parts])
         elements = Spans(nodes[connectivity], along, weight, np.array(degrees), material)
-        groups.append(ElementGroup(connectivity.astype(np.int32), elements))
+        groups.append(ElementGroup(connectivity.astype(np.int32), elements, mixed=True))
     return tuple(groups)
