@@ -100,7 +100,7 @@ class Model(Protocol):
     def advance(self, state: Any, step: np.ndarray) -> Any:
         """Return a new state, a step (size,) further along a straight line; spins act from the left.
 
-        The tangent there may know of the step and be the better for it as Newton's next one; of a state that `begin` has
+        The tangent there may know of the step, and be the better for Newton's method. Of a state that `begin` has
         returned it is the derivative of the force.
         """
         ...

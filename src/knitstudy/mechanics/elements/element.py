@@ -60,8 +60,8 @@ class ElementGroup:
     elements : Elements
         The batch that answers for them.
     mixed : bool
-        Whether their tangents know what they came by: `respond` takes `step` (e, n, 3) [m], and leaves out of the stress
-        in the tangent what stretches of second order along this way add.
+        Whether `respond` takes the `step` (e, n, 3) [m] that they came by, and leaves out of the stress in the tangent
+        what stretches of second order along it add.
     """
 
     connectivity: np.ndarray

@@ -108,10 +108,10 @@ class Spans:
     ) -> ElementResponse:
         """Return the response of the spans `batch` to the displacements (e, a, 3) of their nodes [m].
 
-        With the `step` (e, a, 3) that they came by straight from where a tangent was formed, S in the tangent is what
-        that tangent foresaw, without stretches of second order: the stiffness is that of Newton's method with stresses as
-        unknowns of their own (Magisano et al. 2017). A straight step stretches what turns, by half the square of
-        the angle; of slender yarns this stress would be the largest part of the tangent, and the next step would mend it.
+        With the `step` (e, a, 3) that they came by straight from where a tangent was formed, the stress in the tangent
+        is what that tangent foresaw, without stretches of second order: as in Newton's method with stresses as unknowns
+        of their own (Magisano et al. 2017). A straight step stretches what turns, by half the square of the angle. In
+        slender yarns that would be most of the stress, in the very step that takes it away.
         """
         count, nodes = displacement.shape[:2]
         force, energy = np.empty((count, nodes, 3)), np.empty(count)
