@@ -245,7 +245,7 @@ class Contact:
         slip = points.slip.copy()
         slip[slips] *= np.divide(limit, size, out=np.zeros_like(size), where=size > 0)[:, None]
         length = law.slipped(points.trial, points.pressure)
-        xi, gap = self._everywhere(points)
+        xi, gap = self.everywhere(points)
         anchor = xi.copy()
         anchor[points.number] -= np.where(touches[:, None], slip, 0.0)
         none = np.zeros(len(gap))
@@ -291,7 +291,21 @@ class Contact:
     def smallest_gap(self, points: ContactPoints) -> float:
         """Return the smallest gap of all pairs that are followed [m]; inf if there are none."""
         nearest = float(points.gap.min(initial=np.inf))
-        return nearest if nearest <= points.apart else float(self._everywhere(points)[1].min())
+        return nearest if nearest <= points.apart else float(self.everywhere(points)[1].min())
+
+    def everywhere(self, points: ContactPoints) -> tuple[np.ndarray, np.ndarray]:
+        """Return closest points (c, 2) and gaps (c,) of all pairs that are followed, those left out included."""
+        every = points.followed
+        xi, gap = np.empty_like(every.xi), np.empty_like(every.gap)
+        xi[points.number], gap[points.number] = points.projection.xi, points.gap
+        rest = np.ones(len(gap), dtype=bool)
+        rest[points.number] = False
+        rest = np.flatnonzero(rest)
+        if len(rest):
+            position = self._search.positions(every.point[rest], points.carriers)
+            projection, gap[rest] = self._project(taken(every, rest), position, points.carriers)
+            xi[rest] = projection.xi
+        return xi, gap
 
     # ---- candidates -----------------------------------------------------------------------------------------
 
@@ -372,20 +386,6 @@ class Contact:
         return joined(taken(history, np.flatnonzero(stays)), new), np.concatenate(
             [least[stays], gap[unknown]]
         )
-
-    def _everywhere(self, points: ContactPoints) -> tuple[np.ndarray, np.ndarray]:
-        """Return closest points (c, 2) and gaps (c,) of all pairs that are followed, those left out included."""
-        every = points.followed
-        xi, gap = np.empty_like(every.xi), np.empty_like(every.gap)
-        xi[points.number], gap[points.number] = points.projection.xi, points.gap
-        rest = np.ones(len(gap), dtype=bool)
-        rest[points.number] = False
-        rest = np.flatnonzero(rest)
-        if len(rest):
-            position = self._search.positions(every.point[rest], points.carriers)
-            projection, gap[rest] = self._project(taken(every, rest), position, points.carriers)
-            xi[rest] = projection.xi
-        return xi, gap
 
     def _project(
         self, history: ContactHistory, position: np.ndarray, carriers: np.ndarray
