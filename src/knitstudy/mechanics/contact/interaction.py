@@ -81,7 +81,7 @@ class Contact:
     points : int
         Gauss points along each side of a cell.
     margin : float
-        Distance up to which pairs are followed [m]; the search is repeated when half of it is used up.
+        Distance up to which pairs are followed [m]; the search is repeated when others could touch.
     overlap : float
         Largest penetration of the undeformed surfaces [m].
 
