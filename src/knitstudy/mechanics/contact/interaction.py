@@ -409,24 +409,28 @@ class Contact:
 
     def _dissipation(self, points: ContactPoints) -> float:
         """Return the work of friction within the increment, mu p |slip| with the mean pressure of it [J]."""
-        weight = PASS_SHARE * self.quadrature.area[points.history.point]
-        lost = self._hysteresis(points, weight) if self.law.directional else 0.0
+        lost = self._hysteresis(points) if self.law.directional else 0.0
         if not np.isfinite(self.law.friction):
             return lost
-        length = points.law.slipped(points.trial, points.pressure)
-        mean = 0.5 * (points.pressure + points.history.pressure)
+        active = points.active
+        weight = PASS_SHARE * self.quadrature.area[points.history.point[active]]
+        pressure = points.pressure[active]
+        length = points.law.of(active).slipped(points.trial[active], pressure)
+        mean = 0.5 * (pressure + points.history.pressure[active])
         return lost + float(np.sum(weight * self.law.friction * mean * length))
 
-    def _hysteresis(self, points: ContactPoints, weight: np.ndarray) -> float:
+    def _hysteresis(self, points: ContactPoints) -> float:
         """Return what sticking points lose as their stiffness changes with the gap [J].
 
         Stiffness that is gained carries nothing, and what is lost takes its share along: neither does work.
         """
-        history = points.history
-        before = self.law.at(history.gap, points.angle).tangential
-        share = np.minimum(before / points.law.tangential, points.law.tangential / before)
+        touched = np.flatnonzero(points.history.pressure > 0)
+        history, now = taken(points.history, touched), points.law.of(touched).tangential
+        before = self.law.at(history.gap, points.angle[touched]).tangential
+        share = np.minimum(before / now, now / before)
         carried = np.einsum("ki,ki->k", history.traction, history.traction) / before
-        return 0.5 * float(weight @ np.where(history.pressure > 0, (1 - share) * carried, 0.0))
+        weight = PASS_SHARE * self.quadrature.area[history.point]
+        return 0.5 * float(weight @ ((1 - share) * carried))
 
     def _stencils(self, points: ContactPoints, active: np.ndarray) -> tuple[Stencil, Stencil]:
         history = points.history
