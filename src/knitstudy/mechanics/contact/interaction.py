@@ -22,7 +22,7 @@ from knitstudy.mechanics.contact.points import ContactPoints
 from knitstudy.mechanics.contact.projection import Projection, project
 from knitstudy.mechanics.contact.quadrature import CHUNK, Quadrature
 from knitstudy.mechanics.contact.search import Candidates, Search
-from knitstudy.mechanics.contact.surface import Stencil, Surfaces, interpolate
+from knitstudy.mechanics.contact.surface import Stencil, Surfaces
 from knitstudy.mechanics.contact.tangent import CellPairs
 from knitstudy.mechanics.contact.tangent import stiffness as tangent
 
@@ -81,7 +81,7 @@ class Contact:
     points : int
         Gauss points along each side of a cell.
     margin : float
-        Distance up to which pairs are followed [m]; the search is repeated when half of it is used up.
+        Distance up to which pairs are followed [m]; the search is repeated when others could touch.
     overlap : float
         Largest penetration of the undeformed surfaces [m].
 
@@ -245,7 +245,7 @@ class Contact:
         slip = points.slip.copy()
         slip[slips] *= np.divide(limit, size, out=np.zeros_like(size), where=size > 0)[:, None]
         length = law.slipped(points.trial, points.pressure)
-        xi, gap = self._everywhere(points)
+        xi, gap = self.everywhere(points)
         anchor = xi.copy()
         anchor[points.number] -= np.where(touches[:, None], slip, 0.0)
         none = np.zeros(len(gap))
@@ -291,7 +291,21 @@ class Contact:
     def smallest_gap(self, points: ContactPoints) -> float:
         """Return the smallest gap of all pairs that are followed [m]; inf if there are none."""
         nearest = float(points.gap.min(initial=np.inf))
-        return nearest if nearest <= points.apart else float(self._everywhere(points)[1].min())
+        return nearest if nearest <= points.apart else float(self.everywhere(points)[1].min())
+
+    def everywhere(self, points: ContactPoints) -> tuple[np.ndarray, np.ndarray]:
+        """Return closest points (c, 2) and gaps (c,) of all pairs that are followed, those left out included."""
+        every = points.followed
+        xi, gap = np.empty_like(every.xi), np.empty_like(every.gap)
+        xi[points.number], gap[points.number] = points.projection.xi, points.gap
+        rest = np.ones(len(gap), dtype=bool)
+        rest[points.number] = False
+        rest = np.flatnonzero(rest)
+        if len(rest):
+            position = self._search.positions(every.point[rest], points.carriers)
+            projection, gap[rest] = self._project(taken(every, rest), position, points.carriers)
+            xi[rest] = projection.xi
+        return xi, gap
 
     # ---- candidates -----------------------------------------------------------------------------------------
 
@@ -302,9 +316,12 @@ class Contact:
         cosine = np.empty(len(history.point))
         for low in range(0, len(cosine), CHUNK):
             part = slice(low, low + CHUNK)
-            own = self._search.stencil(history.point[part])
-            other = self.surfaces.stencil(history.surface[part], history.xi[part])
-            lines = [interpolate(each.weights[:, 1], each.nodes, before) for each in (own, other)]
+            point = history.point[part]
+            both = (
+                (self.quadrature.surface[point], self.quadrature.xi[point]),
+                (history.surface[part], history.xi[part]),
+            )
+            lines = [self.surfaces.places(*place, before)[1][:, 0] for place in both]
             sizes = np.prod([np.linalg.norm(line, axis=1) for line in lines], axis=0)
             cosine[part] = np.abs(np.einsum("ki,ki->k", *lines)) / sizes
         return np.arccos(np.minimum(cosine, 1.0))
@@ -373,20 +390,6 @@ class Contact:
             [least[stays], gap[unknown]]
         )
 
-    def _everywhere(self, points: ContactPoints) -> tuple[np.ndarray, np.ndarray]:
-        """Return closest points (c, 2) and gaps (c,) of all pairs that are followed, those left out included."""
-        every = points.followed
-        xi, gap = np.empty_like(every.xi), np.empty_like(every.gap)
-        xi[points.number], gap[points.number] = points.projection.xi, points.gap
-        rest = np.ones(len(gap), dtype=bool)
-        rest[points.number] = False
-        rest = np.flatnonzero(rest)
-        if len(rest):
-            position = self._search.positions(every.point[rest], points.carriers)
-            projection, gap[rest] = self._project(taken(every, rest), position, points.carriers)
-            xi[rest] = projection.xi
-        return xi, gap
-
     def _project(
         self, history: ContactHistory, position: np.ndarray, carriers: np.ndarray
     ) -> tuple[Projection, np.ndarray]:
@@ -409,24 +412,28 @@ class Contact:
 
     def _dissipation(self, points: ContactPoints) -> float:
         """Return the work of friction within the increment, mu p |slip| with the mean pressure of it [J]."""
-        weight = PASS_SHARE * self.quadrature.area[points.history.point]
-        lost = self._hysteresis(points, weight) if self.law.directional else 0.0
+        lost = self._hysteresis(points) if self.law.directional else 0.0
         if not np.isfinite(self.law.friction):
             return lost
-        length = points.law.slipped(points.trial, points.pressure)
-        mean = 0.5 * (points.pressure + points.history.pressure)
+        active = points.active
+        weight = PASS_SHARE * self.quadrature.area[points.history.point[active]]
+        pressure = points.pressure[active]
+        length = points.law.of(active).slipped(points.trial[active], pressure)
+        mean = 0.5 * (pressure + points.history.pressure[active])
         return lost + float(np.sum(weight * self.law.friction * mean * length))
 
-    def _hysteresis(self, points: ContactPoints, weight: np.ndarray) -> float:
+    def _hysteresis(self, points: ContactPoints) -> float:
         """Return what sticking points lose as their stiffness changes with the gap [J].
 
         Stiffness that is gained carries nothing, and what is lost takes its share along: neither does work.
         """
-        history = points.history
-        before = self.law.at(history.gap, points.angle).tangential
-        share = np.minimum(before / points.law.tangential, points.law.tangential / before)
+        touched = np.flatnonzero(points.history.pressure > 0)
+        history, now = taken(points.history, touched), points.law.of(touched).tangential
+        before = self.law.at(history.gap, points.angle[touched]).tangential
+        share = np.minimum(before / now, now / before)
         carried = np.einsum("ki,ki->k", history.traction, history.traction) / before
-        return 0.5 * float(weight @ np.where(history.pressure > 0, (1 - share) * carried, 0.0))
+        weight = PASS_SHARE * self.quadrature.area[history.point]
+        return 0.5 * float(weight @ ((1 - share) * carried))
 
     def _stencils(self, points: ContactPoints, active: np.ndarray) -> tuple[Stencil, Stencil]:
         history = points.history
