@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -58,7 +58,7 @@ class SolidState:
     memory: Memory | None = None
     load: float = 0.0
     change: float = 1.0
-    step: np.ndarray | None = None
+    step: np.ndarray | None = field(default=None, kw_only=True)
 
 
 class SolidModel:
