@@ -36,12 +36,7 @@ DISCRETISATIONS = {
     ", incompatible modes": {"mesh.element": "incompatible_modes"},
     ", quadratic": {"mesh.element": "quadratic", "mesh.size": 0.45e-3},
     ", solid yarns": {"fidelity": "solid_yarns"},
-    ", solid yarns p2": {
-        "fidelity": "solid_yarns",
-        "mesh.degree": 2,
-        "mesh.crossing_degree": 2,
-        "mesh.crossing_span": 0.9,
-    },
+    ", solid yarns p3": {"fidelity": "solid_yarns", "mesh.degree": 3, "mesh.crossing_degree": 3},
 }
 """What changes a scene from one-point hexahedra of 0.3 mm."""
 

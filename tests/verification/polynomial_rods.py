@@ -54,14 +54,15 @@ class Rod:
             energy += answer.internal.sum()
         return force, energy
 
-    def stiffness(self, displacement=None):
-        """Return the tangent (3 N, 3 N)."""
+    def stiffness(self, displacement=None, step=None):
+        """Return the tangent (3 N, 3 N), where the yarn came by a straight step if there is one."""
         u = np.zeros((self.space.size, 3)) if displacement is None else displacement
         total = 0
         for group in self.groups:
             nodes = group.connectivity
             a = nodes.shape[1]
-            blocks = group.elements.respond(slice(None), u[nodes], True).stiffness
+            way = None if step is None else step[nodes]
+            blocks = group.elements.respond(slice(None), u[nodes], True, step=way).stiffness
             row = 3 * np.repeat(nodes, a, axis=1)[..., None] + np.repeat(np.arange(3), 3)
             column = 3 * np.tile(nodes, (1, a))[..., None] + np.tile(np.arange(3), 3)
             size = 3 * self.space.size

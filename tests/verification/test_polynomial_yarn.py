@@ -67,6 +67,24 @@ def test_rigid_rotation(law, verify):
     assert same == pytest.approx(energy, rel=1e-10)
 
 
+def test_straight_step_that_turns(verify):
+    """Of a yarn that a straight step has turned, which stretches it, the tangent lets it turn on all the same.
+
+    The step has no strain to first order, so that there is no stress in the tangent: to turn on, which strains the yarn
+    no more, takes no force. In the derivative of the force it takes that of the stretch.
+    """
+    rod = bent("st_venant_kirchhoff")
+    spin = np.array([[0.0, -0.2, 0.1], [0.2, 0.0, -0.15], [-0.1, 0.15, 0.0]])
+    step = rod.nodes @ spin.T
+    further = (rod.nodes + step) @ np.cross(np.eye(3), [0.3, -0.5, 0.8])
+    scale = YOUNG * RADIUS * np.abs(further).max()
+    knowing, derivative = (
+        np.abs(rod.stiffness(step, way) @ further.ravel()).max() / scale for way in (step, None)
+    )
+    assert derivative > 1e-3
+    verify.at_most("straight step that turns a solid yarn: force of turning on over E R u", knowing, 1e-13)
+
+
 @laws
 def test_tangent(law, verify):
     """The tangent agrees with central differences of the force, whose error falls with the square of the step."""
