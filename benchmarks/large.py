@@ -1,6 +1,6 @@
 """Large knits of solid yarns, tied and with friction, to 5 %: time, memory and Krylov iterations as the knit grows.
 
-    python benchmarks/large.py [--cases tie-3 tie-10 tie-30] [--threads 2] [--folder run/large]
+    python benchmarks/large.py [--cases tie-3 tie-10 tie-30] [--increments 12] [--threads 2] [--folder run/large]
 
 Quadratic polynomials over the section, the fewest unknowns that bend: what low degrees do not show of a patch is in the
 ties and in the law of contact. Every case has a process of its own and a restart file in the folder: one that was
@@ -42,10 +42,6 @@ CASES = {
 
 CHANGES = {
     "fidelity": "solid_yarns",
-    "mesh.degree": 2,
-    "mesh.crossing_degree": 2,
-    "mesh.crossing_span": 0.9,
-    "solver.increments": 12,
     "load.stops": [],
     "outputs": [],
 }
@@ -59,7 +55,8 @@ def main() -> None:
     rows = []
     for name in options.cases:
         label, size = CASES[name]
-        scene = load_scene(label).vary(CHANGES | {"pattern.loops": size, "pattern.rows": size})
+        knit = {"pattern.loops": size, "pattern.rows": size, "solver.increments": options.increments}
+        scene = load_scene(label).vary(CHANGES | knit)
         restart = folder / f"{name}-{scene.hash[:16]}.npz"
         measured = measure.run("large:here", options.threads, scene=scene.to_dict(), restart=str(restart))
         per_newton = measured["krylov_iterations"] / max(measured["newton_iterations"], 1)
@@ -91,6 +88,7 @@ def _options() -> argparse.Namespace:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--cases", nargs="+", choices=list(CASES), default=["tie-3", "tie-10", "tie-30"])
+    parser.add_argument("--increments", type=int, default=12, help="solver.increments (%(default)s)")
     parser.add_argument("--threads", type=int, default=2, help="threads of every process (%(default)s)")
     parser.add_argument("--folder", default="run/large", help="where restart files lie (%(default)s)")
     return parser.parse_args()
