@@ -24,6 +24,7 @@ FREE = {"shape": "z", "wale_spacing": "xyz", "length": "xyz"}
 """What of the control points may move by what is held fixed: where the drawn shape is, heights alone."""
 
 FOUND = "found"
+"""What the column ``outcome`` says of a loop that can be made; else it has the reason."""
 
 
 def main(arguments=None):
