@@ -5,7 +5,6 @@ python -m knitstudy.geometry.reach --help
 
 import argparse
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -73,7 +72,6 @@ def loop_row(scene, keep, ratio, diameter):
         Of the course spacing to the drawn one, and of the yarn [m].
     """
     said = {"held fixed": keep, "course ratio [1]": ratio, "yarn diameter [m]": diameter}
-    begun = time.process_time()
     try:
         varied = scene.vary(
             {
@@ -85,11 +83,10 @@ def loop_row(scene, keep, ratio, diameter):
         )
         geometry = lay_out(varied)
     except GeometryError as error:
-        return said | {"seconds": time.process_time() - begun, "outcome": str(error.__cause__ or error)}
+        return said | {"outcome": str(error.__cause__ or error)}
     after, radius = geometry.sel(state="after"), 0.5 * diameter
     target = (2 + float(geometry["clearance"])) * radius
     return said | {
-        "seconds": time.process_time() - begun,
         "outcome": FOUND,
         "wale spacing [m]": float(geometry["wale_spacing"]),
         "yarn in a loop [m]": float(after["loop_length"]),
