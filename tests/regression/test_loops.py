@@ -25,6 +25,7 @@ def test_loop_is_what_the_table_says(keep, ratio, diameter):
     found = loop_row(load_scene("dns-tie-course"), keep, ratio, diameter)
     assert found["outcome"] == kept["outcome"]
     for name in ("wale spacing [m]", "yarn in a loop [m]", "interlock angle [deg]"):
-        # The minimum is found to 1e-6 of the gradient; contact errors below that vary with the order of sums.
         assert (name in found) == (name in kept)
-        assert found.get(name) == pytest.approx(kept.get(name), rel=1e-4)
+        if name in found:
+            # The minimum is found to 1e-6 of the gradient; angles beyond that vary with the order of sums.
+            assert found[name] == pytest.approx(kept[name], rel=1e-4)
