@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.curves import LINE, WIDTH
 from knitstudy.figures.style import INK, figure
+from knitstudy.measures.discretisation import SOLID_YARNS
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.names import INTERACTIONS
 from knitstudy.measures.sweeps import HELD, Point, Series
@@ -21,8 +22,8 @@ COLOURS = {"wale_spacing": INK, "length": "#0072B2", "shape": "#D9740B"}
 LOOKS = {"isotropic": ("-", "o"), "tie": ("--", "s")}
 """Dash and marker by interaction."""
 
-CHECK = "D"
-"""Marker of other discretisations."""
+CHECKS = {True: "D", False: "^"}
+"""Marker of other discretisations: whether of solid yarns."""
 
 PANEL, HEAD, FOOT, BETWEEN, LEFT, RIGHT = 52.0, 3.0, 12.0, 13.0, 15.0, 3.0
 """Heights of a panel, of what is above and below all, and between two; and what is beside them [mm]."""
@@ -43,8 +44,8 @@ def draw_sweep(
     scale : callable
         Swept value of a point on the axis.
     """
-    lines = 1 + len({(each.keep, each.interaction) for each in series}) + (loops is not None)
-    foot = FOOT + LINE * ((lines + 1) // 2 + 1)
+    labels = {_label(each) for each in series} | set([] if loops is None else loops["held fixed"])
+    foot = FOOT + LINE * ((len(labels) + 1) // 2 + 1)
     height = HEAD + 2 * PANEL + BETWEEN + foot
     drawing = figure(WIDTH, height)
     width = (WIDTH - LEFT - RIGHT) / WIDTH
@@ -81,22 +82,25 @@ def _draw_series(
     dash, marker = LOOKS[series.interaction]
     at = np.array([scale(point) for point in series.points])
     found = [quantity(point) for point in series.points]
-    name = f"{HELD[series.keep]}, {INTERACTIONS[series.interaction]}"
     axes.errorbar(
         at,
         [each.value for each in found],
         np.nan_to_num([each.uncertainty for each in found]),
         color=COLOURS[series.keep],
         linestyle=dash if series.main else "none",
-        marker=marker if series.main else CHECK,
+        marker=marker if series.main else CHECKS[series.made_of.startswith(SOLID_YARNS)],
         markersize=3.5 if series.main else 5.0,
         markerfacecolor=COLOURS[series.keep] if series.main else "none",
         linewidth=1.2,
         elinewidth=0.6,
         capsize=1.8,
-        label=name if series.main else f"{series.made_of}, {INTERACTIONS[series.interaction]}",
+        label=_label(series),
         clip_on=False,
     )
+
+
+def _label(series: Series) -> str:
+    return f"{HELD[series.keep]}, {INTERACTIONS[series.interaction]}" if series.main else series.made_of
 
 
 def _draw_refused(axes: Axes, loops: pd.DataFrame) -> None:
