@@ -3,57 +3,38 @@
 import pandas as pd
 import pytest
 import study
+import sweeping
+from sweeping import LIFT, SURE, histories
 
 from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import draw
 from knitstudy.files.csv_table import read_table
 from knitstudy.geometry.reach import FOUND
 from knitstudy.measures.claims.evidence import Evidence
-from knitstudy.measures.claims.judges import JUDGES
+from knitstudy.measures.claims.rules import RULES
 from knitstudy.measures.loops import refused
-from knitstudy.measures.problem import problem_of
-from knitstudy.measures.quantities import LARGEST_U_Z
-from knitstudy.measures.reference import NEEDED
-from knitstudy.measures.selection import roles_of
 from knitstudy.measures.sweeps import DIAMETER, SPACING, series_of
-from knitstudy.study.configuration import CONFIG, load_scenes, load_study
+from knitstudy.study.configuration import CONFIG
 from knitstudy.tables.catalogue import tabulate
 
 REFERENCES = CONFIG.parent / "resources" / "reference"
-LIFT, SURE = 4e-4, 0.01
-"""Of the loop as it is drawn [m], of which the largest |u_z| is twice, and the reference's relative uncertainty."""
 
 
 @pytest.fixture(scope="module")
 def scenes():
-    known = load_scenes()
-    return {
-        scene.name: scene for scene in roles_of([known[name] for name in load_study("full")], {})["sweeps"]
-    }
+    return sweeping.scenes()
 
 
 @pytest.fixture(scope="module")
 def reference(scenes):
-    problem = problem_of(scenes["yarns-isotropic-course"])
-    return pd.DataFrame([(problem, LARGEST_U_Z, 0.05, 2 * LIFT, SURE * 2 * LIFT)], columns=NEEDED)
-
-
-def histories(scenes, slopes):
-    """Return histories whose u_z depends on the spacing's ratio, and on the diameter over the drawn one, by a slope."""
-
-    def lift(scene):
-        ratio, thick = scene.pattern.course_ratio, scene.yarn.diameter / 1.8e-3
-        slope = slopes.get(scene.pattern.keep, slopes["shape"])
-        return LIFT * (1 + slope * (ratio - 1) - slope * (thick - 1))
-
-    return {name: study.history(lift=lift(scene), scene=name) for name, scene in scenes.items()}
+    return sweeping.reference(scenes)
 
 
 def judged(claim, scenes, reference, slopes, left_out=()):
     kept = {name: scene for name, scene in scenes.items() if not any(part in name for part in left_out)}
     paper = read_table(REFERENCES / "paper_tables.csv")
     evidence = Evidence(None, kept, paper, reference, sweeps=histories(kept, slopes))
-    return JUDGES[claim](evidence)
+    return RULES[claim].judge(evidence)
 
 
 def test_series_are_of_one_reading_interaction_and_discretisation(scenes, reference):
@@ -110,7 +91,7 @@ def test_step_the_other_way_beyond_the_uncertainties_counts_against(scenes, refe
     name = "sweep-wale-c110-isotropic-course"
     found[name] = study.history(lift=0.9 * LIFT, scene=name)
     paper = read_table(REFERENCES / "paper_tables.csv")
-    verdict = JUDGES["K9"](Evidence(None, scenes, paper, reference, sweeps=found)).verdict
+    verdict = RULES["K9"].judge(Evidence(None, scenes, paper, reference, sweeps=found)).verdict
     assert verdict == "not decidable"
 
 

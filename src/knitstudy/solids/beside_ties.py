@@ -40,16 +40,9 @@ class BesideTies:
         )
         self._pieces, self._rings = pieces, yarns.rings
         self._tie = tie
-        self._known: tuple[np.ndarray, float] | None = None
 
     def smallest_gap(self, nodes: np.ndarray) -> float:
         """Return the smallest gap of current nodes (N, 3) beside the ties [m]; inf if nothing is near."""
-        # An increment is recorded, and then judged.
-        if self._known is None or not np.array_equal(self._known[0], nodes):
-            self._known = nodes, self._search(nodes)
-        return self._known[1]
-
-    def _search(self, nodes: np.ndarray) -> float:
         points = self._contact.points(nodes, nodes, ContactHistory.empty())
         gap, history = points.gap, points.history
         quadrature = self._contact.quadrature

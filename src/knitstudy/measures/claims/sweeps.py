@@ -11,7 +11,6 @@ decidable: it hangs on what is held fixed, which is not printed.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 
@@ -22,6 +21,7 @@ from knitstudy.measures.claims.evidence import (
     at_full_strain,
     verdict,
 )
+from knitstudy.measures.claims.rule import BEFORE, Rule
 from knitstudy.measures.names import INTERACTIONS
 from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Series, series_of
 
@@ -88,7 +88,23 @@ def _said(key: str, series: Series) -> str:
     return f"{ends} ({len(series.points)} values)"
 
 
-JUDGES: dict[str, Callable[[Evidence], Judgement]] = {
-    "K9": partial(judge, SPACING, 1),
-    "K10": partial(judge, DIAMETER, -1),
+WORDS = (
+    "the largest |u_z| at 5 % strain, isotropic friction, {} from each value to the next by more than both "
+    "uncertainties or never {} by more, and by more than both over the whole range; in every reading of what is held "
+    "fixed. Where every reading goes against that: not reproduced; where readings differ: not decidable"
+)
+
+RULES = {
+    "K9": Rule(
+        partial(judge, SPACING, 1),
+        WORDS.format("rises", "falls"),
+        BEFORE,
+        ("fig11a_course_spacing", "sweeps"),
+    ),
+    "K10": Rule(
+        partial(judge, DIAMETER, -1),
+        WORDS.format("falls", "rises"),
+        BEFORE,
+        ("fig11b_yarn_diameter", "sweeps"),
+    ),
 }
