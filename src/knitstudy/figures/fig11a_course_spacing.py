@@ -42,6 +42,6 @@ def draw(
         ``resources/reference/reference.csv`` and ``loops.csv``.
     """
     series = series_of(SPACING, sweeps, scenes, reference)
-    drawn = MILLIMETRE * next(iter(scenes.values())).pattern.course_spacing
+    drawn = MILLIMETRE * series[0].points[0].scene.pattern.course_spacing
     lost = None if loops is None else refused(loops, "course ratio [1]", drawn)
     return draw_sweep(series, lost, "course spacing (mm)", lambda point: drawn * point.value)
