@@ -5,8 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import study
+import sweeping
 import synthetic
 
 from knitstudy.crossings.contacts import extract
@@ -33,17 +35,23 @@ STIFFNESS = {"tie": 1.2, "rough": 1.1, "isotropic": 1.0, "untied": 0.5}
 @pytest.fixture(scope="module")
 def evidence(plain_scene, knit, contacts):
     """Everything as the paper has it."""
-    scenes = study.scenes(plain_scene)
+    scenes, swept = study.scenes(plain_scene), sweeping.scenes()
     solid = scenes["dns-isotropic-course"]
     return Evidence(
         geometry=synthetic.geometry(Knit(initial_loop(plain_scene), 2, 2), flattened=0.99),
         scenes=scenes
         | {name: solid.replace("contact.friction", friction) for name, friction in FRICTIONS.items()}
-        | {kind: solid.replace("interaction", kind) for kind in ("tie", "rough")},
+        | {kind: solid.replace("interaction", kind) for kind in ("tie", "rough")}
+        | {name: scene for name, scene in swept.items() if name not in scenes},
         paper=read_table(RESOURCES / "paper_tables.csv"),
-        reference=study.reference(scenes),
+        reference=pd.concat([study.reference(scenes), sweeping.reference(swept)]),
         every=study.histories(scenes),
         sprung=study.sprung(contacts),
+        sweeps={
+            name: history
+            for name, history in sweeping.histories(swept, {"shape": 1.0}).items()
+            if name not in scenes
+        },
         **in_contact(knit),
     )
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import study
+import sweeping
 import synthetic
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.image import imread
@@ -71,6 +72,7 @@ def results(knit, plain_scene):
         "tie": synthetic.history(force=(0, 9, 18), lift=1e-4),
         "rough": synthetic.history(force=(0, 8, 16), lift=3e-4),
         "isotropic": synthetic.history(force=(0, 6, 12), lift=2e-4),
+        "sweeps": sweeping.histories(sweeping.scenes(), {"shape": 1.0}),
         "others": {"dns-tie-course-medium": synthetic.history(force=(0, 5.5, 11))},
         "reduced": {
             name: synthetic.history(force=(0, 7, 14))
@@ -113,7 +115,7 @@ def scenes(plain_scene):
     found = study.scenes(plain_scene)
     roles = {model: f"{model}-tie-course" for model in ("dns", "rom3d", "rom2d")}
     cases = {f"{case}_dns": found[f"dns-{case.replace('_', '-')}"] for case in CASES}
-    return found | cases | {role: found[name] for role, name in roles.items()}
+    return found | sweeping.scenes() | cases | {role: found[name] for role, name in roles.items()}
 
 
 @pytest.fixture

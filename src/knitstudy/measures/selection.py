@@ -14,6 +14,7 @@ Whatever the case:
 - "tie_course_dns" and so on: the models of the four cases of `CASES`.
 - "every": all simulations of knits; "sprung": the direct ones whose contacts give springs.
 - "frictions": several of one mesh with different coefficients of friction, ties and rough contact beside them.
+- "sweeps": direct simulations of knits whose course spacing or yarn diameter is swept (`measures.sweeps`).
 - "ways": direct simulations of knits whose increments end at the strains of the reference, which is made from them.
 - "pairs": all pairs of crossing yarns that are pressed on each other and then slide.
 """
@@ -25,10 +26,8 @@ from typing import Any
 
 from knitstudy.measures.discretisation import is_direct, made_of
 from knitstudy.measures.quantities import STRAINS
+from knitstudy.measures.sweeps import FRICTION, swept
 from knitstudy.study.scene import Scene
-
-FRICTION = 0.76
-"""Coefficient of friction of Table 1: scenes with another one are variants."""
 
 COURSE = {"specimen": "knit", "load.direction": "course"}
 
@@ -115,6 +114,7 @@ def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene 
         "every": [scene for scene in scenes if scene.specimen == "knit"],
         "sprung": sprung(scenes),
         "ways": ways(scenes),
+        "sweeps": swept(scenes),
     }
     beside = {}
     if models:
