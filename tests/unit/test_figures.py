@@ -1,5 +1,7 @@
 """Every figure on small made-up results, drawn by matplotlib alone."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import study
@@ -16,6 +18,7 @@ from knitstudy.figures.fig_pair_slip import Slide
 from knitstudy.figures.interlock import InterlockSide
 from knitstudy.figures.picture import CHOICE, is_fallback
 from knitstudy.figures.saving import FALLBACK_RENDERER, describe, save
+from knitstudy.files.csv_table import read_table
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.selection import CASES
@@ -48,6 +51,8 @@ IN_CONTACT = (
 
 NORMALS = {r"$\mathbf{n}_1$", r"$\mathbf{n}_2$"}
 
+PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
+
 
 @pytest.fixture(scope="module")
 def knit(plain_scene):
@@ -63,6 +68,9 @@ def results(knit, plain_scene):
     }
     return cases | {
         "reference": study.reference(study.scenes(plain_scene)),
+        "paper": read_table(PAPER),
+        "domain": study.domain(plain_scene)[1],
+        "domain_contacts": {},
         "geometry": synthetic.geometry(knit),
         "mesh": mesh_knit(knit, 1.2e-3).to_dataset(),
         "contacts": contacts_of_crossings(knit),
@@ -115,6 +123,7 @@ def scenes(plain_scene):
     found = study.scenes(plain_scene)
     roles = {model: f"{model}-tie-course" for model in ("dns", "rom3d", "rom2d")}
     cases = {f"{case}_dns": found[f"dns-{case.replace('_', '-')}"] for case in CASES}
+    found |= study.domain(plain_scene)[0]
     return found | sweeping.scenes() | cases | {role: found[name] for role, name in roles.items()}
 
 

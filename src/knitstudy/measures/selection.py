@@ -16,6 +16,7 @@ Whatever the case:
 - "frictions": several of one mesh with different coefficients of friction, ties and rough contact beside them.
 - "sweeps": direct simulations of knits whose course spacing or yarn diameter is swept (`measures.sweeps`).
 - "ways": direct simulations of knits whose increments end at the strains of the reference, which is made from them.
+- "domain": square knits that differ in nothing but their number of cells, by each model (see `measures.domain`).
 - "pairs": all pairs of crossing yarns that are pressed on each other and then slide.
 """
 
@@ -25,6 +26,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from knitstudy.measures.discretisation import is_direct, made_of
+from knitstudy.measures.domain import series_of
 from knitstudy.measures.quantities import STRAINS
 from knitstudy.measures.sweeps import FRICTION, swept
 from knitstudy.study.scene import Scene
@@ -115,6 +117,7 @@ def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene 
         "sprung": sprung(scenes),
         "ways": ways(scenes),
         "sweeps": swept(scenes),
+        "domain": domain(scenes),
     }
     beside = {}
     if models:
@@ -215,6 +218,11 @@ def ways(scenes: Iterable[Scene]) -> list[Scene]:
     """Return the direct simulations of knits that the reference can be made from."""
     knits = [scene for scene in scenes if scene.specimen == "knit" and is_direct(scene)]
     return [scene for scene in knits if set(STRAINS) <= {*scene.load.stops, scene.load.strain}]
+
+
+def domain(scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the simulations of square knits of rising size, series by series."""
+    return [scene for series in series_of(scenes) for scene in series.scenes]
 
 
 def pairs(scenes: Iterable[Scene]) -> list[Scene]:
