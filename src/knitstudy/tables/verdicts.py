@@ -30,6 +30,7 @@ from knitstudy.tables.catalogue import TABLES
         "untied_contacts",
         "frictions",
         "sprung_contacts",
+        "sweeps",
     ),
     order=15,
 )
@@ -57,7 +58,7 @@ def tabulate(
     **contact : Dataset or mapping of str to Dataset
         As far as a study has them: histories "tie", "rough", "isotropic" and "untied" in course tension, the contacts
         "isotropic_contacts" and "untied_contacts", "frictions", histories of a sweep by scene, and "sprung_contacts",
-        contacts that give springs, by scene.
+        contacts that give springs, and "sweeps", histories of other loops, by scene.
 
     Raises
     ------
@@ -74,6 +75,7 @@ def tabulate(
         contacts={name: contact[f"{name}_contacts"] for name in VARIANTS if f"{name}_contacts" in contact},
         frictions=contact.get("frictions", {}),
         sprung=contact.get("sprung_contacts", {}),
+        sweeps=contact.get("sweeps", {}),
     )
     return pd.DataFrame([_row(claim, evidence) for claim in claims.itertuples()])
 
