@@ -18,7 +18,7 @@ class Jacobi:
     def __init__(self):
         self.made = []
 
-    def update(self, matrix, unsymmetric, touching):
+    def update(self, matrix, unsymmetric, touching, moved):
         self.made.append((matrix.toarray(), touching))
         self._diagonal = matrix.diagonal()
 
@@ -133,7 +133,7 @@ def test_an_indefinite_matrix_is_an_error_where_no_such_step_is_wanted(indefinit
 
 
 class Identity:
-    def update(self, matrix, unsymmetric, touching):
+    def update(self, matrix, unsymmetric, touching, moved):
         pass
 
     def apply(self, matrix, residual):

@@ -42,7 +42,7 @@ def points_of(structure):
 @pytest.mark.parametrize("modes", ["whole", "groups"])
 def test_rigid_motions_of_points_are_sums_of_modes(modes):
     knit = structure()
-    basis = rigid_modes(knit) if modes == "whole" else FabricScale(knit).prolongation.toarray()
+    basis = rigid_modes(knit) if modes == "whole" else FabricScale(knit).prolongation().toarray()
     weights = np.kron(points_of(knit), np.eye(3))
     wanted = rigid(knit, points_of(knit)).reshape(6, -1).T
     moved = weights @ basis
@@ -50,10 +50,21 @@ def test_rigid_motions_of_points_are_sums_of_modes(modes):
     np.testing.assert_allclose(moved @ share, wanted, atol=1e-10 * np.abs(wanted).max())
 
 
+def test_grid_turns_yarns_about_where_they_have_moved_to():
+    knit = structure()
+    moved = np.random.default_rng(2).normal(size=(NODES, 3))
+    basis = FabricScale(knit).prolongation(moved).toarray()
+    weights = points_of(knit)
+    wanted = rigid(knit.moved(moved), weights).reshape(6, -1).T
+    sums = np.kron(weights, np.eye(3)) @ basis
+    share = np.linalg.lstsq(sums, wanted)[0]
+    np.testing.assert_allclose(sums @ share, wanted, atol=1e-10 * np.abs(wanted).max())
+
+
 def test_prescribed_unknowns_stay():
     knit = structure(fixed=(0, 4))
     assert np.all(rigid_modes(knit)[[0, 4]] == 0)
-    assert np.all(FabricScale(knit).prolongation.toarray()[[0, 4]] == 0)
+    assert np.all(FabricScale(knit).prolongation().toarray()[[0, 4]] == 0)
 
 
 def banded_matrix(knit, further=()):

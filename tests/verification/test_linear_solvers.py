@@ -81,7 +81,7 @@ def test_the_preconditioner_is_symmetric(cell):
 
 
 class Jacobi:
-    def update(self, matrix, unsymmetric, touching):
+    def update(self, matrix, unsymmetric, touching, moved):
         self._diagonal = matrix.diagonal()
 
     def apply(self, matrix, residual):

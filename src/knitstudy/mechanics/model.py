@@ -30,6 +30,8 @@ class Response:
         as positive as the solids. None where the whole stiffness is.
     touching : ndarray of int
         Nodes of the unknowns that contact acts on; empty without contact.
+    moved : ndarray, shape (n, 3), or None
+        How far the nodes of the unknowns are from where they were undeformed [m]: with a tangent of solids.
     viscous_force : float
         Sum of the magnitudes of the viscous forces of stabilisation on all nodes [N].
     status : ndarray or None
@@ -45,6 +47,7 @@ class Response:
     node_force: np.ndarray | None = None
     unsymmetric: sp.bsr_matrix | None = None
     touching: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    moved: np.ndarray | None = None
     status: np.ndarray | None = None
     viscous_force: float = 0.0
     assembly_seconds: float = 0.0

@@ -290,7 +290,7 @@ class _Path:
         unsymmetric = response.unsymmetric
         if unsymmetric is not None:
             unsymmetric = without(unsymmetric, fixed)
-        self.solver.use(stiffness, unsymmetric, response.touching)
+        self.solver.use(stiffness, unsymmetric, response.touching, response.moved)
         self.seconds["constraints"] += time.perf_counter() - started
 
     def _solve(self, rhs: np.ndarray, tolerance: float) -> np.ndarray:

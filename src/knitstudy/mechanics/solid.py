@@ -138,6 +138,7 @@ class SolidModel:
             mean_force=max(answer.mean_force, self._least_force),
             energy=energy,
             stiffness=answer.stiffness,
+            moved=state.displacement if stiffness else None,
         )
         summing = answer.assembly_seconds + time.perf_counter() - started
         drag = self._drag(state)

@@ -18,20 +18,28 @@ class FabricScale:
     """
 
     def __init__(self, structure: KnitStructure, stations: int = 2) -> None:
-        group = _groups(structure, stations)
-        blocks, centre, _ = rigid_motions(structure, group)
-        shape = (3 * len(group), 6 * len(centre))
-        self.prolongation = sp.bsr_matrix((blocks, group, np.arange(len(group) + 1)), shape=shape)
-        self._restriction = self.prolongation.T.tobsr(blocksize=(6, 3))
-        self._spread, self._collect = Rows(self.prolongation), Rows(self._restriction)
+        self._structure = structure
+        self._group = _groups(structure, stations)
         self._factors = None
 
-    def update(self, matrix: sp.bsr_matrix) -> None:
-        """Form the grid's operator and its factors."""
+    def update(self, matrix: sp.bsr_matrix, moved: np.ndarray | None = None) -> None:
+        """Form the grid's operator and its factors, for nodes that have moved (n, 3) [m].
+
+        About undeformed arms rigid motions would stretch what has turned.
+        """
         self._factors = None  # not beside the new ones
-        effect = Rows(matrix).times(self.prolongation)  # K P
+        prolongation = self.prolongation(moved)
+        self._spread, self._collect = Rows(prolongation), Rows(prolongation.T.tobsr(blocksize=(6, 3)))
+        effect = Rows(matrix).times(prolongation)  # K P
         self._effect = Rows(effect)
         self._factors = factorise(_anchor(self._collect.times(effect)))
+
+    def prolongation(self, moved: np.ndarray | None = None) -> sp.bsr_matrix:
+        """Return the motions of all nodes by those of their groups."""
+        group = self._group
+        blocks, centre, _ = rigid_motions(self._structure.moved(moved), group)
+        shape = (3 * len(group), 6 * len(centre))
+        return sp.bsr_matrix((blocks, group, np.arange(len(group) + 1)), shape=shape)
 
     def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
         """Add the grid's correction and take its effect off the residual, both (size,) in place."""

@@ -47,10 +47,11 @@ class InTurn:
         matrix: sp.bsr_matrix,
         unsymmetric: sp.bsr_matrix | None = None,
         touching: np.ndarray = NOWHERE,
+        moved: np.ndarray | None = None,
     ) -> None:
         """Take over a new matrix."""
         for solver in (self._krylov, self._lu):
-            solver.use(matrix, unsymmetric, touching)
+            solver.use(matrix, unsymmetric, touching, moved)
 
     def release(self) -> None:
         """Forget the matrix; the preconditioner stays."""

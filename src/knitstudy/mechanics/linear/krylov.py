@@ -29,7 +29,13 @@ WASTE = 30
 class Preconditioner(Protocol):
     """An approximate inverse that can be older than the matrix it is applied for."""
 
-    def update(self, matrix: sp.bsr_matrix, unsymmetric: sp.bsr_matrix | None, touching: np.ndarray) -> None:
+    def update(
+        self,
+        matrix: sp.bsr_matrix,
+        unsymmetric: sp.bsr_matrix | None,
+        touching: np.ndarray,
+        moved: np.ndarray | None,
+    ) -> None:
         """Make it anew for the sum of a symmetric positive matrix and of what makes it unsymmetric, if anything.
 
         The matrix changes afterwards: what is to be kept of it has to be copied.
@@ -65,15 +71,21 @@ class Krylov:
         self._unsymmetric: sp.bsr_matrix | None = None
         self._rows: Rows | None = None
         self._touching = self._known = NOWHERE
+        self._moved: np.ndarray | None = None
         self._fresh = False
         self._rate = 0.0  # decades an iteration of the fresh preconditioner
         self._waste = np.inf
 
     def use(
-        self, matrix: sp.bsr_matrix, unsymmetric: sp.bsr_matrix | None = None, touching: np.ndarray = NOWHERE
+        self,
+        matrix: sp.bsr_matrix,
+        unsymmetric: sp.bsr_matrix | None = None,
+        touching: np.ndarray = NOWHERE,
+        moved: np.ndarray | None = None,
     ) -> None:
         """Take over a new matrix; the preconditioner stays."""
-        self._matrix, self._unsymmetric, self._touching, self._fresh = matrix, unsymmetric, touching, False
+        self._matrix, self._unsymmetric, self._fresh = matrix, unsymmetric, False
+        self._touching, self._moved = touching, moved
         self._rows = Rows(matrix)
 
     def release(self) -> None:
@@ -108,7 +120,7 @@ class Krylov:
         unsymmetric = self._unsymmetric
         some = unsymmetric is not None and unsymmetric.nnz
         with lacking(self._matrix, unsymmetric) if some else nullcontext():
-            self.preconditioner.update(self._matrix, unsymmetric, self._touching)
+            self.preconditioner.update(self._matrix, unsymmetric, self._touching, self._moved)
         self._known = self._touching
         self.setups += 1
         self._fresh, self._waste, self._rate = True, 0.0, 0.0

@@ -28,6 +28,7 @@ class LU:
         matrix: sp.bsr_matrix | sp.csr_matrix,
         unsymmetric: sp.bsr_matrix | None = None,
         touching: np.ndarray = NOWHERE,
+        moved: np.ndarray | None = None,
     ) -> None:
         """Take over a new matrix."""
         self._matrix, self._factors = matrix, None

@@ -15,19 +15,20 @@ class AlgebraicMultigrid:
     """Plain pyamg: smoothed aggregation with the rigid modes and block smoothing (Vanek et al. 1996)."""
 
     def __init__(self, structure: KnitStructure) -> None:
-        self._nullspace = rigid_modes(structure)
+        self._structure = structure
 
     def update(
         self,
         matrix: sp.bsr_matrix,
         unsymmetric: sp.bsr_matrix | None = None,
         touching: np.ndarray = NOWHERE,
+        moved: np.ndarray | None = None,
     ) -> None:
         """Build the hierarchy of the symmetric part, wherever contact acts."""
         smoother = ("block_gauss_seidel", {"sweep": "symmetric", "blocksize": 3})
         self._cycle = pyamg.smoothed_aggregation_solver(
             matrix if unsymmetric is None else matrix.copy(),
-            B=self._nullspace,
+            B=rigid_modes(self._structure.moved(moved)),
             presmoother=smoother,
             postsmoother=smoother,
             max_coarse=2000,

@@ -49,6 +49,7 @@ class LinearSolver(Protocol):
         matrix: sp.bsr_matrix | sp.csr_matrix,
         unsymmetric: sp.bsr_matrix | None = None,
         touching: np.ndarray = NOWHERE,
+        moved: np.ndarray | None = None,
     ) -> None:
         """Take over a new matrix; factors are made when they are needed.
 
@@ -59,6 +60,8 @@ class LinearSolver(Protocol):
             Part of it without which it is symmetric and positive definite.
         touching : ndarray of int
             Nodes that contact acts on.
+        moved : ndarray, shape (n, 3), optional
+            How far the nodes are from where they were undeformed [m]: rigid motions are those of where they are.
         """
         ...
 

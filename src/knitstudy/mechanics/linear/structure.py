@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,6 +39,10 @@ class KnitStructure:
     bandwidth: int
     patch: np.ndarray | None
     fixed: np.ndarray
+
+    def moved(self, displacement: np.ndarray | None) -> KnitStructure:
+        """Return where the unknowns lie after a displacement (n, 3) of the nodes [m]."""
+        return self if displacement is None else replace(self, position=self.position + displacement)
 
 
 def rigid_modes(structure: KnitStructure) -> np.ndarray:

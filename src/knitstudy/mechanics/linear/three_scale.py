@@ -39,6 +39,7 @@ class ThreeScale:
         matrix: sp.bsr_matrix,
         unsymmetric: sp.bsr_matrix | None = None,
         touching: np.ndarray = NOWHERE,
+        moved: np.ndarray | None = None,
     ) -> None:
         """Make all factors anew; only those of the crossings know what friction adds."""
         if unsymmetric is not None:
@@ -46,7 +47,7 @@ class ThreeScale:
         self.yarn.update(matrix)
         if self.crossing is not None:
             self.crossing.update(matrix, unsymmetric, touching)
-        self.fabric.update(matrix)
+        self.fabric.update(matrix, moved)
 
     def apply(self, matrix: Rows, residual: np.ndarray) -> np.ndarray:
         """Return the correction (size,) for a residual; `matrix` is the one of the system being solved."""
