@@ -64,6 +64,7 @@ MAIN_MODEL = {
     "rom.axes": "contact",
     "rom.displacement": "interface",
     "rom.section": "single",
+    "rom.honeycomb": "geometry",
     "mesh.section_law": "curved",
 }
 """What makes a reduced model the main one of its simulation: others are variants."""
