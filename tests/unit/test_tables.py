@@ -82,8 +82,8 @@ def test_spread_of_angles_shows_one_zone_out_of_place(paper):
     bent = contacts()
     bent["centroid"][0, 0] += 0.5
     table = catalogue.tabulate("table4_angles", contacts=bent, paper=paper).set_index("kind")
-    assert table.loc["interlock, left", "spread over the knit [deg]"] > 1
-    assert table.loc["head", "spread over the knit [deg]"] == 0
+    assert table.loc["interlock, left", "spread over equivalent segments [deg]"] > 1
+    assert table.loc["head", "spread over equivalent segments [deg]"] == 0
 
 
 def test_knit_of_one_cell_has_heads_and_interlocks_only(paper):

@@ -105,7 +105,9 @@ def _segment(crossings: Crossings, first: int, last: int, yarn: int) -> tuple[in
     for k, other in ((first, last), (last, first)):
         row, column = int(crossings.row[k]), int(crossings.column[k])
         up, right = int(crossings.row[other]) - row, int(crossings.column[other]) - column
-        kind, sides = _BETWEEN.get((int(crossings.zone[k]), int(crossings.zone[other]), up, right), (None, ()))
+        kind, sides = _BETWEEN.get(
+            (int(crossings.zone[k]), int(crossings.zone[other]), up, right), (None, ())
+        )
         if kind is not None and yarn - row in sides:
             return kind, row, column
     return None

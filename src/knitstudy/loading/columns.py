@@ -1,4 +1,4 @@
-"""Every variable of a history, of a file of contacts and of one of stresses: dimensions, unit and meaning, in one place.
+"""Every variable of histories, contacts and stresses: dimensions, unit and meaning, in one place.
 
 What is written comes from these tables, and so do the tables of docs/architecture.md (`docs/columns.py`).
 """
@@ -304,7 +304,9 @@ STRESSES = Columns(
     "file of stresses",
     {
         "cell_stress": Column(
-            ("cell", "component"), "Pa", "mean Cauchy stress of a hexahedron of the mesh: xx, yy, zz, xy, yz, xz"
+            ("cell", "component"),
+            "Pa",
+            "mean Cauchy stress of a hexahedron of the mesh: xx, yy, zz, xy, yz, xz",
         ),
         "cell_volume": Column(("cell",), "m3", "its deformed volume"),
         "cell_place": Column(("cell", "xyz"), "m", "its deformed middle"),
@@ -313,11 +315,15 @@ STRESSES = Columns(
         "piece_arc_length": Column(("piece", "end"), "m", "where it begins and ends"),
         "piece_segment": Column(("piece",), "1", "segment that it is part of, -1 where there is none"),
         "piece_stress": Column(
-            ("piece", "extent", "xyz", "normal_xyz"), "Pa", "mean Cauchy stress of the piece, and of its middle half"
+            ("piece", "extent", "xyz", "normal_xyz"),
+            "Pa",
+            "mean Cauchy stress of the piece, and of its middle half",
         ),
         "piece_volume": Column(("piece", "extent"), "m3", "deformed volume"),
         "segment_kind": Column(
-            ("segment",), "1", "0 head, 1 and 2 left and right interlock, 3 and 4 left and right leg, 5 sinker"
+            ("segment",),
+            "1",
+            "0 head, 1 and 2 left and right interlock, 3 and 4 left and right leg, 5 sinker",
         ),
         "segment_row": Column(("segment",), "1", "interlock row of its lower or left end"),
         "segment_column": Column(("segment",), "1", "loop column of its lower or left end"),
@@ -326,10 +332,16 @@ STRESSES = Columns(
             (*_EXTENT, "xyz", "normal_xyz"), "Pa", "mean Cauchy stress of all its pieces, by deformed volume"
         ),
         "segment_volume": Column(_EXTENT, "m3", "their deformed volume"),
-        "segment_principal": Column((*_EXTENT, "principal"), "Pa", "principal values of that mean, the largest first"),
-        "segment_axis": Column((*_EXTENT, "principal", "xyz"), "1", "their axes in space: lines without a sign"),
+        "segment_principal": Column(
+            (*_EXTENT, "principal"), "Pa", "principal values of that mean, the largest first"
+        ),
+        "segment_axis": Column(
+            (*_EXTENT, "principal", "xyz"), "1", "their axes in space: lines without a sign"
+        ),
         "segment_rotation": Column(
-            ("segment", "xyz", "undeformed_xyz"), "1", "rotation of the affine motion that fits the segment best"
+            ("segment", "xyz", "undeformed_xyz"),
+            "1",
+            "rotation of the affine motion that fits the segment best",
         ),
     },
 )

@@ -15,6 +15,7 @@ Whatever the case:
 - "every": all simulations of knits; "sprung": the direct ones whose contacts give springs.
 - "frictions": several of one mesh with different coefficients of friction, ties and rough contact beside them.
 - "ways": direct simulations of knits whose increments end at the strains of the reference, which is made from them.
+- "fields": direct simulations of the four cases that keep their fields, from which stresses come.
 - "pairs": all pairs of crossing yarns that are pressed on each other and then slide.
 """
 
@@ -116,6 +117,7 @@ def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene 
         "every": [scene for scene in scenes if scene.specimen == "knit"],
         "sprung": sprung(scenes),
         "ways": ways(scenes),
+        "fields": with_fields(scenes),
     }
     beside = {}
     if models:
@@ -216,6 +218,12 @@ def ways(scenes: Iterable[Scene]) -> list[Scene]:
     """Return the direct simulations of knits that the reference can be made from."""
     knits = [scene for scene in scenes if scene.specimen == "knit" and is_direct(scene)]
     return [scene for scene in knits if set(STRAINS) <= {*scene.load.stops, scene.load.strain}]
+
+
+def with_fields(scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the direct simulations of the four cases that keep their fields."""
+    direct = [scene for scene in scenes if is_direct(scene) and "fields" in scene.outputs]
+    return [scene for scene in direct if any(_fits(scene, of) for of in CASES.values())]
 
 
 def pairs(scenes: Iterable[Scene]) -> list[Scene]:

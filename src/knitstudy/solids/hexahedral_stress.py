@@ -1,8 +1,8 @@
 """Stress in hexahedra, from the forces of their nodes.
 
-With nodes x_a and forces f_a that an element resists with, sum_a f_a (x) x_a is the integral of P F^T over the undeformed
-element, that is, of the Cauchy stress over the deformed one: exactly what the element balances by, whatever its quadrature
-and its inner modes. Hourglass control adds a term of second order in the displacements.
+With nodes x_a and forces f_a that an element resists with, sum_a f_a (x) x_a is the integral of P F^T over the
+undeformed element, that is, of the Cauchy stress over the deformed one: exactly what the element balances by,
+whatever its quadrature and its inner modes. Hourglass control adds a term of second order in the displacements.
 """
 
 from __future__ import annotations

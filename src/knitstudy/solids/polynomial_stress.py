@@ -1,4 +1,4 @@
-"""Stress in yarns of polynomials, in the cells of the sections that are drawn: a quadrature of its own in every cell."""
+"""Stress in yarns of polynomials, in the cells between the sections that are drawn, by quadrature in each."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Stress in the yarns of a knit at full load, and its averages over the segments of the honeycomb (section 3.4).
 
-What is averaged is the Cauchy stress, over the deformed volume of a segment: all of the yarns between the crossings at its
-two ends, both yarns where two share a segment. The maximum principal stress is the largest by value, and its direction an
-axis in space as the knit then is; `segment_rotation`, the rotation of the affine motion that fits the segment best, takes
-it back to the undeformed knit (docs/principal_stress.md).
+What is averaged is the Cauchy stress, over the deformed volume of a segment: all of the yarns between the crossings
+at its two ends, both yarns where two share a segment. The maximum principal stress is the largest by value, and its
+direction an axis in space as the knit then is; `segment_rotation`, the rotation of the affine motion that fits the
+segment best, takes it back to the undeformed knit (docs/principal_stress.md).
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dat
 
 
 def averages(parts: Segments, mesh: SweptMesh, cells: CellStress) -> dict[str, np.ndarray]:
-    """Return stresses of pieces and segments, principal values, axes, volumes and rotations, by their names in a file."""
+    """Return stresses, principal values, axes, volumes and rotations of pieces and segments, by name."""
     volume, integral, moments = _of_pieces(parts, mesh, cells)
     inside = np.flatnonzero(parts.of_piece != NO_SEGMENT)
 
@@ -101,10 +101,10 @@ def averages(parts: Segments, mesh: SweptMesh, cells: CellStress) -> dict[str, n
 def _of_pieces(
     parts: Segments, mesh: SweptMesh, cells: CellStress
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return volume (P, x), integral of the stress (P, x, 3, 3), and moments of places (P, 4, 7) of pieces and extents x.
+    """Return volume (P, x), integral of the stress (P, x, 3, 3) and moments (P, 4, 7) of pieces, for extents x.
 
-    A piece takes its share of the layer of cells that it ends in. Moments are sums over cells of [1, X] (x) [1, X, x] by
-    volume: what the best affine motion of a whole piece is made of.
+    A piece takes its share of the layer of cells that it ends in. Moments are sums over cells of [1, X] (x) [1, X, x]
+    by volume: what the best affine motion of a whole piece is made of.
     """
     one = np.ones((len(cells.volume), 1))
     before = np.concatenate([one, cells.reference], axis=1)
@@ -120,7 +120,10 @@ def _of_pieces(
         own = layers[end - len(stations) + 1 : end]
         upto = np.concatenate([np.zeros((1, own.shape[1])), own.cumsum(axis=0)])
         here = parts.yarn == yarn
-        middle, half = parts.arc_length[here].mean(axis=1), 0.5 * np.diff(parts.arc_length[here], axis=1)[:, 0]
+        middle, half = (
+            parts.arc_length[here].mean(axis=1),
+            0.5 * np.diff(parts.arc_length[here], axis=1)[:, 0],
+        )
         for i, share in enumerate(EXTENTS.values()):
             found[here, i] = _at(middle + share * half, stations, upto) - _at(
                 middle - share * half, stations, upto
@@ -136,7 +139,7 @@ def _at(s: np.ndarray, stations: np.ndarray, upto: np.ndarray) -> np.ndarray:
 
 
 def _rotations(moments: np.ndarray) -> np.ndarray:
-    """Return the rotations (Q, 3, 3) of the affine motions that fit places best in the mean, from their moments (Q, 4, 7)."""
+    """Return the rotations (Q, 3, 3) of the affine motions that fit places best, from their moments (Q, 4, 7)."""
     volume = moments[:, :1, :1]
     first, now = moments[:, 0, 1:4] / volume[:, 0], moments[:, 0, 4:] / volume[:, 0]
     spread = moments[:, 1:, 1:4] / volume - first[:, :, None] * first[:, None]

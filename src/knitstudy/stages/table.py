@@ -205,7 +205,7 @@ STAGES.register(
 
 
 def _joined(scene: Scene, named: Callable[[str], Scene]) -> Needs:
-    """Return the contacts that a reduced model takes its joints from, and other springs or stresses if it asks for any."""
+    """Return the contacts that a reduced model takes its joints from, and springs or stresses if it asks for any."""
     sources = {
         "contacts": ("contacts", "rom.contacts_from"),
         "springs": ("contacts", "rom.springs_from"),

@@ -29,6 +29,7 @@ from knitstudy.tables.catalogue import TABLES
         "untied_contacts",
         "frictions",
         "sprung_contacts",
+        "fields_stress",
     ),
     order=15,
 )
@@ -55,8 +56,8 @@ def tabulate(
         Histories of all simulations of knits, by scene.
     **contact : Dataset or mapping of str to Dataset
         As far as a study has them: histories "tie", "rough", "isotropic" and "untied" in course tension, the contacts
-        "isotropic_contacts" and "untied_contacts", "frictions", histories of a sweep by scene, and "sprung_contacts",
-        contacts that give springs, by scene.
+        "isotropic_contacts" and "untied_contacts", "frictions", histories of a sweep by scene, "sprung_contacts",
+        contacts that give springs, by scene, and "fields_stress", stresses by scene.
     """
     evidence = Evidence(
         geometry,
@@ -68,6 +69,7 @@ def tabulate(
         contacts={name: contact[f"{name}_contacts"] for name in VARIANTS if f"{name}_contacts" in contact},
         frictions=contact.get("frictions", {}),
         sprung=contact.get("sprung_contacts", {}),
+        stresses=contact.get("fields_stress", {}),
     )
     rows = []
     for claim in claims.itertuples():

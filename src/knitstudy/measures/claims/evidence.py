@@ -43,6 +43,8 @@ class Evidence:
         Histories of a sweep of the coefficient of friction, ties and rough contact among them, by scene.
     sprung : mapping of str to Dataset
         Contacts of all direct simulations that give springs, by scene.
+    stresses : mapping of str to Dataset
+        Stresses of the direct simulations that keep their fields, by scene, in the order of the families.
     """
 
     geometry: xr.Dataset
@@ -54,6 +56,7 @@ class Evidence:
     contacts: Mapping[str, xr.Dataset] = field(default_factory=dict)
     frictions: Mapping[str, xr.Dataset] = field(default_factory=dict)
     sprung: Mapping[str, xr.Dataset] = field(default_factory=dict)
+    stresses: Mapping[str, xr.Dataset] = field(default_factory=dict)
 
     @cached_property
     def cases(self) -> tuple[Case, ...]:

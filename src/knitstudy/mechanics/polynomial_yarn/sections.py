@@ -35,5 +35,5 @@ def sections(
 
 
 def deformation_gradient(slope: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """Return F (..., 3, 3), from the derivatives of the undeformed place and of the displacement that `sections` gives."""
+    """Return F (..., 3, 3) from the derivatives of undeformed places and of displacements that `sections` gives."""
     return np.eye(3) + change @ np.linalg.inv(slope)

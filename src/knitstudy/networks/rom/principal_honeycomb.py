@@ -1,15 +1,16 @@
 """The planar honeycomb whose segments lie along the maximum principal stress (section 3.4, Fig. 14, Table 4).
 
-The paper sets "the same distance between contact zones along the x-axis and y-axis" and positions the segments by angles.
-A honeycomb repeats from row to row, so an interlock leads as far along x as a leg leads back: with the distances along x
-kept, any two angles of interlock and leg close it, and the heights follow,
+The paper sets "the same distance between contact zones along the x-axis and y-axis" and positions the segments by
+angles. A honeycomb repeats from row to row, so an interlock leads as far along x as a leg leads back: with the
+distances along x kept, any two angles of interlock and leg close it, and the heights follow,
 
     h = |dx| tan(angle to x),
 
 while with lengths kept it would not close. Heads and sinkers lie along x: they join zones of one height, left and right
 mirror each other, and an axis of a stress that is its own mirror image lies along x or y.
 
-Directions are those of the deformed knit, as the paper prints them, averaged over the segments that end in the centre cell.
+Directions are those of the deformed knit, as the paper prints them, averaged over the segments that end in the centre
+cell.
 """
 
 from __future__ import annotations
@@ -92,8 +93,8 @@ def heights_by_stress(knit: Knit, contacts: xr.Dataset, stresses: xr.Dataset) ->
         angle = float(found.mean())
         if not 90 - UPRIGHT < angle < UPRIGHT:
             raise GeometryError(
-                f"the maximum principal stress in {name} of the centre cell is at {angle:.2f} degrees to x: only angles "
-                f"from {90 - UPRIGHT:g} to {UPRIGHT:g} make a honeycomb; use rom.honeycomb geometry"
+                f"the maximum principal stress in {name} of the centre cell is at {angle:.2f} degrees to x: only "
+                f"angles from {90 - UPRIGHT:g} to {UPRIGHT:g} make a honeycomb; use rom.honeycomb geometry"
             )
         angles.append(angle)
     return heights(knit, contacts, *angles)
@@ -108,7 +109,7 @@ def zone_places(knit: Knit, contacts: xr.Dataset) -> np.ndarray:
 
 
 def moved(knit: Knit, contacts: xr.Dataset, found: Heights) -> xr.Dataset:
-    """Return contacts whose centroids are the joints of a honeycomb of some heights; x is the mean of every zone."""
+    """Return contacts whose centroids are the joints of a honeycomb of some heights; x is each zone's mean."""
     row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
     place = zone_places(knit, contacts)
     centroid = contacts["centroid"].to_numpy().copy()

@@ -188,7 +188,7 @@ def assemble(
         if (scene.rom.stress_from is None) != (stresses is None):
             raise ConfigurationError(
                 f"rom.stress_from of scene {scene.name} is {scene.rom.stress_from or 'empty'}, and stresses are "
-                f"{'not ' if stresses is None else ''}given: they must be given where it names a dns scene, and only there"
+                f"{'not ' if stresses is None else ''}given: they must be where it names a dns scene, and only there"
             )
         return honeycomb.planar_network(knit, contacts, 1, scene.rom.section == "doubled", stresses)
     points = joint_points(knit, contacts)
