@@ -27,7 +27,7 @@ def principal_stresses(stress: np.ndarray) -> np.ndarray:
 
 
 def principal_axes(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the principal values (..., 3) of stresses (..., 3, 3), the largest first, and their axes (..., 3, 3) as rows.
+    """Return the principal values (..., 3) of stresses (..., 3, 3), the largest first, and their axes as rows.
 
     Axes are lines: their sign means nothing.
     """

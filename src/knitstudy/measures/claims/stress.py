@@ -85,7 +85,7 @@ def judge_directions(evidence: Evidence) -> Judgement:
 
 
 def judge_heights(evidence: Evidence) -> Judgement:
-    """M2: the honeycomb by principal stress is compressed along the wales for course tension, stretched for wale tension.
+    """M2: the honeycomb by principal stress is compressed along the wales for course tension, stretched for wale.
 
     The height of a row of the course honeycomb over that of the one from geometry is below 1, and that of the wale
     honeycomb above 1, each by more than its uncertainty, for isotropic friction.
