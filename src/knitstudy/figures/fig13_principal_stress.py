@@ -8,6 +8,7 @@ import xarray as xr
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, PowerNorm, to_hex
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from knitstudy.figures.annotation import scale_bar, triad
 from knitstudy.figures.catalogue import FIGURES
@@ -94,6 +95,7 @@ def draw(**results: xr.Dataset) -> Figure:
         bar = drawing.colorbar(
             ScalarMappable(norm, colours()), cax=cax, orientation="horizontal", extend="max"
         )
+        bar.set_ticks([tick for tick in MaxNLocator(4).tick_values(0, norm.vmax) if tick <= 0.95 * norm.vmax])
         bar.set_label("maximum principal stress (MPa)", labelpad=1)
     return drawing
 
