@@ -64,7 +64,7 @@ def cell_force(stresses: xr.Dataset, knit: Knit) -> float:
 
 
 def _in_column(stresses: xr.Dataset, knit: Knit) -> np.ndarray:
-    """Return the share (P,) of every piece that lies in the centre column, where a yarn's loop is cut at its sinkers."""
+    """Return the share (P,) of every piece that lies in the centre column, from sinker to sinker."""
     s, loop = stresses["piece_arc_length"].to_numpy(), knit.centrelines[0].length / knit.loops
     first = centre(np.arange(knit.loops)) * loop
     inside = np.minimum(s[:, 1], first + loop) - np.maximum(s[:, 0], first)
