@@ -42,8 +42,17 @@ def evidence(plain_scene, knit, contacts):
         reference=study.reference(scenes),
         every=study.histories(scenes),
         sprung=study.sprung(contacts),
+        stresses=stressed(knit),
         **in_contact(knit),
     )
+
+
+def stressed(knit, course=(33, 33), wale=(82, 82)):
+    """Stresses with the angles of interlocks and legs to x, as the paper has them."""
+    return {
+        f"dns-isotropic-{way}": synthetic.stresses(knit, way, *angles)
+        for way, angles in (("course", course), ("wale", wale))
+    }
 
 
 FRICTIONS = {"tie": 0.76, "rough": 0.76, "isotropic": 0.76, "untied": 0.76, "slippery": 0.1}
@@ -421,3 +430,37 @@ def test_stabilisation_beyond_the_bar_is_not_reproduced(evidence):
     energy.loc[{"form": "stabilisation", "increment": 3}] = 0.06 * energy.sel(form="internal")[3]
     assert stabilisation_share(history.assign(energy=energy)) == pytest.approx(0.06)
     assert JUDGES["E1"](with_direct(evidence, "isotropic", energy=energy)).verdict == "not reproduced"
+
+
+@pytest.mark.parametrize(
+    ("course", "wale", "verdict"),
+    [
+        ((45, 22), (74, 88), "reproduced"),
+        ((50, 50), (82, 82), "not decidable"),  # turned, but further than ten degrees from the paper's
+        ((88, 88), (82, 82), "not reproduced"),
+        ((33, 33), (20, 20), "not reproduced"),
+    ],
+)
+def test_axes_have_to_lie_near_the_printed_ones_and_to_be_turned_to_the_load(
+    evidence, knit, course, wale, verdict
+):
+    turned = replace(evidence, stresses=stressed(knit, course, wale))
+    assert JUDGES["M1"](turned).verdict == verdict
+
+
+def test_axes_that_discretisations_do_not_agree_on_are_not_surely_turned(evidence, knit):
+    other = {f"{name}-medium": each for name, each in stressed(knit, (80, 85), (40, 40)).items()}
+    judged = JUDGES["M1"](replace(evidence, stresses=evidence.stresses | other, every=evidence.every))
+    assert judged.verdict == "not decidable"
+    assert "not surely turned" in judged.note
+
+
+def test_honeycomb_that_course_tension_stretches_is_not_reproduced(evidence, knit):
+    swapped = replace(evidence, stresses=stressed(knit, (82, 82), (33, 33)))
+    assert JUDGES["M2"](swapped).verdict == "not reproduced"
+
+
+@pytest.mark.parametrize("claim", ["M1", "M2"])
+def test_claims_on_stress_need_both_tensions(evidence, claim):
+    one = {name: each for name, each in evidence.stresses.items() if name.endswith("course")}
+    assert JUDGES[claim](replace(evidence, stresses=one)).verdict == "not yet run"

@@ -31,6 +31,8 @@ SOLID = (
     "fig06_joints",
     "fig07c_contact_area",
     "fig08_out_of_plane",
+    "fig13_principal_stress",
+    "fig14_segments",
     "fig16_out_of_plane",
     "fig16_wale",
 )
@@ -60,27 +62,40 @@ def results(knit, plain_scene):
     cases = {
         f"{case}_{model}": synthetic.history(lift=lift) for case in CASES for model, lift in lifts.items()
     }
-    return cases | {
-        "reference": study.reference(study.scenes(plain_scene)),
-        "geometry": synthetic.geometry(knit),
-        "mesh": mesh_knit(knit, 1.2e-3).to_dataset(),
-        "contacts": contacts_of_crossings(knit),
-        "dns": synthetic.history(scene="dns-a", digest="abcd"),
-        "rom3d": synthetic.history(force=(0, 6, 12)),
-        "rom2d": synthetic.history(force=(0, 10, 20)),
-        "tie": synthetic.history(force=(0, 9, 18), lift=1e-4),
-        "rough": synthetic.history(force=(0, 8, 16), lift=3e-4),
-        "isotropic": synthetic.history(force=(0, 6, 12), lift=2e-4),
-        "others": {"dns-tie-course-medium": synthetic.history(force=(0, 5.5, 11))},
-        "reduced": {
-            name: synthetic.history(force=(0, 7, 14))
-            for name in ("rom3d-tie-course", "rom3d-printed-tie-course")
-        },
-        "beams": {
-            f"beam-{kind}isotropic-course": synthetic.history(force=(0, 4, 8))
-            for kind in ("", "pinned-", "hertz-")
-        },
+    mesh = mesh_knit(knit, 1.2e-3)
+    stresses = {
+        f"isotropic_{way}_dns_{name}": each
+        for way, angles in (("course", (33, 33)), ("wale", (82, 82)))
+        for name, each in (
+            ("mesh", mesh.to_dataset()),
+            ("stress", synthetic.stresses(knit, way, *angles, mesh)),
+        )
     }
+    return (
+        cases
+        | stresses
+        | {
+            "reference": study.reference(study.scenes(plain_scene)),
+            "geometry": synthetic.geometry(knit),
+            "mesh": mesh.to_dataset(),
+            "contacts": contacts_of_crossings(knit),
+            "dns": synthetic.history(scene="dns-a", digest="abcd"),
+            "rom3d": synthetic.history(force=(0, 6, 12)),
+            "rom2d": synthetic.history(force=(0, 10, 20)),
+            "tie": synthetic.history(force=(0, 9, 18), lift=1e-4),
+            "rough": synthetic.history(force=(0, 8, 16), lift=3e-4),
+            "isotropic": synthetic.history(force=(0, 6, 12), lift=2e-4),
+            "others": {"dns-tie-course-medium": synthetic.history(force=(0, 5.5, 11))},
+            "reduced": {
+                name: synthetic.history(force=(0, 7, 14))
+                for name in ("rom3d-tie-course", "rom3d-printed-tie-course")
+            },
+            "beams": {
+                f"beam-{kind}isotropic-course": synthetic.history(force=(0, 4, 8))
+                for kind in ("", "pinned-", "hertz-")
+            },
+        }
+    )
 
 
 @pytest.fixture(scope="module")

@@ -69,9 +69,10 @@ def run(
     contacts: xr.Dataset,
     springs_from: xr.Dataset | None = None,
     how: Run = IN_MEMORY,
+    stresses: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """Return the history of a scene: `problem`, followed; see `simulate`."""
-    return follow(problem(scene, knit, contacts, springs_from), how)
+    return follow(problem(scene, knit, contacts, springs_from, stresses), how)
 
 
 def problem(
