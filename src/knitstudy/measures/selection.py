@@ -15,7 +15,7 @@ Whatever the case:
 - "every": all simulations of knits; "sprung": the direct ones whose contacts give springs.
 - "frictions": several of one mesh with different coefficients of friction, ties and rough contact beside them.
 - "ways": direct simulations of knits whose increments end at the strains of the reference, which is made from them.
-- "fields": direct simulations of the four cases that keep their fields, from which stresses come.
+- "fields": direct simulations of the four cases that keep their fields, one by every discretisation.
 - "pairs": all pairs of crossing yarns that are pressed on each other and then slide.
 """
 
@@ -221,9 +221,14 @@ def ways(scenes: Iterable[Scene]) -> list[Scene]:
 
 
 def with_fields(scenes: Iterable[Scene]) -> list[Scene]:
-    """Return the direct simulations of the four cases that keep their fields."""
-    direct = [scene for scene in scenes if is_direct(scene) and "fields" in scene.outputs]
-    return [scene for scene in direct if any(_fits(scene, of) for of in CASES.values())]
+    """Return the first direct simulation of each of the four cases by every discretisation that keeps fields."""
+    found: dict[tuple[str, str], Scene] = {}
+    for scene in scenes:
+        if is_direct(scene) and "fields" in scene.outputs:
+            for case, of in CASES.items():
+                if _fits(scene, of):
+                    found.setdefault((case, made_of(scene)), scene)
+    return list(found.values())
 
 
 def pairs(scenes: Iterable[Scene]) -> list[Scene]:
