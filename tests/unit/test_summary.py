@@ -87,7 +87,7 @@ def test_contacts(knit):
 
 def test_other_files_are_refused():
     with pytest.raises(
-        DataFileError, match=r"must have the variables of one of history, contacts, mesh, geometry"
+        DataFileError, match=r"must have the variables of one of history, contacts, stresses, mesh, geometry"
     ):
         kind_of(xr.Dataset({"temperature": 300.0}))
 
