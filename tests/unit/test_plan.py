@@ -67,11 +67,11 @@ def digests(plan, scene):
 @pytest.mark.parametrize(
     ("key", "value", "changed"),
     [
-        ("load.strain", 0.01, {"dns", "contacts", "dns_vtu", "deck_abaqus", "deck_calculix"}),
+        ("load.strain", 0.01, {"dns", "contacts", "stress", "dns_vtu", "deck_abaqus", "deck_calculix"}),
         (
             "mesh.size",
             0.4e-3,
-            {"mesh", "mesh_vtu", "dns", "contacts", "dns_vtu", "deck_abaqus", "deck_calculix"},
+            {"mesh", "mesh_vtu", "dns", "contacts", "stress", "dns_vtu", "deck_abaqus", "deck_calculix"},
         ),
         ("geometry.alpha", 2.0, None),
         ("outputs", ["vtu", "fields", "deck"], set()),

@@ -193,12 +193,13 @@ STAGES.register(
     Stage(
         name="stress",
         does="Average the stress of {scene}",
-        of=lambda scene: _solid(scene) and scene.specimen == "knit",
+        of=lambda scene: _solid(scene) and scene.specimen == "knit" and "fields" in scene.outputs,
         reads=(*KIND, "pattern", "yarn", "load", "mesh", "tie", "contact", "solver"),
         needs=_with_fields,
         function="knitstudy.solids.stress:stress",
         code=lambda scene: (scene.kind.fidelity.stress, *_laws(scene)),
         leaves="stress/{scene}.nc",
+        wanted=lambda scene: True,
         memory=2000,
     )
 )
@@ -212,6 +213,8 @@ def _joined(scene: Scene, named: Callable[[str], Scene]) -> Needs:
         "stresses": ("stress", "rom.stress_from"),
     }
     found = {name: (stage, named(key)) for name, (stage, key) in sources.items() if scene.value(key)}
+    if "stresses" in found:
+        _with_fields(found["stresses"][1], named)
     return {"geometry": ("geometry", scene)} | found
 
 
