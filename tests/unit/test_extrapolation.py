@@ -65,14 +65,32 @@ def test_equal_values_are_not_certain():
 
 
 def test_surer_ways_weigh_more_and_the_larger_origin_is_named():
-    common = common_limit([Limit(1.0, 0.01, 2.0), Limit(1.1, 0.03, 2.0)])
-    assert common.value == pytest.approx(1.01)
+    common = common_limit([Limit(1.0, 0.01, 2.0), Limit(1.03, 0.03, 2.0)])
+    assert common.value == pytest.approx(1.003)
     assert common.extrapolation == pytest.approx(0.01 * np.sqrt(0.9))
-    assert common.disagreement == pytest.approx(0.05)
-    assert common.uncertainty == pytest.approx(np.hypot(0.05, common.extrapolation))
+    assert common.disagreement == pytest.approx(0.015)
+    assert common.uncertainty == pytest.approx(np.hypot(0.015, common.extrapolation))
     assert common.origin == "disagreement"
     near = common_limit([Limit(1.0, 0.01, 2.0), Limit(1.001, 0.01, 2.0)])
     assert near.origin == "extrapolation"
+
+
+def test_a_way_does_not_win_by_an_uncertainty_that_is_too_small():
+    """0.1 apart with uncertainties of 0.001 and 0.01: variances grow by (0.1^2 - 0.001^2 - 0.01^2) / 2 = 0.0049495."""
+    common = common_limit([Limit(1.0, 0.001, 2.0), Limit(1.1, 0.01, 2.0)])
+    share = 0.0049505 / 0.01
+    assert common.value == pytest.approx(1.0 + 0.1 * share)
+    assert common.extrapolation == pytest.approx(np.hypot((1 - share) * 0.001, share * 0.01))
+    assert common.disagreement == pytest.approx(0.05)
+    for limit in (1.0, 1.1):
+        assert abs(limit - common.value) < 1.02 * common.uncertainty
+
+
+def test_three_limits_lie_as_far_apart_as_their_uncertainties_with_what_is_added_say():
+    limits = [Limit(1.0, 0.01, 2.0), Limit(1.2, 0.02, 2.0), Limit(1.1, 0.05, 2.0)]
+    common = common_limit(limits)
+    assert 1.05 < common.value < 1.15
+    assert common.disagreement == pytest.approx(0.1)
 
 
 def test_one_way_is_not_enough():

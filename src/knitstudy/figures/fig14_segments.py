@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
 from knitstudy.crossings.segments import KINDS
+from knitstudy.errors import GeometryError
 from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import show
@@ -21,7 +22,7 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.segment_angles import SEGMENT, central
 from knitstudy.measures.selection import ISOTROPIC_COURSE
-from knitstudy.networks.rom.principal_honeycomb import Heights, heights_by_stress, zone_places
+from knitstudy.networks.rom.principal_honeycomb import heights_by_stress, zone_places
 
 TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}
 """Colours of the axes in course and in wale tension."""
@@ -174,7 +175,11 @@ def _draw_honeycombs(axes: Axes, knit: Knit, contacts: xr.Dataset, stresses: dic
     rise = float(place[2:, 1].mean() - place[:2, 1].mean())
     found = {"geometry": (rise, course - rise, MODELS["rom2d"].colour)}
     for way, each in stresses.items():
-        rows: Heights = heights_by_stress(knit, contacts, each)
+        try:
+            rows = heights_by_stress(knit, contacts, each)
+        except GeometryError as error:
+            axes.text(0.5, 0.02, f"{way} tension: {error}", transform=axes.transAxes, ha="center", wrap=True)
+            continue
         found[way] = (MILLIMETRE * rows.interlock, MILLIMETRE * rows.leg, TENSION[way])
     step = (COLUMNS + 0.6) * width
     for number, (name, (interlock, leg, colour)) in enumerate(found.items()):

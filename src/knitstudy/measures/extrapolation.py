@@ -1,4 +1,8 @@
-"""Richardson's extrapolation of what refined discretisations give, and the limit that independent ones share."""
+"""Richardson's extrapolation of what refined discretisations give, and the limit that independent ones share.
+
+Roache 1998, Verification and Validation in Computational Science and Engineering, chapter 5; Aitken's, which needs no
+order: Press and others 2007, Numerical Recipes, section 5.3. What the limits are used for: docs/reference.md.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from knitstudy.errors import DataFileError
 
@@ -36,7 +41,8 @@ class Common:
     Attributes
     ----------
     value : float
-        Mean of their limits, each with the weight of one over the square of its uncertainty.
+        Mean of their limits, each with the weight of one over the square of its uncertainty, and of what all together
+        are less certain than they say (`common_limit`).
     extrapolation : float
         Uncertainty of that mean from the uncertainties of the limits.
     disagreement : float
@@ -141,10 +147,18 @@ def observed_order(sizes: np.ndarray, values: np.ndarray) -> float:
 def common_limit(limits: Sequence[Limit]) -> Common:
     """Return the limit that independent discretisations share.
 
+    Where limits lie farther apart than their uncertainties explain, one of these is too small, and nothing says which:
+    a way must not win by that. Then the same variance is added to all, as little as explains the distance [1].
+
     Raises
     ------
     DataFileError
         When there are fewer than two.
+
+    References
+    ----------
+    [1] J. Mandel, R. C. Paule: Interlaboratory evaluation of a material with unequal numbers of replicates, Analytical
+    Chemistry 42 (1970).
     """
     if len(limits) < 2:
         raise DataFileError(
@@ -154,9 +168,22 @@ def common_limit(limits: Sequence[Limit]) -> Common:
     spread = np.array([limit.uncertainty for limit in limits])
     if not spread.any():  # all are nothing
         return Common(float(value.mean()), 0.0, float(0.5 * np.ptp(value)))
-    weight = 1 / np.maximum(spread, SMALLEST * spread.max()) ** 2
+    variance = np.maximum(spread, SMALLEST * spread.max()) ** 2
+    weight = 1 / (variance + _unexplained(value, variance))
+    weight /= weight.sum()
     return Common(
-        value=float((weight * value).sum() / weight.sum()),
-        extrapolation=float(1 / np.sqrt(weight.sum())),
+        value=float(weight @ value),
+        extrapolation=float(np.sqrt(weight**2 @ variance)),
         disagreement=float(0.5 * np.ptp(value)),
     )
+
+
+def _unexplained(value: np.ndarray, variance: np.ndarray) -> float:
+    """Return the variance to be added to those (n,) of values (n,), after which these lie as far apart as they may."""
+
+    def excess(added: float) -> float:
+        weight = 1 / (variance + added)
+        mean = weight @ value / weight.sum()
+        return float(weight @ (value - mean) ** 2) - (len(value) - 1)
+
+    return 0.0 if excess(0.0) <= 0 else float(brentq(excess, 0.0, np.ptp(value) ** 2))

@@ -6,12 +6,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import nan
 
-import xarray as xr
-
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, resolution
 from knitstudy.measures.extrapolation import Limit, limit_of_degrees, limit_of_sizes
 from knitstudy.measures.problem import problem_of
-from knitstudy.measures.quantities import increment_at
 from knitstudy.study.scene import Scene, digest
 
 ORDER = 2.0
@@ -91,24 +88,3 @@ def _way(by_resolution: Mapping[float, Scene]) -> Way:
     name = discretisation(next(iter(by_resolution.values())))
     order = sorted(by_resolution, reverse=name != SOLID_YARNS)
     return Way(name, tuple(by_resolution[each] for each in order))
-
-
-def values_at(
-    values, histories: Mapping[str, xr.Dataset], contacts: Mapping[str, xr.Dataset], strain: float
-) -> dict[str, float]:
-    """Return a quantity at a strain by scene, of those scenes that have an increment there.
-
-    Parameters
-    ----------
-    values : callable
-        Of `quantities.QUANTITIES`.
-    histories, contacts : mapping of str to Dataset
-        By scene.
-    strain : float
-    """
-    found = {name: increment_at(history, strain) for name, history in histories.items()}
-    return {
-        name: float(values(histories[name], contacts[name])[at])
-        for name, at in found.items()
-        if at is not None and name in contacts
-    }

@@ -1,28 +1,44 @@
-"""The copy of the reference that is kept: which code it was made by, and whether that is the code of today.
+"""The copy of the reference that is kept: what it stands on, which code it was made by, and whether that is today's.
 
-``python -m knitstudy.stages.reference`` keeps the table that the study `reference` has made (`make reference`).
+``python -m knitstudy.stages.reference`` keeps what the simulations of the study `reference` have found, as many as are
+there (`make reference` makes all), and the limits that they tend to with those kept before.
 """
 
 from __future__ import annotations
 
 import datetime
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+
+import pandas as pd
 
 from knitstudy.errors import DataFileError, KnitstudyError
 from knitstudy.files.csv_table import read_table, write_table
+from knitstudy.files.netcdf import read_dataset
 from knitstudy.measures.selection import ways
+from knitstudy.measures.ways import ways_of
 from knitstudy.stages.code import code_digest
+from knitstudy.stages.plan import Plan, digest_or_warning
 from knitstudy.stages.table import STAGES, stage_of
 from knitstudy.study.configuration import CONFIG, load_scenes, load_study
 from knitstudy.study.scene import Scene
+from knitstudy.tables.reference import limits, values_of
 
-MADE, KEPT = Path("results/tables/reference.csv"), Path("resources/reference/reference.csv")
-"""What the study makes, and what models are measured against."""
+RESULTS = Path("results")
+KEPT = Path("resources/reference/reference.csv")
+"""What models are measured against."""
 
 BESIDE = ("geometry", "mesh", "contacts")
 """Stages whose results the reference is made from besides histories."""
+
+SEPARATOR = " "
+"""Between the digests of codes that made what one row stands on."""
+
+
+def values_beside(kept: Path) -> Path:
+    """Return where the values of single simulations are kept that a reference stands on."""
+    return kept.with_name(f"{kept.stem}_values.csv")
 
 
 def code_behind(scenes: Iterable[Scene]) -> str:
@@ -35,32 +51,76 @@ def code_behind(scenes: Iterable[Scene]) -> str:
     return code_digest(*sorted(modules))
 
 
-def code_of_study(config: Path = CONFIG) -> str:
-    """Return that digest of the study `reference` of a configuration folder."""
+def study_of(config: Path = CONFIG) -> dict[str, Scene]:
+    """Return the scenes of the study `reference` of a configuration folder."""
     scenes = load_scenes(config)
-    return code_behind(scenes[name] for name in load_study("reference", config))
+    return {name: scenes[name] for name in load_study("reference", config)}
 
 
-def keep(made: Path, kept: Path, code: str) -> None:
-    """Copy the table of the reference, with the digest of the code behind it and the day in every row.
+def found(scenes: Mapping[str, Scene], results: Path, config: Path = CONFIG) -> pd.DataFrame:
+    """Return the values of those simulations among scenes whose results are there and up to date."""
+    plan, histories, contacts = Plan.of(config), {}, {}
+    for name, scene in scenes.items():
+        steps = stage_of(scene), STAGES.find("contacts")
+        paths = [results / stage.path(scene) for stage in steps]
+        wanted = [plan.digest(stage, scene) for stage in steps]
+        if all(path.is_file() for path in paths) and [digest_or_warning(path) for path in paths] == wanted:
+            histories[name], contacts[name] = (read_dataset(path) for path in paths)
+    return values_of(histories, contacts)
+
+
+def keep(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, code: str) -> None:
+    """Keep values of simulations with the code behind them and the day, and the limits of all that are kept.
+
+    A simulation's rows replace those of before. Rows of the reference whose problem no two ways have values of stay.
+
+    Parameters
+    ----------
+    values : DataFrame
+        Of `tables.reference.values_of`.
+    scenes : mapping of str to Scene
+        Of the study; values of others are dropped.
+    kept : Path
+        The reference; its values lie beside it (`values_beside`).
+    code : str
+        Digest of the code behind these values.
 
     Raises
     ------
     DataFileError
-        When there is no such table, or it is empty.
+        When there are no values.
     """
-    table = read_table(made)
-    if table.empty:
-        raise DataFileError(
-            f"{made}: has no rows; the study must have two discretisations of a problem or more"
-        )
-    write_table(table.assign(code=code, made=datetime.date.today().isoformat()), kept)
+    if values.empty:
+        raise DataFileError(f"{RESULTS}: has no simulation of the study `reference` that is up to date")
+    today = datetime.date.today().isoformat()
+    all_values = _with_others(values.assign(code=code, made=today), values_beside(kept), "scene")
+    all_values = all_values[all_values["scene"].isin(set(scenes))]
+    reference = limits(all_values, scenes)
+    of = all_values.groupby("scene")[["code", "made"]].first()
+    marks = {}
+    for problem, found_ways in ways_of(scenes[name] for name in of.index).items():
+        behind = of.loc[[scene.name for way in found_ways for scene in way.scenes]]
+        marks[problem] = SEPARATOR.join(sorted(set(behind["code"]))), behind["made"].max()
+    if not reference.empty:
+        reference["code"], reference["made"] = zip(*reference["problem"].map(marks), strict=True)
+        write_table(_with_others(reference, kept, "problem"), kept)
+    write_table(all_values, values_beside(kept))
+
+
+def _with_others(rows: pd.DataFrame, kept: Path, key: str) -> pd.DataFrame:
+    """Return rows, in the place of those kept with their key, among all others that are kept."""
+    if not kept.is_file():
+        return rows
+    before = read_table(kept, needs=(key, "code", "made"))
+    others = before[~before[key].isin(set(rows[key]))]
+    order = {name: place for place, name in enumerate(dict.fromkeys([*before[key], *rows[key]]))}
+    return pd.concat([others, rows]).sort_values(key, key=lambda names: names.map(order), kind="stable")
 
 
 def warning(kept: Path, code: str) -> str:
     """Return what is to be said of a kept copy whose code is not that of today; nothing where it is."""
     table = read_table(kept, needs=("code", "made"))
-    found = sorted(set(table["code"].astype(str)))
+    found = sorted({digest for each in table["code"].astype(str) for digest in each.split(SEPARATOR)})
     if found == [code]:
         return ""
     return (
@@ -71,7 +131,8 @@ def warning(kept: Path, code: str) -> str:
 
 if __name__ == "__main__":
     try:
-        keep(MADE, KEPT, code_of_study())
+        study = study_of()
+        keep(found(study, RESULTS), study, KEPT, code_behind(study.values()))
     except KnitstudyError as error:
         sys.exit(f"error: {error}")
     print(f"Reference: {KEPT.absolute()}")

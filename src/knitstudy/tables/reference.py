@@ -10,8 +10,8 @@ import xarray as xr
 
 from knitstudy.measures.extrapolation import common_limit
 from knitstudy.measures.names import INTERACTIONS
-from knitstudy.measures.quantities import QUANTITIES, STRAINS
-from knitstudy.measures.ways import Way, values_at, ways_of
+from knitstudy.measures.quantities import QUANTITIES, STRAINS, increment_at
+from knitstudy.measures.ways import Way, ways_of
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
@@ -28,6 +28,9 @@ COLUMNS = [
     "mostly from",
     "ways",
 ]
+
+VALUES = ["scene", "strain [1]", "quantity", "unit", "value"]
+"""What single simulations give: limits are drawn from nothing else."""
 
 OF_WAYS = [
     *SAID,
@@ -61,7 +64,7 @@ def tabulate(
     scenes : mapping of str to Scene
         Their scenes by the same names.
     """
-    return pd.DataFrame(list(_rows(ways, ways_contacts, scenes)), columns=COLUMNS)
+    return limits(values_of(ways, ways_contacts), scenes)
 
 
 @TABLES.add(
@@ -80,56 +83,81 @@ def tabulate_ways(
     ways, ways_contacts, scenes
         As of `tabulate`.
     """
-    rows = []
-    for said, found in _found(ways, ways_contacts, scenes):
-        for way, values in found:
-            limit = way.limit(values)
-            rows.append(
-                said
-                | {
-                    "way": way.name,
-                    "resolutions": way.said,
-                    "values": ", ".join(f"{values[scene.name]:.6g}" for scene in way.scenes),
-                    "limit": limit.value,
-                    "uncertainty": limit.uncertainty,
-                    "assumed order [1]": way.order,
-                    "observed order [1]": limit.order,
-                }
-            )
+    values = values_of(ways, ways_contacts)
+    rows = [_row_of(said, *of) for said, found in _found(values, scenes) for of in found]
     return pd.DataFrame(rows, columns=OF_WAYS)
 
 
-def _rows(ways: Mapping, contacts: Mapping, scenes: Mapping[str, Scene]) -> Iterator[dict]:
-    for said, found in _found(ways, contacts, scenes):
-        if len(found) < 2:
-            continue
-        common = common_limit([way.limit(values) for way, values in found])
-        yield said | {
-            "value": common.value,
-            "uncertainty": common.uncertainty,
-            "relative uncertainty [1]": common.uncertainty / abs(common.value)
-            if common.value
-            else float("nan"),
-            "uncertainty from extrapolation": common.extrapolation,
-            "uncertainty from disagreement": common.disagreement,
-            "mostly from": common.origin,
-            "ways": "; ".join(f"{way.name} {way.said}" for way, _ in found),
-        }
+def values_of(histories: Mapping[str, xr.Dataset], contacts: Mapping[str, xr.Dataset]) -> pd.DataFrame:
+    """Return what simulations give: one row a scene, strain that an increment ends at, and quantity that is finite.
+
+    Parameters
+    ----------
+    histories, contacts : mapping of str to Dataset
+        By scene.
+    """
+    rows = []
+    for name in (name for name in histories if name in contacts):
+        places = {strain: increment_at(histories[name], strain) for strain in STRAINS}
+        for quantity, (unit, values) in QUANTITIES.items():
+            found = values(histories[name], contacts[name])
+            rows += [
+                (name, strain, quantity, unit, float(found[at]))
+                for strain, at in places.items()
+                if at is not None and isfinite(found[at])
+            ]
+    return pd.DataFrame(rows, columns=VALUES)
+
+
+def limits(values: pd.DataFrame, scenes: Mapping[str, Scene]) -> pd.DataFrame:
+    """Return the reference, as `tabulate` does, from values of single simulations (`values_of`)."""
+    rows = [_row(said, found) for said, found in _found(values, scenes) if len(found) > 1]
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _row(said: dict, found: list[tuple[Way, dict[str, float]]]) -> dict:
+    common = common_limit([way.limit(values) for way, values in found])
+    return said | {
+        "value": common.value,
+        "uncertainty": common.uncertainty,
+        "relative uncertainty [1]": common.uncertainty / abs(common.value) if common.value else float("nan"),
+        "uncertainty from extrapolation": common.extrapolation,
+        "uncertainty from disagreement": common.disagreement,
+        "mostly from": common.origin,
+        "ways": "; ".join(f"{way.name} {way.said}" for way, _ in found),
+    }
+
+
+def _row_of(said: dict, way: Way, values: dict[str, float]) -> dict:
+    limit = way.limit(values)
+    return said | {
+        "way": way.name,
+        "resolutions": way.said,
+        "values": ", ".join(f"{values[scene.name]:.6g}" for scene in way.scenes),
+        "limit": limit.value,
+        "uncertainty": limit.uncertainty,
+        "assumed order [1]": way.order,
+        "observed order [1]": limit.order,
+    }
 
 
 def _found(
-    histories: Mapping[str, xr.Dataset], contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
+    values: pd.DataFrame, scenes: Mapping[str, Scene]
 ) -> Iterator[tuple[dict, list[tuple[Way, dict[str, float]]]]]:
-    """Yield what each row is of, and the ways to it whose simulations all have a finite value."""
-    for problem, ways in ways_of(scenes[name] for name in histories).items():
-        for quantity, (unit, values_of) in QUANTITIES.items():
+    """Yield what each row is of, and the ways to it whose simulations all have a value."""
+    simulated = set(values["scene"])
+    by_row = {
+        key: dict(zip(of["scene"], of["value"], strict=True))
+        for key, of in values.groupby(["quantity", "strain [1]"])
+    }
+    for problem, ways in ways_of(scenes[name] for name in scenes if name in simulated).items():
+        for quantity, (unit, _) in QUANTITIES.items():
             for strain in STRAINS:
-                values = values_at(values_of, histories, contacts, strain)
-                known = {name for name, value in values.items() if isfinite(value)}
+                known = by_row.get((quantity, strain), {})
                 found = [
-                    (way, {scene.name: values[scene.name] for scene in way.scenes})
+                    (way, {scene.name: known[scene.name] for scene in way.scenes})
                     for way in ways
-                    if known.issuperset(scene.name for scene in way.scenes)
+                    if known.keys() >= {scene.name for scene in way.scenes}
                 ]
                 if found and any(any(of.values()) for _, of in found):
                     yield _said(found[0][0].scenes[0], problem, strain, quantity, unit), found

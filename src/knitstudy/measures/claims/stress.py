@@ -5,8 +5,6 @@ The bars were fixed before any number was known.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import xarray as xr
 
@@ -21,6 +19,7 @@ from knitstudy.measures.claims.evidence import (
     at_full_strain,
     verdict,
 )
+from knitstudy.measures.claims.rule import BEFORE, Rule
 from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.printed import numbers
@@ -129,7 +128,24 @@ def height_ratio(knit: Knit, stresses: list[xr.Dataset]) -> Estimate:
     return Estimate(ratio(0), max(abs(ratio(sign) - ratio(0)) for sign in (-1, 1)))
 
 
-JUDGES: dict[str, Callable[[Evidence], Judgement]] = {"M1": judge_directions, "M2": judge_heights}
+RULES = {
+    "M1": Rule(
+        judge_directions,
+        f"segments 2 to 5, averaged over equivalent ones, lie within {NEAR:g} degrees of the printed 31 to 36 degrees "
+        "to x in course tension and of 82 in wale tension, with isotropic friction; and each is turned from its "
+        "direction by geometry towards x in course tension, towards y in wale tension, by more than its uncertainty; "
+        "the latter alone is a tendency, which does not decide",
+        BEFORE,
+        ("table4_angles", "fig13_principal_stress", "fig14_segments"),
+    ),
+    "M2": Rule(
+        judge_heights,
+        "a row of the honeycomb along the principal stress is lower than that by geometry for course tension and "
+        "higher for wale tension, each by more than its uncertainty, with isotropic friction",
+        BEFORE,
+        ("fig14_segments", "table4_angles"),
+    ),
+}
 
 
 def _isotropic(evidence: Evidence) -> dict[str, list[str]] | None:
