@@ -59,7 +59,7 @@ class Yarn:
         else:
             # Coefficients that fit the field best at the drawn places of the yarn: exactly, as it is quadratic across.
             own = self.parts.nodes_of(0)
-            rows = self.mesh.yarn_nodes(0)
+            rows = self.mesh.slice_nodes(np.flatnonzero(self.mesh.yarn_of_slice == 0)).ravel()
             unit = np.zeros((len(nodes), len(own)))
             unit[own, np.arange(len(own))] = 1
             matrix = (sampling @ unit)[rows]
