@@ -67,7 +67,7 @@ def test_honeycomb_by_stress_comes_from_a_simulation_that_keeps_its_fields(confi
     stage, dns = Plan(scenes).needs(stage_of(scene), scene)["stresses"]
     assert (stage.name, dns.name) == ("stress", "dns-a")
     scenes["dns-a"] = scenes["dns-a"].vary({"outputs": []})
-    with pytest.raises(ConfigurationError, match="scene 'dns-a': outputs is .* but must hold 'fields'"):
+    with pytest.raises(ConfigurationError, match=r"scene 'dns-a': outputs is .* but must hold 'fields'"):
         Plan(scenes).needs(stage_of(scene), scene)
 
 
