@@ -43,6 +43,28 @@ SPRINGS = {"course": (84.5e3, 67.6e3, 952.1e3), "wale": (73.4e3, 233.2e3, 600e3)
 """The paper's [N/m]."""
 
 
+def domain(plain):
+    """Return scenes and histories of square knits of hexahedra, by name: as large as the paper's."""
+    scenes, histories = {}, {}
+    for kind, unknowns in (("tie", 189_513), ("isotropic", 311_913)):
+        for cells in (3, 6, 8):
+            name = f"domain-{kind}-{cells}"
+            keys = {
+                "name": name,
+                "fidelity": "dns",
+                "interaction": kind,
+                "mesh.size": 0.3e-3,
+                "load.strain": 0.0125,
+            }
+            size = {"knit": f"plain{cells}", "pattern.loops": cells, "pattern.rows": cells}
+            scenes[name] = plain.vary(keys | size)
+            cost = {"dof": unknowns * cells**2 // 9, "memory_growth": 3e3 * unknowns * cells**2 / 9}
+            history = synthetic.history(lift=1e-4 * cells, scene=name, interaction=kind, **cost)
+            seconds = np.full((3, 1), 0.1 * cells**2)
+            histories[name] = history.assign(seconds=(("increment", "phase"), seconds))
+    return scenes, histories
+
+
 def scenes(plain):
     """Return all scenes by name, the main simulation of each case before its variants."""
     found = {}

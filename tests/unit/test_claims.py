@@ -5,8 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import study
+import sweeping
 import synthetic
 
 from knitstudy.crossings.contacts import extract
@@ -33,18 +35,26 @@ STIFFNESS = {"tie": 1.2, "rough": 1.1, "isotropic": 1.0, "untied": 0.5}
 @pytest.fixture(scope="module")
 def evidence(plain_scene, knit, contacts):
     """Everything as the paper has it."""
-    scenes = study.scenes(plain_scene)
+    scenes, swept = study.scenes(plain_scene), sweeping.scenes()
+    sizes, grown = study.domain(plain_scene)
     solid = scenes["dns-isotropic-course"]
     return Evidence(
         geometry=synthetic.geometry(Knit(initial_loop(plain_scene), 2, 2), flattened=0.99),
         scenes=scenes
+        | sizes
         | {name: solid.replace("contact.friction", friction) for name, friction in FRICTIONS.items()}
-        | {kind: solid.replace("interaction", kind) for kind in ("tie", "rough")},
+        | {kind: solid.replace("interaction", kind) for kind in ("tie", "rough")}
+        | {name: scene for name, scene in swept.items() if name not in scenes},
         paper=read_table(RESOURCES / "paper_tables.csv"),
-        reference=study.reference(scenes),
-        every=study.histories(scenes),
+        reference=pd.concat([study.reference(scenes), sweeping.reference(swept)]),
+        every=study.histories(scenes) | grown,
         sprung=study.sprung(contacts),
         stresses=stressed(knit),
+        sweeps={
+            name: history
+            for name, history in sweeping.histories(swept, {"shape": 1.0}).items()
+            if name not in scenes
+        },
         **in_contact(knit),
     )
 
@@ -133,6 +143,17 @@ def test_every_claim_of_the_paper_has_a_rule():
 def test_rules_name_figures_and_tables_that_exist():
     known = {*FIGURES.names(), *TABLES.names()}
     assert not {name for rule in RULES.values() for name in rule.see} - known
+
+
+def test_contact_that_adds_no_unknowns_is_not_the_papers(evidence):
+    same = {
+        name: history.assign_attrs(dof=evidence.every[name.replace("isotropic", "tie")].attrs["dof"])
+        for name, history in evidence.every.items()
+        if name.startswith("domain-isotropic")
+    }
+    judged = RULES["S1"].judge(replace(evidence, every=dict(evidence.every) | same))
+    assert judged.verdict == "not reproduced"
+    assert "contact over ties at 3 x 3: 1.00 in degrees of freedom (paper 1.65)" in judged.measured
 
 
 def test_penetration_that_stays_is_not_reproduced(evidence):

@@ -1,8 +1,11 @@
 """Every figure on small made-up results, drawn by matplotlib alone."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import study
+import sweeping
 import synthetic
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.image import imread
@@ -15,6 +18,7 @@ from knitstudy.figures.fig_pair_slip import Slide
 from knitstudy.figures.interlock import InterlockSide
 from knitstudy.figures.picture import CHOICE, is_fallback
 from knitstudy.figures.saving import FALLBACK_RENDERER, describe, save
+from knitstudy.files.csv_table import read_table
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.selection import CASES
@@ -49,6 +53,8 @@ IN_CONTACT = (
 
 NORMALS = {r"$\mathbf{n}_1$", r"$\mathbf{n}_2$"}
 
+PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
+
 
 @pytest.fixture(scope="module")
 def knit(plain_scene):
@@ -76,6 +82,9 @@ def results(knit, plain_scene):
         | stresses
         | {
             "reference": study.reference(study.scenes(plain_scene)),
+            "paper": read_table(PAPER),
+            "domain": study.domain(plain_scene)[1],
+            "domain_contacts": {},
             "geometry": synthetic.geometry(knit),
             "mesh": mesh.to_dataset(),
             "contacts": contacts_of_crossings(knit),
@@ -85,6 +94,7 @@ def results(knit, plain_scene):
             "tie": synthetic.history(force=(0, 9, 18), lift=1e-4),
             "rough": synthetic.history(force=(0, 8, 16), lift=3e-4),
             "isotropic": synthetic.history(force=(0, 6, 12), lift=2e-4),
+            "sweeps": sweeping.histories(sweeping.scenes(), {"shape": 1.0}),
             "others": {"dns-tie-course-medium": synthetic.history(force=(0, 5.5, 11))},
             "reduced": {
                 name: synthetic.history(force=(0, 7, 14))
@@ -128,7 +138,8 @@ def scenes(plain_scene):
     found = study.scenes(plain_scene)
     roles = {model: f"{model}-tie-course" for model in ("dns", "rom3d", "rom2d")}
     cases = {f"{case}_dns": found[f"dns-{case.replace('_', '-')}"] for case in CASES}
-    return found | cases | {role: found[name] for role, name in roles.items()}
+    found |= study.domain(plain_scene)[0]
+    return found | sweeping.scenes() | cases | {role: found[name] for role, name in roles.items()}
 
 
 @pytest.fixture

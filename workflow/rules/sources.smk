@@ -5,6 +5,7 @@ REFERENCE = {
     "paper": "resources/reference/paper_tables.csv",
     "claims": "resources/reference/paper_claims.csv",
     "reference": "resources/reference/reference.csv",
+    "loops": "resources/reference/loops.csv",
     "targets": f"{CONFIG}/calibration.yaml",
 }
 

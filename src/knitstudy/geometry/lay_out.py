@@ -3,11 +3,11 @@
 import numpy as np
 import xarray as xr
 
+from knitstudy.errors import GeometryError
 from knitstudy.geometry.loop import Loop
-from knitstudy.geometry.optimise import CONTACT_TOLERANCE, optimise
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit, metre
-from knitstudy.geometry.survey import check_yarns, survey
+from knitstudy.geometry.redraw import redraw
 
 
 def lay_out(scene):
@@ -34,16 +34,22 @@ def lay_out(scene):
     if scene.specimen == "pair":
         pair = scene.pair
         return YarnPair(scene.yarn.radius, pair.angle, pair.length, pair.clearance).to_dataset()
-    initial = initial_loop(scene)
-    loop, optimum = optimise(initial, scene.geometry)
-    surveys = survey(initial), survey(loop)
-    check_yarns(surveys[1], loop, CONTACT_TOLERANCE)
-    knit = Knit(loop, scene.pattern.loops, scene.pattern.rows)
+    pattern = scene.pattern
+    try:
+        initial, loop, optimum, surveys = redraw(
+            initial_loop(scene), pattern.course_ratio, pattern.keep, scene.geometry
+        )
+    except GeometryError as error:
+        raise GeometryError(
+            f"yarn.diameter {scene.yarn.diameter:g} m, pattern.course_ratio {pattern.course_ratio:g}, pattern.keep "
+            f"{pattern.keep!r}: {error}; or a pattern.course_ratio nearer to 1: docs/geometry.md lists what is found"
+        ) from error
+    knit = Knit(loop, pattern.loops, pattern.rows)
     return knit.to_dataset().merge(report(initial, optimum, surveys))
 
 
 def initial_loop(scene):
-    """The loop of a scene before its optimisation: Loop."""
+    """The loop of a scene as it is drawn, before its optimisation: Loop."""
     pattern = scene.pattern
     return Loop(
         np.asarray(pattern.control_points, dtype=float),

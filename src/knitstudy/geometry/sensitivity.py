@@ -4,8 +4,7 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.optimise import optimise
-from knitstudy.geometry.survey import survey
+from knitstudy.geometry.redraw import redraw
 
 WEIGHTS = ("alpha", "beta", "gamma", "beta_0")
 
@@ -31,16 +30,18 @@ def sensitivity(scene, factors=(0.1, 10.0)):
         When a variant has no valid optimum.
     """
     variants = [("none", 1.0)] + [(weight, factor) for weight in WEIGHTS for factor in factors]
-    initial = initial_loop(scene)
-    reference, _ = optimise(initial, scene.geometry)
-    return pd.DataFrame(_row(scene, initial, reference, *variant) for variant in variants)
+    _, reference, _, _ = _redrawn(scene)
+    return pd.DataFrame(_row(scene, reference, *variant) for variant in variants)
 
 
-def _row(scene, initial, reference, weight, factor):
+def _redrawn(scene):
+    return redraw(initial_loop(scene), scene.pattern.course_ratio, scene.pattern.keep, scene.geometry)
+
+
+def _row(scene, reference, weight, factor):
     if weight != "none":
         scene = scene.replace(f"geometry.{weight}", factor * getattr(scene.geometry, weight))
-    loop, _ = optimise(initial, scene.geometry)
-    measured = survey(loop)
+    initial, loop, _, (_, measured) = _redrawn(scene)
     moved = np.linalg.norm(loop.control_points - reference.control_points, axis=1).max()
     return {
         "weight": weight,

@@ -45,6 +45,12 @@ def numbers(paper: pd.DataFrame, table: str, case: str, quantity: str) -> np.nda
     return _floats(reported(paper, table, case, quantity))
 
 
+def printed(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
+    """Return a number in its unit, nan where the paper prints none."""
+    same = (paper["table"].astype(str) == table) & (paper["case"] == case) & (paper["quantity"] == quantity)
+    return number(paper, table, case, quantity) if same.any() else np.nan
+
+
 def _floats(row: pd.Series) -> np.ndarray:
     try:
         return np.array([float(part) for part in str(row["value"]).split()])

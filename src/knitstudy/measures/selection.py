@@ -14,8 +14,10 @@ Whatever the case:
 - "tie_course_dns" and so on: the models of the four cases of `CASES`.
 - "every": all simulations of knits; "sprung": the direct ones whose contacts give springs.
 - "frictions": several of one mesh with different coefficients of friction, ties and rough contact beside them.
+- "sweeps": direct simulations of knits whose course spacing or yarn diameter is swept (`measures.sweeps`).
 - "ways": direct simulations of knits whose increments end at the strains of the reference, which is made from them.
 - "fields": direct simulations of the four cases that keep their fields, one by every discretisation.
+- "domain": square knits that differ in nothing but their number of cells, by each model (see `measures.domain`).
 - "pairs": all pairs of crossing yarns that are pressed on each other and then slide.
 """
 
@@ -25,11 +27,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from knitstudy.measures.discretisation import is_direct, made_of
+from knitstudy.measures.domain import series_of
 from knitstudy.measures.quantities import STRAINS
+from knitstudy.measures.sweeps import FRICTION, swept
 from knitstudy.study.scene import Scene
-
-FRICTION = 0.76
-"""Coefficient of friction of Table 1: scenes with another one are variants."""
 
 COURSE = {"specimen": "knit", "load.direction": "course"}
 
@@ -118,6 +119,8 @@ def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene 
         "sprung": sprung(scenes),
         "ways": ways(scenes),
         "fields": with_fields(scenes),
+        "sweeps": swept(scenes),
+        "domain": domain(scenes),
     }
     beside = {}
     if models:
@@ -228,7 +231,13 @@ def with_fields(scenes: Iterable[Scene]) -> list[Scene]:
             for case, of in CASES.items():
                 if _fits(scene, of):
                     found.setdefault((case, made_of(scene)), scene)
-    return list(found.values())
+    knits = {case: scene.knit for (case, _), scene in reversed(found.items())}
+    return [scene for (case, _), scene in found.items() if scene.knit == knits[case]]
+
+
+def domain(scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the simulations of square knits of rising size, series by series."""
+    return [scene for series in series_of(scenes) for scene in series.scenes]
 
 
 def pairs(scenes: Iterable[Scene]) -> list[Scene]:

@@ -51,6 +51,12 @@ def _check_room(scene: Scene, where: str) -> None:
             raise ConfigurationError(
                 f"{where}: pattern.{name} is {spacing:g} m but must exceed yarn.diameter, {diameter:g} m"
             )
+    ratio, spacing = scene.pattern.course_ratio, scene.pattern.course_spacing
+    if ratio * spacing <= diameter:
+        raise ConfigurationError(
+            f"{where}: pattern.course_ratio is {ratio:g} but must exceed yarn.diameter / pattern.course_spacing,"
+            f" {diameter / spacing:.4g}"
+        )
     points, entries = len(scene.pattern.control_points), len(scene.geometry.free)
     if entries != points:
         raise ConfigurationError(

@@ -97,7 +97,7 @@ def _springs_from(scene: Scene) -> str | None:
 def _response(scene: Scene, history: xr.Dataset) -> dict:
     reached, force = float(history["strain"][-1]), history["force"].to_numpy()
     pattern, direction = scene.pattern, scene.load.direction
-    height, width = pattern.rows * pattern.course_spacing, pattern.loops * pattern.wale_spacing
+    height, width = _size(scene, history)
     along, across = (width, height) if direction == "course" else (height, width)
     energy = history["energy"].isel(increment=-1)
     forces = {
@@ -119,6 +119,16 @@ def _response(scene: Scene, history: xr.Dataset) -> dict:
         "dissipated energy per area [J/m2]": float(energy.sel(form=list(DISSIPATED)).sum())
         / (width * height),
     }
+
+
+def _size(scene: Scene, history: xr.Dataset) -> tuple[float, float]:
+    """Return height and width of a knit [m]; a wale spacing that follows from the yarn's length shows in the strain."""
+    pattern = scene.pattern
+    height = pattern.rows * pattern.course_ratio * pattern.course_spacing
+    if pattern.keep != "length":
+        return height, pattern.loops * pattern.wale_spacing
+    in_course = scene.load.direction == "course"
+    return height, float(history["displacement"][-1] / history["strain"][-1]) if in_course else np.nan
 
 
 def _cost(history: xr.Dataset) -> dict:

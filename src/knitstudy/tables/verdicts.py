@@ -31,6 +31,7 @@ from knitstudy.tables.catalogue import TABLES
         "frictions",
         "sprung_contacts",
         "fields_stress",
+        "sweeps",
     ),
     order=15,
 )
@@ -58,7 +59,7 @@ def tabulate(
     **contact : Dataset or mapping of str to Dataset
         As far as a study has them: histories "tie", "rough", "isotropic" and "untied" in course tension, the contacts
         "isotropic_contacts" and "untied_contacts", "frictions", histories of a sweep by scene, "sprung_contacts",
-        contacts that give springs, by scene, and "fields_stress", stresses by scene.
+        contacts that give springs, "fields_stress", stresses, and "sweeps", histories of other loops, by scene.
 
     Raises
     ------
@@ -76,6 +77,7 @@ def tabulate(
         frictions=contact.get("frictions", {}),
         sprung=contact.get("sprung_contacts", {}),
         stresses=contact.get("fields_stress", {}),
+        sweeps=contact.get("sweeps", {}),
     )
     return pd.DataFrame([_row(claim, evidence) for claim in claims.itertuples()])
 

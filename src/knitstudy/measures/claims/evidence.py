@@ -45,6 +45,8 @@ class Evidence:
         Contacts of all direct simulations that give springs, by scene.
     stresses : mapping of str to Dataset
         Stresses of the direct simulations that keep their fields, by scene, in the order of the families.
+    sweeps : mapping of str to Dataset
+        Histories of sweeps of course spacing and yarn diameter, by scene.
     """
 
     geometry: xr.Dataset
@@ -57,6 +59,7 @@ class Evidence:
     frictions: Mapping[str, xr.Dataset] = field(default_factory=dict)
     sprung: Mapping[str, xr.Dataset] = field(default_factory=dict)
     stresses: Mapping[str, xr.Dataset] = field(default_factory=dict)
+    sweeps: Mapping[str, xr.Dataset] = field(default_factory=dict)
 
     @cached_property
     def cases(self) -> tuple[Case, ...]:

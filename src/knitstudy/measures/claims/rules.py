@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from knitstudy.measures.claims import contact, kinematics, models, stress, unit_cell
+from knitstudy.measures.claims import contact, kinematics, models, size, stress, sweeps, unit_cell
 from knitstudy.measures.claims.rule import Rule
 
 RULES: dict[str, Rule] = {
@@ -11,5 +11,7 @@ RULES: dict[str, Rule] = {
     **kinematics.RULES,
     **models.RULES,
     **stress.RULES,
+    **size.RULES,
+    **sweeps.RULES,
 }
 """By the claim's id."""

@@ -11,7 +11,8 @@ class Pattern(Section):
     """Size and shape of the knit: `rows` rows of interlocks between `rows` + 1 yarns of `loops` loops.
 
     `control_points` (P, 3) in m describe one loop from sinker centre to sinker centre before optimisation; `clearance`
-    is the gap c0 wanted at every crossing, in yarn radii.
+    is the gap c0 wanted at every crossing, in yarn radii. `course_spacing` and `wale_spacing` are those that it is
+    drawn for; rows stand `course_ratio` times the course spacing apart, and `keep` says what stays of the drawn loop.
     """
 
     loops: int = key(
@@ -78,6 +79,24 @@ class Pattern(Section):
         checked="0.005 to 0.04: force -2.3 % at 0.04 (docs/sensitivity.md)",
         ge=0,
         le=1,
+    )
+
+    course_ratio: float = key(
+        "a number from 0.5 to 2, course spacing over the one that the loop is drawn for",
+        standing="choice",
+        source="Fig. 11a varies the course spacing without saying how far",
+        checked="0.7 to 1.3 (docs/geometry.md)",
+        default=1.0,
+        ge=0.5,
+        le=2,
+    )
+
+    keep: Literal["shape", "length", "wale_spacing"] = key(
+        "shape, length or wale_spacing: what stays of the drawn loop at another course spacing or diameter",
+        standing="choice",
+        source="not printed: Fig. 11 does not say what is held fixed (docs/geometry.md)",
+        checked="all three",
+        default="shape",
     )
 
 

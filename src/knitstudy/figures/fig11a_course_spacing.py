@@ -1,0 +1,47 @@
+"""Fig. 11a: largest out-of-plane motion against course spacing, by what is held fixed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pandas as pd
+import xarray as xr
+from matplotlib.figure import Figure
+
+from knitstudy.figures.annotation import MILLIMETRE
+from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.style import styled
+from knitstudy.figures.sweep import draw_sweep
+from knitstudy.measures.loops import refused
+from knitstudy.measures.sweeps import SPACING, series_of
+from knitstudy.study.scene import Scene
+
+
+@FIGURES.add(
+    "fig11a_course_spacing",
+    "Fig. 11a: out-of-plane motion against course spacing",
+    needs=("sweeps", "scenes", "reference"),
+    optional=("loops",),
+)
+@styled
+def draw(
+    sweeps: Mapping[str, xr.Dataset],
+    scenes: Mapping[str, Scene],
+    reference: pd.DataFrame,
+    loops: pd.DataFrame | None = None,
+) -> Figure:
+    """Draw the largest |u_z| at full strain over the course spacing.
+
+    Parameters
+    ----------
+    sweeps : mapping of str to Dataset
+        Histories by scene (see docs/architecture.md).
+    scenes : mapping of str to Scene
+        Their scenes by the same names.
+    reference, loops : DataFrame
+        ``resources/reference/reference.csv`` and ``loops.csv``.
+    """
+    series = series_of(SPACING, sweeps, scenes, reference)
+    drawn = MILLIMETRE * series[0].points[0].scene.pattern.course_spacing
+    lost = None if loops is None else refused(loops, "course ratio [1]", drawn)
+    return draw_sweep(series, lost, "course spacing (mm)", lambda point: drawn * point.value)

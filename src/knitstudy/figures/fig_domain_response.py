@@ -1,0 +1,87 @@
+"""How force, out-of-plane motion and contact forces of a square knit depend on its size."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, ScalarFormatter
+
+from knitstudy.figures.annotation import MILLIMETRE
+from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.style import INTERACTIONS, MODELS, Look, figure, panel_letter, styled
+from knitstudy.measures.discretisation import is_direct
+from knitstudy.measures.domain import Series, series_of
+from knitstudy.measures.domain_response import domain_response
+from knitstudy.study.scene import Scene
+
+WIDTH, HEIGHT = 170.0, 72.0
+"""Of the figure [mm]."""
+
+STRAIN = 0.05
+"""At which sizes are compared; series that end before are left out."""
+
+PANELS = (
+    ("force", "force over width (N/mm)", 1e-3),
+    ("out_of_plane", "largest $|u_z|$ (mm)", MILLIMETRE),
+    ("normal", "normal force, centre cell (N)", 1.0),
+)
+
+
+@FIGURES.add(
+    "fig_domain_response",
+    "Response of square knits against their size",
+    needs=("domain", "domain_contacts", "scenes"),
+    texts={
+        "alt": "Three panels over the number of cells in a row: force over width, largest out-of-plane motion, and "
+        "mean normal force of the crossings of the centre cell, of solid yarns and reduced models.",
+        "caption": "Square knits in course tension at 5 %: what of a small knit is edge.",
+        "paper": "The paper takes 3 x 3 knits throughout, and says that free-standing knits depend on their size.",
+        "ours": "The last point of every line is the largest knit that was followed.",
+    },
+)
+@styled
+def draw(
+    domain: Mapping[str, xr.Dataset], domain_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
+) -> Figure:
+    """Draw what knits answer over their size.
+
+    Parameters
+    ----------
+    domain, domain_contacts : mapping of str to Dataset
+        Histories of the series by scene, and contacts of the direct simulations among them (see docs/architecture.md).
+    scenes : mapping of str to Scene
+        Their scenes by the same names.
+    """
+    found = [series for series in series_of(scenes.values()) if series.scenes[0].load.strain >= STRAIN]
+    drawing = figure(WIDTH, HEIGHT)
+    for axes, letter, (name, label, unit) in zip(drawing.subplots(1, 3), "abc", PANELS, strict=True):
+        for series in found:
+            responses = [domain_response(scene, domain, domain_contacts) for scene in series.scenes]
+            values = unit * np.array([getattr(response, name) for response in responses])
+            look = _look(series)
+            axes.plot(series.cells, values, label=look.label, **look.line)
+        axes.set(xscale="log", xlabel="cells in a row", ylabel=label)
+        axes.set_xticks([1, 3, 6, 10, 20, 30])
+        axes.xaxis.set_major_formatter(ScalarFormatter())
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.set_ylim(0, None)
+        panel_letter(axes, letter)
+    handles, labels = drawing.axes[0].get_legend_handles_labels()
+    drawing.legend(handles, labels, loc="lower center", ncols=3, fontsize=6.5, handlelength=3.0)
+    drawing.subplots_adjust(left=0.08, right=0.985, top=0.91, bottom=0.34, wspace=0.36)
+    return drawing
+
+
+def _look(series: Series) -> Look:
+    """Return the look of an interaction for solid yarns, that of the model for reduced ones."""
+    scene = series.scenes[0]
+    if not is_direct(scene):
+        look = MODELS[scene.fidelity]
+        return Look(f"{look.label}, {series.interaction}", look.colour, look.dash, look.marker)
+    look = INTERACTIONS[scene.interaction]
+    free = scene.kind.interaction.touches and scene.contact.tied_edges == "none"
+    label = f"solid yarns, {series.interaction}"
+    return Look(label, look.colour, ":" if free else look.dash, "v" if free else look.marker)

@@ -1,0 +1,130 @@
+"""How cost and response of a square knit go with the number of its cells (section 3.3, Fig. 12a, Table 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.measures.discretisation import is_direct, made_of
+from knitstudy.measures.names import INTERACTIONS, NAMES
+from knitstudy.study.scene import LABELS, Scene, digest
+
+FEWEST = 3
+"""Sizes that make a series."""
+
+OF_SIZE = ("pattern.loops", "pattern.rows", "rom.contacts_from")
+"""Keys by which the knits of a series differ."""
+
+SMALLEST = 3
+"""Cells in a row from which on growth is fitted: a knit of one cell is all edges."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """Simulations of square knits that differ in nothing but their number of cells.
+
+    Attributes
+    ----------
+    scenes : tuple of Scene
+        From the smallest to the largest.
+    """
+
+    scenes: tuple[Scene, ...]
+
+    @property
+    def cells(self) -> np.ndarray:
+        """Cells (k,) in a row of each."""
+        return np.array([scene.pattern.loops for scene in self.scenes])
+
+    @property
+    def model(self) -> str:
+        """What it is computed with, in words."""
+        scene = self.scenes[0]
+        return made_of(scene) if is_direct(scene) else NAMES[scene.fidelity]
+
+    @property
+    def interaction(self) -> str:
+        """How yarns act on each other, in words."""
+        scene = self.scenes[0]
+        free = scene.kind.interaction.touches and scene.value("contact.tied_edges") == "none"
+        return INTERACTIONS[scene.interaction] + (", no row tied" if free else "")
+
+    def growth(self, values: Sequence[float]) -> PowerLaw:
+        """Return the law that values (k,), one a scene, follow from `SMALLEST` cells on."""
+        large = self.cells >= SMALLEST
+        return PowerLaw.through(self.cells[large], np.asarray(values)[large])
+
+
+@dataclass(frozen=True)
+class PowerLaw:
+    """factor n^exponent of cells n in a row."""
+
+    factor: float
+    exponent: float
+
+    @classmethod
+    def through(cls, cells: np.ndarray, values: np.ndarray) -> PowerLaw:
+        """Return the law (least squares of logarithms) of values (k,) that are positive."""
+        exponent, start = np.polyfit(np.log(cells), np.log(values), 1)
+        return cls(float(np.exp(start)), float(exponent))
+
+    def at(self, cells: np.ndarray | float) -> np.ndarray | float:
+        """Return the values at numbers of cells in a row."""
+        return self.factor * cells**self.exponent
+
+
+def series_of(scenes: Iterable[Scene]) -> list[Series]:
+    """Return the series among scenes, in the order of their first scenes: each of `FEWEST` sizes or more."""
+    groups: dict[str, dict[int, Scene]] = {}
+    for scene in scenes:
+        if scene.specimen == "knit" and scene.pattern.loops == scene.pattern.rows:
+            groups.setdefault(_all_but_size(scene), {}).setdefault(scene.pattern.loops, scene)
+    return [
+        Series(tuple(group[size] for size in sorted(group)))
+        for group in groups.values()
+        if len(group) >= FEWEST
+    ]
+
+
+def force_per_width(history: xr.Dataset, scene: Scene) -> float:
+    """Return the force of the driven side at full load over the width of the knit that it pulls [N/m]."""
+    spacing, count = scene.pattern.course_spacing, scene.pattern.rows
+    if scene.load.direction == "wale":
+        spacing, count = scene.pattern.wale_spacing, scene.pattern.loops
+    return float(history["force"][-1]) / (spacing * count)
+
+
+def seconds_a_newton_iteration(history: xr.Dataset) -> float:
+    """Return the time of a path over its Newton iterations [s]."""
+    return float(history["seconds"].sum()) / max(int(history["newton_iterations"].sum()), 1)
+
+
+def contact_over_ties(
+    series: Iterable[Series], histories: Mapping[str, xr.Dataset], quantity: str
+) -> dict[str, dict[int, float]]:
+    """Return what contact costs over ties, by model and cells in a row, for an attribute of histories."""
+    values: dict[tuple[str, str], dict[int, float]] = {}
+    for each in series:
+        values[each.model, each.interaction] = {
+            int(cells): histories[scene.name].attrs[quantity]
+            for cells, scene in zip(each.cells, each.scenes, strict=True)
+        }
+    return {
+        model: {cells: found[cells] / tied[cells] for cells in found if cells in tied}
+        for (model, interaction), found in values.items()
+        if interaction == INTERACTIONS["isotropic"] and (tied := values.get((model, INTERACTIONS["tie"])))
+    }
+
+
+def _all_but_size(scene: Scene) -> str:
+    document = {
+        name: {key: value for key, value in inside.items() if f"{name}.{key}" not in OF_SIZE}
+        if isinstance(inside, Mapping)
+        else inside
+        for name, inside in scene.to_dict().items()
+        if name not in LABELS
+    }
+    return digest(document)

@@ -1,0 +1,81 @@
+"""Square knits of rising size: what belongs together, how cost grows, and what the tables say of it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import study
+
+from knitstudy.figures import catalogue as figures
+from knitstudy.files.csv_table import read_table
+from knitstudy.measures.domain import PowerLaw, contact_over_ties, force_per_width, series_of
+from knitstudy.measures.selection import roles_of
+from knitstudy.tables import catalogue as tables
+
+PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
+
+
+@pytest.fixture(scope="module")
+def grown(plain_scene):
+    return study.domain(plain_scene)
+
+
+def test_a_power_law_is_found_again():
+    cells = np.array([3, 6, 8, 30])
+    law = PowerLaw.through(cells, 5.0 * cells**2.1)
+    assert (law.factor, law.exponent) == (pytest.approx(5.0), pytest.approx(2.1))
+    assert law.at(10.0) == pytest.approx(5.0 * 10**2.1)
+
+
+def test_series_differ_in_nothing_but_size(grown):
+    scenes, _ = grown
+    series = series_of(scenes.values())
+    assert [each.interaction for each in series] == ["tie constraint", "isotropic friction"]
+    assert all(each.cells.tolist() == [3, 6, 8] for each in series)
+    softer = scenes | {"domain-tie-6": scenes["domain-tie-6"].replace("yarn.youngs_modulus", 1e9)}
+    assert [each.interaction for each in series_of(softer.values())] == ["isotropic friction"]
+    assert [scene.name for scene in roles_of(scenes.values(), {})["domain"]] == list(scenes)
+
+
+def test_contact_over_ties_is_of_equal_sizes(grown):
+    scenes, histories = grown
+    (factors,) = contact_over_ties(series_of(scenes.values()), histories, "dof").values()
+    assert list(factors) == [3, 6, 8]
+    np.testing.assert_allclose(list(factors.values()), 311_913 / 189_513, rtol=1e-5)
+
+
+def test_force_is_over_the_width_that_is_pulled(grown):
+    scenes, histories = grown
+    scene, history = scenes["domain-tie-6"], histories["domain-tie-6"]
+    assert force_per_width(history, scene) == pytest.approx(10.0 / (6 * scene.pattern.course_spacing))
+    wale = scene.replace("load.direction", "wale")
+    assert force_per_width(history, wale) == pytest.approx(10.0 / (6 * scene.pattern.wale_spacing))
+
+
+def test_tables_stand_beside_the_papers(grown):
+    scenes, histories = grown
+    table = tables.tabulate("table3_domain_size", domain=histories, scenes=scenes, paper=read_table(PAPER))
+    contact = table[table["interaction"] == "isotropic friction"]
+    assert contact["degrees of freedom, paper [1]"].tolist() == [311_913, 1.73e6, 3.30e6]
+    assert contact["memory, paper [MB]"].tolist() == [1158, 4788, 10398]
+    np.testing.assert_allclose(table["memory over its law [1]"], 1.0, rtol=1e-9)
+    np.testing.assert_allclose(table["memory of an unknown [kB]"], 3.0, rtol=1e-5)
+    growth = tables.tabulate("domain_growth", domain=histories, scenes=scenes)
+    np.testing.assert_allclose(growth["exponent of memory growth [1]"], 2.0, rtol=1e-9)
+    np.testing.assert_allclose(growth["exponent of the time of a Newton iteration [1]"], 2.0, rtol=1e-9)
+
+
+def test_response_is_compared_with_the_largest_knit(grown):
+    scenes, histories = grown
+    table = tables.tabulate("domain_response", domain=histories, domain_contacts={}, scenes=scenes)
+    tied = table[table["interaction"] == "tie constraint"]
+    np.testing.assert_allclose(tied["the same, over that of the largest knit [1]"], [8 / 3, 8 / 6, 1])
+    assert tied["mean normal force in the centre cell [N]"].isna().all()
+
+
+def test_figures_of_the_domain_name_their_axes(grown):
+    scenes, histories = grown
+    cost = figures.draw("fig12a_domain_size", domain=histories, scenes=scenes, paper=read_table(PAPER))
+    assert [axes.get_ylabel() for axes in cost.axes] == ["degrees of freedom", "memory growth (MB)"]
+    response = figures.draw("fig_domain_response", domain=histories, domain_contacts={}, scenes=scenes)
+    assert response.axes[0].get_ylabel() == "force over width (N/mm)"

@@ -1,0 +1,64 @@
+"""Loops at other course spacings and of other yarns: what stays of the drawn one, and what is refused."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from knitstudy.errors import ConfigurationError, GeometryError
+from knitstudy.geometry.lay_out import initial_loop, lay_out
+from knitstudy.geometry.redraw import redraw, stretched
+from knitstudy.study.configuration import load_scene
+
+POINTS = 16
+COARSE = 12
+"""Samples a Bezier curve: closest points are refined from them, fewer only cost less."""
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return load_scene("sweep-wale-tie-course").replace("geometry.samples", COARSE)
+
+
+@pytest.fixture(scope="module")
+def drawn(scene):
+    return initial_loop(scene)
+
+
+def varied(scene, ratio, keep):
+    return scene.vary({"pattern.course_ratio": ratio, "pattern.keep": keep})
+
+
+def test_stretching_moves_points_with_the_spacings_and_leaves_heights(drawn):
+    wide = stretched(drawn, 1.25, 0.8)
+    np.testing.assert_allclose(wide.control_points, drawn.control_points * [1.25, 0.8, 1.0])
+    assert (wide.wale_spacing, wide.course_spacing) == (
+        1.25 * drawn.wale_spacing,
+        0.8 * drawn.course_spacing,
+    )
+    assert (wide.radius, wide.clearance) == (drawn.radius, drawn.clearance)
+
+
+def test_drawn_shape_stays_in_the_plane_when_rows_stand_closer(drawn, scene):
+    settings = SimpleNamespace(**scene.geometry.model_dump() | {"free": ("z",) * POINTS})
+    initial, loop, _, _ = redraw(drawn, 0.9, "shape", settings)
+    np.testing.assert_array_equal(initial.control_points, drawn.control_points)
+    np.testing.assert_allclose(
+        loop.control_points[:, :2], drawn.control_points[:, :2], atol=1e-15
+    )  # in radii and back
+    assert loop.course_spacing == 0.9 * drawn.course_spacing
+
+
+def test_loop_that_cannot_be_made_is_named_with_its_keys_and_a_remedy(scene):
+    impossible = varied(scene, 1.3, "length")
+    named = r"course_ratio 1\.3, pattern\.keep 'length': no wale spacing .*: take a pattern\.course_ratio nearer to 1"
+    with pytest.raises(GeometryError, match=named) as refused:
+        lay_out(impossible)
+    assert "\n" not in str(refused.value)
+
+
+def test_rows_within_a_diameter_are_refused(scene):
+    with pytest.raises(
+        ConfigurationError, match=r"pattern\.course_ratio is 0\.5 but must exceed yarn\.diameter"
+    ):
+        scene.vary({"pattern.course_ratio": 0.5, "pattern.course_spacing": 3.5e-3})

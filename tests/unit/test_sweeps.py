@@ -1,0 +1,145 @@
+"""Sweeps of course spacing and diameter: which simulations make a series, their errors, and claims K9 and K10."""
+
+import pandas as pd
+import pytest
+import study
+import sweeping
+from sweeping import LIFT, SURE, histories
+
+from knitstudy.errors import DataFileError
+from knitstudy.figures.catalogue import draw
+from knitstudy.files.csv_table import read_table
+from knitstudy.geometry.reach import FOUND
+from knitstudy.measures.claims.evidence import Evidence
+from knitstudy.measures.claims.rules import RULES
+from knitstudy.measures.loops import refused
+from knitstudy.measures.sweeps import DIAMETER, SPACING, series_of
+from knitstudy.study.configuration import CONFIG
+from knitstudy.tables.catalogue import tabulate
+
+REFERENCES = CONFIG.parent / "resources" / "reference"
+
+
+@pytest.fixture(scope="module")
+def scenes():
+    return sweeping.scenes()
+
+
+@pytest.fixture(scope="module")
+def reference(scenes):
+    return sweeping.reference(scenes)
+
+
+def judged(claim, scenes, reference, slopes, left_out=()):
+    kept = {name: scene for name, scene in scenes.items() if not any(part in name for part in left_out)}
+    paper = read_table(REFERENCES / "paper_tables.csv")
+    evidence = Evidence(None, kept, paper, reference, sweeps=histories(kept, slopes))
+    return RULES[claim].judge(evidence)
+
+
+def test_series_are_of_one_reading_interaction_and_discretisation(scenes, reference):
+    found = series_of(SPACING, histories(scenes, {"shape": 1.0}), scenes, reference)
+    main = {(each.keep, each.interaction): each for each in found if each.main}
+    assert len(main) == 6
+    ratios = [point.value for point in main["wale_spacing", "isotropic"].points]
+    assert ratios == [0.75, 0.8, 0.9, 1.0, 1.1, 1.2, 1.25]
+    assert [point.scene.name for point in main["shape", "tie"].points][-1] == "yarns-tie-course"
+    assert all(len(each.points) == 2 for each in found if not each.main)
+
+
+def test_thickness_is_swept_at_the_drawn_spacing(scenes, reference):
+    found = series_of(DIAMETER, histories(scenes, {"shape": 1.0}), scenes, reference)
+    for each in found:
+        assert {point.scene.pattern.course_ratio for point in each.points} == {1.0}
+
+
+def test_error_of_a_series_is_the_largest_that_is_known(scenes, reference):
+    found = histories(scenes, {"shape": 1.0})
+
+    def error():
+        (series,) = (
+            each
+            for each in series_of(SPACING, found, scenes, reference)
+            if each.main and (each.keep, each.interaction) == ("length", "isotropic")
+        )
+        return series.points[0].u_z.uncertainty / series.points[0].u_z.value
+
+    assert error() == pytest.approx(SURE)  # the drawn loop meets the reference
+    finer = "sweep-wale-c125-isotropic-course-p3"
+    found[finer] = study.history(lift=1.1 * 1.25 * LIFT, scene=finer)
+    assert error() == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("claim", ["K9", "K10"])
+@pytest.mark.parametrize(
+    ("slopes", "verdict"),
+    [
+        ({"shape": 1.0}, "reproduced"),
+        ({"shape": -1.0}, "not reproduced"),
+        ({"shape": 1.0, "length": -1.0}, "not decidable"),
+        ({"shape": 1e-3}, "not decidable"),
+    ],
+)
+def test_verdict_turns_with_the_slope_in_every_reading(scenes, reference, claim, slopes, verdict):
+    found = judged(claim, scenes, reference, slopes)
+    assert found.verdict == verdict, found
+    assert ("hangs on what is held fixed" in found.note) == ("length" in slopes)
+
+
+def test_step_the_other_way_beyond_the_uncertainties_counts_against(scenes, reference):
+    found = histories(scenes, {"shape": 1.0})
+    name = "sweep-wale-c110-isotropic-course"
+    found[name] = study.history(lift=0.9 * LIFT, scene=name)
+    paper = read_table(REFERENCES / "paper_tables.csv")
+    verdict = RULES["K9"].judge(Evidence(None, scenes, paper, reference, sweeps=found)).verdict
+    assert verdict == "not decidable"
+
+
+def test_verdict_is_withheld_without_all_readings_or_values(scenes, reference):
+    lacks = judged("K9", scenes, reference, {"shape": 1.0}, ["length"])
+    assert (lacks.verdict, "yarn in a loop held" in lacks.note) == ("not yet run", True)
+    few = judged("K9", scenes, reference, {"shape": 1.0}, ["c080", "c085", "c090", "c110", "c105"])
+    assert few.verdict == "not yet run"
+
+
+def test_table_has_a_row_for_every_point(scenes, reference):
+    sources = {"sweeps": histories(scenes, {"shape": 1.0}), "scenes": scenes, "reference": reference}
+    table = tabulate("sweeps", **sources)
+    assert set(table["swept"]) == {"course spacing", "yarn diameter"}
+    row = table[table["scene"] == "sweep-wale-c125-isotropic-course"].iloc[0]
+    assert row["largest |u_z| [m]"] == pytest.approx(2 * 1.25 * LIFT)
+    assert row["largest |u_z| over diameter [1]"] == pytest.approx(2 * 1.25 * LIFT / 1.8e-3)
+    assert row["course spacing [m]"] == pytest.approx(1.25 * 9.268935e-3)
+
+
+LOOPS = pd.DataFrame(
+    {
+        "held fixed": ["shape", "shape", "length", "shape"],
+        "course ratio [1]": [0.7, 1.0, 1.0, 1.0],
+        "yarn diameter [m]": [1.8e-3, 1.8e-3, 1.8e-3, 2.1e-3],
+        "outcome": ["yarns overlap", FOUND, FOUND, "yarns overlap"],
+    }
+)
+
+
+def test_refused_loops_are_those_of_one_sweep():
+    found = refused(LOOPS, "course ratio [1]", 10.0)
+    assert found.to_dict("list") == {"held fixed": ["shape"], "at": [7.0]}
+    assert refused(LOOPS, "yarn diameter [m]", 1e3)["at"].tolist() == [2.1]
+
+
+def test_table_of_loops_without_a_column_is_refused():
+    with pytest.raises(
+        DataFileError, match=r"'outcome'; make it again with `python -m knitstudy\.geometry\.reach`"
+    ):
+        refused(LOOPS.drop(columns="outcome"), "course ratio [1]", 1.0)
+
+
+@pytest.mark.parametrize("name", ["fig11a_course_spacing", "fig11b_yarn_diameter"])
+def test_figures_show_every_series_and_loops_that_cannot_be_made(scenes, reference, name):
+    sources = {"sweeps": histories(scenes, {"shape": 1.0}), "scenes": scenes, "reference": reference}
+    drawing = draw(name, **sources, loops=LOOPS)
+    labels = [text.get_text() for text in drawing.legends[0].get_texts()]
+    assert "wale spacing held, isotropic friction" in labels
+    assert "drawn shape held: no such loop" in labels
+    assert len(drawing.axes) == 2
