@@ -1,5 +1,7 @@
 """Every figure on small made-up results, drawn by matplotlib alone."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import study
@@ -15,12 +17,15 @@ from knitstudy.figures.fig_pair_slip import Slide
 from knitstudy.figures.interlock import InterlockSide
 from knitstudy.figures.picture import CHOICE, is_fallback
 from knitstudy.figures.saving import FALLBACK_RENDERER, describe, save
+from knitstudy.files.csv_table import read_table
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.selection import CASES
 from knitstudy.mesh.knit import mesh_knit
 from knitstudy.networks.rom import honeycomb
 from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
+
+PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
 
 SOLID = (
     "fig01_unit_cell",
@@ -54,13 +59,20 @@ def knit(plain_scene):
 
 
 @pytest.fixture(scope="module")
-def results(knit, plain_scene):
+def results(knit, plain_scene, touching):
     """Results by what figures call them; those of models are replaced where a figure needs stations."""
     lifts = {"dns": 2e-4, "rom3d": 1e-4}
     cases = {
         f"{case}_{model}": synthetic.history(lift=lift) for case in CASES for model, lift in lifts.items()
     }
+    # All rows of a knit of 2 x 2 are outer ones.
+    varied = {name: each for name, each in study.varied(plain_scene).items() if "untied" not in name}
     return cases | {
+        "variations": {
+            name: study.in_contact(touching["dns"], scene.interaction) for name, scene in varied.items()
+        },
+        "variations_contacts": dict.fromkeys(varied, touching["contacts"]),
+        "paper": read_table(PAPER),
         "reference": study.reference(study.scenes(plain_scene)),
         "geometry": synthetic.geometry(knit),
         "mesh": mesh_knit(knit, 1.2e-3).to_dataset(),
@@ -113,7 +125,7 @@ def scenes(plain_scene):
     found = study.scenes(plain_scene)
     roles = {model: f"{model}-tie-course" for model in ("dns", "rom3d", "rom2d")}
     cases = {f"{case}_dns": found[f"dns-{case.replace('_', '-')}"] for case in CASES}
-    return found | cases | {role: found[name] for role, name in roles.items()}
+    return study.varied(plain_scene) | found | cases | {role: found[name] for role, name in roles.items()}
 
 
 @pytest.fixture
