@@ -30,7 +30,7 @@ from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.calculix_one_point import CalculixHexahedron
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.specimen import mesh_scene
 from knitstudy.solids import dns
 from knitstudy.solids.solid_yarns import SolidYarns
 from knitstudy.study.configuration import load_scene
@@ -60,9 +60,7 @@ def main() -> None:
     changes = {key: value for key, value in asked.items() if value is not None}
     scene = load_scene(options.scene).vary({"yarn.material": "st_venant_kirchhoff"} | changes)
     knit = Knit.from_dataset(lay_out(scene))
-    yarns = dns.assemble(
-        scene, mesh_knit(knit, scene.mesh.size, scene.mesh.growth, scene.mesh.refinement), knit
-    )
+    yarns = dns.assemble(scene, mesh_scene(scene, knit), knit)
     problem = dns.problem_of(yarns, scene, knit)
     pulls = [
         _here(problem, "this code, CalculiX's hourglass control", _with_calculix_element(yarns.model)),

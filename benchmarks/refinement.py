@@ -27,7 +27,7 @@ from knitstudy.errors import KnitstudyError
 from knitstudy.files.csv_table import write_table
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.specimen import read_specimen
-from knitstudy.mesh.specimen import mesh_specimen
+from knitstudy.mesh.specimen import mesh_scene
 from knitstudy.solids import dns
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene
@@ -95,7 +95,7 @@ def case(options: argparse.Namespace, across: float) -> Scene:
 def measure(scene: Scene) -> dict[str, float]:
     """Load a scene and return force, area and pressure of contact, and what they cost."""
     specimen = read_specimen(lay_out(scene))
-    mesh = mesh_specimen(specimen, scene.mesh.size, scene.mesh.growth, scene.mesh.refinement)
+    mesh = mesh_scene(scene, specimen)
     start = process_time()
     history = dns.run(scene, mesh, specimen)
     seconds = process_time() - start

@@ -25,7 +25,7 @@ from knitstudy.errors import KnitstudyError
 from knitstudy.files.csv_table import write_table
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.specimen import read_specimen
-from knitstudy.mesh.specimen import mesh_specimen
+from knitstudy.mesh.specimen import mesh_scene
 from knitstudy.solids import dns
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene
@@ -102,7 +102,7 @@ def sweep(scene: Scene, changes: Mapping[str, Sequence]) -> pd.DataFrame:
 def measure(scene: Scene) -> dict:
     """Pull a scene and return what came out."""
     specimen = read_specimen(lay_out(scene))
-    mesh = mesh_specimen(specimen, scene.mesh.size, scene.mesh.growth, scene.mesh.refinement)
+    mesh = mesh_scene(scene, specimen)
     history = dns.run(scene, mesh, specimen)
     strain, energy = history["strain"].to_numpy(), history["energy"].isel(increment=-1)
     measured = {

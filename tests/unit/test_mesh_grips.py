@@ -1,28 +1,71 @@
-"""Nodes that are held and driven in wale tension."""
+"""Nodes that are held and driven in wale tension, and meshes for it."""
 
 import numpy as np
 import pytest
 
-from knitstudy.geometry.arcs import head_arcs, sinker_arcs
+from knitstudy.errors import MeshError
+from knitstudy.geometry.arcs import grip_ends, head_arcs, sinker_arcs
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.knit import mesh_knit
+
+SIZE, GROWTH = 0.9e-3, 2.0
+
+
+@pytest.fixture(scope="module")
+def plain(knit):
+    return mesh_knit(knit, SIZE, GROWTH, 2.0)
 
 
 @pytest.fixture(scope="module")
 def mesh(knit):
-    return mesh_knit(knit, 0.9e-3, 2.0)
+    return mesh_knit(knit, SIZE, GROWTH, 2.0, "wale")
 
 
-def test_sinkers_of_the_bottom_yarn_are_held_and_heads_of_the_top_yarn_driven(plain_scene, knit, mesh):
-    ends = grips(mesh, plain_scene.replace("load.direction", "wale"), knit)
+@pytest.fixture
+def scene(plain_scene):
+    return plain_scene.replace("load.direction", "wale")
+
+
+def test_sinkers_of_the_bottom_yarn_are_held_and_heads_of_the_top_yarn_driven(scene, knit, mesh):
+    ends = grips(mesh, scene, knit)
     for nodes, yarn, arcs in ((ends.held, 0, sinker_arcs(knit)), (ends.driven, knit.rows, head_arcs(knit))):
         slices = np.unique(nodes // mesh.section.size)
         assert nodes.size == slices.size * mesh.section.size, "whole sections"
         assert set(mesh.yarn_of_slice[slices]) == {yarn}
         along = mesh.arc_length[slices]
-        assert all(np.any((along > low) & (along < high)) for low, high in arcs), "every arc"
+        # From end to end of every arc, so that what is gripped does not depend on the mesh.
+        assert np.abs(along[:, None, None] - arcs).min(axis=0).max() < 1e-12
         # Below all crossings of the row above, or above all of the row below.
         sign, level = (-1, knit.crossings.point[knit.crossings.row == 0, 0, 1].min())
         if yarn:
             sign, level = (1, knit.crossings.point[knit.crossings.row == knit.rows - 1, 1, 1].max())
         assert (sign * (mesh.centres[slices, 1] - level) > 0).all()
+
+
+def test_a_mesh_without_slices_where_grips_end_is_refused(scene, knit, plain):
+    with pytest.raises(MeshError, match=r"mesh of yarn 0: no slice at s = .* direction='wale'"):
+        grips(plain, scene, knit)
+
+
+def test_yarns_that_are_not_gripped_along_arcs_are_those_of_course_tension(knit, plain, mesh):
+    for yarn in range(1, knit.rows):
+        np.testing.assert_array_equal(mesh.nodes[mesh.yarn_nodes(yarn)], plain.nodes[plain.yarn_nodes(yarn)])
+    course = mesh_knit(knit, SIZE, GROWTH, 2.0, "course")
+    np.testing.assert_array_equal(course.nodes, plain.nodes)
+
+
+def test_gripped_yarns_are_crossed_in_the_middle_of_a_layer_all_the_same(knit, mesh):
+    for yarn, side in ((0, 0), (knit.rows, 1)):
+        along, s = mesh.stations[yarn], knit.crossings.arc_length[knit.crossings.yarn[:, side] == yarn, side]
+        below = np.searchsorted(along, s) - 1
+        np.testing.assert_allclose(0.5 * (along[below] + along[below + 1]), s, rtol=1e-9)
+        np.testing.assert_allclose(along[below + 1] - along[below], SIZE / 2, rtol=1e-6)
+
+
+def test_loops_of_gripped_yarns_are_alike(knit, mesh):
+    for yarn in grip_ends(knit, "wale"):
+        nodes = mesh.nodes[mesh.yarn_nodes(yarn)].reshape(-1, mesh.section.size, 3)
+        loop = (len(nodes) - 1) // knit.loops
+        moved = nodes[:-loop] + np.array([knit.loop.wale_spacing, 0, 0])
+        # The integral of the spacing is summed in steps that loops do not share.
+        np.testing.assert_allclose(moved, nodes[loop:], rtol=0, atol=1e-4 * SIZE)

@@ -88,9 +88,18 @@ def test_centred_arc_lengths_lie_in_the_middle_of_layers():
     assert np.abs(ratio - 1).max() < 0.5 / 13
 
 
+def test_slices_stand_where_grips_end():
+    s = place_slices(20.0, Spacing(0.3), periods=2, centred=[4.0], ends=[0.0, 1.23, 10.0, 17.7, 20.0])
+    for end in (0.0, 1.23, 10.0, 17.7, 20.0):
+        assert np.abs(s - end).min() == 0.0
+    assert np.diff(s).min() > 0.5 * 0.3, "an end of a period that is one of a grip counts once"
+    assert np.abs(0.5 * (s[1:] + s[:-1]) - 4.0).min() < 1e-12
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
+        (lambda: place_slices(9.0, Spacing(1.0), centred=[4.0], ends=[4.2]), "-0.3 m between s = 4.5 m and"),
         (
             lambda: place_slices(9.0, Spacing(1.0), centred=[4.0, 5.4]),
             "0.4 m between s = 4.5 m and s = 4.9 m",

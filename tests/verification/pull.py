@@ -16,7 +16,7 @@ from knitstudy.files.netcdf import write_dataset
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.run import Run
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.specimen import mesh_scene
 from knitstudy.solids import dns
 from knitstudy.study.configuration import load_scene
 
@@ -24,7 +24,7 @@ from knitstudy.study.configuration import load_scene
 def knit_and_mesh(scene):
     """Knit and mesh of a scene."""
     knit = Knit.from_dataset(lay_out(scene))
-    return knit, mesh_knit(knit, scene.mesh.size, scene.mesh.growth)
+    return knit, mesh_scene(scene, knit)
 
 
 def pull(scene):

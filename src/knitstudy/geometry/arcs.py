@@ -34,6 +34,29 @@ def head_arcs(knit):
     return np.column_stack([left[:, 1], right[:, 0]])
 
 
+def gripped_arcs(specimen, direction):
+    """Arcs (a, 2) [m] along which yarns are gripped, by yarn: in wale tension of a knit the first and the last one.
+
+    In course tension a knit is gripped at the ends of its yarns, a pair is in ways of its own: there are none.
+
+    Parameters
+    ----------
+    specimen : Knit or YarnPair
+    direction : str or None
+        Of the load; a pair has none.
+    """
+    if direction != "wale":
+        return {}
+    return {0: sinker_arcs(specimen), specimen.rows: head_arcs(specimen)}
+
+
+def grip_ends(knit, direction):
+    """Arc lengths (k,) [m] by yarn, ascending, at which a grip of `gripped_arcs` begins or ends inside it."""
+    length = knit.centrelines[0].length
+    arcs = {yarn: each.ravel() for yarn, each in gripped_arcs(knit, direction).items()}
+    return {yarn: np.sort(each[(each > 0) & (each < length)]) for yarn, each in arcs.items()}
+
+
 def inside(arc_length, arcs):
     """Whether arc lengths (k,) lie in arcs (a, 2), ends included: bool (k,).
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from knitstudy.geometry.arcs import head_arcs, inside, sinker_arcs
+from knitstudy.errors import MeshError
+from knitstudy.geometry.arcs import grip_ends, gripped_arcs, inside
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.sweep import SweptMesh
@@ -16,7 +18,7 @@ LOWER, UPPER = 0, 1
 """Yarns of a pair."""
 
 ROUNDING = 1e-6
-"""Height in radii over the middle plane of a yarn up to which a surface node is not turned away."""
+"""Lengths in radii that are none: of a surface node over the middle plane of a yarn, of a slice from a grip's end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +40,8 @@ def grips(mesh: SweptMesh, scene: Scene, specimen: Knit | YarnPair) -> Grips:
 
     Of a knit in course tension (section 2.3 of the paper) the left ends of all yarns are held and the right ends
     driven. In wale tension the sinker arcs of the bottom yarn are held and the head arcs of the top yarn driven, with
-    all nodes of their slices. Of a pair the lower yarn is held and the upper one driven, by ``pair.support``.
+    all nodes of their slices, those at the ends of the arcs too. Of a pair the lower yarn is held and the upper one
+    driven, by ``pair.support``.
 
     Parameters
     ----------
@@ -46,18 +49,41 @@ def grips(mesh: SweptMesh, scene: Scene, specimen: Knit | YarnPair) -> Grips:
         Of the scene's knit or pair.
     scene : Scene
     specimen : Knit or YarnPair
+
+    Raises
+    ------
+    MeshError
+        If no slice stands where an arc ends: the mesh was made for another direction.
     """
     if scene.specimen == "knit" and scene.load.direction == "course":
         return Grips(mesh.end_nodes("left"), mesh.end_nodes("right"))
     if scene.specimen == "knit":
-        top = mesh.yarns - 1
-        return Grips(arc_nodes(mesh, 0, sinker_arcs(specimen)), arc_nodes(mesh, top, head_arcs(specimen)))
+        require_slices(mesh, grip_ends(specimen, scene.load.direction))
+        arcs = gripped_arcs(specimen, scene.load.direction)
+        return Grips(*(arc_nodes(mesh, yarn, arcs[yarn]) for yarn in sorted(arcs)))
     nodes = end_slices if scene.pair.support == "ends" else back
     return Grips(nodes(mesh, LOWER), nodes(mesh, UPPER))
 
 
+def require_slices(mesh: SweptMesh, ends: Mapping[int, np.ndarray]) -> None:
+    """Refuse a mesh without a slice where a grip ends: what is gripped would be shorter by a part of an element.
+
+    Raises
+    ------
+    MeshError
+        Naming an arc length of `ends`, by yarn [m], at which no slice stands.
+    """
+    for yarn, own in ends.items():
+        apart = np.abs(mesh.stations[yarn][:, None] - own).min(axis=0)
+        if apart.max() > ROUNDING * mesh.radius:
+            raise MeshError(
+                f"mesh of yarn {yarn}: no slice at s = {own[apart.argmax()]:.6g} m, where a grip in wale tension ends; "
+                "mesh the knit with direction='wale'"
+            )
+
+
 def arc_nodes(mesh: SweptMesh, yarn: int, arcs: np.ndarray) -> np.ndarray:
-    """Return the nodes of all slices of a yarn whose arc length lies in arcs (a, 2) [m]."""
+    """Return the nodes of all slices of a yarn whose arc length lies in arcs (a, 2) [m], ends included."""
     slices = np.flatnonzero((mesh.yarn_of_slice == yarn) & inside(mesh.arc_length, arcs))
     return mesh.slice_nodes(slices).ravel()
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knitstudy.geometry.arcs import grip_ends
 from knitstudy.mesh.grading import Grading
 from knitstudy.mesh.memory import require_memory_to_mesh
 from knitstudy.mesh.quality import OVERLAP_TOLERANCE, check
@@ -31,13 +32,18 @@ PATCH_RAMP = 1.0
 
 
 def mesh_knit(
-    knit: Knit, size: float, growth: float = 1.0, refinement: float = 1.0, overlap: float = OVERLAP_TOLERANCE
+    knit: Knit,
+    size: float,
+    growth: float = 1.0,
+    refinement: float = 1.0,
+    direction: str | None = None,
+    overlap: float = OVERLAP_TOLERANCE,
 ) -> SweptMesh:
     """Mesh all yarns of a knit, and refuse the mesh if it fails a gate.
 
     Every crossing lies in the middle of a layer of elements, and the point of contact over the middle of a
     facet. All loops get the same slices and the same roll, those of the outer yarns too, which are crossed on
-    one side only.
+    one side only; but where a grip in wale tension ends, on the other side, there is a slice.
 
     Parameters
     ----------
@@ -48,6 +54,8 @@ def mesh_knit(
         Spacing of slices away from crossings over ``size``.
     refinement : float
         ``size`` over the size of elements right at crossings, along the yarn and across.
+    direction : str, optional
+        Of the load.
     overlap : float
         Share of the diameter by which yarns may overlap.
 
@@ -61,8 +69,10 @@ def mesh_knit(
     require_memory_to_mesh(knit.centrelines, radius, size, growth)
     section = Section.for_size(2 * radius, size)
     spacing = crossing_spacing(knit, size, growth, refinement)
-    targets = contact_targets(knit)
-    mesh = sweep(knit.centrelines, section, radius, spacing, knit.loops, targets, spacing.grading)
+    targets, ends = contact_targets(knit), grip_ends(knit, direction)
+    for yarn, here in ends.items():
+        targets[yarn] = targets[yarn].without(here)
+    mesh = sweep(knit.centrelines, section, radius, spacing, knit.loops, targets, ends, spacing.grading)
     check(mesh, knit.centrelines, overlap)
     return mesh
 

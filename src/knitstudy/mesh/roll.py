@@ -9,6 +9,9 @@ import numpy as np
 TIE_DIGITS = 6
 """Digits of a facet step to which two ways round are equally far, so that rounding does not choose."""
 
+SAME = 1e-9
+"""Share of a yarn's length within which two arc lengths are one."""
+
 
 @dataclass(frozen=True, eq=False)
 class Targets:
@@ -24,6 +27,12 @@ class Targets:
 
     arc_length: np.ndarray = field(default_factory=lambda: np.empty(0))
     point: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+
+    def without(self, arc_length: np.ndarray) -> Targets:
+        """Return all but those at arc lengths (k,) [m]."""
+        near = np.abs(self.arc_length[:, None] - arc_length) <= SAME * self.arc_length.max(initial=0.0)
+        others = ~near.any(axis=1)
+        return Targets(self.arc_length[others], self.point[others])
 
 
 def roll_towards(

@@ -15,6 +15,9 @@ SpacingFunction = Callable[[np.ndarray], np.ndarray]
 
 SAMPLES_PER_ELEMENT = 32
 
+ROUNDING = 1e-9
+"""Share of a yarn's length within which two arc lengths are one."""
+
 COUNT_DIGITS = 6
 """Digits behind the point to which numbers of elements are known, rounding errors apart."""
 
@@ -69,12 +72,16 @@ class Spacing:
 
 
 def place_slices(
-    length: float, spacing: SpacingFunction, periods: int = 1, centred: Sequence[float] = ()
+    length: float,
+    spacing: SpacingFunction,
+    periods: int = 1,
+    centred: Sequence[float] = (),
+    ends: Sequence[float] = (),
 ) -> np.ndarray:
     """Arc lengths of the slices of one yarn, equidistributed with respect to ``spacing``.
 
-    The ends of the periods, and the layers of elements that have one of the ``centred`` arc lengths in their
-    middle, divide the yarn into parts. Within a part the integral of ds / spacing(s) between neighbours is
+    The ends of the periods, those of grips, and the layers of elements that have one of the ``centred`` arc lengths
+    in their middle, divide the yarn into parts. Within a part the integral of ds / spacing(s) between neighbours is
     the same everywhere, and as near to 1 as a whole number of elements allows.
 
     Parameters
@@ -88,6 +95,8 @@ def place_slices(
     centred : sequence of float
         Increasing arc lengths (the crossings) that shall lie in the middle of a layer of elements, whose
         length is the spacing there, m.
+    ends : sequence of float
+        Arc lengths (of grips' ends) at which slices stand besides, m.
 
     Returns
     -------
@@ -98,11 +107,12 @@ def place_slices(
     ------
     MeshError
         If the length or a spacing is not positive and finite, or two centred arc lengths, or one and the end
-        of a period, leave less than half an element between their layers.
+        of a period or grip, leave less than half an element between their layers.
     """
     if not (np.isfinite(length) and length > 0):
         raise MeshError(f"yarn length: {length} m is not allowed; it must be positive")
-    bounds, is_layer = _parts(length, spacing, periods, np.asarray(centred, dtype=float))
+    ends = _distinct(np.concatenate([np.linspace(0.0, length, periods + 1), ends]), length)
+    bounds, is_layer = _parts(length, spacing, ends, np.asarray(centred, dtype=float))
     s, count = _element_count(length, spacing, bounds)
     at_bounds = np.interp(bounds, s, count)
     # Rounded first: the same numbers in whatever unit of length, halves included.
@@ -116,8 +126,16 @@ def place_slices(
     return slices
 
 
+def _distinct(ends: np.ndarray, length: float) -> np.ndarray:
+    """Ascending arc lengths in m from 0 to ``length``, without those that rounding alone sets apart."""
+    ends = np.sort(ends)
+    ends = ends[np.diff(ends, prepend=-length) > ROUNDING * length]
+    ends[[0, -1]] = 0.0, length
+    return ends
+
+
 def _parts(
-    length: float, spacing: SpacingFunction, periods: int, centred: np.ndarray
+    length: float, spacing: SpacingFunction, ends: np.ndarray, centred: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bounds (p + 1,) of the parts of a yarn in m, and which parts (p,) are layers about ``centred``."""
     if centred.size and not (0 < centred[0] and centred[-1] < length and (np.diff(centred) > 0).all()):
@@ -127,8 +145,6 @@ def _parts(
         )
     half = 0.5 * _checked(spacing, centred)
     layers = np.stack([centred - half, centred + half], axis=-1)  # (c, 2)
-    ends = np.arange(periods + 1) * (length / periods)
-    ends[-1] = length
     place = 2 * np.searchsorted(centred, ends)
     begins_layer = np.tile([True, False], centred.size)
     return np.insert(layers.ravel(), place, ends), np.insert(begins_layer, place, False)[:-1]

@@ -15,11 +15,25 @@ from knitstudy.study.scene import Scene
 
 
 def mesh_specimen(
-    specimen: Knit | YarnPair, size: float, growth: float, refinement: float = 1.0
+    specimen: Knit | YarnPair,
+    size: float,
+    growth: float,
+    refinement: float = 1.0,
+    direction: str | None = None,
 ) -> SweptMesh:
-    """Mesh a knit or a pair of yarns; see `mesh_knit` and `mesh_pair` for the sizes and the errors."""
-    mesh = mesh_pair if isinstance(specimen, YarnPair) else mesh_knit
-    return mesh(specimen, size, growth, refinement)
+    """Mesh a knit or a pair of yarns; see `mesh_knit` and `mesh_pair` for the sizes and the errors.
+
+    The direction of the load tells where a knit is gripped; a pair has none.
+    """
+    if isinstance(specimen, YarnPair):
+        return mesh_pair(specimen, size, growth, refinement)
+    return mesh_knit(specimen, size, growth, refinement, direction)
+
+
+def mesh_scene(scene: Scene, specimen: Knit | YarnPair) -> SweptMesh:
+    """Mesh a scene's specimen with hexahedra, as its keys say."""
+    keys, direction = scene.mesh, scene.value("load.direction")
+    return mesh_specimen(specimen, keys.size, keys.growth, keys.refinement, direction)
 
 
 def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
@@ -27,7 +41,6 @@ def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
 
     Yarns without elements across are sampled instead.
     """
-    specimen, size = read_specimen(geometry), scene.value("mesh.size")
-    if size is None:
-        return sampled_sections(specimen).to_dataset()
-    return mesh_specimen(specimen, size, scene.mesh.growth, scene.mesh.refinement).to_dataset()
+    specimen = read_specimen(geometry)
+    swept = sampled_sections(specimen) if scene.value("mesh.size") is None else mesh_scene(scene, specimen)
+    return swept.to_dataset()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -256,6 +256,7 @@ def sweep(
     spacing: SpacingFunction,
     periods: int = 1,
     targets: Sequence[Targets] | None = None,
+    ends: Mapping[int, np.ndarray] | None = None,
     grading: Grading = UNIFORM,
 ) -> SweptMesh:
     """Sweep a section along every centreline.
@@ -276,6 +277,8 @@ def sweep(
     targets : sequence of Targets, optional
         One a yarn: places that shall lie in the middle of a layer of elements, and points that the middle of
         one of its facets shall face there.
+    ends : mapping of int to ndarray, optional
+        Arc lengths (k,) by yarn at which slices stand besides, m.
     grading : Grading
         How far sections are drawn towards the targets; the spacing along the yarn is ``spacing`` alone.
 
@@ -292,9 +295,12 @@ def sweep(
     targets = [Targets()] * len(centrelines) if targets is None else targets
     if len(targets) != len(centrelines):
         raise MeshError(f"{len(targets)} targets for {len(centrelines)} centrelines; one a yarn is allowed")
+    standing = [(ends or {}).get(yarn, ()) for yarn in range(len(centrelines))]
     yarns = [
-        _slices(curve, aim, section, spacing, periods, grading)
-        for curve, aim in zip(centrelines, targets, strict=True)
+        _slices(
+            curve, place_slices(curve.length, spacing, periods, aim.arc_length, at), aim, section, grading
+        )
+        for curve, aim, at in zip(centrelines, targets, standing, strict=True)
     ]
     arc_length, centres, frames, pull = (np.concatenate(parts) for parts in zip(*yarns, strict=True))
     first_slice = np.concatenate([[0], np.cumsum([s.size for s, *_ in yarns])])
@@ -313,15 +319,9 @@ def sweep(
 
 
 def _slices(
-    curve: Curve,
-    targets: Targets,
-    section: Section,
-    spacing: SpacingFunction,
-    periods: int,
-    grading: Grading,
+    curve: Curve, s: np.ndarray, targets: Targets, section: Section, grading: Grading
 ) -> tuple[np.ndarray, ...]:
     """Arc lengths (s,), centres (s, 3), frames (s, 3, 3) and pull (s, 2) of the slices of one yarn."""
-    s = place_slices(curve.length, spacing, periods, targets.arc_length)
     centres = curve.position(s)
     frames = rotation_minimising(centres, curve.tangent(s))
     frames = rolled(frames, roll_towards(targets, s, centres, frames, section.angles))

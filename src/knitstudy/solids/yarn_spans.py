@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knitstudy.geometry.arcs import head_arcs, sinker_arcs
+from knitstudy.geometry.arcs import grip_ends, gripped_arcs
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.mesh.sampled import crossing_stations
 from knitstudy.mesh.spacing import Spacing, place_slices
@@ -54,55 +53,27 @@ def yarn_spans(scene: Scene, specimen: Knit | YarnPair) -> list[YarnSpans]:
     """Return the spans of every yarn: of all loops the same, but for the ends of arcs that are gripped."""
     curves, radius, keys = specimen.centrelines, specimen.radius, scene.mesh
     periods = 1 if isinstance(specimen, YarnPair) else specimen.loops
-    stations, period = np.array(crossing_stations(specimen)), curves[0].length / periods
-    reach = keys.crossing_reach * radius
     spacing = Spacing(
         keys.crossing_span * radius,
         keys.span / keys.crossing_span,
-        tuple(stations.tolist()),
-        period,
-        reach=reach,
+        crossing_stations(specimen),
+        curves[0].length / periods,
+        reach=keys.crossing_reach * radius,
         ramp=RAMP * radius,
     )
-    ends = np.linspace(0.0, curves[0].length, periods + 1)
-    plain = _spans(ends, NONE, spacing, stations, period, reach, scene)
-    arcs = _arcs(scene, specimen)
+    direction = scene.value("load.direction")
+    arcs, ends = gripped_arcs(specimen, direction), grip_ends(specimen, direction)
+    plain = _spans(periods, NONE, NONE.ravel(), spacing, scene)
     return [
-        _spans(ends, arcs[yarn], spacing, stations, period, reach, scene) if yarn in arcs else plain
+        _spans(periods, arcs[yarn], ends[yarn], spacing, scene) if yarn in arcs else plain
         for yarn in range(len(curves))
     ]
 
 
-def _arcs(scene: Scene, specimen: Knit | YarnPair) -> dict[int, np.ndarray]:
-    """Return the arcs of yarns that are gripped along them."""
-    if scene.specimen != "knit" or scene.load.direction == "course":
-        return {}
-    return {0: sinker_arcs(specimen), specimen.rows: head_arcs(specimen)}
-
-
-def _spans(
-    ends: np.ndarray,
-    arcs: np.ndarray,
-    spacing: Spacing,
-    stations: np.ndarray,
-    period: float,
-    reach: float,
-    scene: Scene,
-) -> YarnSpans:
-    """Return the spans of a yarn of loops that begin and end at `ends` and is gripped along `arcs`."""
-    length = ends[-1]
-    rounding = 1e-9 * length
-    bounds = np.sort(np.concatenate([ends, arcs.ravel()]))
-    bounds = bounds[np.diff(bounds, prepend=-length) > rounding]
-    bounds[[0, -1]] = 0.0, length
-    parts = [
-        low + place_slices(high - low, lambda s, low=low: spacing(s + low))[:-1]
-        for low, high in pairwise(bounds)
-    ]
-    breaks = np.append(np.concatenate(parts), length)
-    around = (stations + period * np.arange(-1, len(ends) + 1)[:, None]).ravel()
+def _spans(loops: int, arcs: np.ndarray, ends: np.ndarray, spacing: Spacing, scene: Scene) -> YarnSpans:
+    """Return the spans of a yarn of loops, gripped along arcs (a, 2) that end inside it at ends (k,) [m]."""
+    breaks = place_slices(loops * spacing.period, spacing, loops, ends=ends)
+    around = (np.array(spacing.stations) + spacing.period * np.arange(-1, loops + 2)[:, None]).ravel()
     apart = np.maximum(np.maximum(breaks[:-1, None] - around, around - breaks[1:, None]), 0.0).min(axis=1)
-    degrees = np.where(apart < reach, scene.mesh.crossing_degree, scene.mesh.degree)
-    inner = arcs.ravel()[(arcs.ravel() > rounding) & (arcs.ravel() < length - rounding)]
-    sharp = np.abs(breaks[:, None] - inner).argmin(axis=0) if len(inner) else np.empty(0, dtype=int)
-    return YarnSpans(breaks, degrees, sharp, arcs)
+    degrees = np.where(apart < spacing.reach, scene.mesh.crossing_degree, scene.mesh.degree)
+    return YarnSpans(breaks, degrees, np.searchsorted(breaks, ends), arcs)

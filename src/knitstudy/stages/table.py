@@ -142,7 +142,7 @@ STAGES.register(
         name="mesh",
         does="Mesh the yarns of {scene}",
         of=_solid,
-        reads=("mesh.size", "mesh.growth", "mesh.refinement"),
+        reads=("load.direction", "mesh.size", "mesh.growth", "mesh.refinement"),
         needs=lambda scene, named: {"geometry": ("geometry", scene)},
         function="knitstudy.mesh.specimen:mesh",
         leaves="mesh/{scene}.nc",

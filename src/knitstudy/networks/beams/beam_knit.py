@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitstudy.crossings.tied_crossings import tied_crossings
+from knitstudy.geometry.arcs import grip_ends
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.beam_contact.contact import BeamContact
 from knitstudy.mechanics.beam_contact.curves import Curves
@@ -19,7 +20,6 @@ from knitstudy.mechanics.beam_contact.model import TouchingBeams
 from knitstudy.networks.beams.neighbours import Neighbours
 from knitstudy.networks.beams.pairs import line_pairs, point_pairs
 from knitstudy.networks.rom import rom3d
-from knitstudy.networks.rom.grips import gripped_arcs
 from knitstudy.networks.rom.joints import Joints
 from knitstudy.networks.rom.network import Network
 from knitstudy.networks.rom.points import JointPoints
@@ -67,7 +67,7 @@ def beam_knit(scene: Scene, knit: Knit) -> BeamKnit:
     if scene.beam.tie == "pinned":
         # As stiff as contact that sticks, and never open.
         joints = joints.pinned(_penalty(scene, "point"))
-    stops = gripped_arcs(knit, scene.load.direction)
+    stops = grip_ends(knit, scene.load.direction)
     network = rom3d.spatial_network(knit, points, scene.mesh.beam_size, joints=joints, stops=stops)
     beams = network.model(scene.yarn, scene.mesh.section_law)
     stations = network.stations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knitstudy.geometry.arcs import head_arcs, inside, sinker_arcs
+from knitstudy.geometry.arcs import gripped_arcs, inside
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.load_path import Motion
 from knitstudy.mechanics.increment import PrescribedDisplacement
@@ -23,19 +23,9 @@ def grips(network: Network, knit: Knit, direction: str) -> Grips:
     if direction == "course":
         return Grips(network.end_nodes("left"), network.end_nodes("right"))
     stations = network.stations
-    bottom, top = ((stations.yarn == yarn) for yarn in (0, knit.rows))
-    held = bottom & inside(stations.arc_length, sinker_arcs(knit))
-    driven = top & inside(stations.arc_length, head_arcs(knit))
-    return Grips(*(np.unique(network.station_node[part]) for part in (held, driven)))
-
-
-def gripped_arcs(knit: Knit, direction: str) -> dict[int, np.ndarray]:
-    """Return arc lengths (k,) [m] by yarn at which grips begin or end inside a yarn."""
-    if direction == "course":
-        return {}
-    arcs = {0: sinker_arcs(knit), knit.rows: head_arcs(knit)}
-    length = knit.centrelines[0].length
-    return {yarn: each[(each > 0) & (each < length)] for yarn, each in arcs.items()}
+    arcs = gripped_arcs(knit, direction)
+    parts = [(stations.yarn == yarn) & inside(stations.arc_length, arcs[yarn]) for yarn in sorted(arcs)]
+    return Grips(*(np.unique(network.station_node[part]) for part in parts))
 
 
 def tension(grips: Grips, motion: Motion, lateral: str) -> PrescribedDisplacement:

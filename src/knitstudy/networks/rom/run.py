@@ -11,6 +11,7 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.gates.increment import require_sound
+from knitstudy.geometry.arcs import grip_ends
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.cost import Meter
 from knitstudy.loading.follow import follow
@@ -21,7 +22,7 @@ from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.networks.rom import honeycomb, rom3d
-from knitstudy.networks.rom.grips import gripped_arcs, grips, tension
+from knitstudy.networks.rom.grips import grips, tension
 from knitstudy.networks.rom.joints import Joints, spring_joints
 from knitstudy.networks.rom.network import Network
 from knitstudy.networks.rom.patch_joint import patch_stiffness
@@ -175,7 +176,7 @@ def assemble(
         joints = joints.pinned(PIN * scene.yarn.youngs_modulus * scene.yarn.radius)
     elif scene.rom.joint == "patch":
         joints = joints.pinned(patch_stiffness(knit, points, contacts, scene.yarn))
-    stops = gripped_arcs(knit, scene.load.direction)
+    stops = grip_ends(knit, scene.load.direction)
     arms = "printed" if scene.rom.joint == "printed" else "rigid"
     return rom3d.spatial_network(knit, points, scene.mesh.beam_size, arms, joints, stops)
 
