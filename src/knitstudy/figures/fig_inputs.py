@@ -15,10 +15,10 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import PERCENT
 from knitstudy.figures.style import DOUBLE, FAINT, INK, INTERACTIONS, PAPER, figure, panel_letter, styled
 from knitstudy.measures.claims.evidence import NOT_REPRODUCED, OPEN, REPRODUCED
-from knitstudy.measures.claims.inputs import RULES, Finding, findings
+from knitstudy.measures.claims.inputs import CLAIMS, Finding, findings
 from knitstudy.measures.quantities import FORCE, LARGEST_U_Z
 from knitstudy.measures.selection import COURSE
-from knitstudy.measures.variations import INPUTS, Variation
+from knitstudy.measures.variations import INPUTS, WITHOUT_LIMIT, Variation
 from knitstudy.study.scene import Scene
 
 VERDICTS = {REPRODUCED: ("#56B4E9", "\u2713"), OPEN: ("#E6E6E6", "?"), NOT_REPRODUCED: ("#D55E00", "\u2717")}
@@ -28,7 +28,7 @@ SHORT = {
     "K1": "no contact at 0.05 %",
     "K2": "four zones from 1.95 % on",
     "K3": "force bends at contact",
-    "K4": "symmetric motion out of plane",
+    "K4": "symmetric bulge, contraction",
     "K5": "force: tie > rough > friction",
     "K6": "|u_z|: friction > tie",
     "K8": "yarns turn, slide and spin",
@@ -39,11 +39,14 @@ SHORT = {
 
 UNITS = {"1": "", "yarn radii": " R"}
 
-ROW, HEAD, FOOT = 5.0, 37.0, 19.0
+ROW, HEAD, FOOT = 5.0, 40.0, 12.0
 """Height of a row, and room above and below the rows [mm]."""
 
-LEFT, MATRIX, GAP = 48.0, 52.0, 5.0
+LEFT, MATRIX, GAP = 57.0, 50.0, 5.0
 """Room for the names of the rows, width of the matrix, and space between panels [mm]."""
+
+BARS = 30.0
+"""Width of the legend of the bars [mm]."""
 
 SMALL = 6.5
 """Size of letters in the rows."""
@@ -94,15 +97,15 @@ def draw(
         (motion, LARGEST_U_Z, "largest $|u_z|$", "c"),
     ):
         _draw_changes(axes, found, quantity)
-        axes.set_xlabel("change to the base (%)")
+        axes.set_xlabel("change to the base (%)", fontsize=SMALL)
         panel_letter(axes, letter, title)
     _draw_legend(drawing)
     return drawing
 
 
 def _draw_verdicts(axes: Axes, found: Sequence[Finding]) -> None:
-    """Draw a cell a value and claim; those that differ from the base's have a frame."""
-    claims = [claim for claim in RULES if any(claim in each.judged for each in found)]
+    """Draw a cell a value and claim; those that differ from the base's have a frame. Assumed inputs are bold."""
+    claims = [claim for claim in CLAIMS if any(claim in each.judged for each in found)]
     for row, finding in enumerate(found):
         for column, claim in enumerate(claims):
             if claim in finding.judged:
@@ -128,6 +131,9 @@ def _draw_verdicts(axes: Axes, found: Sequence[Finding]) -> None:
     axes.xaxis.tick_top()
     names = [_name(each.variation, found[0].variation) for each in found]
     axes.set_yticks(np.arange(len(found)) + 0.5, names, fontsize=SMALL)
+    for label, each in zip(axes.get_yticklabels(), found, strict=True):
+        assumed = each.variation.key and each.variation.described.standing == "assumed"
+        label.set_fontweight("bold" if assumed else "normal")
     axes.tick_params(length=0)
     axes.spines[:].set_visible(False)
     _separate(axes, found)
@@ -170,12 +176,15 @@ def _name(variation: Variation, base: Variation) -> str:
 
 
 def _said(value: object) -> str:
+    if value == WITHOUT_LIMIT:
+        return "\u221e"
     return f"{value:g}" if isinstance(value, float | int) else str(value).replace("_", "-")
 
 
 def _draw_legend(drawing: Figure) -> None:
+    """Explain signs and bars in the upper right corner."""
     verdicts = [Patch(facecolor=colour, label=f"{sign} {name}") for name, (colour, sign) in VERDICTS.items()]
-    verdicts.append(Patch(facecolor="none", edgecolor=INK, label="another than the base's"))
+    verdicts.append(Patch(facecolor="none", edgecolor=INK, label="not as at the base"))
     bars = [Patch(facecolor=look.colour, label=look.label) for look in INTERACTIONS.values()]
-    drawing.legend(handles=verdicts, loc="lower left", ncols=2, fontsize=SMALL, bbox_to_anchor=(0.02, 0.0))
-    drawing.legend(handles=bars, loc="lower right", ncols=3, fontsize=SMALL, bbox_to_anchor=(1.0, 0.0))
+    for handles, right in ((verdicts, 1 - BARS / DOUBLE), (bars, 1.0)):
+        drawing.legend(handles=handles, loc="upper right", fontsize=SMALL, bbox_to_anchor=(right, 1.0))

@@ -18,7 +18,7 @@ INPUTS = {
     "tie.radius": "radius of a tie",
     "yarn.youngs_modulus": "Young's modulus",
     "yarn.poisson_ratio": "Poisson's ratio",
-    "yarn.material": "law of the material",
+    "yarn.material": "material law",
     "load.lateral": "driven ends sideways",
 }
 """Inputs that are changed one at a time, by key, and what figures and tables call them."""

@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.carried import CARRIED
-from knitstudy.measures.claims.inputs import RULES, Finding, findings, hanging
+from knitstudy.measures.claims.inputs import CLAIMS, Finding, findings, hanging
 from knitstudy.measures.names import INTERACTIONS
 from knitstudy.measures.quantities import QUANTITIES
 from knitstudy.measures.selection import COURSE
@@ -53,7 +53,7 @@ def tabulate(
     """
     varied = [scenes[name] for name in variations]
     found = findings(varied, variations, variations_contacts, geometry, paper, reference)
-    claims = [claim for claim in RULES if any(claim in each.judged for each in found)]
+    claims = [claim for claim in CLAIMS if any(claim in each.judged for each in found)]
     hang = hanging(found)
     return pd.DataFrame([_row(each, claims, hang) for each in found])
 

@@ -10,16 +10,15 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.carried import CARRIED, carried_over
-from knitstudy.measures.claims import contact, kinematics
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement
-from knitstudy.measures.claims.rule import Rule
+from knitstudy.measures.claims.rules import RULES
 from knitstudy.measures.quantities import QUANTITIES
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.variations import Variation, variations
 from knitstudy.study.scene import Scene
 
-RULES: dict[str, Rule] = contact.RULES | kinematics.RULES
-"""Rules of the claims that histories and contacts of one knit in course tension can decide."""
+CLAIMS = ("K1", "K2", "K3", "K4", "K5", "K6", "K8", "K11", "E1")
+"""What histories and contacts of a knit in course tension can decide. K7 is K5 at all coefficients of friction."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +110,7 @@ def hanging(found: Iterable[Finding]) -> dict[str, tuple[str, ...]]:
     for each in found:
         if each.variation.key:
             hang.setdefault(each.variation.key, {}).update(dict.fromkeys(each.turned))
-    return {key: tuple(claim for claim in RULES if claim in claims) for key, claims in hang.items()}
+    return {key: tuple(claim for claim in CLAIMS if claim in claims) for key, claims in hang.items()}
 
 
 def _judged(
@@ -133,7 +132,7 @@ def _judged(
         contacts={name: contacts[scene.name] for name, scene in compared.items() if scene.name in contacts},
         estimates=estimates,
     )
-    judged = {claim: rule.judge(evidence) for claim, rule in RULES.items()}
+    judged = {claim: RULES[claim].judge(evidence) for claim in CLAIMS}
     return {claim: each for claim, each in judged.items() if each.verdict != NOT_RUN}
 
 
