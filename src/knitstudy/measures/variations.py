@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from knitstudy.measures.discretisation import is_direct
+from knitstudy.measures.names import INTERACTIONS
 from knitstudy.study.keys import Description, describe
 from knitstudy.study.scene import LABELS, Scene, all_sections, digest
 
@@ -25,8 +26,6 @@ INPUTS = {
 
 COEFFICIENT, WITHOUT_LIMIT = "contact.friction", "rough"
 """Rough contact is friction without a limit: one more value of the coefficient."""
-
-INTERACTIONS = ("tie", "rough", "isotropic")
 
 
 @dataclass(frozen=True)
