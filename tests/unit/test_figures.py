@@ -26,6 +26,8 @@ from knitstudy.mesh.knit import mesh_knit
 from knitstudy.networks.rom import honeycomb
 from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
 
+PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
+
 SOLID = (
     "fig01_unit_cell",
     "fig03a_interactions",
@@ -62,7 +64,7 @@ def knit(plain_scene):
 
 
 @pytest.fixture(scope="module")
-def results(knit, plain_scene):
+def results(knit, plain_scene, touching):
     """Results by what figures call them; those of models are replaced where a figure needs stations."""
     lifts = {"dns": 2e-4, "rom3d": 1e-4}
     cases = {
@@ -77,9 +79,18 @@ def results(knit, plain_scene):
             ("stress", synthetic.stresses(knit, way, *angles, mesh)),
         )
     }
+    # All rows of a knit of 2 x 2 are outer ones.
+    varied = {name: each for name, each in study.varied(plain_scene).items() if "untied" not in name}
+    variations = {
+        "variations": {
+            name: study.in_contact(touching["dns"], scene.interaction) for name, scene in varied.items()
+        },
+        "variations_contacts": dict.fromkeys(varied, touching["contacts"]),
+    }
     return (
         cases
         | stresses
+        | variations
         | {
             "reference": study.reference(study.scenes(plain_scene)),
             "paper": read_table(PAPER),
@@ -138,8 +149,8 @@ def scenes(plain_scene):
     found = study.scenes(plain_scene)
     roles = {model: f"{model}-tie-course" for model in ("dns", "rom3d", "rom2d")}
     cases = {f"{case}_dns": found[f"dns-{case.replace('_', '-')}"] for case in CASES}
-    found |= study.domain(plain_scene)[0]
-    return found | sweeping.scenes() | cases | {role: found[name] for role, name in roles.items()}
+    beside = study.varied(plain_scene) | study.domain(plain_scene)[0]
+    return beside | found | sweeping.scenes() | cases | {role: found[name] for role, name in roles.items()}
 
 
 @pytest.fixture
