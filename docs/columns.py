@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from knitstudy.loading.columns import CONTACTS, HISTORY, Columns
+from knitstudy.loading.columns import CONTACTS, HISTORY, STRESSES, Columns
 
 PAGE = Path(__file__).with_name("architecture.md")
 
-TABLES = {"history": HISTORY, "contacts": CONTACTS}
+TABLES = {"history": HISTORY, "contacts": CONTACTS, "stresses": STRESSES}
 """By the name in the comments that a table of the page stands between."""
 
 

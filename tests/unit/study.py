@@ -123,6 +123,40 @@ def reference(scenes, uncertainty=0.02):
     return pd.DataFrame(rows, columns=NEEDED)
 
 
+INPUTS = {
+    "base": {},
+    "slippery": {"contact.friction": 0.1},
+    "sticky": {"contact.friction": 1.5},
+    "untied": {"contact.tied_edges": "none"},
+    "wide": {"pattern.clearance": 0.04},
+    "soft": {"load.lateral": "free"},
+}
+"""Inputs that are changed one at a time, by name."""
+
+
+def varied(plain):
+    """Return scenes of contact and ties in course tension with one input changed at a time, by name."""
+    found = {}
+    for name, keys in INPUTS.items():
+        for kind in ("tie", "rough", "isotropic"):
+            scene = plain.vary({"name": f"{name}-{kind}", "fidelity": "dns", "interaction": kind})
+            if all(scene.value(key) is not None for key in keys):
+                found[scene.name] = scene.vary(keys)
+    return found
+
+
+def in_contact(history, kind, force=1.0, lift=1.0):
+    """Return a history of a knit in contact that the reference meets, times factors of its force and its motion."""
+    whole, far = {"rough": ROUGH}.get(kind) or (FORCE[kind], LIFT[kind])
+    motion = history["centreline_displacement"]
+    up = motion[..., 2]
+    u_z = lift * 2 * far / float(abs(up[-1]).max())
+    return history.assign(
+        force=history["force"] * (force * whole / float(history["force"][-1])),
+        centreline_displacement=motion * [1.0, 1.0, u_z],
+    ).assign_attrs(interaction=kind, digest="beef")
+
+
 NO_REFERENCE = pd.DataFrame(columns=NEEDED)
 
 

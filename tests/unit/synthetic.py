@@ -3,7 +3,9 @@
 import numpy as np
 import xarray as xr
 
+from knitstudy.crossings.segments import KINDS, segments
 from knitstudy.geometry.pattern import Knit
+from knitstudy.loading.columns import STRESSES
 
 TERMS = ("distance", "continuous", "join", "bending", "length", "total")
 
@@ -238,4 +240,58 @@ def with_kinematics(contacts):
         segment_contraction=((*dims, "neighbour"), neighbours),
         sliding=(dims, np.where(touching, 1e-4 * values * [1.0, -0.1], np.nan)),
         contact_spin=(dims, np.where(touching, 0.2 * values, np.nan)),
+    )
+
+
+LEANING = {
+    "head": 0,
+    "interlock, left": 1,
+    "interlock, right": -1,
+    "leg, left": -1,
+    "leg, right": 1,
+    "sinker": 0,
+}
+"""To which side segments lean: 0 lies along x."""
+
+
+def stresses(knit: Knit, direction, interlock, leg, mesh=None, force=10.0):
+    """Stresses of 1 MPa along lines at given angles to x [deg] in all segments; with a mesh in its cells, along x."""
+    cut = segments(knit.crossings, np.array([each.length for each in knit.centrelines]))
+    angle = {"interlock": interlock, "leg": leg}
+    turn = [np.radians(LEANING[kind] * angle.get(kind.split(",")[0], 0.0)) for kind in KINDS]
+    turn = np.array(turn)[cut.kind]
+    axis = np.zeros((len(turn), 2, 3, 3))
+    axis[:, :, 2, 2] = 1
+    axis[:, :, 0, :2] = np.column_stack([np.cos(turn), np.sin(turn)])[:, None]
+    axis[:, :, 1, :2] = np.column_stack([-np.sin(turn), np.cos(turn)])[:, None]
+    principal = np.zeros(axis.shape[:3])
+    principal[..., 0] = 1e6
+    values = {
+        "piece_yarn": cut.yarn,
+        "piece_arc_length": cut.arc_length,
+        "piece_segment": cut.of_piece,
+        "piece_stress": np.zeros((len(cut.yarn), 2, 3, 3)),
+        "piece_volume": np.ones((len(cut.yarn), 2)),
+        "segment_kind": cut.kind,
+        "segment_row": cut.row,
+        "segment_column": cut.column,
+        "segment_central": cut.central.astype(np.int8),
+        "segment_stress": 1e6 * axis[:, :, 0, :, None] * axis[:, :, 0, None],
+        "segment_volume": np.ones(axis.shape[:2]),
+        "segment_principal": principal,
+        "segment_axis": axis,
+        "segment_rotation": np.tile(np.eye(3), (len(turn), 1, 1)),
+    }
+    if mesh is not None:
+        cells = mesh.nodes[mesh.hexahedra]
+        values |= {
+            "cell_stress": np.tile([1e6, 0, 0, 0, 0, 0], (len(cells), 1)),
+            "cell_volume": np.ones(len(cells)),
+            "cell_place": cells.mean(axis=1),
+            "cell_yarn": mesh.yarn_of_slice[mesh.slice_of_element],
+        }
+    return xr.Dataset(
+        STRESSES.variables(values),
+        coords={"extent": ["whole", "middle"]},
+        attrs={"strain": 0.05, "force": force, "direction": direction},
     )

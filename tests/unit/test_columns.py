@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError
-from knitstudy.loading.columns import CONTACTS, HISTORY
+from knitstudy.loading.columns import CONTACTS, HISTORY, STRESSES
 
 SCRIPT = Path(__file__).parents[2] / "docs" / "columns.py"
 
@@ -27,7 +27,7 @@ def test_variables_take_dims_and_unit_from_the_table():
     assert (dims, values[0], attributes["units"]) == (("increment",), 1.0, "N")
 
 
-@pytest.mark.parametrize("columns", [HISTORY, CONTACTS])
+@pytest.mark.parametrize("columns", [HISTORY, CONTACTS, STRESSES])
 def test_an_unknown_name_is_refused(columns):
     with pytest.raises(DataFileError, match=r"has no variable 'forse'.*knitstudy\.loading\.columns"):
         columns.variables({"forse": np.zeros(1)})

@@ -276,3 +276,11 @@ def test_examples_of_the_readme_are_families(tmp_path):
     assert scenes["dns-tie-course-incompatible"].mesh.element == "incompatible_modes"
     assert scenes["dns-tie-wale-soft"].load.strain == 0.03
     assert list(scenes)[: -len(scenes) + len(load_scenes())] == list(load_scenes())
+
+
+def test_families_are_read_in_the_order_of_their_numbers(tmp_path):
+    for name in ("10-b", "9-a", "own"):
+        (tmp_path / f"{name}.yaml").write_text(
+            f"studies: []\nscenes: [{{name: dns-{name}, keys: {{knit: plain}}}}]\n"
+        )
+    assert list(read_families(tmp_path)) == ["dns-9-a", "dns-10-b", "dns-own"]

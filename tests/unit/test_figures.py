@@ -26,6 +26,8 @@ from knitstudy.mesh.knit import mesh_knit
 from knitstudy.networks.rom import honeycomb
 from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
 
+PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
+
 SOLID = (
     "fig01_unit_cell",
     "fig03a_interactions",
@@ -35,6 +37,8 @@ SOLID = (
     "fig06_joints",
     "fig07c_contact_area",
     "fig08_out_of_plane",
+    "fig13_principal_stress",
+    "fig14_segments",
     "fig16_out_of_plane",
     "fig16_wale",
 )
@@ -60,37 +64,59 @@ def knit(plain_scene):
 
 
 @pytest.fixture(scope="module")
-def results(knit, plain_scene):
+def results(knit, plain_scene, touching):
     """Results by what figures call them; those of models are replaced where a figure needs stations."""
     lifts = {"dns": 2e-4, "rom3d": 1e-4}
     cases = {
         f"{case}_{model}": synthetic.history(lift=lift) for case in CASES for model, lift in lifts.items()
     }
-    return cases | {
-        "reference": study.reference(study.scenes(plain_scene)),
-        "paper": read_table(PAPER),
-        "domain": study.domain(plain_scene)[1],
-        "domain_contacts": {},
-        "geometry": synthetic.geometry(knit),
-        "mesh": mesh_knit(knit, 1.2e-3).to_dataset(),
-        "contacts": contacts_of_crossings(knit),
-        "dns": synthetic.history(scene="dns-a", digest="abcd"),
-        "rom3d": synthetic.history(force=(0, 6, 12)),
-        "rom2d": synthetic.history(force=(0, 10, 20)),
-        "tie": synthetic.history(force=(0, 9, 18), lift=1e-4),
-        "rough": synthetic.history(force=(0, 8, 16), lift=3e-4),
-        "isotropic": synthetic.history(force=(0, 6, 12), lift=2e-4),
-        "sweeps": sweeping.histories(sweeping.scenes(), {"shape": 1.0}),
-        "others": {"dns-tie-course-medium": synthetic.history(force=(0, 5.5, 11))},
-        "reduced": {
-            name: synthetic.history(force=(0, 7, 14))
-            for name in ("rom3d-tie-course", "rom3d-printed-tie-course")
-        },
-        "beams": {
-            f"beam-{kind}isotropic-course": synthetic.history(force=(0, 4, 8))
-            for kind in ("", "pinned-", "hertz-")
-        },
+    mesh = mesh_knit(knit, 1.2e-3)
+    stresses = {
+        f"isotropic_{way}_dns_{name}": each
+        for way, angles in (("course", (33, 33)), ("wale", (82, 82)))
+        for name, each in (
+            ("mesh", mesh.to_dataset()),
+            ("stress", synthetic.stresses(knit, way, *angles, mesh)),
+        )
     }
+    # All rows of a knit of 2 x 2 are outer ones.
+    varied = {name: each for name, each in study.varied(plain_scene).items() if "untied" not in name}
+    variations = {
+        "variations": {
+            name: study.in_contact(touching["dns"], scene.interaction) for name, scene in varied.items()
+        },
+        "variations_contacts": dict.fromkeys(varied, touching["contacts"]),
+    }
+    return (
+        cases
+        | stresses
+        | variations
+        | {
+            "reference": study.reference(study.scenes(plain_scene)),
+            "paper": read_table(PAPER),
+            "domain": study.domain(plain_scene)[1],
+            "domain_contacts": {},
+            "geometry": synthetic.geometry(knit),
+            "mesh": mesh.to_dataset(),
+            "contacts": contacts_of_crossings(knit),
+            "dns": synthetic.history(scene="dns-a", digest="abcd"),
+            "rom3d": synthetic.history(force=(0, 6, 12)),
+            "rom2d": synthetic.history(force=(0, 10, 20)),
+            "tie": synthetic.history(force=(0, 9, 18), lift=1e-4),
+            "rough": synthetic.history(force=(0, 8, 16), lift=3e-4),
+            "isotropic": synthetic.history(force=(0, 6, 12), lift=2e-4),
+            "sweeps": sweeping.histories(sweeping.scenes(), {"shape": 1.0}),
+            "others": {"dns-tie-course-medium": synthetic.history(force=(0, 5.5, 11))},
+            "reduced": {
+                name: synthetic.history(force=(0, 7, 14))
+                for name in ("rom3d-tie-course", "rom3d-printed-tie-course")
+            },
+            "beams": {
+                f"beam-{kind}isotropic-course": synthetic.history(force=(0, 4, 8))
+                for kind in ("", "pinned-", "hertz-")
+            },
+        }
+    )
 
 
 @pytest.fixture(scope="module")
@@ -123,8 +149,8 @@ def scenes(plain_scene):
     found = study.scenes(plain_scene)
     roles = {model: f"{model}-tie-course" for model in ("dns", "rom3d", "rom2d")}
     cases = {f"{case}_dns": found[f"dns-{case.replace('_', '-')}"] for case in CASES}
-    found |= study.domain(plain_scene)[0]
-    return found | sweeping.scenes() | cases | {role: found[name] for role, name in roles.items()}
+    beside = study.varied(plain_scene) | study.domain(plain_scene)[0]
+    return beside | found | sweeping.scenes() | cases | {role: found[name] for role, name in roles.items()}
 
 
 @pytest.fixture

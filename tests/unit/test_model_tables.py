@@ -169,7 +169,7 @@ def test_responses_name_only_keys_that_a_model_reads(every, scenes):
             "axes of springs",
             "section law",
         },
-        "rom2d-tie-wale": {"contacts from", "segment of two yarns"},
+        "rom2d-tie-wale": {"contacts from", "segment of two yarns", "honeycomb"},
         "beam-isotropic-course": {
             "tied edges",
             "friction coefficient [1]",

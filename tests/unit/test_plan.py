@@ -60,6 +60,17 @@ def test_sources_that_do_not_fit(plan, changes, message):
         plan.needs(stage_of(scene), scene)
 
 
+def test_honeycomb_by_stress_comes_from_a_simulation_that_keeps_its_fields(config):
+    scenes = dict(Plan.of(config).scenes)
+    keys = {"fidelity": "rom2d", "rom.honeycomb": "principal_stress", "rom.stress_from": "dns-a"}
+    scene = scenes["rom3d-a"].vary(keys)
+    stage, dns = Plan(scenes).needs(stage_of(scene), scene)["stresses"]
+    assert (stage.name, dns.name) == ("stress", "dns-a")
+    scenes["dns-a"] = scenes["dns-a"].vary({"outputs": []})
+    with pytest.raises(ConfigurationError, match=r"scene 'dns-a': outputs is .* but must hold 'fields'"):
+        Plan(scenes).needs(stage_of(scene), scene)
+
+
 def digests(plan, scene):
     return {stage.name: plan.digest(stage, scene) for stage, scene in plan.steps([scene])}
 
@@ -67,11 +78,11 @@ def digests(plan, scene):
 @pytest.mark.parametrize(
     ("key", "value", "changed"),
     [
-        ("load.strain", 0.01, {"dns", "contacts", "dns_vtu", "deck_abaqus", "deck_calculix"}),
+        ("load.strain", 0.01, {"dns", "contacts", "stress", "dns_vtu", "deck_abaqus", "deck_calculix"}),
         (
             "mesh.size",
             0.4e-3,
-            {"mesh", "mesh_vtu", "dns", "contacts", "dns_vtu", "deck_abaqus", "deck_calculix"},
+            {"mesh", "mesh_vtu", "dns", "contacts", "stress", "dns_vtu", "deck_abaqus", "deck_calculix"},
         ),
         ("geometry.alpha", 2.0, None),
         ("outputs", ["vtu", "fields", "deck"], set()),

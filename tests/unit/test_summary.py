@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 import xarray as xr
-from synthetic import contact_history, geometry, history
+from synthetic import contact_history, geometry, history, stresses
 
 from knitstudy.crossings import contacts
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.loading.history import FORMS
 from knitstudy.measures.summary import kind_of, summarise
+from knitstudy.mesh.knit import mesh_knit
 from knitstudy.mesh.pair import mesh_pair
 
 
@@ -26,6 +27,14 @@ def loaded_history(**attributes):
 
 def said(dataset):
     return {quantity.name: (quantity.value, quantity.unit) for quantity in summarise(dataset)}
+
+
+def test_stresses(knit):
+    found = said(stresses(knit, "wale", 80, 84, mesh_knit(knit, 1.2e-3)))
+    assert found["kind"] == ("stresses", "")
+    assert found["force of the grips"] == (10.0, "N")
+    assert found["angle of the maximum principal stress to x, leg, left"] == (pytest.approx(84), "deg")
+    assert found["largest mean stress of a segment"] == (pytest.approx(1e6), "Pa")
 
 
 def test_history():
@@ -78,7 +87,7 @@ def test_contacts(knit):
 
 def test_other_files_are_refused():
     with pytest.raises(
-        DataFileError, match=r"must have the variables of one of history, contacts, mesh, geometry"
+        DataFileError, match=r"must have the variables of one of history, contacts, stresses, mesh, geometry"
     ):
         kind_of(xr.Dataset({"temperature": 300.0}))
 

@@ -82,8 +82,23 @@ def test_spread_of_angles_shows_one_zone_out_of_place(paper):
     bent = contacts()
     bent["centroid"][0, 0] += 0.5
     table = catalogue.tabulate("table4_angles", contacts=bent, paper=paper).set_index("kind")
-    assert table.loc["interlock, left", "spread over the knit [deg]"] > 1
-    assert table.loc["head", "spread over the knit [deg]"] == 0
+    assert table.loc["interlock, left", "spread over equivalent segments [deg]"] > 1
+    assert table.loc["head", "spread over equivalent segments [deg]"] == 0
+
+
+def test_angles_by_stress_stand_below_those_of_the_geometry(paper, plain_scene):
+    knit = Knit(initial_loop(plain_scene), 3, 3)
+    scene = plain_scene.vary({"fidelity": "dns", "mesh.size": 0.3e-3, "load.direction": "wale"})
+    given = {"fields_stress": {"dns-a": synthetic.stresses(knit, "wale", 80, 84)}, "scenes": {"dns-a": scene}}
+    table = catalogue.tabulate("table4_angles", contacts=contacts(), paper=paper, **given)
+    assert table["segment"].tolist() == [1, 2, 3, 4, 5, 6] * 2
+    ours, theirs = (table[name].tolist()[6:] for name in ("angle to x [deg]", "angle to x, paper [deg]"))
+    assert ours == pytest.approx([0, 80, 80, 84, 84, 0], abs=1e-6)
+    assert theirs == [1, 82, 82, 82, 82, 0]
+    assert table["segments"].tolist()[6:] == [1, 1, 1, 2, 2, 2]
+    stress = catalogue.tabulate("segment_stress", **given)
+    assert stress["segment"].tolist() == [1, 2, 3, 4, 4, 5, 5, 6, 6]
+    np.testing.assert_allclose(stress["principal stress 1 [Pa]"], 1e6)
 
 
 def test_knit_of_one_cell_has_heads_and_interlocks_only(paper):

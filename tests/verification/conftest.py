@@ -19,6 +19,9 @@ PHYSICS = (
     "knitstudy.networks.rom.run",
     "knitstudy.networks.beams.run",
     "knitstudy.crossings.contacts",
+    "knitstudy.solids.stress",
+    "knitstudy.solids.hexahedral_stress",
+    "knitstudy.solids.polynomial_stress",
 )
 """Stages whose code the table speaks of."""
 

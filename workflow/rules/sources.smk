@@ -83,7 +83,7 @@ def note_of_reference():
 
 def data_of_study():
     """Return every netCDF file of the study, in the order of its stages."""
-    order = ("geometry", "mesh", "contacts", "dns", "rom", "beams")
+    order = ("geometry", "mesh", "contacts", "stress", "dns", "rom", "beams")
     steps = [step for step in PLAN.steps(STUDY) if step[0].leaves.endswith(".nc")]
     place = {name: number for number, name in enumerate(order)}
     return sorted(steps, key=lambda step: place.get(step[0].name, len(order)))

@@ -12,8 +12,10 @@ from matplotlib.figure import Figure
 from knitstudy.figures.style import FAINT, INK, SINGLE, YARNS, figure, styled
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.measures.summary import kind_of, require_layout, touched
+from knitstudy.mechanics.cauchy import principal_stresses
+from knitstudy.mechanics.materials.material import FULL
 
-PERCENT, MILLI = 100.0, 1e3
+PERCENT, MILLI, MEGA = 100.0, 1e3, 1e-6
 
 
 @styled
@@ -56,6 +58,15 @@ def _contacts(dataset: xr.Dataset, axes: Axes) -> None:
     axes.legend()
 
 
+def _stresses(dataset: xr.Dataset, axes: Axes) -> None:
+    value = MEGA * principal_stresses(dataset["cell_stress"].to_numpy()[:, FULL])[:, 0]
+    order = np.argsort(value)
+    place = MILLI * dataset["cell_place"].to_numpy()[order]
+    dots = axes.scatter(*place[:, :2].T, c=value[order], s=1.0, linewidth=0, cmap="cividis", rasterized=True)
+    axes.figure.colorbar(dots, ax=axes, label="maximum principal stress (MPa)")
+    _in_the_plane(axes)
+
+
 def _mesh(dataset: xr.Dataset, axes: Axes) -> None:
     bounds = dataset["first_slice"].to_numpy()
     centres = MILLI * dataset["centres"].to_numpy()
@@ -78,4 +89,10 @@ def _in_the_plane(axes: Axes) -> None:
     axes.set(xlabel="x, course (mm)", ylabel="y, wale (mm)", aspect="equal")
 
 
-_DRAWN = {"history": _history, "contacts": _contacts, "mesh": _mesh, "geometry": _geometry}
+_DRAWN = {
+    "history": _history,
+    "contacts": _contacts,
+    "stresses": _stresses,
+    "mesh": _mesh,
+    "geometry": _geometry,
+}

@@ -16,7 +16,7 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.cauchy import cauchy_stress, principal_stresses, von_mises
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.polynomial_yarn.locate import locate
-from knitstudy.mechanics.polynomial_yarn.sections import sections
+from knitstudy.mechanics.polynomial_yarn.sections import deformation_gradient, sections
 from knitstudy.mechanics.polynomial_yarn.space import Space
 from knitstudy.solids.polynomial_yarns import space_on, undeformed
 from knitstudy.solids.yarn_spans import yarn_spans
@@ -80,9 +80,7 @@ def _fields(
             s = stations[low : low + CHUNK]
             place, slope = sections(yarn, nodes[own], s, cells.x)
             displacement, change = sections(yarn, moved[own], s, cells.x)
-            # The deformation gradient: I and the derivative of the displacement by the undeformed place.
-            gradient = (np.eye(3) + change @ np.linalg.inv(slope)).reshape(-1, 3, 3)
-            stress = cauchy_stress(gradient, material)
+            stress = cauchy_stress(deformation_gradient(slope, change).reshape(-1, 3, 3), material)
             around = np.einsum("kqic,qc->kqi", slope[..., :2], turn)
             area = np.linalg.norm(np.cross(around, slope[..., 2]), axis=-1).ravel()
             parts.append((place, displacement, von_mises(stress), principal_stresses(stress), area))

@@ -31,15 +31,6 @@ YARNS = Look(SOLID_YARNS, "#0072B2", "-", "D")
     "fig12a_domain_size",
     "Fig. 12a: degrees of freedom and memory against the size of the domain",
     needs=("domain", "scenes", "paper"),
-    texts={
-        "alt": "Two panels over the number of cells in a row, both axes logarithmic: degrees of freedom and memory "
-        "growth of hexahedra, solid yarns, 3D and 2D reduced models, and the paper's numbers.",
-        "caption": "Square knits in course tension, with ties (filled) and with isotropic friction (open); thin lines "
-        "are the power laws fitted from 3 cells in a row on, crosses the paper's numbers for contact.",
-        "paper": "Degrees of freedom rise to 20 million with ties and 53 million in contact at 30 x 30 cells, memory "
-        "to 155 GB.",
-        "ours": "Contact by penalties adds no unknowns; both grow with the area of the knit.",
-    },
 )
 @styled
 def draw(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], paper: pd.DataFrame) -> Figure:

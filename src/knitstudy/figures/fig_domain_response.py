@@ -34,13 +34,6 @@ PANELS = (
     "fig_domain_response",
     "Response of square knits against their size",
     needs=("domain", "domain_contacts", "scenes"),
-    texts={
-        "alt": "Three panels over the number of cells in a row: force over width, largest out-of-plane motion, and "
-        "mean normal force of the crossings of the centre cell, of solid yarns and reduced models.",
-        "caption": "Square knits in course tension at 5 %: what of a small knit is edge.",
-        "paper": "The paper takes 3 x 3 knits throughout, and says that free-standing knits depend on their size.",
-        "ours": "The last point of every line is the largest knit that was followed.",
-    },
 )
 @styled
 def draw(

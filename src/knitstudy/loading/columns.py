@@ -1,4 +1,4 @@
-"""Every variable of a history and of a file of contacts: dimensions, unit and meaning, in one place.
+"""Every variable of histories, contacts and stresses: dimensions, unit and meaning, in one place.
 
 What is written comes from these tables, and so do the tables of docs/architecture.md (`docs/columns.py`).
 """
@@ -300,3 +300,52 @@ CONTACTS = Columns(
     },
 )
 """What is found at the crossings of solid yarns."""
+
+_EXTENT = ("segment", "extent")
+
+STRESSES = Columns(
+    "file of stresses",
+    {
+        "cell_stress": Column(
+            ("cell", "component"),
+            "Pa",
+            "mean Cauchy stress of a hexahedron of the mesh: xx, yy, zz, xy, yz, xz",
+        ),
+        "cell_volume": Column(("cell",), "m3", "its deformed volume"),
+        "cell_place": Column(("cell", "xyz"), "m", "its deformed middle"),
+        "cell_yarn": Column(("cell",), "1", "its yarn"),
+        "piece_yarn": Column(("piece",), "1", "yarn of a piece between two neighbouring crossings"),
+        "piece_arc_length": Column(("piece", "end"), "m", "where it begins and ends"),
+        "piece_segment": Column(("piece",), "1", "segment that it is part of, -1 where there is none"),
+        "piece_stress": Column(
+            ("piece", "extent", "xyz", "normal_xyz"),
+            "Pa",
+            "mean Cauchy stress of the piece, and of its middle half",
+        ),
+        "piece_volume": Column(("piece", "extent"), "m3", "deformed volume"),
+        "segment_kind": Column(
+            ("segment",),
+            "1",
+            "0 head, 1 and 2 left and right interlock, 3 and 4 left and right leg, 5 sinker",
+        ),
+        "segment_row": Column(("segment",), "1", "interlock row of its lower or left end"),
+        "segment_column": Column(("segment",), "1", "loop column of its lower or left end"),
+        "segment_central": Column(("segment",), "1", "1 where it ends in the centre cell"),
+        "segment_stress": Column(
+            (*_EXTENT, "xyz", "normal_xyz"), "Pa", "mean Cauchy stress of all its pieces, by deformed volume"
+        ),
+        "segment_volume": Column(_EXTENT, "m3", "their deformed volume"),
+        "segment_principal": Column(
+            (*_EXTENT, "principal"), "Pa", "principal values of that mean, the largest first"
+        ),
+        "segment_axis": Column(
+            (*_EXTENT, "principal", "xyz"), "1", "their axes in space: lines without a sign"
+        ),
+        "segment_rotation": Column(
+            ("segment", "xyz", "undeformed_xyz"),
+            "1",
+            "rotation of the affine motion that fits the segment best",
+        ),
+    },
+)
+"""What a file of stresses may hold."""

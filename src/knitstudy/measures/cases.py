@@ -135,6 +135,8 @@ def label_of(scene: Scene) -> str:
         return ", ".join(words + [VARIANTS[law] for law in [scene.mesh.section_law] if law in VARIANTS])
     keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section", "mesh.section_law")
     words = [VARIANTS[value] for value in map(scene.value, keys) if value in VARIANTS]
+    if scene.value("rom.stress_from"):
+        words.append(f"by principal stress of {scene.rom.stress_from}")
     if scene.value("rom.springs_from"):
         words.append(CARRIED)
     if scene.value("rom.stiffness"):

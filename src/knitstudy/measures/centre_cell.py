@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from knitstudy.crossings.segments import centre
 from knitstudy.errors import DataFileError
 
 SNAPSHOTS = (0.0005, 0.0033, 0.0045, 0.0195)
@@ -69,7 +70,7 @@ def centre_cell(contacts: xr.Dataset) -> np.ndarray:
         When its four zones are not there once each.
     """
     row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
-    here = np.flatnonzero((row == (row.max() + 1) // 2) & (column == (column.max() + 1) // 2))
+    here = np.flatnonzero((row == centre(row)) & (column == centre(column)))
     here = here[np.argsort(zone[here])]
     if zone[here].tolist() != [0, 1, 2, 3]:
         raise DataFileError(

@@ -13,9 +13,11 @@ Whatever the case:
 
 - "tie_course_dns" and so on: the models of the four cases of `CASES`.
 - "every": all simulations of knits; "sprung": the direct ones whose contacts give springs.
-- "frictions": several of one mesh with different coefficients of friction, ties and rough contact beside them.
+- "variations": ties, rough contact and isotropic friction, and the same with one input changed at a time; "frictions":
+  those of them with Table 1's coefficient of friction and smaller ones, ties and rough contact beside them.
 - "sweeps": direct simulations of knits whose course spacing or yarn diameter is swept (`measures.sweeps`).
 - "ways": direct simulations of knits whose increments end at the strains of the reference, which is made from them.
+- "fields": direct simulations of the four cases that keep their fields, one by every discretisation.
 - "domain": square knits that differ in nothing but their number of cells, by each model (see `measures.domain`).
 - "pairs": all pairs of crossing yarns that are pressed on each other and then slide.
 """
@@ -29,6 +31,7 @@ from knitstudy.measures.discretisation import is_direct, made_of
 from knitstudy.measures.domain import series_of
 from knitstudy.measures.quantities import STRAINS
 from knitstudy.measures.sweeps import FRICTION, swept
+from knitstudy.measures.variations import COEFFICIENT, WITHOUT_LIMIT, variations
 from knitstudy.study.scene import Scene
 
 COURSE = {"specimen": "knit", "load.direction": "course"}
@@ -65,6 +68,7 @@ MAIN_MODEL = {
     "rom.axes": "contact",
     "rom.displacement": "interface",
     "rom.section": "single",
+    "rom.honeycomb": "geometry",
     "mesh.section_law": "curved",
 }
 """What makes a reduced model the main one of its simulation: others are variants."""
@@ -111,11 +115,13 @@ def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene 
     scenes = list(scenes)
     models = models_of(scenes, of)
     several = {
+        "variations": varied(scenes),
         "frictions": friction_sweep(scenes),
         "pairs": pairs(scenes),
         "every": [scene for scene in scenes if scene.specimen == "knit"],
         "sprung": sprung(scenes),
         "ways": ways(scenes),
+        "fields": with_fields(scenes),
         "sweeps": swept(scenes),
         "domain": domain(scenes),
     }
@@ -179,9 +185,16 @@ def beams_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
 
 
 def sprung(scenes: Iterable[Scene]) -> list[Scene]:
-    """Return the direct simulations of knits whose contacts give springs, and whose outer crossings are tied."""
+    """Return the direct simulations of knits whose contacts give springs, and whose outer crossings are tied.
+
+    Those are left out in which an input is changed to see what hangs on it.
+    """
+    base, *others = variations(scenes) or [None]
+    kept = {scene.name for scene in base.scenes.values()} if base else set()
+    changed = {scene.name for each in others for scene in each.scenes.values()} - kept
     knits = [scene for scene in scenes if scene.specimen == "knit" and is_direct(scene)]
-    return [scene for scene in knits if scene.interaction != "tie" and _fits(scene, OUTER_TIED)]
+    touching = [scene for scene in knits if scene.interaction != "tie" and _fits(scene, OUTER_TIED)]
+    return [scene for scene in touching if scene.name not in changed]
 
 
 def variants_of(main: Scene, scenes: Iterable[Scene]) -> dict[str, Scene]:
@@ -191,33 +204,42 @@ def variants_of(main: Scene, scenes: Iterable[Scene]) -> dict[str, Scene]:
     return {name: fitting[0] for name, fitting in found.items() if fitting}
 
 
+def varied(scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the scenes in which one input at a time is changed, and those that they are compared with."""
+    found = [scene for each in variations(scenes) for scene in each.scenes.values()]
+    return list({scene.name: scene for scene in found}.values())
+
+
 def friction_sweep(scenes: Iterable[Scene]) -> list[Scene]:
-    """Return the direct simulations of that mesh, in course tension, which has most coefficients of friction.
+    """Return ties, rough contact, and isotropic friction with one coefficient and smaller ones, all else the same.
 
-    The first of every coefficient is taken, and ties and rough contact of the same mesh come with them. Without two
-    coefficients there is no sweep.
+    Without a smaller coefficient there is no sweep.
     """
-    direct = [scene for scene in scenes if is_direct(scene) and _fits(scene, COURSE | OUTER_TIED)]
-
-    def sweep(main: Scene) -> dict[tuple, Scene]:
-        found: dict[tuple, Scene] = {}
-        for scene in direct:
-            if _alike(scene, main, ALIKE):
-                found.setdefault((scene.interaction, scene.value("contact.friction")), scene)
-        return found
-
-    def coefficients(found: dict[tuple, Scene]) -> int:
-        return sum(interaction == "isotropic" for interaction, _ in found)
-
-    sweeps = [sweep(scene) for scene in direct if scene.interaction == "isotropic"]
-    largest = max(sweeps, key=coefficients, default={})
-    return list(largest.values()) if coefficients(largest) > 1 else []
+    base, *others = variations(scenes) or [None]
+    slides = [
+        each.scenes["isotropic"]
+        for each in others
+        if each.key == COEFFICIENT and each.value != WITHOUT_LIMIT and each.value <= FRICTION
+    ]
+    return [*base.scenes.values(), *slides] if base and slides else []
 
 
 def ways(scenes: Iterable[Scene]) -> list[Scene]:
     """Return the direct simulations of knits that the reference can be made from."""
     knits = [scene for scene in scenes if scene.specimen == "knit" and is_direct(scene)]
     return [scene for scene in knits if set(STRAINS) <= {*scene.load.stops, scene.load.strain}]
+
+
+def with_fields(scenes: Iterable[Scene]) -> list[Scene]:
+    """Return the first direct simulation of each of the four cases by every discretisation that keeps fields."""
+    found: dict[tuple[str, str], Scene] = {}
+    for scene in scenes:
+        if is_direct(scene) and "fields" in scene.outputs:
+            for case, of in CASES.items():
+                if _fits(scene, of):
+                    found.setdefault((case, made_of(scene)), scene)
+    knits = {case: scene.knit for (case, _), scene in reversed(found.items())}
+    return [scene for (case, _), scene in found.items() if scene.knit == knits[case]]
 
 
 def domain(scenes: Iterable[Scene]) -> list[Scene]:

@@ -11,6 +11,7 @@ import xarray as xr
 from knitstudy.errors import DataFileError
 from knitstudy.loading.history import FORMS
 from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
+from knitstudy.measures.segment_angles import SEGMENT, stress_angles
 
 PROVENANCE = dict.fromkeys(("scene", "digest", "code_version", "numpy", "scipy", "pyamg"), "")
 """Attributes that say where a result comes from."""
@@ -140,6 +141,21 @@ def _contacts(dataset: xr.Dataset) -> list[Quantity]:
     ]
 
 
+def _stresses(dataset: xr.Dataset) -> list[Quantity]:
+    found = {kind: stress_angles(dataset, kind) for kind in SEGMENT}
+    return [
+        Quantity("tension", dataset.attrs["direction"]),
+        Quantity("strain", _plain(dataset.attrs["strain"]), "1"),
+        Quantity("force of the grips", _plain(dataset.attrs["force"]), "N"),
+        *(
+            Quantity(f"angle of the maximum principal stress to x, {kind}", float(angles[:, 0].mean()), "deg")
+            for kind, angles in found.items()
+            if len(angles)
+        ),
+        Quantity("largest mean stress of a segment", float(dataset["segment_principal"].max()), "Pa"),
+    ]
+
+
 def _history(dataset: xr.Dataset) -> list[Quantity]:
     last = dataset.isel(increment=-1)
     loaded = last["displacement"].item() != 0
@@ -198,6 +214,7 @@ def _plain(value: Any) -> float | int | str:
 KINDS: dict[str, tuple[tuple[str, ...], Callable[[xr.Dataset], list[Quantity]]]] = {
     "history": (("force", "displacement", "strain", "energy", "centreline_displacement"), _history),
     "contacts": (("force", "area", "tied", "relative_displacement"), _contacts),
+    "stresses": (("segment_principal", "segment_axis", "cell_stress"), _stresses),
     "mesh": (("nodes", "hexahedra", "radius"), _mesh),
     "geometry": (("point_of_contact", "arc_length", "radius"), _geometry),
 }
@@ -213,6 +230,15 @@ LAYOUT: dict[str, dict[str, tuple[str, ...]]] = {
         "area": ("crossing",),
     }
     | {"force": ("increment", "crossing", "xyz"), "contact_area": ("increment", "crossing")},
+    "stresses": {
+        "cell_place": ("cell", "xyz"),
+        "cell_stress": ("cell", "component"),
+        "segment_kind": ("segment",),
+        "segment_central": ("segment",),
+        "segment_axis": ("segment", "extent", "principal", "xyz"),
+        "segment_principal": ("segment", "extent", "principal"),
+        "segment_rotation": ("segment", "xyz", "undeformed_xyz"),
+    },
     "mesh": {
         "nodes": ("node", "xyz"),
         "hexahedra": ("element", "corner"),

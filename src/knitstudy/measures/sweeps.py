@@ -25,6 +25,16 @@ from knitstudy.study.scene import Scene, digest
 SPACING, DIAMETER = "pattern.course_ratio", "yarn.diameter"
 """Keys that are swept."""
 
+BESIDE = (
+    "pattern.loops",
+    "pattern.rows",
+    "pattern.clearance",
+    "yarn.youngs_modulus",
+    "yarn.poisson_ratio",
+    "yarn.material",
+)
+"""Keys that no sweep changes."""
+
 FRICTION = 0.76
 """Coefficient of friction of Table 1."""
 
@@ -180,8 +190,8 @@ def _is_as_drawn(scene: Scene) -> bool:
 
 
 def _numerical(scene: Scene) -> tuple[Any, ...]:
-    """Return what simulations share beside the loop: interaction, size, load, and elements across or degrees."""
-    section = scene.read(("interaction", "load", "tie", "contact", "pattern.loops", "pattern.rows"))
+    """Return what simulations share beside the loop: yarn, interaction, size, load, and elements across or degrees."""
+    section = scene.read(("interaction", "load", "tie", "contact", *BESIDE))
     section["load"].pop("stops", None)
     return _made_of(scene), scene.interaction, digest(section)
 

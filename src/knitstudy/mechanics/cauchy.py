@@ -24,3 +24,12 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
 def principal_stresses(stress: np.ndarray) -> np.ndarray:
     """Return the principal values (k, 3) of stresses (k, 3, 3), the largest first."""
     return np.linalg.eigvalsh(stress)[:, ::-1]
+
+
+def principal_axes(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the principal values (..., 3) of stresses (..., 3, 3), the largest first, and their axes as rows.
+
+    Axes are lines: their sign means nothing.
+    """
+    values, columns = np.linalg.eigh(stress)
+    return values[..., ::-1], np.swapaxes(columns, -1, -2)[..., ::-1, :]

@@ -17,7 +17,7 @@ from knitstudy.stages.plan import Plan, Step
 from knitstudy.stages.table import STAGES, stage_of
 from knitstudy.study.scene import Scene
 
-BESIDE = ("contacts", "geometry", "mesh")
+BESIDE = ("contacts", "geometry", "mesh", "stress")
 """Stages whose results of direct simulations figures and tables take besides their histories."""
 
 Source = Step | list[Step] | Path

@@ -179,10 +179,42 @@ STAGES.register(
 )
 
 
+def _with_fields(scene: Scene, named: Callable[[str], Scene]) -> Needs:
+    """Return what deformed yarns and stresses come from; refuse a scene that does not keep its fields."""
+    if "fields" not in scene.outputs:
+        raise ConfigurationError(
+            f"scene {scene.name!r}: outputs is [{', '.join(scene.outputs)}] but must hold 'fields':"
+            " node_displacement, which deformed yarns and stresses come from, is kept with it"
+        )
+    return {"geometry": ("geometry", scene), "mesh": ("mesh", scene), "history": ("dns", scene)}
+
+
+STAGES.register(
+    Stage(
+        name="stress",
+        does="Average the stress of {scene}",
+        of=lambda scene: _solid(scene) and scene.specimen == "knit" and "fields" in scene.outputs,
+        reads=(*KIND, "pattern", "yarn", "load", "mesh", "tie", "contact", "solver"),
+        needs=_with_fields,
+        function="knitstudy.solids.stress:stress",
+        code=lambda scene: (scene.kind.fidelity.stress, *_laws(scene)),
+        leaves="stress/{scene}.nc",
+        wanted=lambda scene: True,
+        memory=2000,
+    )
+)
+
+
 def _joined(scene: Scene, named: Callable[[str], Scene]) -> Needs:
-    """Return the contacts that a reduced model takes its joints from, and those of other springs if it asks for any."""
-    sources = {"contacts": "rom.contacts_from", "springs": "rom.springs_from"}
-    found = {name: ("contacts", named(key)) for name, key in sources.items() if scene.value(key)}
+    """Return the contacts that a reduced model takes its joints from, and springs or stresses if it asks for any."""
+    sources = {
+        "contacts": ("contacts", "rom.contacts_from"),
+        "springs": ("contacts", "rom.springs_from"),
+        "stresses": ("stress", "rom.stress_from"),
+    }
+    found = {name: (stage, named(key)) for name, (stage, key) in sources.items() if scene.value(key)}
+    if "stresses" in found:
+        _with_fields(found["stresses"][1], named)
     return {"geometry": ("geometry", scene)} | found
 
 
@@ -213,16 +245,6 @@ STAGES.register(
         long=True,
     )
 )
-
-
-def _with_fields(scene: Scene, named: Callable[[str], Scene]) -> Needs:
-    """Return what deformed yarns are drawn from; refuse a scene that does not keep its fields."""
-    if "fields" not in scene.outputs:
-        raise ConfigurationError(
-            f"scene {scene.name!r}: outputs is [{', '.join(scene.outputs)}] but must hold 'fields':"
-            " node_displacement, which deformed yarns show, is kept with it"
-        )
-    return {"geometry": ("geometry", scene), "mesh": ("mesh", scene), "history": ("dns", scene)}
 
 
 STAGES.register(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 import reprlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -46,7 +47,7 @@ class Member:
 
 
 def read_families(folder: Path) -> dict[str, Member]:
-    """Return the scenes of a folder by name: files in the order of their names, scenes in the order of each file.
+    """Return the scenes of a folder by name: files in the order of their numbers, scenes in the order of each file.
 
     Whether a scene may have the keys and values that it sets is not known here.
 
@@ -74,7 +75,7 @@ def read_families(folder: Path) -> dict[str, Member]:
 
 
 def _files(folder: Path) -> list[Path]:
-    """Return the files of families in the order of their names."""
+    """Return the files of families in the order of the numbers that they begin with, and of their names."""
     if not folder.is_dir():
         raise ConfigurationError(
             f"{folder}: is missing; the configuration folder must have it, with a file a family"
@@ -84,7 +85,7 @@ def _files(folder: Path) -> list[Path]:
             raise ConfigurationError(
                 f"{path}: is not read as a family; call it {path.with_suffix('.yaml').name}"
             )
-    paths = sorted(folder.glob("*.yaml"))
+    paths = sorted(folder.glob("*.yaml"), key=_place)
     if not paths:
         raise ConfigurationError(f"{folder}: must hold a family of scenes or more, each a file *.yaml")
     return paths
@@ -281,3 +282,9 @@ def _texts(asked: Any, what: str, must: str) -> list[str]:
     if doubled is not None:
         raise ConfigurationError(f"{what} is {asked!r}, with {doubled!r} twice")
     return texts
+
+
+def _place(path: Path) -> tuple[float, str]:
+    """Return a family's place: by the number that its name begins with, those without one last."""
+    number = re.match(r"\d+", path.name)
+    return (int(number[0]) if number else math.inf, path.name)

@@ -90,6 +90,8 @@ class Fidelity:
         Stage that simulates it.
     solids : str
         Module of solid yarns, with a function ``discretise``; empty for beams.
+    stress : str
+        Module of the stress in them, with a function ``cell_stress`` as `knitstudy.solids.cell_stress` says.
     sources : tuple of str
         Dotted keys that name direct simulations which it takes something from.
     outputs : tuple of str
@@ -104,6 +106,7 @@ class Fidelity:
     sections: Callable[[Interaction], Sections]
     stage: str
     solids: str = ""
+    stress: str = ""
     sources: tuple[str, ...] = ()
     outputs: tuple[str, ...] = ()
     tied: bool = True

@@ -31,10 +31,6 @@ COLUMNS = [
     "Response of square knits of rising size",
     needs=("domain", "domain_contacts", "scenes"),
     order=5.7,
-    texts={
-        "caption": "Square knits in course tension at full load: how far a knit of few cells stands for a large one. "
-        "Forces are over the width that is pulled, one course spacing a row."
-    },
 )
 def tabulate(
     domain: Mapping[str, xr.Dataset], domain_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]

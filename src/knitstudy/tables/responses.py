@@ -72,6 +72,8 @@ def _keys(scene: Scene, history: xr.Dataset) -> dict:
         "displacement of springs": scene.value("rom.displacement"),
         "section law": scene.value("mesh.section_law"),
         "segment of two yarns": scene.value("rom.section"),
+        "honeycomb": scene.value("rom.honeycomb"),
+        "principal stress from": scene.value("rom.stress_from"),
         "beam contact": scene.value("beam.contact"),
         "beam section": scene.value("beam.section"),
         "beam ties": scene.value("beam.tie"),

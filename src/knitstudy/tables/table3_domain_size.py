@@ -54,12 +54,6 @@ LARGEST = 30
     "Table 3: cost of square knits of rising size",
     needs=("domain", "scenes", "paper"),
     order=5,
-    texts={
-        "caption": "Square knits in course tension. Memory growth is the largest resident memory above that of the "
-        "process just before; its law is a power of the number of cells in a row, fitted to each series from 3 cells "
-        "on. The paper's numbers are of contact but for the degrees of freedom with ties at 30 x 30. Hexahedra are "
-        "followed for three increments, the other models to 5 %."
-    },
 )
 def tabulate(
     domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], paper: pd.DataFrame
@@ -84,10 +78,6 @@ def tabulate(
     "Growth of cost with the size of the domain",
     needs=("domain", "scenes"),
     order=5.5,
-    texts={
-        "caption": "Exponents of powers of the number of cells in a row, fitted from 3 cells on. Two is what an area "
-        "asks for; factors of the network that solvers take as coarse grid grow faster."
-    },
 )
 def tabulate_growth(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one row for every series: how unknowns, memory and time grow.

@@ -30,6 +30,7 @@ from knitstudy.tables.catalogue import TABLES
         "untied_contacts",
         "frictions",
         "sprung_contacts",
+        "fields_stress",
         "sweeps",
     ),
     order=15,
@@ -57,8 +58,8 @@ def tabulate(
         Histories of all simulations of knits, by scene.
     **contact : Dataset or mapping of str to Dataset
         As far as a study has them: histories "tie", "rough", "isotropic" and "untied" in course tension, the contacts
-        "isotropic_contacts" and "untied_contacts", "frictions", histories of a sweep by scene, and "sprung_contacts",
-        contacts that give springs, and "sweeps", histories of other loops, by scene.
+        "isotropic_contacts" and "untied_contacts", "frictions", histories of a sweep by scene, "sprung_contacts",
+        contacts that give springs, "fields_stress", stresses, and "sweeps", histories of other loops, by scene.
 
     Raises
     ------
@@ -75,6 +76,7 @@ def tabulate(
         contacts={name: contact[f"{name}_contacts"] for name in VARIANTS if f"{name}_contacts" in contact},
         frictions=contact.get("frictions", {}),
         sprung=contact.get("sprung_contacts", {}),
+        stresses=contact.get("fields_stress", {}),
         sweeps=contact.get("sweeps", {}),
     )
     return pd.DataFrame([_row(claim, evidence) for claim in claims.itertuples()])

@@ -7,15 +7,15 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import xarray as xr
 
+from knitstudy.measures.carried import carried_over
 from knitstudy.measures.centre_cell import Snapshot, first_symmetric_contact, snapshots, zones_of_cell
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, lacking, verdict
-from knitstudy.measures.claims.rule import UNRECORDED, Rule
+from knitstudy.measures.claims.rule import AFTER, UNRECORDED, Rule
 from knitstudy.measures.energy_balance import stabilisation_share
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.names import INTERACTIONS
 from knitstudy.measures.printed import number
 from knitstudy.measures.quantities import FORCE, LARGEST_U_Z
-from knitstudy.measures.reference import reference_of
 from knitstudy.measures.response import (
     Z,
     at_strain,
@@ -155,26 +155,35 @@ def judge_motion_order(evidence: Evidence) -> Judgement:
 
 
 def judge_smaller_friction(evidence: Evidence) -> Judgement:
-    """K7: ties > rough > isotropic with every coefficient of friction."""
+    """K7: ties > rough > isotropic with every smaller coefficient of friction."""
     histories = evidence.frictions
-    kinds = {name: history.attrs["interaction"] for name, history in histories.items()}
-    if not {"tie", "rough", "isotropic"} <= set(kinds.values()):
-        return lacking("ties, rough contact and several coefficients of friction on one mesh")
-    strain = common_strain(histories.values())
-    stiffness = {name: 1e-3 * stiffness_at(history, strain) for name, history in histories.items()}
-    tie, rough = (
-        next(stiffness[name] for name, kind in kinds.items() if kind == wanted) for wanted in ("tie", "rough")
-    )
-    slides = {
-        evidence.scenes[name].contact.friction: stiffness[name]
-        for name, kind in kinds.items()
-        if kind == "isotropic"
+    names = {
+        kind: [name for name in histories if evidence.scenes[name].interaction == kind]
+        for kind in INTERACTIONS
     }
-    measured = f"secant stiffness: tie {tie:.4g} kN/m, rough {rough:.4g} kN/m" + "".join(
-        f", mu = {friction:g} {slides[friction]:.4g} kN/m" for friction in sorted(slides, reverse=True)
+    if not all(names.values()):
+        return lacking("ties, rough contact and several coefficients of friction, all else the same")
+    forces: dict[str, Estimate] = {}
+    for alike in names.values():
+        known = {name: evidence.reference_of(name) for name in alike}
+        base = next((name for name in alike if known[name].known), None)
+        if base is None:
+            return Judgement("", NOT_RUN, "there is no reference of all three interactions")
+        for name in alike:
+            carried = carried_over(known[base], histories[base], histories[name])
+            forces[name] = carried.at(FORCE, max(carried.strains(FORCE), default=0.0))
+    (tie, *_), (rough, *_), slides = (names[kind] for kind in INTERACTIONS)
+    slides = sorted(slides, key=lambda name: evidence.scenes[name].contact.friction, reverse=True)
+    measured = f"force: tie {forces[tie]} N, rough {forces[rough]} N" + "".join(
+        f", mu = {evidence.scenes[name].contact.friction:g} {forces[name]} N" for name in slides
     )
-    judged = Judgement(measured, verdict(tie > rough and all(rough > each for each in slides.values())))
-    return at_full_strain(evidence, judged, histories.values(), next(iter(histories)))
+    pairs = [(tie, rough), *((rough, name) for name in slides)]
+    judged = Judgement(
+        measured,
+        verdict(all_hold(_larger(forces[one], forces[other]) for one, other in pairs)),
+        "uncertainties are by how much this discretisation is off where the reference knows it",
+    )
+    return at_full_strain(evidence, judged, histories.values(), tie)
 
 
 def judge_untied_rows(evidence: Evidence) -> Judgement:
@@ -256,9 +265,10 @@ RULES = {
     ),
     "K7": Rule(
         judge_smaller_friction,
-        "ties > rough > isotropic in secant stiffness with every coefficient of friction of the sweep",
-        UNRECORDED,
-        ("fig09a_force",),
+        "force at full strain: ties > rough > isotropic with Table 1's coefficient of friction and every smaller one, "
+        "each by more than both uncertainties",
+        AFTER,
+        ("fig_inputs", "inputs"),
     ),
     "K11": Rule(
         judge_untied_rows,
@@ -325,7 +335,7 @@ def _compared(evidence: Evidence, measure: Callable[[xr.Dataset, float], float])
 
 def _references(evidence: Evidence, quantity: str) -> dict[str, Estimate] | None:
     """Return a quantity of ties, rough contact and friction at the largest strain that the reference has of all."""
-    found = {name: reference_of(evidence.reference, evidence.scenes[name]) for name in INTERACTIONS}
+    found = {name: evidence.reference_of(name) for name in INTERACTIONS}
     strain = common_strain(_three(evidence))
     common = set.intersection(*(set(each.strains(quantity, strain)) for each in found.values()))
     return {name: each.at(quantity, max(common)) for name, each in found.items()} if common else None

@@ -12,6 +12,7 @@ import xarray as xr
 from knitstudy.measures.cases import Case, cases_of
 from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.printed import number
+from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.study.scene import Scene
 
 REPRODUCED, NOT_REPRODUCED, OPEN = "reproduced", "not reproduced", "not decidable"
@@ -43,8 +44,12 @@ class Evidence:
         Histories of a sweep of the coefficient of friction, ties and rough contact among them, by scene.
     sprung : mapping of str to Dataset
         Contacts of all direct simulations that give springs, by scene.
+    stresses : mapping of str to Dataset
+        Stresses of the direct simulations that keep their fields, by scene, in the order of the families.
     sweeps : mapping of str to Dataset
         Histories of sweeps of course spacing and yarn diameter, by scene.
+    estimates : mapping of str to Reference
+        What stands for the reference, by the names of `direct`, where this does not know their problems.
     """
 
     geometry: xr.Dataset
@@ -56,7 +61,13 @@ class Evidence:
     contacts: Mapping[str, xr.Dataset] = field(default_factory=dict)
     frictions: Mapping[str, xr.Dataset] = field(default_factory=dict)
     sprung: Mapping[str, xr.Dataset] = field(default_factory=dict)
+    stresses: Mapping[str, xr.Dataset] = field(default_factory=dict)
     sweeps: Mapping[str, xr.Dataset] = field(default_factory=dict)
+    estimates: Mapping[str, Reference] = field(default_factory=dict)
+
+    def reference_of(self, name: str) -> Reference:
+        """Return what is known of the problem of a scene; nothing where nothing is."""
+        return self.estimates.get(name) or reference_of(self.reference, self.scenes[name])
 
     @cached_property
     def cases(self) -> tuple[Case, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from knitstudy.measures.claims import contact, kinematics, models, size, sweeps, unit_cell
+from knitstudy.measures.claims import contact, kinematics, models, size, stress, sweeps, unit_cell
 from knitstudy.measures.claims.rule import Rule
 
 RULES: dict[str, Rule] = {
@@ -10,6 +10,7 @@ RULES: dict[str, Rule] = {
     **contact.RULES,
     **kinematics.RULES,
     **models.RULES,
+    **stress.RULES,
     **size.RULES,
     **sweeps.RULES,
 }

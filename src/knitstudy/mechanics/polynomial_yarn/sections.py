@@ -32,3 +32,8 @@ def sections(
     phi, gradient = disc.gradients(yarn.degree, x)
     across = np.moveaxis(gradient, -1, 0)[:, None] @ value  # (2, k, q, 3)
     return phi @ value, np.stack([*across, phi @ slope], axis=-1)
+
+
+def deformation_gradient(slope: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """Return F (..., 3, 3) from the derivatives of undeformed places and of displacements that `sections` gives."""
+    return np.eye(3) + change @ np.linalg.inv(slope)

@@ -21,9 +21,16 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.history import Stations
 from knitstudy.networks.rom.network import Network
+from knitstudy.networks.rom.principal_honeycomb import heights_by_stress, moved
 
 
-def planar_network(knit: Knit, contacts: xr.Dataset, elements: int = 1, doubled: bool = False) -> Network:
+def planar_network(
+    knit: Knit,
+    contacts: xr.Dataset,
+    elements: int = 1,
+    doubled: bool = False,
+    stresses: xr.Dataset | None = None,
+) -> Network:
     """Return the network of a knit.
 
     Parameters
@@ -36,17 +43,25 @@ def planar_network(knit: Knit, contacts: xr.Dataset, elements: int = 1, doubled:
         Elements a segment.
     doubled : bool
         Whether a segment that two yarns share has the section of both.
+    stresses : Dataset, optional
+        Of the directions that segments take instead of joining the contacts (`principal_honeycomb`).
 
     Raises
     ------
     ConfigurationError
         If `elements` is not a positive whole number.
+    GeometryError
+        If the stresses make no honeycomb.
     """
     if elements < 1 or elements != int(elements):
         raise ConfigurationError(
             f"elements a segment: {elements} is not allowed, only whole numbers from 1 on"
         )
-    corners = _end_in_cut(knit, _corners(knit, contacts))
+    course = knit.loop.course_spacing
+    if stresses is not None:
+        rows = heights_by_stress(knit, contacts, stresses)
+        contacts, course = moved(knit, contacts, rows), rows.course
+    corners = _end_in_cut(knit, _corners(knit, contacts, course))
     first = np.flatnonzero(corners.begins)
     legs = np.column_stack([corners.number[first], corners.number[first + 1]])
     segments, which, yarns = np.unique(np.sort(legs, axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -64,6 +79,7 @@ def planar_network(knit: Knit, contacts: xr.Dataset, elements: int = 1, doubled:
         station_node=station_node,
         station_offset=np.zeros((len(station_node), 3)),
         beam_nodes=len(nodes),
+        height=knit.rows * course,
     )
 
 
@@ -92,12 +108,12 @@ class _Corners:
         return cls(yarn[order], arc_length[order], number[order], point)
 
 
-def _corners(knit: Knit, contacts: xr.Dataset) -> _Corners:
+def _corners(knit: Knit, contacts: xr.Dataset, spacing: float) -> _Corners:
     """Corners in contact zones, and where the zones of the rows beyond the edges would be."""
     zone = contacts["centroid"].to_numpy() * [1.0, 1.0, 0.0]
     row = contacts["row"].to_numpy()
     yarn, arc_length = contacts["yarn"].to_numpy().astype(int), contacts["arc_length"].to_numpy()
-    course = np.array([0.0, knit.loop.course_spacing, 0.0])
+    course = np.array([0.0, spacing, 0.0])
     feet, heads = np.flatnonzero(row == 0), np.flatnonzero(row == knit.rows - 1)
     number = np.arange(len(zone))
     # All yarns have one shape: the bottom yarn's feet are where yarn 1 has them, the top yarn's heads where

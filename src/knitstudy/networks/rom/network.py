@@ -46,6 +46,8 @@ class Network:
     curvature : ndarray, shape (E, 3), or None
         Mean curvature vector t x dt/ds of the undeformed yarn over every element [1/m]; None where elements do not
         follow a yarn.
+    height : float or None
+        Of its rows, which strains along the wales refer to; None where it is that of the knit [m].
     """
 
     nodes: np.ndarray
@@ -60,6 +62,7 @@ class Network:
     springs: LinearSprings = field(default_factory=LinearSprings.none)
     joints: Joints | None = None
     curvature: np.ndarray | None = None
+    height: float | None = None
 
     def section(self, yarn: Yarn, law: str) -> SectionLaw:
         """Return the section of the elements; law "straight", or "curved" where elements follow a yarn."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -15,7 +15,7 @@ from knitstudy.geometry.arcs import grip_ends
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.cost import Meter
 from knitstudy.loading.follow import follow
-from knitstudy.loading.load_path import load_path
+from knitstudy.loading.load_path import Motion, load_path
 from knitstudy.loading.problem import Problem
 from knitstudy.loading.run import IN_MEMORY, Run
 from knitstudy.mechanics.beam_model import BeamModel
@@ -38,6 +38,7 @@ def simulate(
     geometry: xr.Dataset,
     contacts: xr.Dataset,
     springs: xr.Dataset | None = None,
+    stresses: xr.Dataset | None = None,
     run: Run = IN_MEMORY,
 ) -> xr.Dataset:
     """Return the history of a scene of fidelity "rom2d" or "rom3d".
@@ -49,6 +50,8 @@ def simulate(
         Of the scene, in the format of docs/architecture.md.
     contacts, springs
         Contacts of the simulations that ``rom.contacts_from`` and ``rom.springs_from`` name.
+    stresses : Dataset, optional
+        Stresses of the simulation that ``rom.stress_from`` names.
     run : Run
 
     Raises
@@ -58,7 +61,7 @@ def simulate(
     ConvergenceError, DataFileError
         As `knitstudy.loading.follow.follow`.
     """
-    return follow(problem(scene, Knit.from_dataset(geometry), contacts, springs), run)
+    return follow(problem(scene, Knit.from_dataset(geometry), contacts, springs, stresses), run)
 
 
 def run(
@@ -67,13 +70,18 @@ def run(
     contacts: xr.Dataset,
     springs_from: xr.Dataset | None = None,
     how: Run = IN_MEMORY,
+    stresses: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """Return the history of a scene: `problem`, followed; see `simulate`."""
-    return follow(problem(scene, knit, contacts, springs_from), how)
+    return follow(problem(scene, knit, contacts, springs_from, stresses), how)
 
 
 def problem(
-    scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset | None = None
+    scene: Scene,
+    knit: Knit,
+    contacts: xr.Dataset,
+    springs_from: xr.Dataset | None = None,
+    stresses: xr.Dataset | None = None,
 ) -> Problem:
     """Return a scene of fidelity "rom2d" or "rom3d" as a problem.
 
@@ -87,11 +95,13 @@ def problem(
         Contacts of the simulation with solid yarns, in the format of docs/architecture.md.
     springs_from : Dataset, optional
         Contacts of the simulation that ``rom.springs_from`` names.
+    stresses : Dataset, optional
+        Stresses of the simulation that ``rom.stress_from`` names.
 
     Raises
     ------
     ConfigurationError
-        If the scene asks for springs that the contacts do not give.
+        If the scene asks for springs that the contacts do not give, or for stresses that are not given.
     DataFileError
         If the contacts are those of another knit, or not all crossings have one.
     GeometryError
@@ -99,14 +109,14 @@ def problem(
     """
     _require_all_crossings(contacts, knit)
     meter = Meter()
-    return problem_of(assemble(scene, knit, contacts, springs_from), scene, knit, meter)
+    return problem_of(assemble(scene, knit, contacts, springs_from, stresses), scene, knit, meter)
 
 
 def problem_of(network: Network, scene: Scene, knit: Knit, meter: Meter | None = None) -> Problem:
     """Return a network with the load of a scene."""
     meter = meter or Meter()
     model = network.model(scene.yarn, scene.value("mesh.section_law") or "straight")
-    motion = load_path(scene, knit)
+    motion = _motion(network, scene, knit)
     ends = grips(network, knit, scene.load.direction)
     joints = network.joints
     return Problem(
@@ -151,8 +161,21 @@ class NetworkObserver:
         return columns, {}
 
 
+def _motion(network: Network, scene: Scene, knit: Knit) -> Motion:
+    """Return how the grips move: strains refer to the height of the network, where it is not that of the knit."""
+    motion = load_path(scene, knit)
+    if scene.load.direction == "course" or network.height is None:
+        return motion
+    scale = network.height / knit.height
+    return replace(motion, displacement=scale * motion.displacement, length=scale * motion.length)
+
+
 def assemble(
-    scene: Scene, knit: Knit, contacts: xr.Dataset, springs_from: xr.Dataset | None = None
+    scene: Scene,
+    knit: Knit,
+    contacts: xr.Dataset,
+    springs_from: xr.Dataset | None = None,
+    stresses: xr.Dataset | None = None,
 ) -> Network:
     """Return the network of beams that a scene asks for.
 
@@ -164,7 +187,12 @@ def assemble(
         As `problem`.
     """
     if scene.fidelity == "rom2d":
-        return honeycomb.planar_network(knit, contacts, doubled=scene.rom.section == "doubled")
+        if (scene.rom.stress_from is None) != (stresses is None):
+            raise ConfigurationError(
+                f"rom.stress_from of scene {scene.name} is {scene.rom.stress_from or 'empty'}, and stresses are "
+                f"{'not ' if stresses is None else ''}given: they must be where it names a dns scene, and only there"
+            )
+        return honeycomb.planar_network(knit, contacts, 1, scene.rom.section == "doubled", stresses)
     points = joint_points(knit, contacts)
     if scene.interaction == "tie":
         joints = Joints.all_tied(len(points.yarn))

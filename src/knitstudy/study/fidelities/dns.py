@@ -21,6 +21,7 @@ FIDELITIES.register(
         sections=sections,
         stage="dns",
         solids="knitstudy.solids.hexahedra",
+        stress="knitstudy.solids.hexahedral_stress",
         outputs=("fields", "vtu", "deck"),
     )
 )

@@ -18,6 +18,6 @@ FIDELITIES.register(
         specimens=("knit",),
         sections=sections,
         stage="rom",
-        sources=("rom.contacts_from",),
+        sources=("rom.contacts_from", "rom.stress_from"),
     )
 )

@@ -22,6 +22,7 @@ FIDELITIES.register(
         sections=sections,
         stage="dns",
         solids="knitstudy.solids.polynomial_yarns",
+        stress="knitstudy.solids.polynomial_stress",
         outputs=("fields", "vtu"),
     )
 )

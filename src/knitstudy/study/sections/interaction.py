@@ -154,7 +154,7 @@ class Sliding(Section):
         source=(
             "Table 1: 0.76; static value of the data sheet of the polypropylene, which gives 0.44 for sliding"
         ),
-        checked="0.76, 0.44, 0.3 and 0.1 (scenes dns-isotropic-course-mu*)",
+        checked="0 to 1.5 (scenes inputs-friction*)",
         ge=0,
         le=1e6,
     )

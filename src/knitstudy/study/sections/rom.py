@@ -21,7 +21,10 @@ class Joints(Section):
 
 
 class PlanarJoints(Joints):
-    """Of the planar model (Fig. 4); `section` is that of a segment which two yarns share."""
+    """Of the planar model (Fig. 4); `section` is that of a segment which two yarns share.
+
+    Its segments join the contacts, or lie along the maximum principal stress of the simulation `stress_from` (Fig. 14).
+    """
 
     section: Literal["single", "doubled"] = key(
         "single or doubled: a segment of the planar model that two yarns share",
@@ -32,6 +35,31 @@ class PlanarJoints(Joints):
         ),
         checked="single and doubled (scenes rom2d-doubled-*)",
     )
+
+    honeycomb: Literal["geometry", "principal_stress"] = key(
+        "geometry (segments of the planar model join the contacts) or principal_stress (they lie along it)",
+        standing="stated",
+        source="section 3.4: MPS-based honeycombs beside the one from geometry",
+        checked="both (scenes rom2d-by-*-stress-*)",
+        default="geometry",
+    )
+
+    stress_from: SceneName | None = key(
+        "the name of the dns scene whose principal stress segments lie along (empty where rom.honeycomb is geometry)",
+        standing="choice",
+        source="Table 4: directions of course and of wale tension, each pulled in both directions",
+        checked="course and wale tension (scenes rom2d-by-*-stress-*)",
+        default=None,
+    )
+
+    @model_validator(mode="after")
+    def _stress_where_used(self) -> PlanarJoints:
+        if (self.honeycomb == "principal_stress") != (self.stress_from is not None):
+            wanted = "name a dns scene" if self.honeycomb == "principal_stress" else "be empty"
+            raise ValueError(
+                f"stress_from is {self.stress_from!r} but must {wanted} where rom.honeycomb is {self.honeycomb}"
+            )
+        return self
 
 
 class SpatialJoints(Joints):

@@ -1,0 +1,113 @@
+"""Yarns cut at their crossings, and the six segments of a cell that the pieces make (Figs. 4 and 14).
+
+Along a yarn a loop is: sinker, lower and upper crossing with the row below, leg, lower and upper crossing with the row
+above, head, and back again. A piece runs from one crossing of its yarn to the next, so that pieces make up all of the
+yarn. Between the lower and the upper crossing of one side of an interlock both yarns run along the same segment of the
+honeycomb; every other segment is one piece.
+
+Pieces beyond the first and the last row, where a yarn meets no other, and those at cut ends belong to no segment.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knitstudy.geometry.pattern import Crossings
+
+KINDS = ("head", "interlock, left", "interlock, right", "leg, left", "leg, right", "sinker")
+"""Of segments, in the order of Table 4; which of its segments 1 and 6 is the head is not said."""
+
+NO_SEGMENT = -1
+
+_BETWEEN = {
+    # Zones at the two ends, how many rows and columns the second one lies further, and the sides that the yarn has.
+    (2, 3, 0, 0): (0, (0,)),
+    (0, 2, 0, 0): (1, (0, 1)),
+    (1, 3, 0, 0): (2, (0, 1)),
+    (2, 0, 1, 0): (3, (1,)),
+    (3, 1, 1, 0): (4, (1,)),
+    (1, 0, 0, 1): (5, (1,)),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """Pieces P of all yarns, in their order along them, and the segments Q that they belong to.
+
+    Attributes
+    ----------
+    yarn : ndarray of int, shape (P,)
+    arc_length : ndarray, shape (P, 2)
+        Where a piece begins and ends [m].
+    of_piece : ndarray of int, shape (P,)
+        Its segment, or `NO_SEGMENT`.
+    kind, row, column : ndarray of int, shape (Q,)
+        Of segments: place in `KINDS`, and interlock row and loop column of the crossing at the lower or left end.
+    central : ndarray of bool, shape (Q,)
+        Whether a segment begins or ends at the centre cell's crossings.
+    """
+
+    yarn: np.ndarray
+    arc_length: np.ndarray
+    of_piece: np.ndarray
+    kind: np.ndarray
+    row: np.ndarray
+    column: np.ndarray
+    central: np.ndarray
+
+
+def centre(place: np.ndarray) -> int:
+    """Return the row, or column, in the middle of those (k,) that count from 0."""
+    return (int(place.max()) + 1) // 2
+
+
+def segments(crossings: Crossings, lengths: np.ndarray) -> Segments:
+    """Return the pieces of yarns of some lengths (Y,) [m] between their crossings, and their segments."""
+    yarn, arc_length, ends = _pieces(crossings, lengths)
+    found: dict[tuple[int, int, int], int] = {}
+    of_piece = np.full(len(yarn), NO_SEGMENT)
+    middle = centre(crossings.row), centre(crossings.column)
+    central: list[bool] = []
+    for piece, (first, last) in enumerate(ends):
+        named = _segment(crossings, int(first), int(last), int(yarn[piece]))
+        if named is None:
+            continue
+        if named not in found:
+            found[named] = len(found)
+            cells = ((crossings.row[k], crossings.column[k]) for k in (first, last))
+            central.append(any((int(row), int(column)) == middle for row, column in cells))
+        of_piece[piece] = found[named]
+    kind, row, column = np.array(list(found), dtype=int).reshape(-1, 3).T
+    return Segments(yarn, arc_length, of_piece, kind, row, column, np.array(central, dtype=bool))
+
+
+def _pieces(crossings: Crossings, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return yarn (P,), arc lengths (P, 2) and crossings (P, 2) at the ends of all pieces, -1 at the ends of yarns."""
+    yarn, s = crossings.yarn.T.ravel(), crossings.arc_length.T.ravel()
+    number = np.tile(np.arange(len(crossings.row)), 2)
+    every = np.arange(len(lengths))
+    yarn = np.concatenate([every, yarn, every])
+    s = np.concatenate([np.zeros(len(lengths)), s, lengths])
+    number = np.concatenate([0 * every - 1, number, 0 * every - 1])
+    order = np.lexsort((s, yarn))
+    yarn, s, number = yarn[order], s[order], number[order]
+    begin = np.flatnonzero(yarn[1:] == yarn[:-1])
+    pairs = np.column_stack([begin, begin + 1])
+    return yarn[begin], s[pairs], number[pairs]
+
+
+def _segment(crossings: Crossings, first: int, last: int, yarn: int) -> tuple[int, int, int] | None:
+    """Return kind, row and column of the segment that a piece of a yarn between two crossings belongs to, if any."""
+    if min(first, last) < 0:
+        return None
+    for k, other in ((first, last), (last, first)):
+        row, column = int(crossings.row[k]), int(crossings.column[k])
+        up, right = int(crossings.row[other]) - row, int(crossings.column[other]) - column
+        kind, sides = _BETWEEN.get(
+            (int(crossings.zone[k]), int(crossings.zone[other]), up, right), (None, ())
+        )
+        if kind is not None and yarn - row in sides:
+            return kind, row, column
+    return None

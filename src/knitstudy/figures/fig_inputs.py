@@ -1,0 +1,190 @@
+"""One input at a time changed: verdicts on claims, and changes of force and out-of-plane motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch, Rectangle
+
+from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.curves import PERCENT
+from knitstudy.figures.style import DOUBLE, FAINT, INK, INTERACTIONS, PAPER, figure, panel_letter, styled
+from knitstudy.measures.claims.evidence import NOT_REPRODUCED, OPEN, REPRODUCED
+from knitstudy.measures.claims.inputs import CLAIMS, Finding, findings
+from knitstudy.measures.quantities import FORCE, LARGEST_U_Z
+from knitstudy.measures.selection import COURSE
+from knitstudy.measures.variations import INPUTS, WITHOUT_LIMIT, Variation
+from knitstudy.study.scene import Scene
+
+VERDICTS = {REPRODUCED: ("#56B4E9", "\u2713"), OPEN: ("#E6E6E6", "?"), NOT_REPRODUCED: ("#D55E00", "\u2717")}
+"""Colour and sign of a verdict."""
+
+SHORT = {
+    "K1": "no contact at 0.05 %",
+    "K2": "four zones from 1.95 % on",
+    "K3": "force bends at contact",
+    "K4": "symmetric bulge, contraction",
+    "K5": "force: tie > rough > friction",
+    "K6": "|u_z|: friction > tie",
+    "K8": "yarns turn, slide and spin",
+    "K11": "untied rows slide",
+    "E1": "little is dissipated",
+}
+"""What claims say, as short as the head of a column."""
+
+UNITS = {"1": "", "yarn radii": " R"}
+
+ROW, HEAD, FOOT = 5.0, 40.0, 12.0
+"""Height of a row, and room above and below the rows [mm]."""
+
+LEFT, MATRIX, GAP = 57.0, 50.0, 5.0
+"""Room for the names of the rows, width of the matrix, and space between panels [mm]."""
+
+BARS = 30.0
+"""Width of the legend of the bars [mm]."""
+
+SMALL = 6.5
+"""Size of letters in the rows."""
+
+
+@FIGURES.add(
+    "fig_inputs",
+    "What hangs on inputs: one at a time at another value",
+    needs=("variations", "variations_contacts", "geometry", "scenes", "paper", "reference"),
+    of=COURSE,
+)
+@styled
+def draw(
+    variations: Mapping[str, xr.Dataset],
+    variations_contacts: Mapping[str, xr.Dataset],
+    geometry: xr.Dataset,
+    scenes: Mapping[str, Scene],
+    paper: pd.DataFrame,
+    reference: pd.DataFrame,
+) -> Figure:
+    """Draw a row a value: a matrix of verdicts, and beside it bars of the changes of force and of the largest |u_z|.
+
+    Parameters
+    ----------
+    variations, variations_contacts : mapping of str to Dataset
+        Histories and contacts of direct simulations that differ in one input each, by scene (see
+        docs/architecture.md).
+    geometry : Dataset
+        Result of the geometry stage.
+    scenes : mapping of str to Scene
+        Their scenes.
+    paper, reference : DataFrame
+        ``resources/reference/paper_tables.csv`` and ``reference.csv``.
+    """
+    varied = [scenes[name] for name in variations]
+    found = findings(varied, variations, variations_contacts, geometry, paper, reference)
+    height = HEAD + ROW * len(found) + FOOT
+    drawing = figure(DOUBLE, height)
+    bars = (DOUBLE - LEFT - MATRIX - 2 * GAP - 4.0) / 2
+    places = (LEFT, MATRIX), (LEFT + MATRIX + GAP, bars), (LEFT + MATRIX + 2 * GAP + bars, bars)
+    matrix, force, motion = (
+        drawing.add_axes((left / DOUBLE, FOOT / height, width / DOUBLE, ROW * len(found) / height))
+        for left, width in places
+    )
+    _draw_verdicts(matrix, found)
+    for axes, quantity, title, letter in (
+        (force, FORCE, "force", "b"),
+        (motion, LARGEST_U_Z, "largest $|u_z|$", "c"),
+    ):
+        _draw_changes(axes, found, quantity)
+        axes.set_xlabel("change to the base (%)", fontsize=SMALL)
+        panel_letter(axes, letter, title)
+    _draw_legend(drawing)
+    return drawing
+
+
+def _draw_verdicts(axes: Axes, found: Sequence[Finding]) -> None:
+    """Draw a cell a value and claim; those that differ from the base's have a frame. Assumed inputs are bold."""
+    claims = [claim for claim in CLAIMS if any(claim in each.judged for each in found)]
+    for row, finding in enumerate(found):
+        for column, claim in enumerate(claims):
+            if claim in finding.judged:
+                colour, sign = VERDICTS[finding.judged[claim].verdict]
+                axes.add_patch(
+                    Rectangle((column, row), 1, 1, facecolor=colour, edgecolor=PAPER, linewidth=1.2)
+                )
+                axes.text(column + 0.5, row + 0.5, sign, ha="center", va="center", fontsize=SMALL)
+        for column, claim in enumerate(claims):
+            if claim in finding.turned:
+                axes.add_patch(
+                    Rectangle((column, row), 1, 1, facecolor="none", edgecolor=INK, linewidth=1.2, zorder=3)
+                )
+    axes.set(xlim=(0, len(claims)), ylim=(len(found), 0))
+    axes.set_xticks(
+        np.arange(len(claims)) + 0.5,
+        [f"{claim}  {SHORT.get(claim, '')}".rstrip() for claim in claims],
+        rotation=60,
+        ha="left",
+        rotation_mode="anchor",
+        fontsize=SMALL,
+    )
+    axes.xaxis.tick_top()
+    names = [_name(each.variation, found[0].variation) for each in found]
+    axes.set_yticks(np.arange(len(found)) + 0.5, names, fontsize=SMALL)
+    for label, each in zip(axes.get_yticklabels(), found, strict=True):
+        assumed = each.variation.key and each.variation.described.standing == "assumed"
+        label.set_fontweight("bold" if assumed else "normal")
+    axes.tick_params(length=0)
+    axes.spines[:].set_visible(False)
+    _separate(axes, found)
+    axes.text(0.0, -0.35, "(a)", ha="right", va="bottom", fontsize=8.5)
+
+
+def _draw_changes(axes: Axes, found: Sequence[Finding], quantity: str) -> None:
+    """Draw a bar an interaction, the first above."""
+    thick = 0.8 / len(INTERACTIONS)
+    for number, (kind, look) in enumerate(INTERACTIONS.items()):
+        rows = [row for row, each in enumerate(found) if (quantity, kind) in each.changes]
+        changes = [PERCENT * found[row].changes[quantity, kind] for row in rows]
+        axes.barh([row + 0.1 + thick * (number + 0.5) for row in rows], changes, thick, color=look.colour)
+    axes.axvline(0, color=INK, linewidth=0.7)
+    axes.set_ylim(len(found), 0)
+    axes.set_yticks([])
+    axes.spines["left"].set_visible(False)
+    axes.grid(axis="x", color=FAINT, alpha=0.35, linewidth=0.5)
+    axes.set_axisbelow(True)
+    _separate(axes, found)
+
+
+def _separate(axes: Axes, found: Sequence[Finding]) -> None:
+    """Draw a line between the rows of one input and those of the next."""
+    keys = [each.variation.key for each in found]
+    for row in range(1, len(keys)):
+        if keys[row] != keys[row - 1]:
+            axes.axhline(row, color=FAINT, linewidth=0.6, zorder=2)
+
+
+def _name(variation: Variation, base: Variation) -> str:
+    """Return the name of an input and its value, with the base's in brackets."""
+    if not variation.key:
+        return "base"
+    usual = next(
+        scene.value(variation.key) for scene in base.scenes.values() if scene.value(variation.key) is not None
+    )
+    unit = UNITS.get(variation.described.unit, f" {variation.described.unit}")
+    return f"{INPUTS[variation.key]} {_said(variation.value)}{unit} ({_said(usual)})"
+
+
+def _said(value: object) -> str:
+    if value == WITHOUT_LIMIT:
+        return "\u221e"
+    return f"{value:g}" if isinstance(value, float | int) else str(value).replace("_", "-")
+
+
+def _draw_legend(drawing: Figure) -> None:
+    """Explain signs and bars in the upper right corner."""
+    verdicts = [Patch(facecolor=colour, label=f"{sign} {name}") for name, (colour, sign) in VERDICTS.items()]
+    verdicts.append(Patch(facecolor="none", edgecolor=INK, label="not as at the base"))
+    bars = [Patch(facecolor=look.colour, label=look.label) for look in INTERACTIONS.values()]
+    for handles, right in ((verdicts, 1 - BARS / DOUBLE), (bars, 1.0)):
+        drawing.legend(handles=handles, loc="upper right", fontsize=SMALL, bbox_to_anchor=(right, 1.0))

@@ -1,0 +1,168 @@
+"""One input at a time: which scenes belong together, what is judged at each value, and what hangs on an input."""
+
+from pathlib import Path
+
+import pytest
+import study
+import synthetic
+
+from knitstudy.crossings.contacts import extract
+from knitstudy.figures import catalogue as figures
+from knitstudy.files.csv_table import read_table
+from knitstudy.geometry.lay_out import initial_loop
+from knitstudy.geometry.pattern import Knit
+from knitstudy.measures.carried import carried_over
+from knitstudy.measures.claims.inputs import findings, hanging
+from knitstudy.measures.estimate import Estimate
+from knitstudy.measures.quantities import FORCE, LARGEST_U_Z
+from knitstudy.measures.reference import Reference
+from knitstudy.measures.selection import COURSE, roles_of
+from knitstudy.measures.variations import variations
+from knitstudy.tables import catalogue as tables
+
+RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
+
+
+@pytest.fixture(scope="module")
+def scenes(plain_scene):
+    return study.varied(plain_scene)
+
+
+@pytest.fixture(scope="module")
+def sources(plain_scene, knit, scenes):
+    """What the table and the figure take: the reference holds for the base alone, and everything is as there."""
+    history = synthetic.contact_history(knit)
+    contacts = synthetic.with_kinematics(extract(knit, history))
+    return {
+        "variations": {name: study.in_contact(history, scene.interaction) for name, scene in scenes.items()},
+        "variations_contacts": dict.fromkeys(scenes, contacts),
+        "geometry": synthetic.geometry(Knit(initial_loop(plain_scene), 2, 2)),
+        "scenes": scenes,
+        "paper": read_table(RESOURCES / "paper_tables.csv"),
+        "reference": study.reference(study.scenes(plain_scene)),
+    }
+
+
+def found_with(sources, **factors):
+    """Return findings by key and value, with factors (force, lift) of some histories by their scenes."""
+    histories = dict(sources["variations"])
+    for name, (force, lift) in factors.items():
+        kind = sources["scenes"][name.replace("_", "-")].interaction
+        histories[name.replace("_", "-")] = study.in_contact(
+            histories[name.replace("_", "-")], kind, force, lift
+        )
+    names = ("geometry", "paper", "reference")
+    found = findings(
+        sources["scenes"].values(),
+        histories,
+        sources["variations_contacts"],
+        *(sources[name] for name in names),
+    )
+    return {(each.variation.key, each.variation.value): each for each in found}
+
+
+def test_base_is_what_most_scenes_have_and_one_input_differs(scenes):
+    several = scenes["wide-tie"].vary({"name": "two-changes", "load.lateral": "free"})
+    coarse = scenes["wide-tie"].vary({"name": "coarse", "mesh.size": 0.45e-3})
+    again = scenes["wide-tie"].replace("name", "again")
+    found = variations([*scenes.values(), several, coarse, again])
+    assert [(each.key, each.value) for each in found] == [
+        ("", None),
+        ("contact.friction", 0.1),
+        ("contact.friction", 1.5),
+        ("contact.friction", "rough"),
+        ("contact.tied_edges", "none"),
+        ("pattern.clearance", 0.04),
+        ("load.lateral", "free"),
+    ]
+    named = {
+        (each.key, each.value): {kind: scene.name for kind, scene in each.scenes.items()} for each in found
+    }
+    base = {"tie": "base-tie", "rough": "base-rough", "isotropic": "base-isotropic"}
+    assert named["", None] == base
+    assert named["contact.friction", 0.1] == base | {"isotropic": "slippery-isotropic"}
+    assert named["contact.friction", "rough"] == {"isotropic": "base-rough"}
+    assert named["pattern.clearance", 0.04]["tie"] == "wide-tie"
+    assert found[1].varied == ("isotropic",)
+    assert found[1].described.standing == "stated"
+
+
+def test_nothing_varied_is_nothing(scenes):
+    assert variations([]) == []
+    assert variations([scenes["base-tie"], scenes["base-rough"]]) == []
+
+
+def test_springs_come_from_unchanged_inputs(scenes):
+    roles = roles_of(scenes.values(), COURSE)
+    assert [scene.name for scene in roles["sprung"]] == ["base-rough", "base-isotropic"]
+    assert {scene.name for scene in roles["variations"]} == set(scenes)
+    assert [scene.name for scene in roles["frictions"]][
+        -1
+    ] == "slippery-isotropic"  # and none beyond Table 1's
+
+
+def test_estimate_is_as_uncertain_as_the_discretisation_is_off():
+    """10.3 N beside 10 +- 0.1: off by 4 %."""
+    known = Reference({(FORCE, 0.05): Estimate(10.0, 0.1), (LARGEST_U_Z, 0.08): Estimate(1e-3, 1e-4)})
+    base, history = (synthetic.history(force=(0, 5, end), lift=1e-4) for end in (10.3, 20.0))
+    carried = carried_over(known, base, history)
+    assert carried.at(FORCE, 0.05).value == 20.0
+    assert carried.at(FORCE, 0.05).uncertainty == pytest.approx(0.8)
+    assert not carried.at(LARGEST_U_Z, 0.08).known  # neither history gets there
+    assert not carried_over(Reference(), base, history).known
+
+
+def test_base_has_every_verdict_and_nothing_hangs_on_inputs_without_effect(sources):
+    found = found_with(sources)
+    base = found["", None]
+    assert {claim for claim, each in base.judged.items() if each.verdict == "reproduced"} >= {
+        "K1",
+        "K4",
+        "K5",
+        "K6",
+        "K8",
+    }
+    assert "K7" not in base.judged
+    assert base.values[FORCE, "tie"] == pytest.approx(12.0)
+    assert found["pattern.clearance", 0.04].changes[FORCE, "rough"] == pytest.approx(0.0)
+    assert set(found["contact.friction", 0.1].changes) == {(FORCE, "isotropic"), (LARGEST_U_Z, "isotropic")}
+    # Rough contact has no fellow to be compared with.
+    assert "K5" not in found["contact.friction", "rough"].judged
+    assert not any(hanging(found.values()).values())
+
+
+def test_claim_hangs_on_the_input_that_turns_its_verdict(sources):
+    """11 N of rough contact and 10 N with friction, each within 2 %: 10 % less is open, 30 % more the other order."""
+    found = found_with(
+        sources, wide_rough=(0.92, 1.0), slippery_isotropic=(1.3, 1.0), soft_isotropic=(1.0, 0.3)
+    )
+    verdicts = {place: each.judged["K5"].verdict for place, each in found.items() if "K5" in each.judged}
+    assert verdicts["pattern.clearance", 0.04] == "not decidable"
+    assert verdicts["contact.friction", 0.1] == "not reproduced"
+    assert verdicts["load.lateral", "free"] == "reproduced"
+    assert found["load.lateral", "free"].turned == ("K6",)
+    hang = hanging(found.values())
+    assert hang["contact.friction"] == hang["pattern.clearance"] == ("K5",)
+    assert hang["contact.tied_edges"] == ()
+
+
+def test_table_has_a_row_a_value(sources):
+    table = tables.tabulate("inputs", **sources)
+    assert table["input"].tolist()[:4] == ["none", *["contact.friction"] * 3]
+    assert table["value"].tolist()[:4] == ["", "0.1", "1.5", "rough"]
+    clearance = table[table["input"] == "pattern.clearance"].iloc[0]
+    assert (clearance["unit"], clearance["standing"]) == ("yarn radii", "assumed")
+    assert table["force, tie constraint [N]"].isna().tolist()[:5] == [False, True, True, True, True]
+
+
+def test_figure_frames_the_verdicts_that_turn(sources):
+    histories = dict(sources["variations"])
+    histories["slippery-isotropic"] = study.in_contact(histories["slippery-isotropic"], "isotropic", 1.3)
+    drawn = figures.draw("fig_inputs", **sources | {"variations": histories})
+    matrix, force, _ = drawn.axes
+    framed = [patch for patch in matrix.patches if patch.get_facecolor()[3] == 0]
+    assert [patch.get_y() for patch in framed] == [1]
+    names = [label.get_text() for label in matrix.get_yticklabels()]
+    assert names[:2] == ["base", "coefficient of friction 0.1 (0.76)"]
+    assert names[5] == "clearance of the yarns 0.04 R (0.02)"
+    assert max(bar.get_width() for bar in force.patches) == pytest.approx(30.0)

@@ -1,0 +1,88 @@
+"""The honeycomb along the principal stress: it closes, has its angles, and is pulled by its own height."""
+
+import numpy as np
+import pytest
+import synthetic
+
+from knitstudy.errors import ConfigurationError, GeometryError
+from knitstudy.geometry.lay_out import initial_loop
+from knitstudy.geometry.pattern import Knit
+from knitstudy.measures.segment_angles import angles_to_axes, honeycomb_segments
+from knitstudy.networks.rom import honeycomb, run
+from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.networks.rom.principal_honeycomb import heights_by_stress, moved, zone_places
+
+INTERLOCK, LEG = 40.0, 55.0
+
+
+@pytest.fixture(scope="module")
+def knit(plain_scene):
+    return Knit(initial_loop(plain_scene), 3, 3)
+
+
+@pytest.fixture(scope="module")
+def contacts(knit):
+    return contacts_of_crossings(knit)
+
+
+def test_segments_have_the_angles_of_the_stress(knit, contacts):
+    stresses = synthetic.stresses(knit, "course", INTERLOCK, LEG)
+    joints = moved(knit, contacts, heights_by_stress(knit, contacts, stresses))
+    wanted = {"head": 0, "sinker": 0, "interlock": INTERLOCK, "leg": LEG}
+    for kind, vectors in honeycomb_segments(joints).items():
+        angle = angles_to_axes(vectors)[:, 0]
+        np.testing.assert_allclose(angle, wanted[kind.split(",")[0]], atol=1e-6, err_msg=kind)
+
+
+def test_angles_of_the_geometry_give_its_heights_back(knit, contacts):
+    lines = honeycomb_segments(contacts)
+    own = [angles_to_axes(lines[f"{kind}, left"])[:, 0].mean() for kind in ("interlock", "leg")]
+    found = heights_by_stress(knit, contacts, synthetic.stresses(knit, "course", *own))
+    place = zone_places(knit, contacts)
+    assert found.interlock == pytest.approx(place[2, 1] - place[0, 1], rel=1e-9)
+    assert found.course == pytest.approx(knit.loop.course_spacing, rel=1e-9)
+
+
+@pytest.mark.parametrize("angles", [(0.0, LEG), (INTERLOCK, 89.9)])
+def test_directions_without_a_height_are_refused(knit, contacts, angles):
+    with pytest.raises(GeometryError, match=r"of the centre cell is at .* degrees to x: only"):
+        heights_by_stress(knit, contacts, synthetic.stresses(knit, "wale", *angles))
+
+
+def test_knit_of_one_row_is_refused(plain_scene):
+    one = Knit(initial_loop(plain_scene), 2, 1)
+    with pytest.raises(GeometryError, match="has no legs"):
+        heights_by_stress(one, contacts_of_crossings(one), synthetic.stresses(one, "wale", INTERLOCK, LEG))
+
+
+def test_rows_beyond_the_edges_are_as_high(knit, contacts):
+    stresses = synthetic.stresses(knit, "course", INTERLOCK, LEG)
+    network = honeycomb.planar_network(knit, contacts, stresses=stresses)
+    course = heights_by_stress(knit, contacts, stresses).course
+    assert network.height == pytest.approx(3 * course)
+    levels = np.unique(np.round(network.nodes[:, 1] / course, 6) % 1)
+    assert len(np.unique(np.round(levels, 4) % 1)) <= 2
+
+
+def test_strain_refers_to_the_height_of_the_honeycomb(knit, contacts, plain_scene):
+    stresses = synthetic.stresses(knit, "course", INTERLOCK, LEG)
+    keys = {"rom.honeycomb": "principal_stress", "rom.stress_from": "dns-a", "rom.contacts_from": "dns-a"}
+    scene = plain_scene.vary({"fidelity": "rom2d", "load.direction": "wale"} | keys)
+    history = run.run(scene.vary({"solver.increments": 1}), knit, contacts, stresses=stresses)
+    height = 3 * heights_by_stress(knit, contacts, stresses).course
+    assert float(history["displacement"][-1]) == pytest.approx(scene.load.strain * height, rel=1e-9)
+    assert float(history["strain"][-1]) == pytest.approx(scene.load.strain, rel=1e-9)
+
+
+def test_stresses_are_given_where_the_scene_names_them_and_only_there(knit, contacts, plain_scene):
+    scene = plain_scene.vary({"fidelity": "rom2d", "rom.contacts_from": "dns-a"})
+    with pytest.raises(
+        ConfigurationError, match=r"rom\.stress_from of scene .* is empty, and stresses are given"
+    ):
+        run.problem(scene, knit, contacts, stresses=synthetic.stresses(knit, "course", INTERLOCK, LEG))
+
+
+@pytest.mark.parametrize("keys", [{"rom.honeycomb": "principal_stress"}, {"rom.stress_from": "dns-a"}])
+def test_honeycomb_and_the_source_of_its_stress_go_together(plain_scene, keys):
+    with pytest.raises(ConfigurationError, match=r"stress_from is .* but must"):
+        plain_scene.vary({"fidelity": "rom2d", "rom.contacts_from": "dns-a"} | keys)
