@@ -99,7 +99,7 @@ def keep(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, code: st
     of = all_values.groupby("scene")[["code", "made"]].first()
     marks = {}
     for problem, found_ways in ways_of(scenes[name] for name in of.index).items():
-        behind = of.loc[[scene.name for way in found_ways for scene in way.scenes]]
+        behind = of.loc[[name for way in found_ways for name in way.simulated]]
         marks[problem] = SEPARATOR.join(sorted(set(behind["code"]))), behind["made"].max()
     if not reference.empty:
         reference["code"], reference["made"] = zip(*reference["problem"].map(marks), strict=True)
