@@ -2,8 +2,8 @@
 
     python benchmarks/calculix.py dns-tie-course --loops 2 --rows 2 --log benchmarks/calculix-2x2.log
 
-Both codes use St Venant-Kirchhoff's law. This code runs twice, with CalculiX's own hourglass control, where
-the forces should be the same, and with its own; CalculiX runs with its own search for ties, and with the
+Both codes use St Venant-Kirchhoff's law and tie facets. This code runs twice, with CalculiX's own hourglass control,
+where the forces should be the same, and with its own; CalculiX runs with its own search for ties, and with the
 constraints of this code as equations.
 """
 
@@ -58,7 +58,9 @@ def main() -> None:
         "solver.increments": options.increments,
     }
     changes = {key: value for key, value in asked.items() if value is not None}
-    scene = load_scene(options.scene).vary({"yarn.material": "st_venant_kirchhoff"} | changes)
+    scene = load_scene(options.scene).vary(
+        {"yarn.material": "st_venant_kirchhoff", "tie.rule": "facets"} | changes
+    )
     knit = Knit.from_dataset(lay_out(scene))
     yarns = dns.assemble(scene, mesh_scene(scene, knit), knit)
     problem = dns.problem_of(yarns, scene, knit)

@@ -10,16 +10,18 @@ import study
 import synthetic
 
 from knitstudy.crossings.contacts import extract
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files.csv_table import read_table
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.claims.contact import asymmetry, largest_bend
 from knitstudy.measures.claims.evidence import Evidence
-from knitstudy.measures.claims.judges import JUDGES
+from knitstudy.measures.claims.rules import RULES
 from knitstudy.measures.energy_balance import stabilisation_share
 from knitstudy.measures.problem import problem_of
 from knitstudy.measures.quantities import FORCE, LARGEST_U_Z
+from knitstudy.tables.catalogue import TABLES
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
@@ -108,31 +110,36 @@ def with_geometry(evidence, **variables):
     return replace(evidence, geometry=evidence.geometry.assign(**variables))
 
 
-@pytest.mark.parametrize("claim", JUDGES)
+@pytest.mark.parametrize("claim", RULES)
 def test_what_the_paper_has_is_reproduced(evidence, claim):
-    judged = JUDGES[claim](evidence)
+    judged = RULES[claim].judge(evidence)
     assert judged.verdict == "reproduced"
     assert judged.measured
 
 
-def test_every_judge_belongs_to_a_claim_of_the_paper():
-    assert set(JUDGES) <= set(read_table(RESOURCES / "paper_claims.csv")["id"])
+def test_every_claim_of_the_paper_has_a_rule():
+    assert set(RULES) == set(read_table(RESOURCES / "paper_claims.csv")["id"])
+
+
+def test_rules_name_figures_and_tables_that_exist():
+    known = {*FIGURES.names(), *TABLES.names()}
+    assert not {name for rule in RULES.values() for name in rule.see} - known
 
 
 def test_penetration_that_stays_is_not_reproduced(evidence):
     stays = with_geometry(evidence, penetration=("state", [4e-4, 1e-6]))
-    assert JUDGES["G1"](stays).verdict == "not reproduced"
+    assert RULES["G1"].judge(stays).verdict == "not reproduced"
 
 
 def test_crossing_beyond_a_thousandth_of_the_radius_is_not_reproduced(evidence):
     apart = evidence.geometry["crossing_distance"] + 1.1e-3 * 0.9e-3
-    assert JUDGES["G1"](with_geometry(evidence, crossing_distance=apart)).verdict == "not reproduced"
+    assert RULES["G1"].judge(with_geometry(evidence, crossing_distance=apart)).verdict == "not reproduced"
 
 
 def test_length_that_changes_is_not_reproduced(evidence):
     """Initial points 4 % further from the middle of the loop in y: a longer loop before than after."""
     longer = evidence.geometry["control_points_before"] * [1.0, 1.04, 1.0]
-    judged = JUDGES["G2"](with_geometry(evidence, control_points_before=longer))
+    judged = RULES["G2"].judge(with_geometry(evidence, control_points_before=longer))
     assert judged.verdict == "not reproduced"
     assert "length of a loop -" in judged.measured
 
@@ -142,7 +149,7 @@ def test_3d_model_must_be_twice_as_near_in_every_case(evidence, case):
     """The 2D model is 1.0 away: 0.45 is near enough, 0.55 is not."""
     full = study.FORCE[case.split("-")[0]]
     for factor, expected in ((1.45, "reproduced"), (1.55, "not reproduced")):
-        judged = JUDGES["R1"](
+        judged = RULES["R1"].judge(
             with_history(evidence, f"rom3d-{case}", force=(0, factor * full / 2, factor * full))
         )
         assert judged.verdict == expected
@@ -156,14 +163,14 @@ def test_3d_model_must_be_twice_as_near_in_every_case(evidence, case):
 @pytest.mark.parametrize("claim", ["R1", "R2"])
 def test_fewer_cases_than_four_do_not_reproduce(evidence, claim):
     fewer = without(evidence, "rom2d-tie-wale")
-    assert JUDGES[claim](fewer).verdict == "not yet run"
+    assert RULES[claim].judge(fewer).verdict == "not yet run"
     far = with_history(fewer, "rom3d-tie-course", force=(0, 20, 40), lift=-2e-4)
-    assert JUDGES[claim](far).verdict == "not reproduced"
+    assert RULES[claim].judge(far).verdict == "not reproduced"
 
 
 @pytest.mark.parametrize("claim", ["R1", "R2", "R3", "R4", "R6", "B1"])
 def test_smaller_strain_decides_nothing(evidence, claim):
-    judged = JUDGES[claim](with_history(evidence, "dns-isotropic-course", strain=(0, 0.01, 0.02)))
+    judged = RULES[claim].judge(with_history(evidence, "dns-isotropic-course", strain=(0, 0.01, 0.02)))
     assert judged.verdict == "not yet run"
     assert "pulled to 2.00%, the paper to 5%" in judged.note
 
@@ -173,19 +180,20 @@ def test_smaller_strain_decides_nothing(evidence, claim):
 )
 def test_other_out_of_plane_motion_is_not_reproduced(evidence, fidelity, lift):
     assert (
-        JUDGES["R2"](with_history(evidence, f"{fidelity}-tie-course", lift=lift)).verdict == "not reproduced"
+        RULES["R2"].judge(with_history(evidence, f"{fidelity}-tie-course", lift=lift)).verdict
+        == "not reproduced"
     )
 
 
 def test_model_that_moves_less_with_friction_is_not_reproduced(evidence):
-    judged = JUDGES["R3"](with_history(evidence, "rom3d-isotropic-course", lift=1e-4))
+    judged = RULES["R3"].judge(with_history(evidence, "rom3d-isotropic-course", lift=1e-4))
     assert judged.verdict == "not reproduced"
-    true = JUDGES["R3"](with_reference(evidence, "isotropic", LARGEST_U_Z, 0.25))
+    true = RULES["R3"].judge(with_reference(evidence, "isotropic", LARGEST_U_Z, 0.25))
     assert true.verdict == "not reproduced"
 
 
 def test_wale_tension_does_not_decide_on_a_figure_of_course_tension(evidence):
-    judged = JUDGES["R3"](with_history(evidence, "rom3d-isotropic-wale", lift=1e-4))
+    judged = RULES["R3"].judge(with_history(evidence, "rom3d-isotropic-wale", lift=1e-4))
     assert judged.verdict == "reproduced"
     assert (
         "course 2.00 in the 3D ROM, 2.00 in the DNS, 2.00 ± 0.08 in the reference; wale 0.67"
@@ -203,7 +211,7 @@ def test_wale_tension_does_not_decide_on_a_figure_of_course_tension(evidence):
 def test_other_springs_are_not_reproduced(evidence, contacts, direction, stiffness):
     other = synthetic.contacts_with_springs(contacts, np.array(stiffness))
     sprung = dict(evidence.sprung) | {f"dns-isotropic-{direction}": other}
-    judged = JUDGES["R4"](replace(evidence, sprung=sprung))
+    judged = RULES["R4"].judge(replace(evidence, sprung=sprung))
     assert judged.verdict == "not reproduced"
     assert f"{direction} kx {stiffness[0] / 1e3:.3g}, ky {stiffness[1] / 1e3:.3g}" in judged.measured
 
@@ -217,34 +225,35 @@ def test_springs_are_named_by_the_penalty(evidence, contacts):
         sprung[f"penalty{ratio:g}"] = synthetic.contacts_with_springs(
             contacts, np.array([1e3, 1e3, ratio * 1e3])
         )
-    judged = JUDGES["R4"](replace(evidence, scenes=scenes, sprung=sprung))
+    judged = RULES["R4"].judge(replace(evidence, scenes=scenes, sprung=sprung))
     assert judged.verdict == "reproduced"
     listed = r"kz and normal: 3 and [\d.]+ with 3 E / h, 30 and [\d.]+ with 30 E / h\); wale"
     assert re.search(rf"kz 952 kN/m, .* \(penalties alone, {listed}", judged.measured)
 
 
 def test_springs_of_one_direction_do_not_reproduce(evidence):
-    assert JUDGES["R4"](without(evidence, "dns-isotropic-wale")).verdict == "not yet run"
+    assert RULES["R4"].judge(without(evidence, "dns-isotropic-wale")).verdict == "not yet run"
 
 
 @pytest.mark.parametrize("change", [{"dof": 7_000}, {"memory_growth": 60e6}])
 def test_smaller_savings_are_not_reproduced(evidence, change):
-    assert JUDGES["R5"](with_history(evidence, "rom3d-tie-course", **change)).verdict == "not reproduced"
+    assert RULES["R5"].judge(with_history(evidence, "rom3d-tie-course", **change)).verdict == "not reproduced"
     assert (
-        JUDGES["R6"](with_history(evidence, "rom3d-isotropic-course", **change)).verdict == "not reproduced"
+        RULES["R6"].judge(with_history(evidence, "rom3d-isotropic-course", **change)).verdict
+        == "not reproduced"
     )
 
 
 def test_model_with_friction_that_takes_longer_saves_less(evidence):
     slow = with_history(evidence, "rom3d-isotropic-course", wall_seconds=0.6)
-    judged = JUDGES["R6"](slow)
+    judged = RULES["R6"].judge(slow)
     assert judged.verdict == "not reproduced"
     assert "time 166.7 (ties 200)" in judged.measured
 
 
 def test_savings_at_another_mesh_size_decide_nothing(evidence):
     coarse = {"dns-tie-course": evidence.scenes["dns-tie-course"].replace("mesh.size", 0.45e-3)}
-    judged = JUDGES["R5"](replace(evidence, scenes=dict(evidence.scenes) | coarse))
+    judged = RULES["R5"].judge(replace(evidence, scenes=dict(evidence.scenes) | coarse))
     assert judged.verdict == "not yet run"
     assert "elements of 0.45 mm, the paper's of 0.3 mm" in judged.note
 
@@ -252,18 +261,18 @@ def test_savings_at_another_mesh_size_decide_nothing(evidence):
 def test_stiffer_beams_are_not_reproduced(evidence):
     """The model of one point and rigid sections judges, as the paper's has neither more."""
     assert (
-        JUDGES["B1"](with_history(evidence, "beam-isotropic-course", force=(0, 5.5, 11))).verdict
+        RULES["B1"].judge(with_history(evidence, "beam-isotropic-course", force=(0, 5.5, 11))).verdict
         == "not reproduced"
     )
     assert (
-        JUDGES["B1"](with_history(evidence, "beam-hertz-isotropic-course", force=(0, 6, 12))).verdict
+        RULES["B1"].judge(with_history(evidence, "beam-hertz-isotropic-course", force=(0, 6, 12))).verdict
         == "reproduced"
     )
 
 
 @pytest.mark.parametrize("claim", ["R1", "R2", "R3", "R4", "R5", "R6", "B1"])
 def test_claim_without_models_is_not_run(evidence, claim):
-    judged = JUDGES[claim](replace(evidence, every={}, sprung={}))
+    judged = RULES[claim].judge(replace(evidence, every={}, sprung={}))
     assert judged.verdict == "not yet run"
     assert judged.measured == ""
     assert judged.note.startswith("the study has no")
@@ -274,7 +283,7 @@ IN_CONTACT = ("K1", "K2", "K3", "K4", "K5", "K6", "K7", "K11", "E1")
 
 @pytest.mark.parametrize("claim", IN_CONTACT)
 def test_claim_without_its_scenes_is_not_run(evidence, claim):
-    judged = JUDGES[claim](replace(evidence, direct={}, contacts={}, frictions={}))
+    judged = RULES[claim].judge(replace(evidence, direct={}, contacts={}, frictions={}))
     assert judged.verdict == "not yet run"
     assert judged.measured == ""
     assert "no direct simulation with" in judged.note
@@ -291,7 +300,7 @@ def test_contact_at_smaller_strain_decides_nothing(evidence, claim):
         contacts={name: each.isel(increment=slice(0, 5)) for name, each in evidence.contacts.items()},
         frictions=short(evidence.frictions),
     )
-    judged = JUDGES[claim](stopped)
+    judged = RULES[claim].judge(stopped)
     assert judged.verdict == "not yet run"
     assert judged.measured
     assert "pulled to 1.95%, the paper to 5%" in judged.note
@@ -301,20 +310,20 @@ def test_contact_at_smaller_strain_decides_nothing(evidence, claim):
 def test_zones_at_another_strain_decide_nothing(evidence, claim):
     contacts = evidence.contacts["isotropic"]
     moved = contacts.assign(strain=contacts["strain"] * 1.02)
-    judged = JUDGES[claim](replace(evidence, contacts={"isotropic": moved}))
+    judged = RULES[claim].judge(replace(evidence, contacts={"isotropic": moved}))
     assert judged.verdict == "not yet run"
     assert "no increment ends at the strain of point" in judged.note
 
 
 def test_early_contact_is_not_reproduced(evidence):
     zones = [(0, 0, 0, 0), (1, 0, 0, 0)] + [(1, 1, 1, 1)] * 4
-    assert JUDGES["K1"](with_zones(evidence, zones)).verdict == "not reproduced"
+    assert RULES["K1"].judge(with_zones(evidence, zones)).verdict == "not reproduced"
 
 
 @pytest.mark.parametrize("end", [(1, 1, 1, 0), (2, 1, 1, 1)])
 def test_zones_that_do_not_stay_four_are_not_reproduced(evidence, end):
     zones = [(0, 0, 0, 0)] * 3 + [(1, 1, 0, 0), (1, 1, 1, 1), end]
-    judged = JUDGES["K2"](with_zones(evidence, zones))
+    judged = RULES["K2"].judge(with_zones(evidence, zones))
     assert judged.verdict == "not reproduced"
     assert f"4 at 1.95%; {sum(end)} at the end" in judged.measured
 
@@ -324,12 +333,12 @@ def test_bend_before_or_long_after_contact_is_not_reproduced(evidence):
     strain = evidence.direct["isotropic"]["strain"]
     for at, expected in ((0.0005, "not reproduced"), (0.0045, "reproduced"), (0.0195, "not reproduced")):
         bent = with_direct(evidence, "isotropic", force=300 * strain + 500 * (strain - at).clip(0))
-        judged = JUDGES["K3"](bent)
+        judged = RULES["K3"].judge(bent)
         assert judged.verdict == expected, judged.measured
 
 
 def test_contact_on_one_side_only_is_not_symmetric(evidence):
-    judged = JUDGES["K3"](with_zones(evidence, [(0, 0, 0, 0)] + [(1, 0, 1, 0)] * 5))
+    judged = RULES["K3"].judge(with_zones(evidence, [(0, 0, 0, 0)] + [(1, 0, 1, 0)] * 5))
     assert judged.verdict == "not reproduced"
     assert "no symmetric contact" in judged.measured
 
@@ -351,7 +360,7 @@ def test_flat_or_skew_or_widening_knit_is_not_reproduced(evidence):
         "skew": motion.where(~first[None, :, None], 2 * motion),
     }
     for name, changed in changes.items():
-        judged = JUDGES["K4"](with_direct(evidence, "isotropic", centreline_displacement=changed))
+        judged = RULES["K4"].judge(with_direct(evidence, "isotropic", centreline_displacement=changed))
         assert judged.verdict == "not reproduced", name
 
 
@@ -365,7 +374,7 @@ def test_other_order_of_stiffness_is_not_reproduced(evidence):
     """10 N with friction and 11 N with rough contact, each within 2 %: 10.8 N would be too near."""
     expected = {1.0: "reproduced", 1.08: "not decidable", 1.2: "not reproduced"}
     for factor, verdict in expected.items():
-        judged = JUDGES["K5"](with_reference(evidence, "isotropic", FORCE, factor))
+        judged = RULES["K5"].judge(with_reference(evidence, "isotropic", FORCE, factor))
         assert judged.verdict == verdict
         assert judged.measured.startswith("secant stiffness of DNS: tie constraint ")
         assert "force of the reference: tie constraint 12.00 ± 0.24 N" in judged.measured
@@ -374,12 +383,12 @@ def test_other_order_of_stiffness_is_not_reproduced(evidence):
 def test_ties_that_move_further_out_of_plane_are_not_reproduced(evidence):
     """0.4 mm with ties and 0.8 mm with friction."""
     for factor, verdict in {1.5: "reproduced", 2.01: "not decidable", 3.0: "not reproduced"}.items():
-        assert JUDGES["K6"](with_reference(evidence, "tie", LARGEST_U_Z, factor)).verdict == verdict
+        assert RULES["K6"].judge(with_reference(evidence, "tie", LARGEST_U_Z, factor)).verdict == verdict
 
 
 @pytest.mark.parametrize("claim", ["R1", "R2", "R3", "B1", "K5", "K6"])
 def test_without_a_reference_nothing_is_decided(evidence, claim):
-    judged = JUDGES[claim](replace(evidence, reference=study.NO_REFERENCE))
+    judged = RULES[claim].judge(replace(evidence, reference=study.NO_REFERENCE))
     assert judged.verdict == "not yet run"
     assert "no reference of" in judged.note
 
@@ -393,15 +402,15 @@ def test_without_a_reference_nothing_is_decided(evidence, claim):
     ],
 )
 def test_what_is_decided_by_less_than_the_uncertainty_is_open(evidence, claim, scene, changes):
-    judged = JUDGES[claim](with_history(evidence, scene, **changes))
+    judged = RULES[claim].judge(with_history(evidence, scene, **changes))
     assert judged.verdict == "not decidable", judged.measured
     certain = replace(evidence, reference=study.reference(evidence.scenes, uncertainty=1e-4))
-    assert JUDGES[claim](with_history(certain, scene, **changes)).verdict == "reproduced"
+    assert RULES[claim].judge(with_history(certain, scene, **changes)).verdict == "reproduced"
 
 
 def test_slippery_yarns_that_are_stiffer_than_rough_ones_are_not_reproduced(evidence):
     stiff = evidence.frictions["slippery"].assign(force=1.15 * evidence.direct["isotropic"]["force"])
-    judged = JUDGES["K7"](replace(evidence, frictions=dict(evidence.frictions) | {"slippery": stiff}))
+    judged = RULES["K7"].judge(replace(evidence, frictions=dict(evidence.frictions) | {"slippery": stiff}))
     assert judged.verdict == "not reproduced"
     assert "mu = 0.76" in judged.measured
     assert "mu = 0.1 " in judged.measured
@@ -410,14 +419,14 @@ def test_slippery_yarns_that_are_stiffer_than_rough_ones_are_not_reproduced(evid
 @pytest.mark.parametrize("change", ["force", "newton_iterations"])
 def test_untied_rows_without_harm_are_not_reproduced(evidence, change):
     same = evidence.direct["isotropic"][change]
-    assert JUDGES["K11"](with_direct(evidence, "untied", **{change: same})).verdict == "not reproduced"
+    assert RULES["K11"].judge(with_direct(evidence, "untied", **{change: same})).verdict == "not reproduced"
 
 
 def test_stabilisation_beyond_the_bar_is_not_reproduced(evidence):
     history = evidence.direct["isotropic"]
     energy = history["energy"].copy(deep=True)
     energy.loc[{"form": "stabilisation"}] = 0.04 * energy.sel(form="internal")
-    assert JUDGES["E1"](with_direct(evidence, "isotropic", energy=energy)).verdict == "reproduced"
+    assert RULES["E1"].judge(with_direct(evidence, "isotropic", energy=energy)).verdict == "reproduced"
     energy.loc[{"form": "stabilisation", "increment": 3}] = 0.06 * energy.sel(form="internal")[3]
     assert stabilisation_share(history.assign(energy=energy)) == pytest.approx(0.06)
-    assert JUDGES["E1"](with_direct(evidence, "isotropic", energy=energy)).verdict == "not reproduced"
+    assert RULES["E1"].judge(with_direct(evidence, "isotropic", energy=energy)).verdict == "not reproduced"

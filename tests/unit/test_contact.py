@@ -10,6 +10,7 @@ from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, Coulomb
 from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.contact.surface import Motion
 
 APART = ~np.eye(2, dtype=bool)
 
@@ -52,7 +53,7 @@ def test_the_search_misses_nothing(pressed):
     """All points as near to the other tube as the margin are followed."""
     answer, before, _, _ = pressed
     points = answer.points(before, before, ContactHistory.empty())
-    followed = set(zip(points.history.point, points.history.surface, strict=True))
+    followed = set(zip(points.followed.point, points.followed.surface, strict=True))
     everywhere = np.arange(len(answer.quadrature.area))
     position = answer.reference(everywhere)
     side = answer.quadrature.surface
@@ -118,7 +119,9 @@ def test_slip_adds_up_and_is_forgotten_when_a_point_opens(pressed):
         assert set(points.status[deep]) == {SLIP}
         history = answer.commit(points)
     # All of the way but what is still elastic.
-    np.testing.assert_allclose(history.slip[deep], 0.1 - 0.3 * points.pressure[deep] / 7, atol=5e-3)
+    np.testing.assert_allclose(
+        history.slip[points.number[deep]], 0.1 - 0.3 * points.pressure[deep] / 7, atol=5e-3
+    )
     assert history.dissipated > 0
     lifted = slid + np.where(upper[:, None], [0, 0, 0.1], 0)
     points = answer.points(lifted, slid, history)
@@ -126,6 +129,47 @@ def test_slip_adds_up_and_is_forgotten_when_a_point_opens(pressed):
     after = answer.commit(points)
     assert not after.slip.any()
     assert after.dissipated == history.dissipated
+
+
+class Restless(Grids):
+    """Grids of which nothing is known but where they are: every pair is searched for and evaluated each time."""
+
+    def motion(self, now, then):
+        return Motion(1.0, np.inf)
+
+
+def test_pairs_that_are_left_out_do_not_touch():
+    """Tubes that close, slide, turn, open and close again, with trials that are not committed in between."""
+    nodes, grids, upper = crossing(0.02)
+    options = {"meets": APART, "margin": 0.2, "overlap": 1e-3}
+    quick, full = (
+        Contact(nodes, kind(grids), Coulomb(10.0, 7.0, 0.3), **options) for kind in (Grids, Restless)
+    )
+    depth = [0.01, -0.02, -0.05, -0.06, -0.06, -0.055, -0.03, 0.03, 0.1, 0.02, -0.04, -0.05]
+    before, histories = nodes, [ContactHistory.empty()] * 2
+    evaluated, touched = [], []
+    for step, gap in enumerate(depth):
+        angle = 0.02 * step
+        turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+        there = np.where(upper[:, None], nodes @ turn.T + [0.03 * step, 0.02 * step, gap - 0.02], nodes)
+        for share in (1.2, 0.7, 1.01, 1.0):
+            now = before + share * (there - before)
+            one, other = (
+                each.respond(now, before, history, stiffness=False)
+                for each, history in zip((quick, full), histories, strict=True)
+            )
+            np.testing.assert_array_equal(one.points.signature(), other.points.signature())
+            np.testing.assert_allclose(one.node_force, other.node_force, atol=1e-10)
+            gaps = quick.smallest_gap(one.points), full.smallest_gap(other.points)
+            assert gaps[0] == pytest.approx(gaps[1], abs=1e-12)
+            assert one.energy == pytest.approx(other.energy, abs=1e-12)
+            evaluated.append(len(one.points.gap) / len(other.points.gap))
+        histories = [each.commit(answer.points) for each, answer in ((quick, one), (full, other))]
+        before = there
+        touched.append(len(one.points.active))
+    assert min(touched) == 0
+    assert max(touched) > 20
+    assert 0 < np.mean(evaluated) < 0.8
 
 
 def test_a_rotation_of_both_changes_no_pair(pressed):

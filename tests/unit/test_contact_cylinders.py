@@ -73,7 +73,7 @@ def test_normals_point_outward_and_points_stand_for_the_area(crossing):
     contact = Contact(nodes, surfaces, Coulomb(1.0, 1.0, 0.0), margin=0.1, overlap=1e-3)
     assert contact.quadrature.area.sum() == pytest.approx(2 * 2 * np.pi * RADIUS * LENGTH, rel=1e-12)
     points = contact.points(nodes, nodes, ContactHistory.empty())
-    assert points.gap.min() == pytest.approx(0.01, abs=1e-3)
+    assert contact.smallest_gap(points) == pytest.approx(0.01, abs=1e-3)
 
 
 def test_rings_lie_on_the_surface(crossing):
@@ -89,10 +89,30 @@ def test_rings_lie_on_the_surface(crossing):
     np.testing.assert_allclose(np.linalg.norm(ring - middle[:, None], axis=2), RADIUS, rtol=1e-12)
 
 
-def test_a_translation_moves_all_places_as_far(crossing):
+def test_an_affine_map_leaves_no_way_beside_it(crossing):
     space, nodes, surfaces = crossing
-    moved = nodes + np.multiply.outer(space.unity, [0.3, 0.0, -0.4])
-    assert surfaces.moved(surfaces.carry(moved), surfaces.carry(nodes)) == pytest.approx(0.5)
+    gradient = np.array([[0.1, 0.2, 0], [0, 0, -0.05], [0.03, 0, 0]])
+    moved = nodes + nodes @ gradient + np.multiply.outer(space.unity, [0.3, 0.0, -0.4])
+    motion = surfaces.motion(surfaces.carry(moved), surfaces.carry(nodes))
+    assert motion.way == pytest.approx(0.0, abs=1e-12)
+    assert motion.shrink == pytest.approx(np.linalg.svd(np.eye(3) + gradient, compute_uv=False).min())
+
+
+def test_no_place_moves_farther_than_is_said(crossing):
+    _, nodes, surfaces = crossing
+    generator = np.random.default_rng(5)
+    before = surfaces.carry(nodes)
+    xi = generator.uniform(0, [surfaces.edges(0)[0][-1], ANGLES], size=(4000, 2))
+    surface = generator.integers(0, 2, len(xi))
+    for _ in range(20):
+        now = surfaces.carry(nodes + 0.1 * RADIUS * generator.standard_normal(nodes.shape))
+        motion = surfaces.motion(now, before)
+        there, here = (surfaces.places(surface, xi, carriers)[0] for carriers in (now, before))
+        distance = [
+            np.linalg.norm(place[surface == 0][:500, None] - place[surface == 1][None, :500], axis=2)
+            for place in (here, there)
+        ]
+        assert np.all(distance[1] >= motion.least(distance[0]))
 
 
 def test_matrices_are_expanded_to_coefficients(crossing):

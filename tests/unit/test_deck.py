@@ -167,13 +167,10 @@ def test_free_lateral_ends_are_driven_along_the_load_only(mesh, tie, knit, tmp_p
     assert [row.split(",")[0] for row in rows] == ["HELD", "DRIVEN"]
 
 
-def test_increments_are_those_of_the_scene_unless_left_to_the_program(mesh, tie, knit, tmp_path):
-    for automatic, keyword in ((False, "*STATIC, DIRECT"), (True, "*STATIC")):
-        write_inp(
-            specimen_deck(scene(), knit, mesh, tie, automatic=automatic), tmp_path / "deck.inp", "calculix"
-        )
-        step = [(card, rows) for card, rows in cards(tmp_path / "deck.inp") if card.startswith("*STATIC")]
-        assert step == [(keyword, ["1.0, 12.0"])]
+def test_increments_are_those_of_the_scene(mesh, tie, knit, tmp_path):
+    write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", "calculix")
+    step = [(card, rows) for card, rows in cards(tmp_path / "deck.inp") if card.startswith("*STATIC")]
+    assert step == [("*STATIC, DIRECT", ["1.0, 12.0"])]
 
 
 def test_tied_surfaces_hold_the_tied_facets(mesh, tie, knit):

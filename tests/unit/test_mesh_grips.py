@@ -47,9 +47,14 @@ def test_a_mesh_without_slices_where_grips_end_is_refused(scene, knit, plain):
         grips(plain, scene, knit)
 
 
+def nodes_of(mesh, yarn):
+    """Nodes (s, q, 3) of the slices of a yarn."""
+    return mesh.nodes[mesh.slice_nodes(np.flatnonzero(mesh.yarn_of_slice == yarn))]
+
+
 def test_yarns_that_are_not_gripped_along_arcs_are_those_of_course_tension(knit, plain, mesh):
     for yarn in range(1, knit.rows):
-        np.testing.assert_array_equal(mesh.nodes[mesh.yarn_nodes(yarn)], plain.nodes[plain.yarn_nodes(yarn)])
+        np.testing.assert_array_equal(nodes_of(mesh, yarn), nodes_of(plain, yarn))
     course = mesh_knit(knit, SIZE, GROWTH, 2.0, "course")
     np.testing.assert_array_equal(course.nodes, plain.nodes)
 
@@ -64,7 +69,7 @@ def test_gripped_yarns_are_crossed_in_the_middle_of_a_layer_all_the_same(knit, m
 
 def test_loops_of_gripped_yarns_are_alike(knit, mesh):
     for yarn in grip_ends(knit, "wale"):
-        nodes = mesh.nodes[mesh.yarn_nodes(yarn)].reshape(-1, mesh.section.size, 3)
+        nodes = nodes_of(mesh, yarn)
         loop = (len(nodes) - 1) // knit.loops
         moved = nodes[:-loop] + np.array([knit.loop.wale_spacing, 0, 0])
         # The integral of the spacing is summed in steps that loops do not share.

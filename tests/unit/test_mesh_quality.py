@@ -57,7 +57,7 @@ def test_folded_element_is_refused_with_its_place():
 
 def test_tight_bends_are_refused():
     quality.check_bending([Arc(0.91, 1.0)], radius=0.9)
-    with pytest.raises(MeshError, match=r"yarn 1 bends .* radius of 0\.89 m"):
+    with pytest.raises(MeshError, match=r"yarn 1 bends .* radius of 0\.89 m; .* use a smaller yarn.diameter"):
         quality.check_bending([Arc(2.0, 1.0), Arc(0.89, 1.0)], radius=0.9)
 
 
@@ -73,7 +73,8 @@ def test_overlap_of_two_yarns_beyond_the_tolerance(gap, overlap):
         quality.check_overlap(curves, radius=0.9, tolerance=0.01)
         return
     with pytest.raises(
-        MeshError, match=r"yarn 0 at .* yarn 1 at .* overlap: their centrelines are 1\.77 m apart"
+        MeshError,
+        match=r"yarn 0 at .* yarn 1 at .* overlap: their centrelines are 1\.77 m .* smaller yarn.diameter",
     ):
         quality.check_overlap(curves, radius=0.9, tolerance=0.01)
 

@@ -7,10 +7,11 @@ import pytest
 
 from knitstudy.errors import MeshError
 from knitstudy.geometry.pair import YarnPair
+from knitstudy.mechanics.disc_moments import moments, polar_rule
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.pair import mesh_pair
 from knitstudy.solids.discretisation import discretised
-from knitstudy.solids.patch import Discs, moments, polar_rule
+from knitstudy.solids.patch import Discs
 from knitstudy.solids.patch_tie import STIFFNESS, tie_patches
 from knitstudy.solids.tie import tie_of
 from knitstudy.study.configuration import load_scene

@@ -71,7 +71,8 @@ def results():
         "measured": ["7 mm", None],
     }
     claims |= {"verdict": ["not reproduced", "not yet run"], "note": ["only so far", None]}
-    return {name: plain for name in TABLES.names()} | {"claims": pd.DataFrame(claims)}
+    claims |= {"rule": ["less than 8 mm", "none"], "rule fixed": ["before its numbers", "not on record"]}
+    return {name: plain for name in TABLES.names()} | {"verdicts": pd.DataFrame(claims)}
 
 
 @pytest.fixture

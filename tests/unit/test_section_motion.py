@@ -74,7 +74,7 @@ def test_twist_of_a_straight_yarn_is_that_of_its_middle():
     rate, axes, middles = 40.0, pair.directions, pair.middles
     displacement = np.empty_like(mesh.nodes)
     for yarn in range(2):
-        here = mesh.yarn_nodes(yarn)
+        here = np.repeat(mesh.yarn_of_slice == yarn, mesh.section.size)
         arm = mesh.nodes[here] - middles[yarn]
         along = arm @ axes[yarn]
         turned = exp((0.3 + rate * along)[:, None] * axes[yarn])

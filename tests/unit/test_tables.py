@@ -128,13 +128,18 @@ def test_missing_result_is_named(paper):
         catalogue.tabulate("table4_angles", paper=paper)
 
 
-def test_claims_without_judge_wait(geometry, paper, scenes):
-    claims = pd.DataFrame({"id": ["K9"], "where": ["Fig 11a"], "claim": ["none"]})
+def test_every_claim_has_a_rule(geometry, paper, scenes):
+    claims = pd.DataFrame({"id": ["K5"], "where": ["Fig 9a"], "claim": ["an order"]})
     sources = {"geometry": geometry, "paper": paper, "claims": claims, "scenes": scenes, "every": {}}
     sources["reference"] = study.NO_REFERENCE
-    table = catalogue.tabulate("claims", **sources)
-    assert table["verdict"].tolist() == ["not yet run"]
-    assert table["measured"].tolist() == [""]
+    row = catalogue.tabulate("verdicts", **sources).iloc[0]
+    assert (row["verdict"], row["measured"], row["see"]) == ("not yet run", "", "fig09a_force, interactions")
+    assert "ties > rough > isotropic" in row["rule"]
+    sources["claims"] = claims.assign(id="K99")
+    with pytest.raises(
+        ConfigurationError, match=r"claim 'K99' has no rule.*known are G1, .*paper_claims\.csv"
+    ):
+        catalogue.tabulate("verdicts", **sources)
 
 
 @pytest.fixture

@@ -1,14 +1,17 @@
 """Solids against exact solutions: patch test, rigid rotation, tangents, manufactured solution."""
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hexahedral_block import block, connect, solid, unknowns
+from hexahedral_block import block, connect, solid, unknowns, with_middles
 
-from knitstudy.mechanics.elements.hexahedron import CORNERS, GRADIENTS, jacobians
+from knitstudy.mechanics.elements import hexahedron, quadratic
+from knitstudy.mechanics.elements.hexahedron import CORNERS, GAUSS, jacobians
 from knitstudy.mechanics.elements.incompatible_modes import IncompatibleHexahedron
 from knitstudy.mechanics.elements.one_point import OnePointHexahedron
+from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.materials import LAWS, Material
@@ -18,8 +21,41 @@ from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mechanics.solid import SolidModel, SolidState
 
-ELEMENTS = {"one-point": OnePointHexahedron, "incompatible modes": IncompatibleHexahedron}
-elements = pytest.mark.parametrize("name", ELEMENTS)
+
+@dataclasses.dataclass(frozen=True)
+class Kind:
+    """An element, with its nodes in natural coordinates, functions, and gradients at the Gauss points.
+
+    How far nodes of a cube are moved at random, over its edge; how far states are, and `steps` of differences; and how
+    far nodes of a block are, so that its edges bend.
+    """
+
+    build: Callable
+    natural: np.ndarray
+    shape: Callable
+    gradients: np.ndarray
+    distortion: float
+    displacement: float
+    steps: tuple[float, float]
+    curved: float = 0.0
+
+    def block(self, n, distortion=0.0):
+        """Nodes, elements and the boundary's node numbers of a block; edges are straight."""
+        nodes, elements, outside = block(n, distortion)
+        if len(self.natural) == len(CORNERS):
+            return nodes, elements, outside
+        nodes, elements, _ = with_middles(nodes, elements)
+        return nodes, elements, np.flatnonzero(((nodes < 1e-9) | (nodes > 1 - 1e-9)).any(axis=1))
+
+
+LINEAR = (CORNERS, hexahedron.shape, hexahedron.GRADIENTS, 0.08, 0.05, (4e-4, 2e-4))
+QUADRATIC = (quadratic.NATURAL, quadratic.shape, quadratic.GRADIENTS, 0.03, 0.02, (1e-4, 5e-5), 0.02)
+KINDS = {
+    "one-point": Kind(OnePointHexahedron, *LINEAR),
+    "incompatible modes": Kind(IncompatibleHexahedron, *LINEAR),
+    "quadratic": Kind(QuadraticHexahedron, *QUADRATIC),
+}
+elements = pytest.mark.parametrize("name", KINDS)
 laws = pytest.mark.parametrize("law", sorted(LAWS.names()))
 
 EXACT = Settings(increments=1, residual_tolerance=1e-12, correction_tolerance=1e-9, exact=True)
@@ -29,8 +65,8 @@ EXACT = Settings(increments=1, residual_tolerance=1e-12, correction_tolerance=1e
 @elements
 def test_patch(name, law, verify):
     """An affine motion of the boundary of a distorted block is continued inside, whatever the law."""
-    nodes, hexahedra, outside = block(3, distortion=0.25)
-    model = solid(nodes, hexahedra, law, ELEMENTS[name])
+    nodes, hexahedra, outside = KINDS[name].block(3, distortion=0.25)
+    model = solid(nodes, hexahedra, law, KINDS[name].build)
     gradient = np.array([[0.05, 0.02, -0.03], [0.04, -0.06, 0.01], [0.02, 0.03, 0.08]])
     affine = nodes @ gradient.T
     drive = PrescribedDisplacement(unknowns(outside), affine[outside].ravel())
@@ -43,15 +79,17 @@ def test_patch(name, law, verify):
 @elements
 def test_rigid_rotation(name, law, verify):
     """A rotation alone gives no force, and superposed on a deformation it only turns the forces."""
-    nodes, hexahedra, _ = block(2, distortion=0.25)
-    model = solid(nodes, hexahedra, law, ELEMENTS[name])
+    kind = KINDS[name]
+    nodes, hexahedra, _ = kind.block(2, distortion=0.25)
+    nodes = nodes + kind.curved * np.random.default_rng(5).normal(size=nodes.shape)
+    model = solid(nodes, hexahedra, law, kind.build)
     rotation = exp(np.array([1.1, -0.7, 2.0]))
     rigid = model.respond(SolidState(nodes @ rotation.T - nodes), stiffness=False)
     level = 1300.0 * model.length**2
     verify.at_most(
         f"rigid rotation, {name}, {law}: force over E h^2", np.abs(rigid.force).max() / level, 1e-10
     )
-    shift = 0.05 * model.length * np.random.default_rng(1).normal(size=nodes.shape)
+    shift = kind.displacement * model.length * np.random.default_rng(1).normal(size=nodes.shape)
     before = model.respond(SolidState(shift), stiffness=False)
     after = model.respond(SolidState((nodes + shift) @ rotation.T - nodes), stiffness=False)
     turned = before.force.reshape(-1, 3) @ rotation.T
@@ -86,14 +124,16 @@ def test_material_tangent(law, verify):
 def test_element_tangent(name, law, verify):
     """The tangent agrees with central differences of the force, whose error falls with the square of the step."""
     rng = np.random.default_rng(3)
-    corners = 0.5 * (CORNERS + 1) + 0.08 * rng.normal(size=(4, 8, 3))
-    element = ELEMENTS[name](corners, Material(law, 1.0, 0.42))
-    u = 0.05 * rng.normal(size=corners.shape)
-    direction = rng.normal(size=corners.shape)
-    stiffness = element.respond(slice(None), u, stiffness=True).stiffness.reshape(4, 8, 8, 3, 3)
+    kind = KINDS[name]
+    count = len(kind.natural)
+    nodes = 0.5 * (kind.natural + 1) + kind.distortion * rng.normal(size=(4, count, 3))
+    element = kind.build(nodes, Material(law, 1.0, 0.42))
+    u = kind.displacement * rng.normal(size=nodes.shape)
+    direction = rng.normal(size=nodes.shape)
+    stiffness = element.respond(slice(None), u, stiffness=True).stiffness.reshape(4, count, count, 3, 3)
     exact = np.einsum("eabik,ebk->eai", stiffness, direction)
     errors = []
-    for step in (4e-4, 2e-4):
+    for step in kind.steps:
         forces = [element.respond(slice(None), u + sign * step * direction, False).force for sign in (1, -1)]
         errors.append(np.abs((forces[0] - forces[1]) / (2 * step) - exact).max() / np.abs(exact).max())
     verify.at_most(f"tangent, {name}, {law}", errors[1], 1e-6, "central differences")
@@ -150,37 +190,65 @@ def manufactured(x):
     return u, h
 
 
-def consistent_load(model: SolidModel, material: Material):
-    """Nodal loads that hold the manufactured motion: the work of its stress on every shape function."""
-    corners = model.nodes[model.groups[0].connectivity]
-    force = np.zeros(corners.shape)
-    for natural, point in zip(GRADIENTS, CORNERS / np.sqrt(3), strict=True):
-        shape = np.prod(1 + CORNERS * point, axis=1) / 8
-        determinant, gradient = jacobians(corners, natural)
-        _, h = manufactured(np.einsum("a,eai->ei", shape, corners))
+def consistent_load(model: SolidModel, material: Material, kind: Kind):
+    """Nodal loads that hold the manufactured motion, integrated as the element does: work on every shape function."""
+    nodes = model.nodes[model.groups[0].connectivity]
+    force = np.zeros(nodes.shape)
+    for functions, natural in zip(kind.shape(GAUSS), kind.gradients, strict=True):
+        determinant, gradient = jacobians(nodes, natural)
+        _, h = manufactured(np.einsum("a,eai->ei", functions, nodes))
         strain = 0.5 * (h + np.swapaxes(h, 1, 2) + np.swapaxes(h, 1, 2) @ h)
         first = (h + np.eye(3)) @ material.respond(strain, tangent=False).stress
         force += determinant[:, None, None] * gradient @ np.swapaxes(first, 1, 2)
     return model.assembly.sum_forces([force])
 
 
-@elements
+def held(nodes, hexahedra, outside, kind: Kind):
+    """Displacement (N, 3) under the loads that hold the manufactured motion, with the boundary where that has it."""
+    model = solid(nodes, hexahedra, "hencky", kind.build)
+    load = consistent_load(model, Material("hencky", 1300.0, 0.42), kind)
+    loaded = Loaded(model, load, SolidState(manufactured(nodes)[0]))
+    fixed = unknowns(outside)
+    *_, end = trace(loaded, PrescribedDisplacement(fixed, np.zeros(len(fixed))), EXACT, LU())
+    return end.state.displacement
+
+
+@pytest.mark.parametrize("name", ["one-point", "incompatible modes"])
 def test_manufactured_solution(name, verify, full):
     """Displacements of a smooth motion at finite strain converge with the second power of the element size."""
-    counts = np.array([4, 8, 16] if full else [3, 6])
-    material, errors = Material("hencky", 1300.0, 0.42), []
+    counts, errors = np.array([4, 8, 16] if full else [3, 6]), []
     for n in counts:
         nodes, hexahedra, outside = block(n)
         bulge = 0.04 * np.prod(np.sin(np.pi * nodes), axis=1)
         nodes = nodes + bulge[:, None]  # a smooth distortion that leaves the boundary in place
-        model = solid(nodes, hexahedra, "hencky", ELEMENTS[name])
-        exact, _ = manufactured(nodes)
-        loaded = Loaded(model, consistent_load(model, material), SolidState(exact))
-        fixed = unknowns(outside)
-        *_, end = trace(loaded, PrescribedDisplacement(fixed, np.zeros(len(fixed))), EXACT, LU())
-        errors.append(np.sqrt(np.mean((end.state.displacement - exact) ** 2)))
+        error = held(nodes, hexahedra, outside, KINDS[name]) - manufactured(nodes)[0]
+        errors.append(np.sqrt(np.mean(error**2)))
     order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
     verify.at_least(f"manufactured solution, {name}: order of displacements", order, 1.8, "2")
+
+
+def test_manufactured_solution_of_quadratic_elements(verify, full):
+    """Displacements of a smooth motion at finite strain converge with the third power, in the mean square (L2).
+
+    Serendipity functions hold all quadratic ones on parallelepipeds only, so the mesh is one of cubes.
+    """
+    counts, errors, kind = np.array([2, 4, 8] if full else [2, 4]), [], KINDS["quadratic"]
+    for n in counts:
+        nodes, hexahedra, outside = kind.block(n)
+        moved = held(nodes, hexahedra, outside, kind)
+        errors.append(_mean_square_error(nodes[hexahedra], moved[hexahedra]))
+    order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    verify.at_least("manufactured solution, quadratic: order of displacements (L2)", order, 2.8, "3")
+
+
+def _mean_square_error(corners, displacement):
+    """Root of the mean square of the error, by 3 x 3 x 3 points."""
+    place, weight = np.polynomial.legendre.leggauss(3)
+    natural = np.stack(np.meshgrid(place, place, place, indexing="ij"), axis=-1).reshape(-1, 3)
+    weight = np.einsum("i,j,k->ijk", weight, weight, weight).ravel() / 8
+    functions = quadratic.shape(natural)
+    exact = manufactured((functions @ corners).reshape(-1, 3))[0].reshape(len(corners), -1, 3)
+    return np.sqrt(np.mean(((functions @ displacement - exact) ** 2).sum(axis=2) @ weight))
 
 
 def test_pure_bending(verify, full):

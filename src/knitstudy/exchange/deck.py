@@ -148,8 +148,6 @@ class Deck:
         Of all pairs in contact.
     rests : bool
         Whether a step in which nothing is driven comes first where a program needs one before contact.
-    automatic : bool
-        Whether the program may choose other increments.
     tolerance : float or None
         Largest residual force over the mean one, and largest last correction over the increment, at which an
         increment has converged; None leaves it to the program (0.005 and 0.01 in both).
@@ -173,7 +171,6 @@ class Deck:
     contacts: tuple[ContactPair, ...] = ()
     interaction: Interaction | None = None
     rests: bool = True
-    automatic: bool = False
     tolerance: float | None = None
     fields: bool = True
     departures: tuple[str, ...] = ()
@@ -199,7 +196,6 @@ def specimen_deck(
     mesh: SweptMesh,
     tie: Tie,
     constraints: str | None = None,
-    automatic: bool = False,
 ) -> Deck:
     """Deck of a knit in tension, or of a pair of yarns on its path: ties, contact, grips and load.
 
@@ -213,8 +209,6 @@ def specimen_deck(
     constraints : {"surfaces", "equations"}, optional
         Whether the other program ties the surfaces itself, or gets the constraints as equations; by default
         surfaces for ties of facets, and equations for patches, which no program has.
-    automatic : bool
-        Whether the program may choose other increments than the scene's.
 
     Raises
     ------
@@ -259,7 +253,6 @@ def specimen_deck(
         equations=equations,
         contacts=tuple(touching_row(mesh, row, reach, free) for row in touching),
         interaction=interaction(scene) if touching.size else None,
-        automatic=automatic,
         departures=departures,
     )
 

@@ -140,13 +140,12 @@ def _write_section(file: TextIO, material: Wording, element: Element) -> None:
 
 
 def _write_step(file: TextIO, deck: Deck, step: Step, dialect: Dialect) -> None:
-    direct = "" if deck.automatic else ", DIRECT"
     file.write(f"*STEP, NLGEOM, INC={100 * step.increments}{dialect.step(deck)}\n")
     if deck.tolerance is not None:
         file.write("*CONTROLS, PARAMETERS=FIELD, FIELD=DISPLACEMENT\n")
         file.write(f"{NUMBER % deck.tolerance}, {NUMBER % deck.tolerance}\n")
     # Whole numbers of time: increments of a rounded fraction would leave a last one of almost nothing.
-    file.write(f"*STATIC{direct}\n1.0, {step.increments}.0\n*BOUNDARY\n")
+    file.write(f"*STATIC, DIRECT\n1.0, {step.increments}.0\n*BOUNDARY\n")
     for item in step.prescribed:
         file.write(f"{item.node_set}, {item.first}, {item.last}, {NUMBER % item.value}\n")
     file.write(dialect.outputs(deck) + "*END STEP\n")

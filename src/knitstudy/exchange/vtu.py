@@ -32,7 +32,6 @@ def write_vtu(
     mesh: SweptMesh | QuadraticMesh,
     path: Path | str,
     point_fields: Mapping[str, np.ndarray] | None = None,
-    cell_fields: Mapping[str, np.ndarray] | None = None,
 ) -> None:
     """Write a mesh of linear or quadratic hexahedra as VTU, whole or not at all.
 
@@ -45,12 +44,11 @@ def write_vtu(
     path : Path or str
     point_fields : mapping of str to ndarray (N,) or (N, 3), optional
         For instance ``{"displacement": u}`` in m.
-    cell_fields : mapping of str to ndarray (E,) or (E, c), optional
 
     Raises
     ------
     MeshError
-        If a field has not one row a node, or an element.
+        If a field has not one row a node.
     DataFileError
         If the file cannot be written.
     """
@@ -63,12 +61,11 @@ def write_vtu(
     points = {
         "yarn": yarn,
         "arc_length": arc_length,
-        **_with_rows(point_fields or {}, len(mesh.nodes), "nodes"),
+        **_with_rows(point_fields or {}, len(mesh.nodes)),
     }
     cells = {
         "yarn": yarn[hexahedra[:, 0]],
         "scaled_jacobian": scaled_jacobian(mesh.nodes, hexahedra[:, :8]),
-        **_with_rows(cell_fields or {}, len(hexahedra), "elements"),
     }
     # Nodes that depend on others for the sake of contact belong to no element.
     used, number = np.unique(hexahedra, return_inverse=True)
@@ -77,12 +74,12 @@ def write_vtu(
     write_cells(path, mesh.nodes[used], kind, number.reshape(hexahedra.shape), shown, cells)
 
 
-def _with_rows(fields: Mapping[str, np.ndarray], rows: int, what: str) -> dict[str, np.ndarray]:
+def _with_rows(fields: Mapping[str, np.ndarray], rows: int) -> dict[str, np.ndarray]:
     """Fields as arrays, refused where the number of rows is wrong."""
     arrays = {name: np.asarray(values) for name, values in fields.items()}
     for name, values in arrays.items():
         if values.ndim == 0 or values.shape[0] != rows:
-            raise MeshError(f"field {name!r} has the shape {values.shape}; the {rows} {what} need a row each")
+            raise MeshError(f"field {name!r} has the shape {values.shape}; the {rows} nodes need a row each")
     return arrays
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -54,34 +53,27 @@ def write_dataset(
             raise DataFileError(f"{path}: cannot be written: {error}") from error
 
 
-def read_dataset(path: Path | str, needs: Iterable[str] = ()) -> xr.Dataset:
+def read_dataset(path: Path | str) -> xr.Dataset:
     """Read a netCDF file into memory and close it.
 
     Parameters
     ----------
     path
         File written by `write_dataset`.
-    needs
-        Names of the variables that the caller goes on to use.
 
     Raises
     ------
     DataFileError
-        When the file is missing, truncated, no netCDF, or lacks a variable.
+        When the file is missing, truncated or no netCDF.
     """
     path = Path(path)
     remedy = "delete it and make it again, with `make study` or `knitstudy run`"
     if not path.is_file():
         raise DataFileError(f"{path}: there is no such file; make it with `make study`")
     try:
-        dataset = xr.load_dataset(path, engine="netcdf4")
+        return xr.load_dataset(path, engine="netcdf4")
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise DataFileError(f"{path}: is truncated or is not netCDF ({error}); {remedy}") from error
-    missing = [name for name in needs if name not in dataset.variables]
-    if missing:
-        present = ", ".join(sorted(map(str, dataset.variables)))
-        raise DataFileError(f"{path}: has no variable {missing[0]!r}, only {present}; {remedy}")
-    return dataset
 
 
 def recorded_digest(path: Path | str) -> str:

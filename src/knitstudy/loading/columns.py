@@ -155,6 +155,9 @@ HISTORY = Columns(
             "smallest gap of all pieces of yarn that are near each other",
             "dns with contact, beam",
         ),
+        "gap_beside_ties": Column(
+            _INCREMENT, "m", "smallest gap of tied yarns beside their ties", "dns with contact and ties"
+        ),
         "augmentations": Column(_INCREMENT, "1", "updates of the contact multipliers", _TOUCHING),
         "joint_couple": Column(
             _VECTOR,

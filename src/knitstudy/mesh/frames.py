@@ -7,10 +7,8 @@ from itertools import accumulate
 import numpy as np
 
 
-def rotation_minimising(
-    position: np.ndarray, tangent: np.ndarray, reference: tuple[float, float, float] = (0.0, 0.0, 1.0)
-) -> np.ndarray:
-    """Frames that do not spin about the curve, by double reflection.
+def rotation_minimising(position: np.ndarray, tangent: np.ndarray) -> np.ndarray:
+    """Frames that do not spin about the curve, by double reflection; the first d1 is nearest to z.
 
     Every frame is the one before it, mirrored first at the plane that halves the chord and then at the plane
     that brings the tangent into place: fourth order in the distance of the points (Wang, Juettler, Zheng and
@@ -22,8 +20,6 @@ def rotation_minimising(
         Points along the curve, m.
     tangent : ndarray (S, 3)
         Unit tangents.
-    reference : tuple of float
-        Direction that the first d1 is nearest to; y instead where the first tangent is almost parallel.
 
     Returns
     -------
@@ -34,7 +30,7 @@ def rotation_minimising(
     first = _reflection(chord)
     mirrored = np.einsum("sij,sj->si", first, tangent[:-1])
     step = _reflection(tangent[1:] - mirrored) @ first  # (S - 1, 3, 3)
-    d1 = np.array(list(accumulate(step, lambda d, turn: turn @ d, initial=_start(tangent[0], reference))))
+    d1 = np.array(list(accumulate(step, lambda d, turn: turn @ d, initial=_start(tangent[0]))))
     # Rounding accumulates along the yarn: keep d1 a unit normal.
     d1 -= np.einsum("si,si->s", d1, tangent)[:, None] * tangent
     d1 /= np.linalg.norm(d1, axis=1, keepdims=True)
@@ -48,10 +44,10 @@ def _reflection(normal: np.ndarray) -> np.ndarray:
     return np.eye(3) - factor[:, None, None] * normal[:, :, None] * normal[:, None, :]
 
 
-def _start(tangent: np.ndarray, reference: tuple[float, float, float]) -> np.ndarray:
-    """Unit normal to ``tangent`` nearest to the reference direction."""
-    axis = np.asarray(reference, dtype=float)
-    if np.linalg.norm(np.cross(tangent, axis)) < 0.1 * np.linalg.norm(axis):
+def _start(tangent: np.ndarray) -> np.ndarray:
+    """Unit normal to ``tangent`` nearest to z, or to y where the tangent is almost parallel to that."""
+    axis = np.array([0.0, 0.0, 1.0])
+    if np.linalg.norm(np.cross(tangent, axis)) < 0.1:
         axis = np.array([0.0, 1.0, 0.0])
     normal = axis - (axis @ tangent) * tangent
     return normal / np.linalg.norm(normal)

@@ -115,7 +115,8 @@ def check_bending(curves: Sequence[BendingCurve], radius: float) -> None:
         if not curvature[worst] * radius < 1:
             raise MeshError(
                 f"yarn {yarn} bends at s = {s[worst]:.6g} m to a radius of {1 / curvature[worst]:.4g} m; "
-                f"it must be larger than the yarn's own radius, {radius:.4g} m"
+                f"it must be larger than the yarn's own radius, {radius:.4g} m: use a smaller yarn.diameter or other "
+                "pattern.control_points"
             )
 
 
@@ -143,7 +144,8 @@ def check_overlap(curves: Sequence[Curve], radius: float, tolerance: float = OVE
         first, second = near[np.argmin(distance)]
         raise MeshError(
             f"yarn {yarn[first]} at s = {s[first]:.6g} m and yarn {yarn[second]} at s = {s[second]:.6g} m "
-            f"overlap: their centrelines are {distance.min():.4g} m apart, less than {allowed:.4g} m"
+            f"overlap: their centrelines are {distance.min():.4g} m apart, less than {allowed:.4g} m: use a smaller "
+            "yarn.diameter or a larger clearance"
         )
 
 

@@ -138,11 +138,6 @@ class SweptMesh:
         """Node numbers (..., q) of the given slices (...)."""
         return np.asarray(slices)[..., None] * self.section.size + np.arange(self.section.size)
 
-    def yarn_nodes(self, yarn: int) -> slice:
-        """Range of the nodes of one yarn."""
-        first, last = self.first_slice[yarn : yarn + 2] * self.section.size
-        return slice(int(first), int(last))
-
     def end_nodes(self, side: str) -> np.ndarray:
         """Nodes (Y q,) of the first ("left") or last ("right") slices of all yarns.
 

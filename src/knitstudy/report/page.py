@@ -108,7 +108,7 @@ def render(
         comparison=COMPARISON,
         opening=OPENING,
         long=LONG,
-        claims=results.get("claims", pd.DataFrame()).fillna("").to_dict("records"),
+        verdicts=results.get("verdicts", pd.DataFrame()).fillna("").to_dict("records"),
         provenance=_item("provenance", "Data files", "", cells(provenance)),
         fallback=any(item.fallback for item in items.values()),
     )

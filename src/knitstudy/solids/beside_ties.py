@@ -40,23 +40,18 @@ class BesideTies:
         )
         self._pieces, self._rings = pieces, yarns.rings
         self._tie = tie
-        self._known: tuple[np.ndarray, float] | None = None
+        # Nothing is remembered: with the same empty history all along, pairs of a search stay followed.
+        self._history = ContactHistory.empty()
 
     def smallest_gap(self, nodes: np.ndarray) -> float:
         """Return the smallest gap of current nodes (N, 3) beside the ties [m]; inf if nothing is near."""
-        # An increment is recorded, and then judged.
-        if self._known is None or not np.array_equal(self._known[0], nodes):
-            self._known = nodes, self._search(nodes)
-        return self._known[1]
-
-    def _search(self, nodes: np.ndarray) -> float:
-        points = self._contact.points(nodes, nodes, ContactHistory.empty())
-        gap, history = points.gap, points.history
+        points = self._contact.points(nodes, nodes, self._history)
+        (xi, gap), pairs = self._contact.everywhere(points), points.followed
         quadrature = self._contact.quadrature
-        own = self._piece(quadrature.surface[history.point], quadrature.xi[history.point, 0])
-        other = self._piece(history.surface, points.projection.xi[:, 0])
+        own = self._piece(quadrature.surface[pairs.point], quadrature.xi[pairs.point, 0])
+        other = self._piece(pairs.surface, xi[:, 0])
         near = np.flatnonzero(np.isfinite(gap) & (own == other) & (own >= 0))
-        place = self._contact.reference(history.point[near])
+        place = self._contact.reference(pairs.point[near])
         return float(gap[near[self._tie.beside(place)]].min(initial=np.inf))
 
     def _piece(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:

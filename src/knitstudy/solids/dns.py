@@ -97,7 +97,7 @@ def problem_of(
         observers=(SolidObserver(yarns),),
         checks=(
             partial(require_sound, scene, model.loaded),
-            *([touching.require_apart] if touching else []),
+            *([touching.require_apart] if touching and touching.beside else []),
         ),
         constants={
             "crossing_tied": np.isfinite(tie.area).astype(np.int8),
@@ -133,8 +133,8 @@ def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[Prescr
     return PrescribedDisplacement(fixed, value, motion.corners, motion.stops), driven[unity[ends.driven] == 1]
 
 
-def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement, rings: int = 1) -> KnitStructure:
-    """Return where the unknowns lie; a patch reaches `rings` elements around nodes that are joined or touch.
+def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement) -> KnitStructure:
+    """Return where the unknowns lie; a patch reaches one element around nodes that are joined or touch.
 
     Where nodes are coefficients there are no patches: each has a share in whole sections and several spans, so that
     they would take in most of the yarns, and the yarns' factors know what is stiff at a crossing.
@@ -145,9 +145,7 @@ def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement, rings: int 
     if patches:
         joined = yarns.unknown[tie.joined]
         inside[joined[joined >= 0]] = True
-        pattern = yarns.model.assembly.connection()
-        for _ in range(rings):
-            inside = pattern @ inside > 0
+        inside = yarns.model.assembly.connection() @ inside > 0
     return KnitStructure(
         position=tie.nodes[kept],
         unity=parts.unity[kept],

@@ -14,13 +14,13 @@ from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
 from knitstudy.mechanics.elements.hexahedron import shape, shape_gradient
 from knitstudy.mechanics.elements.inverse_map import InverseMap
-from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.memory import require_memory_to_simulate
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids import quadratic_hexahedra
 from knitstudy.solids.discretisation import Discretisation
 from knitstudy.solids.faces import linear_faces
+from knitstudy.solids.hexahedral_elements import hexahedral_elements
 from knitstudy.solids.yarn_surfaces import yarn_surfaces
 from knitstudy.study.scene import Scene
 
@@ -59,7 +59,7 @@ def divide(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discreti
         yarn=mesh.yarn_of_slice[station],
         station=station,
         bandwidth=mesh.section.size + mesh.section.bandwidth,
-        groups=partial(_groups, scene, mesh),
+        groups=partial(hexahedral_elements, scene, mesh.hexahedra),
         volume=partial(_volume, len(mesh.nodes)),
         surfaces=Grids(yarn_surfaces(mesh)),
         rings=Rings.of_rows(mesh.stations),
@@ -71,14 +71,6 @@ def divide(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discreti
         connectivity=mesh.hexahedra,
         faces=linear_faces(mesh),
     )
-
-
-def _groups(scene: Scene, mesh: SweptMesh, nodes: np.ndarray) -> tuple[ElementGroup, ...]:
-    yarn = scene.yarn
-    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
-    kind = ELEMENTS.find(scene.mesh.element)
-    elements = kind.build(nodes[mesh.hexahedra], material, scene.solver.hourglass)
-    return (ElementGroup(mesh.hexahedra, elements),)
 
 
 def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:

@@ -60,24 +60,6 @@ class Discs:
         return self.centre[:, None] + self.radius * rule @ self.axes
 
 
-def polar_rule(rings: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (q, 2) and weights (q,) of the mean over the unit disc, on so many rings.
-
-    Gauss points in the square of the radius and equal angles; exact for polynomials of degree 2 rings.
-    """
-    square, weight = np.polynomial.legendre.leggauss(rings)
-    count = 4 * rings
-    angle = 2 * np.pi * (np.arange(count) + 0.5 * (np.arange(rings) % 2)[:, None]) / count
-    radius = np.sqrt(0.5 * (square + 1))[:, None]
-    points = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
-    return points.reshape(-1, 2), np.repeat(weight / 2 / count, count)
-
-
-def moments(rule: np.ndarray) -> np.ndarray:
-    """Return the functions (3, q) whose means over the disc are joined: 1, and both coordinates at unit mean square."""
-    return np.stack([np.ones(len(rule)), 2 * rule[:, 0], 2 * rule[:, 1]])
-
-
 def continued(
     specimen: Knit | YarnPair, parts: Discretisation, discs: Discs, side: int, places: np.ndarray
 ) -> sp.csr_matrix:

@@ -22,8 +22,9 @@ from scipy.spatial import cKDTree
 from knitstudy.errors import MeshError
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
+from knitstudy.mechanics.disc_moments import moments, polar_rule
 from knitstudy.solids.discretisation import Discretisation
-from knitstudy.solids.patch import Discs, continued, moments, polar_rule
+from knitstudy.solids.patch import Discs, continued
 
 STIFFNESS = 100.0
 """Of a tie where the yarns show all of the patch's compliance, over E R; ten times as much moves no force by 0.03 %."""
@@ -205,8 +206,7 @@ def _require_resolution(specimen: Knit | YarnPair, radius: float, size: float) -
     if radius < least:
         raise MeshError(
             f"tie.radius is {radius:g} radii, but elements of {size:.4g} m show no patches of less than "
-            f"{least:.3g}: use that "
-            "at least, a smaller mesh.size, or tie.rule facets"
+            f"{least:.3g}: use that at least, a smaller mesh.size, a larger mesh.refinement, or tie.rule facets"
         )
 
 
@@ -221,8 +221,7 @@ def _require_room(specimen: Knit | YarnPair, discs: Discs, radius: float) -> Non
             worst = int(np.argmin(room))
             raise MeshError(
                 f"tie.radius is {radius:g} radii, but crossing {discs.crossing[worst]} lies "
-                f"{room[worst] / specimen.radius:.3g} radii from the end of yarn {yarn[worst]}: use a smaller "
-                f"tie.radius"
+                f"{room[worst] / specimen.radius:.3g} radii from the end of yarn {yarn[worst]}: use a smaller one"
             )
     if len(discs.crossing) > 1:
         apart, other = cKDTree(discs.centre).query(discs.centre, k=2)
@@ -231,6 +230,5 @@ def _require_room(specimen: Knit | YarnPair, discs: Discs, radius: float) -> Non
             raise MeshError(
                 f"tie.radius is {radius:g} radii, but crossings {discs.crossing[worst]} and "
                 f"{discs.crossing[other[worst, 1]]} lie {apart[worst, 1] / specimen.radius:.3g} radii apart: use "
-                f"less than "
-                "half of that"
+                "less than half of that"
             )

@@ -11,15 +11,15 @@ from knitstudy.crossings.rings import Rings
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
-from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
+from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.inverse_map import InverseMap
 from knitstudy.mechanics.elements.quadratic import EDGES, NODES, shape, shape_gradient
-from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.grips import Grips, grips
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.solids.discretisation import Discretisation
 from knitstudy.solids.faces import Faces, serendipity
+from knitstudy.solids.hexahedral_elements import hexahedral_elements
 from knitstudy.study.scene import Scene
 
 __all__ = ["NODES", "divide"]
@@ -52,7 +52,7 @@ def divide(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discreti
         yarn=quadratic.yarn,
         station=quadratic.station,
         bandwidth=quadratic.bandwidth,
-        groups=partial(_groups, scene, quadratic),
+        groups=partial(hexahedral_elements, scene, quadratic.elements),
         volume=partial(_volume, len(quadratic.nodes)),
         surfaces=Grids(_grids(quadratic)),
         rings=Rings.of_rows(quadratic.arc_lengths),
@@ -77,14 +77,6 @@ def _grids(mesh: QuadraticMesh) -> list[Grid]:
         return [Grid(grid, stretch=stretch) for grid in mesh.grids]
     pairs = zip(mesh.grids, mesh.angles, strict=True)
     return [Grid(grid, chords=circular_chords(angles)) for grid, angles in pairs]
-
-
-def _groups(scene: Scene, mesh: QuadraticMesh, nodes: np.ndarray) -> tuple[ElementGroup, ...]:
-    yarn = scene.yarn
-    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
-    kind = ELEMENTS.find(scene.mesh.element)
-    elements = kind.build(nodes[mesh.elements], material, scene.solver.hourglass)
-    return (ElementGroup(mesh.elements, elements),)
 
 
 def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:

@@ -43,6 +43,8 @@ class Touching:
         Watches tied yarns where others are in contact.
     overlap : float
         How far these may go through each other [m].
+    allowed_by, widened_by : str
+        Keys that say so, and how wide the ties are.
     """
 
     model: SolidsInContact
@@ -51,6 +53,8 @@ class Touching:
     around: int
     beside: BesideTies | None
     overlap: float
+    allowed_by: str
+    widened_by: str
 
     def record(
         self, increment: Increment, crossings: int
@@ -59,10 +63,12 @@ class Touching:
         model, state = self.model, increment.state
         touching = model.contact_points(state)
         points = touching_points(model.contact, touching, self.facets, self.rings)
-        gap = model.contact.smallest_gap(touching)
+        columns = {"smallest_gap": model.contact.smallest_gap(touching), "augmentations": state.augmentations}
         if self.beside is not None:
-            gap = min(gap, self._beside_ties(increment))
-        columns = {"smallest_gap": gap if np.isfinite(gap) else np.nan, "augmentations": state.augmentations}
+            beside = self.beside.smallest_gap(model.nodes + model.node_displacement(state))
+            columns["smallest_gap"] = min(columns["smallest_gap"], beside)
+            columns["gap_beside_ties"] = beside
+        columns |= {name: np.nan for name, value in columns.items() if np.isinf(value)}  # nothing is near
         return columns, points, crossing_forces(points, crossings)
 
     def require_apart(self, increment: Increment, recorder: Recorder) -> None:
@@ -71,21 +77,15 @@ class Touching:
         Raises
         ------
         ConvergenceError
-            If they overlap by more than the penetration that the scene allows.
+            If they overlap by more than the scene allows.
         """
-        if self.beside is None:
-            return
-        gap, limit = self._beside_ties(increment), self.overlap
+        gap, limit = recorder.columns["gap_beside_ties"][-1], self.overlap
         if gap < -limit:
             raise ConvergenceError(
                 f"increment {increment.index}: tied yarns penetrate each other by {-gap:.3g} m beside their ties; "
-                f"contact.penetration allows {limit:.3g} m. Use contact.tied_edges 'none', a larger tie.tolerance or a "
-                "smaller load.strain"
+                f"{self.allowed_by} allows {limit:.3g} m. Use contact.tied_edges 'none', a larger {self.widened_by} or "
+                "a smaller load.strain"
             )
-
-    def _beside_ties(self, increment: Increment) -> float:
-        """Return the smallest gap of tied yarns beside their ties [m]."""
-        return self.beside.smallest_gap(self.model.nodes + self.model.node_displacement(increment.state))
 
     def attributes(self) -> dict[str, float]:
         """Return what contact was computed with."""
@@ -135,7 +135,9 @@ def touching(
     )
     beside = BesideTies(scene, yarns, tie, pieces) if len(tie.joined) else None
     around = int(yarns.surfaces.cells[0, 1])
-    return Touching(model, facets, yarns.rings, around, beside, _overlap(scene, yarns))
+    allowed_by, overlap = _overlap(scene, yarns)
+    widened_by = "tie.tolerance" if scene.value("tie.rule") == "facets" else "tie.radius"
+    return Touching(model, facets, yarns.rings, around, beside, overlap, allowed_by, widened_by)
 
 
 def _penetration(scene: Scene, yarns: Discretisation) -> Penetration:
@@ -145,12 +147,12 @@ def _penetration(scene: Scene, yarns: Discretisation) -> Penetration:
     return Penetration(scene.contact.penetration * yarns.size, scene.contact.augmentations)
 
 
-def _overlap(scene: Scene, yarns: Discretisation) -> float:
-    """Return how far tied yarns may overlap beside their ties [m].
+def _overlap(scene: Scene, yarns: Discretisation) -> tuple[str, float]:
+    """Return how far tied yarns may overlap beside their ties [m], after the key that says so.
 
     Where sections cannot show local indentation it is what the undeformed surfaces are apart at the edge of the disc,
     a^2 / R: flattening the disc indents them as deep.
     """
     if scene.value("contact.law") == "indentation":
-        return scene.tie.radius**2 * yarns.mesh.radius
-    return scene.contact.penetration * yarns.size
+        return "tie.radius", scene.tie.radius**2 * yarns.mesh.radius
+    return "contact.penetration", scene.contact.penetration * yarns.size

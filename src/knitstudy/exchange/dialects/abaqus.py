@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 from knitstudy.exchange.dialects.dialect import (
@@ -12,6 +13,7 @@ from knitstudy.exchange.dialects.dialect import (
     Wording,
     Words,
     elastic,
+    quadratic,
     small_strain_neo_hooke,
 )
 
@@ -37,11 +39,6 @@ def incompatible_modes(deck: Deck) -> Element:
     )
 
 
-def quadratic(deck: Deck) -> Element:
-    """C3D20R: the same functions and points."""
-    return Element("C3D20R")
-
-
 def hencky(material: Material) -> Wording:
     """*ELASTIC under NLGEOM."""
     return Wording(
@@ -49,17 +46,6 @@ def hencky(material: Material) -> Wording:
         (
             "yarn.material is hencky: under NLGEOM *ELASTIC relates Cauchy stress and logarithmic strain in Abaqus, "
             "Hencky's law Kirchhoff stress (det F times Cauchy stress) and that strain; equal to first order in strain",
-        ),
-    )
-
-
-def neo_hookean(material: Material) -> Wording:
-    """*HYPERELASTIC of the same moduli."""
-    return Wording(
-        small_strain_neo_hooke(material),
-        (
-            "yarn.material is neo_hookean, G/2 (tr C - 3) - G ln J + lambda/2 (ln J)^2; Abaqus has "
-            "C10 (J^(-2/3) tr C - 3) + (J - 1)^2 / D1 with the same G and K: equal to first order in strain",
         ),
     )
 
@@ -112,7 +98,7 @@ class Abaqus(Dialect):
     }
     materials: ClassVar[Words] = {
         "hencky": hencky,
-        "neo_hookean": neo_hookean,
+        "neo_hookean": partial(small_strain_neo_hooke, program="Abaqus"),
         "st_venant_kirchhoff": st_venant_kirchhoff,
     }
     interactions: ClassVar[Words] = {"rough": rough, "isotropic": isotropic}

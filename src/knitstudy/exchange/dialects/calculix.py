@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 from knitstudy.exchange.deck import Step
@@ -14,6 +15,7 @@ from knitstudy.exchange.dialects.dialect import (
     Wording,
     Words,
     elastic,
+    quadratic,
     small_strain_neo_hooke,
 )
 
@@ -51,11 +53,6 @@ def incompatible_modes(deck: Deck) -> Element:
     )
 
 
-def quadratic(deck: Deck) -> Element:
-    """C3D20R: the same functions and points."""
-    return Element("C3D20R")
-
-
 def hencky(material: Material) -> Wording:
     """*ELASTIC under NLGEOM, for want of the law."""
     return Wording(
@@ -63,17 +60,6 @@ def hencky(material: Material) -> Wording:
         (
             "yarn.material is hencky, which CalculiX does not have: under NLGEOM *ELASTIC is St Venant-Kirchhoff's "
             "law there; equal to first order in strain, 3 % apart at 1 % of it",
-        ),
-    )
-
-
-def neo_hookean(material: Material) -> Wording:
-    """*HYPERELASTIC of the same moduli."""
-    return Wording(
-        small_strain_neo_hooke(material),
-        (
-            "yarn.material is neo_hookean, G/2 (tr C - 3) - G ln J + lambda/2 (ln J)^2; CalculiX has "
-            "C10 (J^(-2/3) tr C - 3) + (J - 1)^2 / D1 with the same G and K: equal to first order in strain",
         ),
     )
 
@@ -123,7 +109,7 @@ class CalculiX(Dialect):
     }
     materials: ClassVar[Words] = {
         "hencky": hencky,
-        "neo_hookean": neo_hookean,
+        "neo_hookean": partial(small_strain_neo_hooke, program="CalculiX"),
         "st_venant_kirchhoff": st_venant_kirchhoff,
     }
     interactions: ClassVar[Words] = {"rough": rough, "isotropic": isotropic}

@@ -125,10 +125,28 @@ DIALECTS: Registry[type[Dialect]] = Registry("deck dialect", "knitstudy.exchange
 """Classes of dialects."""
 
 
-def small_strain_neo_hooke(material: Material) -> str:
-    """Return C10 and D1 of W = C10 (I1 J^(-2/3) - 3) + (J - 1)^2 / D1 with the material's moduli G and K."""
+def quadratic(deck: Deck) -> Element:
+    """C3D20R, in all of them: the same functions and points."""
+    return Element("C3D20R")
+
+
+def small_strain_neo_hooke(material: Material, program: str) -> Wording:
+    """Return W = C10 (I1 J^(-2/3) - 3) + (J - 1)^2 / D1 of the material's G and K, and how the scene's differs.
+
+    Parameters
+    ----------
+    material : Material
+    program : str
+        That has this law.
+    """
     bulk = material.lame + 2 / 3 * material.shear_modulus
-    return f"*HYPERELASTIC, NEO HOOKE\n{NUMBER % (material.shear_modulus / 2)}, {NUMBER % (2 / bulk)}\n"
+    return Wording(
+        f"*HYPERELASTIC, NEO HOOKE\n{NUMBER % (material.shear_modulus / 2)}, {NUMBER % (2 / bulk)}\n",
+        (
+            f"yarn.material is neo_hookean, G/2 (tr C - 3) - G ln J + lambda/2 (ln J)^2; {program} has "
+            "C10 (J^(-2/3) tr C - 3) + (J - 1)^2 / D1 with the same G and K: equal to first order in strain",
+        ),
+    )
 
 
 def elastic(material: Material) -> str:

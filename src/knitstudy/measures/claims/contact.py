@@ -9,6 +9,7 @@ import xarray as xr
 
 from knitstudy.measures.centre_cell import Snapshot, first_symmetric_contact, snapshots, zones_of_cell
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, lacking, verdict
+from knitstudy.measures.claims.rule import UNRECORDED, Rule
 from knitstudy.measures.energy_balance import stabilisation_share
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.names import INTERACTIONS
@@ -217,16 +218,62 @@ def judge_stabilisation(evidence: Evidence) -> Judgement:
     return at_full_strain(evidence, judged, histories.values(), next(iter(histories)))
 
 
-JUDGES: dict[str, Callable[[Evidence], Judgement]] = {
-    "K1": judge_no_contact,
-    "K2": judge_zones,
-    "K3": judge_slope,
-    "K4": judge_motion,
-    "K5": judge_stiffness_order,
-    "K6": judge_motion_order,
-    "K7": judge_smaller_friction,
-    "K11": judge_untied_rows,
-    "E1": judge_stabilisation,
+RULES = {
+    "K1": Rule(
+        judge_no_contact, "no zone in the centre cell at 0.05 % strain", UNRECORDED, ("fig07a_zones",)
+    ),
+    "K2": Rule(
+        judge_zones,
+        "four zones in the centre cell from 1.95 % strain to the end, and never more",
+        UNRECORDED,
+        ("fig07a_zones",),
+    ),
+    "K3": Rule(
+        judge_slope,
+        "the force bends most between the increment before the first symmetric contact of the centre cell and "
+        f"{JUST_AFTER:.1%} strain after it; slopes over {SPAN:.1%} before and after",
+        UNRECORDED,
+        ("fig07b_force",),
+    ),
+    "K4": Rule(
+        judge_motion,
+        f"the knit contracts, its largest |u_z| is {PRONOUNCED:g} d or more, and mirrored envelopes of u_z differ by "
+        f"{SYMMETRIC:.0%} of it at most",
+        UNRECORDED,
+        ("fig08_out_of_plane",),
+    ),
+    "K5": Rule(
+        judge_stiffness_order,
+        "the reference's force at full strain: ties > rough > isotropic, each by more than both uncertainties",
+        UNRECORDED,
+        ("fig09a_force", "interactions"),
+    ),
+    "K6": Rule(
+        judge_motion_order,
+        "the reference's largest |u_z| at full strain: isotropic > ties, by more than both uncertainties",
+        UNRECORDED,
+        ("fig09b_out_of_plane", "interactions"),
+    ),
+    "K7": Rule(
+        judge_smaller_friction,
+        "ties > rough > isotropic in secant stiffness with every coefficient of friction of the sweep",
+        UNRECORDED,
+        ("fig09a_force",),
+    ),
+    "K11": Rule(
+        judge_untied_rows,
+        f"with untied outer rows, these slide {SLIDE:g} times as far as the others or more, the force is "
+        f"{TRANSFERRED:.0%} of that with tied ones at most, and Newton's method takes {HARDER:g} times the iterations "
+        "or more",
+        UNRECORDED,
+        ("interactions",),
+    ),
+    "E1": Rule(
+        judge_stabilisation,
+        "stabilisation dissipates 5 % of the internal energy at most, at every increment",
+        UNRECORDED,
+        ("interactions",),
+    ),
 }
 
 

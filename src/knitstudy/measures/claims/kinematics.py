@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import xarray as xr
 
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, lacking, verdict
+from knitstudy.measures.claims.rule import AFTER, Rule
 from knitstudy.measures.kinematics import closest_neighbour, rotation_angle
 from knitstudy.measures.names import INTERACTIONS
 
@@ -65,7 +64,16 @@ def judge_kinematics(evidence: Evidence) -> Judgement:
     return at_full_strain(evidence, judged, [contacts], "isotropic")
 
 
-JUDGES: dict[str, Callable[[Evidence], Judgement]] = {"K8": judge_kinematics}
+RULES = {
+    "K8": Rule(
+        judge_kinematics,
+        "at every crossing of the centre cell, at full strain: sections turn by "
+        f"{np.degrees(TURNS):g} degree or more, the crossing comes closer to a neighbour on the yarn, surfaces slide "
+        f"by {SLIDES:g} d or more, and contact areas spin by {np.degrees(SPINS):g} degrees or more",
+        AFTER,
+        ("fig10_kinematics",),
+    )
+}
 
 
 def _range(values: np.ndarray, form: str) -> str:

@@ -16,6 +16,7 @@ from knitstudy.measures.claims.evidence import (
     at_full_strain,
     verdict,
 )
+from knitstudy.measures.claims.rule import AFTER, UNRECORDED, Rule
 from knitstudy.measures.cost import MEGABYTE
 from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import UNKNOWN, Estimate, all_hold
@@ -233,14 +234,54 @@ def judge_beams(evidence: Evidence) -> Judgement:
     return at_full_strain(evidence, judged, histories, case.dns.scene.name)
 
 
-JUDGES: dict[str, Callable[[Evidence], Judgement]] = {
-    "R1": judge_forces,
-    "R2": judge_out_of_plane,
-    "R3": judge_motion_order,
-    "R4": judge_springs,
-    "R5": judge_cost,
-    "R6": judge_cost_with_friction,
-    "B1": judge_beams,
+RULES = {
+    "R1": Rule(
+        judge_forces,
+        f"relative L2 distance of F(strain) to the reference: 3D at most {MUCH_CLOSER:g} times 2D, in four cases",
+        UNRECORDED,
+        ("fig15a_force_strain", "rom_distance"),
+    ),
+    "R2": Rule(
+        judge_out_of_plane,
+        f"in four cases: u_z of the 3D ROM correlates with the DNS's from {SAME_SHAPE:g} on, its root mean square lies "
+        f"within a factor of {SAME_SIZE:g} of the reference's, and the 2D ROM's largest |u_z| is {NONE_AT_ALL:.0%} of "
+        "the reference's at most",
+        UNRECORDED,
+        ("fig16_out_of_plane",),
+    ),
+    "R3": Rule(
+        judge_motion_order,
+        "in course tension, of which Fig. 16 is: largest |u_z| with friction over that with ties exceeds 1 in the 3D "
+        "ROM and in the reference",
+        AFTER,
+        ("fig16_out_of_plane",),
+    ),
+    "R4": Rule(
+        judge_springs,
+        f"averaged springs: kz {BY_FAR:g} times the others or more, kx > ky in course and ky > kx in wale tension",
+        UNRECORDED,
+        ("table2_springs",),
+    ),
+    "R5": Rule(
+        judge_cost,
+        f"the 3D ROM saves {AS_MUCH:.0%} of the paper's factors in degrees of freedom and memory growth or more, and "
+        f"the 2D ROM's memory differs from the 3D ROM's by {LITTLE:.0%} of the DNS's at most",
+        UNRECORDED,
+        ("table5_cost",),
+    ),
+    "R6": Rule(
+        judge_cost_with_friction,
+        f"DNS over 3D ROM in degrees of freedom, memory growth and time: {AS_MUCH:.0%} of what it is with ties or more",
+        UNRECORDED,
+        ("table5_cost",),
+    ),
+    "B1": Rule(
+        judge_beams,
+        "force of beams in contact at one point, with rigid sections, over the reference's: below 1 by more than the "
+        "uncertainty",
+        UNRECORDED,
+        ("fig12b_beam_contact", "beams"),
+    ),
 }
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from knitstudy.measures.claims.evidence import Evidence, Judgement, verdict
+from knitstudy.measures.claims.rule import UNRECORDED, Rule
 from knitstudy.measures.unit_cell import crossing_error, loop_of
 
 CONTACT_BAR = 1e-3
@@ -46,4 +45,18 @@ def judge_length(evidence: Evidence) -> Judgement:
     )
 
 
-JUDGES: dict[str, Callable[[Evidence], Judgement]] = {"G1": judge_penetration, "G2": judge_length}
+RULES = {
+    "G1": Rule(
+        judge_penetration,
+        "yarns penetrate each other before the optimisation and not after it, when |D - 2R - c0| at every crossing is "
+        f"at most {CONTACT_BAR:g} R",
+        UNRECORDED,
+        ("fig01_unit_cell", "geometry"),
+    ),
+    "G2": Rule(
+        judge_length,
+        f"arc lengths of the loop and of every Bezier curve change by {LENGTH_BAR:.0%} at most",
+        UNRECORDED,
+        ("geometry",),
+    ),
+}

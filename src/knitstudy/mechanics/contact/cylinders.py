@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil
+from knitstudy.mechanics.contact.surface import ALONG, AROUND, Motion, Stencil, affine
 from knitstudy.mechanics.polynomial_yarn import disc
 from knitstudy.mechanics.polynomial_yarn.space import Space
 from knitstudy.mechanics.polynomial_yarn.spline import Spline
@@ -70,16 +70,32 @@ class Cylinders:
 
     def stencil(self, surface: np.ndarray, xi: np.ndarray) -> Stencil:
         """Return the stencils of places xi (k, 2) on surfaces (k,)."""
-        span = self._span(surface, self.unit * xi[:, 0])
-        first, along = self._spline.basis(self.unit * xi[:, 0], 2, span)
-        along *= self.unit ** np.arange(3.0)[:, None, None]
-        around = _waves(self.block, self._turn * xi[:, 1])
-        around *= self._turn ** np.arange(3.0)[:, None, None]
+        span, station, along, around = self._functions(surface, xi)
         weights = along[ALONG].transpose(1, 0, 2)[..., None] * around[AROUND].transpose(1, 0, 2)[:, :, None]
         wide = (self._spline.degree + 1) * self.block
-        station = first - (self._spline.degree + 1) * surface
         nodes = (self.block * station)[:, None] + np.arange(wide)
         return Stencil(nodes, weights.reshape(len(xi), 6, wide), key=span)
+
+    def places(
+        self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return places, derivatives and second ones at xi (k, 2) on surfaces (k,); see `surface.Surfaces.places`.
+
+        Splines are summed before waves, which takes fewer products than the weights of all carriers.
+        """
+        _, station, along, around = self._functions(surface, xi)
+        near = self._near(station, carriers)
+        waves = (along.transpose(1, 0, 2) @ near).reshape(len(xi), 3, self.block, 3)
+        around = around.transpose(1, 0, 2)
+        here, slope, bend = (around[:, : 3 - order] @ waves[:, order] for order in range(3))
+        first = np.stack([slope[:, 0], here[:, 1]], axis=1)
+        return here[:, 0], first, np.stack([bend[:, 0], slope[:, 1], here[:, 2]], axis=1)
+
+    def positions(self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+        """Return places (k, 3) alone; see `surface.Surfaces.positions`."""
+        _, station, along, around = self._functions(surface, xi, orders=0)
+        waves = along[0][:, None] @ self._near(station, carriers)
+        return (around[0][:, None] @ waves.reshape(len(xi), self.block, 3))[:, 0]
 
     def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
         """Return xi (k, 2) moved to the nearest place within the yarns' ends."""
@@ -105,14 +121,40 @@ class Cylinders:
         """Return places (k, n + 1, 3) on rings (k,) of one yarn, at the edges of cells around."""
         rings, place = np.unique(row, return_inverse=True)
         wave = self._rings[self._first_ring[number] + rings] @ carriers.reshape(-1, 3 * self.block)
-        table = _waves(self.block, self._turn * np.arange(self.cells[number, 1] + 1.0))[0]
+        table = _waves(self.block, self._turn * np.arange(self.cells[number, 1] + 1.0), 0)[0]
         return (table @ wave.reshape(-1, self.block, 3))[place]
 
-    def moved(self, now: np.ndarray, then: np.ndarray) -> float:
-        """Return how far a place has moved at most [m]: splines add up to 1, so no place goes farther than theirs."""
-        table = _waves(self.block, 2 * np.pi * np.arange(2 * self.block) / (2 * self.block))[0]
-        way = table @ (now - then).reshape(-1, self.block, 3)
-        return float(np.sqrt(np.einsum("jni,jni->jn", way, way).max()))
+    def motion(self, now: np.ndarray, then: np.ndarray) -> Motion:
+        """Return how the surfaces have moved: splines add up to 1, so no place goes farther than theirs.
+
+        Around, waves of degree p are at most 1 / cos(pi p / n) times what they are at n > 2 p equal angles (Ehlich and
+        Zeller 1964).
+        """
+        gradient, shift, shrink = affine(now[:: self.block], then[:: self.block])
+        rest = (now - then - then @ gradient).reshape(-1, self.block, 3)
+        rest[:, 0] -= shift
+        angles = 2 * self.block
+        table = _waves(self.block, 2 * np.pi * np.arange(angles) / angles, 0)[0]
+        way = table @ rest
+        largest = np.sqrt(np.einsum("jni,jni->jn", way, way).max())
+        return Motion(shrink, float(largest / np.cos(np.pi * (self.block // 2) / angles)))
+
+    def _functions(
+        self, surface: np.ndarray, xi: np.ndarray, orders: int = 2
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return spans (k,), first stations (k,), splines (n, k, d + 1) and waves (n, k, block) with derivatives."""
+        s = self.unit * xi[:, 0]
+        span = self._span(surface, s)
+        first, along = self._spline.basis(s, orders, span)
+        around = _waves(self.block, self._turn * xi[:, 1], orders)
+        for order in range(1, orders + 1):
+            along[order] *= self.unit**order
+            around[order] *= self._turn**order
+        return span, first - (self._spline.degree + 1) * surface, along, around
+
+    def _near(self, station: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+        """Return the carriers (k, d + 1, 3 block) of spans with first stations (k,)."""
+        return carriers.reshape(-1, 3 * self.block)[station[:, None] + np.arange(self._spline.degree + 1)]
 
     def _span(self, surface: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Return the spans (k,) of all yarns that arc lengths (k,) of surfaces (k,) lie in."""
@@ -130,13 +172,26 @@ class Cylinders:
         return sp.csr_matrix((values[0].ravel(), station.ravel(), wide * np.arange(len(s) + 1)), shape=shape)
 
 
-def _waves(block: int, angle: np.ndarray) -> np.ndarray:
-    """Return 1, cos t, sin t, cos 2 t, ... and their first and second derivatives (3, k, block) at angles (k,)."""
+def _waves(block: int, angle: np.ndarray, orders: int = 2) -> np.ndarray:
+    """Return 1, cos t, sin t, cos 2 t, ... and derivatives (orders + 1, k, block) at angles (k,)."""
+    found = np.empty((orders + 1, len(angle), block))
+    found[0, :, 0] = 1.0
+    cosine, sine = np.cos(angle), np.sin(angle)
+    if block > 1:
+        found[0, :, 1], found[0, :, 2] = cosine, sine
+    for last in range(1, block - 2, 2):
+        even, odd = found[0, :, last], found[0, :, last + 1]
+        found[0, :, last + 2] = even * cosine - odd * sine
+        found[0, :, last + 3] = odd * cosine + even * sine
     wave = (np.arange(block) + 1) // 2
-    sine = (np.arange(block) % 2 == 0) & (wave > 0)
-    phase = np.multiply.outer(angle, wave) - np.where(sine, np.pi / 2, 0.0)
-    value = np.cos(phase)
-    return np.stack([value, -wave * np.sin(phase), -(wave**2) * value])
+    if orders > 0:
+        # The derivative of a cosine is the sine beside it, and the other way round.
+        beside = np.where(np.arange(block) % 2 == 1, 1, -1)
+        partner = np.arange(block) + np.where(wave > 0, beside, 0)
+        np.multiply(found[0][:, partner], -wave * beside, out=found[1])
+    if orders > 1:
+        np.multiply(found[0], -(wave**2), out=found[2])
+    return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil
+from knitstudy.mechanics.contact.surface import ALONG, AROUND, Motion, Stencil, affine, interpolate
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +92,7 @@ class Grids:
         self._chords = None
         if any(grid.chords is not None for grid in self.grids):
             self._chords = np.concatenate([_chords(grid).reshape(-1, 2) for grid in self.grids])
+        self._largest_chord = max(float(_chords(grid).max()) for grid in self.grids)
 
     def edges(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the parameters of the edges of cells along (m + 1,) and around (n + 1,): slices and angles."""
@@ -126,6 +127,17 @@ class Grids:
         weights = along.weight[:, ALONG, :, None] * across
         return Stencil(nodes, weights.reshape(-1, 6, 16), key=nodes[:, 5])  # the cell's first corner
 
+    def places(
+        self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return places, derivatives and second ones at xi (k, 2) on surfaces (k,)."""
+        return self.stencil(surface, xi).places(carriers)
+
+    def positions(self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+        """Return places (k, 3) alone."""
+        stencil = self.stencil(surface, xi)
+        return interpolate(stencil.value, stencil.nodes, carriers)
+
     def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
         """Return xi (k, 2) moved to the nearest place within the surfaces' edges."""
         last = (self.shape[surface] - 1).astype(float)
@@ -154,10 +166,17 @@ class Grids:
         """Return the nodes (k, n, 3) in rows (k,) of one grid."""
         return carriers[self.grids[number].nodes[row]]
 
-    def moved(self, now: np.ndarray, then: np.ndarray) -> float:
-        """Return how far a node of the grids has moved at most [m]."""
-        way = now[self._skin] - then[self._skin]
-        return float(np.sqrt(np.einsum("ni,ni->n", way, way).max()))
+    def motion(self, now: np.ndarray, then: np.ndarray) -> Motion:
+        """Return how the surfaces have moved.
+
+        Between nodes that move by w at most, a place moves by at most 1/4 of what a tangent changes by farther: that
+        is w along, and twice the larger share of a chord times w around.
+        """
+        then = then[self._skin]
+        gradient, shift, shrink = affine(now[self._skin], then)
+        rest = now[self._skin] - then - then @ gradient - shift
+        largest = np.sqrt(np.einsum("ni,ni->n", rest, rest).max())
+        return Motion(shrink, float(largest * 1.25 * (1 + 0.5 * self._largest_chord)))
 
 
 @dataclass(frozen=True)

@@ -76,15 +76,21 @@ def joined(one: ContactHistory, other: ContactHistory) -> ContactHistory:
     return ContactHistory(**arrays, dissipated=one.dissipated)
 
 
-def same_pair(new: ContactHistory, old: ContactHistory) -> np.ndarray:
-    """Return for every new pair the same pair of an older history, or -1: the same point on the same piece."""
-    if not len(old.point) or not len(new.point):
-        return np.full(len(new.point), -1)
-    count = 1 + max(new.surface.max(), old.surface.max())
+def same_pair(point: np.ndarray, surface: np.ndarray, xi: np.ndarray, old: ContactHistory) -> np.ndarray:
+    """Return for pairs found anew the same pair of an older history, or -1: the same point on the same piece.
+
+    Parameters
+    ----------
+    point, surface : ndarray of int, shape (k,)
+    xi : ndarray, shape (k, 2)
+        Their closest points.
+    old : ContactHistory
+    """
+    if not len(old.point) or not len(point):
+        return np.full(len(point), -1)
+    count = 1 + max(surface.max(), old.surface.max())
     # Pairs of different points or surfaces lie farther apart in this plane than any two places of one surface.
-    keys = [
-        np.stack([1e6 * (history.point * count + history.surface), history.xi[:, 0]], axis=1)
-        for history in (new, old)
-    ]
-    distance, index = cKDTree(keys[1]).query(keys[0], distance_upper_bound=SAME_PIECE)
+    new = np.stack([1e6 * (point * count + surface), xi[:, 0]], axis=1)
+    known = np.stack([1e6 * (old.point * count + old.surface), old.xi[:, 0]], axis=1)
+    distance, index = cKDTree(known).query(new, distance_upper_bound=SAME_PIECE)
     return np.where(np.isfinite(distance), index, -1)

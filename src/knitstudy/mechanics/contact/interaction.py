@@ -29,16 +29,16 @@ from knitstudy.mechanics.contact.tangent import stiffness as tangent
 
 @dataclass(frozen=True, eq=False)
 class _Followed:
-    """Pairs of one search: the history asked about, that history over all pairs, points' carriers and weights, and
-    where all carriers were.
+    """Pairs of one search: the history asked about, that history over all pairs, where all carriers were then, angles
+    of the pairs, and the least gaps that these had where carriers were seen last.
     """
 
     source: ContactHistory
     history: ContactHistory
-    nodes: np.ndarray
-    weight: np.ndarray
     searched: np.ndarray
     angle: np.ndarray | None
+    least: np.ndarray
+    seen: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +81,7 @@ class Contact:
     points : int
         Gauss points along each side of a cell.
     margin : float
-        Distance up to which pairs are followed [m]; the search is repeated when half of it is used up.
+        Distance up to which pairs are followed [m]; the search is repeated when others could touch.
     overlap : float
         Largest penetration of the undeformed surfaces [m].
 
@@ -119,7 +119,9 @@ class Contact:
             )
 
     def points(self, nodes: np.ndarray, before: np.ndarray, history: ContactHistory) -> ContactPoints:
-        """Evaluate all candidate pairs.
+        """Evaluate all pairs that can touch.
+
+        Those are left out whose surfaces have moved too little since their gap was last known to close it.
 
         Parameters
         ----------
@@ -132,9 +134,17 @@ class Contact:
         """
         carriers = self.surfaces.carry(nodes)
         followed = self._follow(carriers, self.surfaces.carry(before), history)
-        history = followed.history
-        position = interpolate(followed.weight, followed.nodes, carriers)
+        every = followed.history
+        least = self.surfaces.motion(carriers, followed.seen).least(followed.least)
+        left_out = (least > 0) & (every.pressure <= 0) & (every.multiplier == 0)
+        number = np.flatnonzero(~left_out)
+        apart = float(least[left_out].min(initial=np.inf))
+        history = taken(every, number)
+        angle = None if followed.angle is None else followed.angle[number]
+        position = self._search.positions(history.point, carriers)
         projection, gap = self._project(history, position, carriers)
+        least[number] = _known(gap)
+        self._followed = replace(followed, least=least, seen=carriers)
         law = self.law
         # A point that has closed within this increment has slid in contact only for the rest of it.
         fresh = history.pressure <= 0
@@ -145,20 +155,24 @@ class Contact:
         moved = projection.xi - np.where(fresh[:, None], history.xi, history.anchor)
         rate = (-ends[1] / span**2)[:, None] * moved
         slip = share[:, None] * moved
-        local = law.at(gap, followed.angle)
+        local = law.at(gap, angle)
         if law.directional:
             # Stiffness that is gained carries nothing at first; what is lost takes its share of the traction along.
             carried = np.where(fresh[:, None], 0.0, history.xi - history.anchor)
-            kept = np.minimum(law.at(history.gap, followed.angle).tangential / local.tangential, 1.0)
+            kept = np.minimum(law.at(history.gap, angle).tangential / local.tangential, 1.0)
             slip -= (1 - kept)[:, None] * carried
             step = share[:, None] * (projection.xi - history.xi) + (kept == 1)[:, None] * carried
             rate += (local.slope / local.tangential)[:, None] * step
         trial = np.einsum("ka,kai->ki", slip, projection.tangent)
         trial *= np.reshape(local.tangential, (-1, 1))
-        pressure = law.pressure(gap, history.multiplier, followed.angle)
+        pressure = law.pressure(gap, history.multiplier, angle)
         traction, status = local.traction(trial, pressure)
         return ContactPoints(
             history=history,
+            followed=every,
+            number=number,
+            apart=apart,
+            carriers=carriers,
             position=position,
             projection=projection,
             gap=gap,
@@ -170,7 +184,7 @@ class Contact:
             traction=traction,
             status=status,
             law=local,
-            angle=followed.angle,
+            angle=angle,
         )
 
     def respond(
@@ -215,7 +229,7 @@ class Contact:
         ConvergenceError
             If a point that touched has slid over the edge of the surface that it faced.
         """
-        history, law = points.history, points.law
+        history, law, every = points.history, points.law, points.followed
         lost = (history.pressure > 0) & ~points.projection.found
         if lost.any():
             k = np.flatnonzero(lost)[0]
@@ -231,37 +245,43 @@ class Contact:
         slip = points.slip.copy()
         slip[slips] *= np.divide(limit, size, out=np.zeros_like(size), where=size > 0)[:, None]
         length = law.slipped(points.trial, points.pressure)
+        xi, gap = self.everywhere(points)
+        anchor = xi.copy()
+        anchor[points.number] -= np.where(touches[:, None], slip, 0.0)
+        none = np.zeros(len(gap))
         committed = ContactHistory(
-            point=history.point,
-            surface=history.surface,
-            xi=points.projection.xi,
-            gap=points.gap,
-            pressure=points.pressure,
-            traction=points.traction,
+            point=every.point,
+            surface=every.surface,
+            xi=xi,
+            gap=gap,
+            pressure=_put(none, points.number, points.pressure),
+            traction=_put(np.zeros((len(gap), 3)), points.number, points.traction),
             # A multiplier stays with its point while contact moves on: kept, it would press across an open gap.
-            multiplier=np.zeros_like(history.multiplier),
-            anchor=np.where(touches[:, None], points.projection.xi - slip, points.projection.xi),
-            slip=np.where(touches, history.slip + length, 0.0),
-            status=points.status,
+            multiplier=none,
+            anchor=anchor,
+            slip=_put(none, points.number, np.where(touches, history.slip + length, 0.0)),
+            status=_put(np.full(len(gap), OPEN), points.number, points.status),
             dissipated=np.asarray(history.dissipated + self._dissipation(points)),
         )
-        self._continue(history, committed)
+        self._continue(every, committed)
+        if self._followed.history is committed:
+            self._followed = replace(self._followed, least=_known(gap), seen=points.carriers)
         return committed
 
     def augment(self, points: ContactPoints) -> ContactHistory:
         """Return the history with multipliers (Uzawa) that carry the present pressure without penetration."""
-        history = points.history
+        history, every, number = points.history, points.followed, points.number
         touches = points.status != OPEN
         fresh = touches & (history.pressure <= 0)
         anchor = np.where(fresh[:, None], points.projection.xi - points.slip, history.anchor)
         augmented = replace(
-            history,
-            multiplier=-points.pressure,
-            anchor=anchor,
+            every,
+            multiplier=_put(every.multiplier, number, -points.pressure),
+            anchor=_put(every.anchor, number, anchor),
             # Positive from now on, so that the anchor stays where the point touched first.
-            pressure=np.where(fresh, np.finfo(float).tiny, history.pressure),
+            pressure=_put(every.pressure, number, np.where(fresh, np.finfo(float).tiny, history.pressure)),
         )
-        self._continue(history, augmented)
+        self._continue(every, augmented)
         return augmented
 
     def reference(self, point: np.ndarray) -> np.ndarray:
@@ -270,7 +290,22 @@ class Contact:
 
     def smallest_gap(self, points: ContactPoints) -> float:
         """Return the smallest gap of all pairs that are followed [m]; inf if there are none."""
-        return float(points.gap.min(initial=np.inf))
+        nearest = float(points.gap.min(initial=np.inf))
+        return nearest if nearest <= points.apart else float(self.everywhere(points)[1].min())
+
+    def everywhere(self, points: ContactPoints) -> tuple[np.ndarray, np.ndarray]:
+        """Return closest points (c, 2) and gaps (c,) of all pairs that are followed, those left out included."""
+        every = points.followed
+        xi, gap = np.empty_like(every.xi), np.empty_like(every.gap)
+        xi[points.number], gap[points.number] = points.projection.xi, points.gap
+        rest = np.ones(len(gap), dtype=bool)
+        rest[points.number] = False
+        rest = np.flatnonzero(rest)
+        if len(rest):
+            position = self._search.positions(every.point[rest], points.carriers)
+            projection, gap[rest] = self._project(taken(every, rest), position, points.carriers)
+            xi[rest] = projection.xi
+        return xi, gap
 
     # ---- candidates -----------------------------------------------------------------------------------------
 
@@ -294,12 +329,18 @@ class Contact:
         if kept is not None and kept.source is history:
             if kept.angle is None and self.law.directional:
                 self._followed = kept = replace(kept, angle=self._angles(kept.history, before))
-            if self.surfaces.moved(carriers, kept.searched) <= 0.5 * self.margin:
+            if self.surfaces.motion(carriers, kept.searched).least(self.margin) >= 0:
                 return kept
         found = self._search.find(carriers, self.margin)
-        merged = self._merge(found, carriers, before, history)
-        weights = self._search.weights(merged.point)
-        self._followed = _Followed(history, merged, *weights, carriers, self._angles(merged, before))
+        merged, least = self._merge(found, carriers, before, history)
+        self._followed = _Followed(
+            source=history,
+            history=merged,
+            searched=carriers,
+            angle=self._angles(merged, before),
+            least=least,
+            seen=carriers,
+        )
         return self._followed
 
     def _continue(self, history: ContactHistory, successor: ContactHistory) -> None:
@@ -309,33 +350,42 @@ class Contact:
 
     def _merge(
         self, found: Candidates, carriers: np.ndarray, before: np.ndarray, history: ContactHistory
-    ) -> ContactHistory:
-        """Return the history of the pairs found and of those that touch; new ones remember where they were."""
-        position = self._search.positions(found.point, before)
-        projection = project(self.surfaces, before, found.surface, position, found.guess)
-        gap = self._gap(found.point, found.surface, projection)
+    ) -> tuple[ContactHistory, np.ndarray]:
+        """Return the history of the pairs found and of those that touch, and the least gaps that they have now.
+
+        New pairs remember where they were.
+        """
         now = self._search.positions(found.point, carriers)
-        near = project(self.surfaces, carriers, found.surface, now, projection.xi)
-        keep = near.found & (self._gap(found.point, found.surface, near) < self.margin)
+        near = project(self.surfaces, carriers, found.surface, now, found.guess)
+        gap = self._gap(found.point, found.surface, near)
+        keep = np.flatnonzero(near.found & (gap < self.margin))
+        point, surface, gap = found.point[keep], found.surface[keep], gap[keep]
+        known = same_pair(point, surface, near.xi[keep], history)
+        stays = history.pressure > 0
+        stays[known[known >= 0]] = True
+        least = np.full(len(history.point), -np.inf)
+        least[known[known >= 0]] = gap[known >= 0]
+        unknown = np.flatnonzero(known < 0)
+        point, surface = point[unknown], surface[unknown]
+        position = self._search.positions(point, before)
+        projection = project(self.surfaces, before, surface, position, near.xi[keep[unknown]])
+        many = len(unknown)
         new = ContactHistory(
-            point=found.point[keep],
-            surface=found.surface[keep],
-            xi=projection.xi[keep],
-            gap=gap[keep],
-            pressure=np.zeros(keep.sum()),
-            traction=np.zeros((keep.sum(), 3)),
-            multiplier=np.zeros(keep.sum()),
-            anchor=projection.xi[keep],
-            slip=np.zeros(keep.sum()),
-            status=np.full(keep.sum(), OPEN),
+            point=point,
+            surface=surface,
+            xi=projection.xi,
+            gap=self._gap(point, surface, projection),
+            pressure=np.zeros(many),
+            traction=np.zeros((many, 3)),
+            multiplier=np.zeros(many),
+            anchor=projection.xi,
+            slip=np.zeros(many),
+            status=np.full(many, OPEN),
             dissipated=history.dissipated,
         )
-        known = same_pair(new, history)
-        unknown = np.flatnonzero(known < 0)
-        stays = np.zeros(len(history.point), dtype=bool)
-        stays[known[known >= 0]] = True
-        stays |= history.pressure > 0
-        return joined(taken(history, np.flatnonzero(stays)), taken(new, unknown))
+        return joined(taken(history, np.flatnonzero(stays)), new), np.concatenate(
+            [least[stays], gap[unknown]]
+        )
 
     def _project(
         self, history: ContactHistory, position: np.ndarray, carriers: np.ndarray
@@ -359,26 +409,42 @@ class Contact:
 
     def _dissipation(self, points: ContactPoints) -> float:
         """Return the work of friction within the increment, mu p |slip| with the mean pressure of it [J]."""
-        weight = PASS_SHARE * self.quadrature.area[points.history.point]
-        lost = self._hysteresis(points, weight) if self.law.directional else 0.0
+        lost = self._hysteresis(points) if self.law.directional else 0.0
         if not np.isfinite(self.law.friction):
             return lost
-        length = points.law.slipped(points.trial, points.pressure)
-        mean = 0.5 * (points.pressure + points.history.pressure)
+        active = points.active
+        weight = PASS_SHARE * self.quadrature.area[points.history.point[active]]
+        pressure = points.pressure[active]
+        length = points.law.of(active).slipped(points.trial[active], pressure)
+        mean = 0.5 * (pressure + points.history.pressure[active])
         return lost + float(np.sum(weight * self.law.friction * mean * length))
 
-    def _hysteresis(self, points: ContactPoints, weight: np.ndarray) -> float:
+    def _hysteresis(self, points: ContactPoints) -> float:
         """Return what sticking points lose as their stiffness changes with the gap [J].
 
         Stiffness that is gained carries nothing, and what is lost takes its share along: neither does work.
         """
-        history = points.history
-        before = self.law.at(history.gap, points.angle).tangential
-        share = np.minimum(before / points.law.tangential, points.law.tangential / before)
+        touched = np.flatnonzero(points.history.pressure > 0)
+        history, now = taken(points.history, touched), points.law.of(touched).tangential
+        before = self.law.at(history.gap, points.angle[touched]).tangential
+        share = np.minimum(before / now, now / before)
         carried = np.einsum("ki,ki->k", history.traction, history.traction) / before
-        return 0.5 * float(weight @ np.where(history.pressure > 0, (1 - share) * carried, 0.0))
+        weight = PASS_SHARE * self.quadrature.area[history.point]
+        return 0.5 * float(weight @ ((1 - share) * carried))
 
     def _stencils(self, points: ContactPoints, active: np.ndarray) -> tuple[Stencil, Stencil]:
         history = points.history
         other = self.surfaces.stencil(history.surface[active], points.projection.xi[active])
         return self._search.stencil(history.point[active]), other
+
+
+def _known(gap: np.ndarray) -> np.ndarray:
+    """Return the least gaps (c,) [m] that gaps (c,) stand for: where no closest point was found, there is none."""
+    return np.where(np.isfinite(gap), gap, -np.inf)
+
+
+def _put(values: np.ndarray, number: np.ndarray, some: np.ndarray) -> np.ndarray:
+    """Return values (c, ...) with some (k, ...) of the given numbers (k,) in their place."""
+    values = values.copy()
+    values[number] = some
+    return values

@@ -1,4 +1,4 @@
-"""All pairs of a point and a surface that may touch, in one configuration."""
+"""Pairs of a point and a surface in one configuration: all of those that are followed which can touch there."""
 
 from __future__ import annotations
 
@@ -13,12 +13,20 @@ from knitstudy.mechanics.contact.projection import Projection
 
 @dataclass(frozen=True, eq=False)
 class ContactPoints:
-    """All candidate pairs in one configuration.
+    """Pairs in one configuration; all that is not here is open.
 
     Attributes
     ----------
     history : ContactHistory
         What they remember, in the same order.
+    followed : ContactHistory
+        Of all pairs that are followed.
+    number : ndarray of int, shape (c,)
+        Which of those these are.
+    apart : float
+        Least gap that those left out can have [m].
+    carriers : ndarray, shape (M, 3)
+        Of the surfaces, in this configuration [m].
     position : ndarray, shape (c, 3)
         Points [m].
     projection : Projection
@@ -45,6 +53,10 @@ class ContactPoints:
     """
 
     history: ContactHistory
+    followed: ContactHistory
+    number: np.ndarray
+    apart: float
+    carriers: np.ndarray
     position: np.ndarray
     projection: Projection
     gap: np.ndarray

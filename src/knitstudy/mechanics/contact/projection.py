@@ -93,7 +93,7 @@ def _project(
         found[moving[still]] = True
         stuck = beyond & (np.abs(xi[moving] - (aim - step)).max(axis=1) < ACCURACY)
         moving = moving[~(still | stuck)]
-    place, tangent, curvature = surfaces.stencil(surface, xi).places(carriers)
+    place, tangent, curvature = surfaces.places(surface, xi, carriers)
     normal = np.cross(tangent[:, 1], tangent[:, 0])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     return Projection(
@@ -110,7 +110,7 @@ def _step(
     surfaces: Surfaces, carriers: np.ndarray, surface: np.ndarray, points: np.ndarray, xi: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return Newton's steps (k, 2) for the closest points, and where (k,) curvature is not left out."""
-    place, tangent, curvature = surfaces.stencil(surface, xi).places(carriers)
+    place, tangent, curvature = surfaces.places(surface, xi, carriers)
     apart = points - place
     slope = np.einsum("kai,ki->ak", tangent, apart)
     metric = np.einsum("kai,kbi->abk", tangent, tangent)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from knitstudy.mechanics.contact.quadrature import CHUNK, Quadrature
-from knitstudy.mechanics.contact.surface import Stencil, Surfaces, interpolate
+from knitstudy.mechanics.contact.surface import Stencil, Surfaces
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,17 +79,12 @@ class Search:
 
     def positions(self, point: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return where points (k,) are [m], for current carriers (M, 3)."""
-        nodes, weight = self.weights(point)
-        return interpolate(weight, nodes, carriers)
-
-    def weights(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the carriers (k, c) of points (k,) and the weights (k, c) of their places."""
-        nodes, weight = [], []
-        for low in range(0, max(len(point), 1), CHUNK):
-            stencil = self.stencil(point[low : low + CHUNK])
-            nodes.append(stencil.nodes)
-            weight.append(stencil.value.copy())  # not a view of all weights
-        return np.concatenate(nodes), np.concatenate(weight)
+        position = np.empty((len(point), 3))
+        surface, xi = self.quadrature.surface, self.quadrature.xi
+        for low in range(0, len(point), CHUNK):
+            part = slice(low, low + CHUNK)
+            position[part] = self.surfaces.positions(surface[point[part]], xi[point[part]], carriers)
+        return position
 
     def stencil(self, point: np.ndarray) -> Stencil:
         """Return the stencils of points (k,)."""

@@ -56,6 +56,26 @@ class Stencil:
         return all_six[:, 0], all_six[:, 1:3], all_six[:, 3:]
 
 
+@dataclass(frozen=True)
+class Motion:
+    """How surfaces have moved: by one affine map, and every place on top of that by at most `way`.
+
+    Attributes
+    ----------
+    shrink : float
+        Smallest stretch of the affine map.
+    way : float
+        Largest distance [m] of a place from where that map takes it.
+    """
+
+    shrink: float
+    way: float
+
+    def least(self, gap: np.ndarray | float) -> np.ndarray | float:
+        """Return the least gaps [m] that gaps [m] from before can have become; what is farther moves no nearer."""
+        return self.shrink * gap - 2 * self.way
+
+
 class Surfaces(Protocol):
     """All smooth surfaces of a model.
 
@@ -85,6 +105,14 @@ class Surfaces(Protocol):
     def stencil(self, surface: np.ndarray, xi: np.ndarray) -> Stencil:
         """Return the stencils of places xi (k, 2) on surfaces (k,)."""
 
+    def places(
+        self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return what `Stencil.places` gives at places xi (k, 2) on surfaces (k,), for carriers (M, 3)."""
+
+    def positions(self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+        """Return places (k, 3) alone [m]."""
+
     def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
         """Return xi (k, 2) moved to the nearest place within the surfaces' edges."""
 
@@ -111,8 +139,28 @@ class Surfaces(Protocol):
     def ring(self, number: int, row: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return places (k, n, 3) on rings (k,) of one surface, at the edges of cells around."""
 
-    def moved(self, now: np.ndarray, then: np.ndarray) -> float:
-        """Return how far a place of the surfaces has moved at most between two states of the carriers (M, 3) [m]."""
+    def motion(self, now: np.ndarray, then: np.ndarray) -> Motion:
+        """Return how the surfaces have moved between two states of the carriers (M, 3)."""
+
+
+def affine(now: np.ndarray, then: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return the affine map x -> x + G x + g that takes points (k, 3) nearest to where they are now.
+
+    Returns
+    -------
+    gradient : ndarray, shape (3, 3)
+        G transposed.
+    shift : ndarray, shape (3,)
+        g [m].
+    shrink : float
+        Smallest singular value of 1 + G.
+    """
+    middle = then.mean(axis=0)
+    way = now - then
+    mean = way.mean(axis=0)
+    gradient = np.linalg.lstsq(then - middle, way - mean, rcond=None)[0]
+    shrink = float(np.linalg.svd(np.eye(3) + gradient, compute_uv=False)[-1])
+    return gradient, mean - middle @ gradient, shrink
 
 
 def interpolate(weight: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:

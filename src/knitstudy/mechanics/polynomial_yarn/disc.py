@@ -1,5 +1,7 @@
 """Orthonormal polynomials on the unit disc: Zernike's, degree by degree, and a quadrature for their products.
 
+Born and Wolf 1999, Principles of Optics, section 9.2.1 and appendix VII.
+
 With z = x1 + i x2 and rho = |z|^2 the functions of degree n are c Re z^m P(2 rho - 1) and c Im z^m P(2 rho - 1),
 m = n, n - 2, ..., where P is the Jacobi polynomial P_j^(0, m), j = (n - m) / 2. Their mean square over the disc is 1,
 so that phi_0 = 1, phi_1 = 2 x1 and phi_2 = 2 x2. On the rim P is 1: they are c cos(m theta) and c sin(m theta) there.
@@ -61,14 +63,6 @@ def gradients(degree: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     first = _part(turned, kind) * radial + wave * slope * 2 * x[:, :1]
     second = _part(1j * turned, kind) * radial + wave * slope * 2 * x[:, 1:]
     return kind.factor * wave * radial, kind.factor[:, None] * np.stack([first, second], axis=-1)
-
-
-def on_rim(degree: int, angle: np.ndarray) -> np.ndarray:
-    """Return phi and its first and second derivative along the rim (3, k, n_p) at angles (k,)."""
-    kind = modes(degree)
-    phase = np.multiply.outer(angle, kind.wave) - np.where(kind.sine, np.pi / 2, 0.0)
-    value = kind.factor * np.cos(phase)
-    return np.stack([value, -kind.factor * kind.wave * np.sin(phase), -(kind.wave**2) * value])
 
 
 @cache

@@ -5,7 +5,7 @@ mean and both linear ones) move the same moments of its displacement: a complian
 closed form (`knitstudy.mechanics.cylinder`), that of the space from its own stiffness. Their difference is
 positive, since the space is a part of all displacements, and it is local. Both are taken of yarns of infinite
 length with patches at least `APART` radii apart, whose forces alternate in sign: nothing has to be held, and waves
-are independent of each other.
+are independent of each other. What for, and what comes out: docs/ties.md.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from functools import cache
 import numpy as np
 
 from knitstudy.mechanics.cylinder import surface_compliance
+from knitstudy.mechanics.disc_moments import moments, polar_rule
 from knitstudy.mechanics.polynomial_yarn import disc
 from knitstudy.mechanics.polynomial_yarn.space import Space
 from knitstudy.mechanics.polynomial_yarn.spline import Spline
@@ -24,8 +25,7 @@ APART = 6.0
 
 SHORTEST = 16.0
 """Largest wave number that is summed up, over the inverse of the patch's radius: 0.02 % of the compliance of the
-mean are
-left out, 0.5 % of that of linear moments."""
+mean are left out, 0.5 % of that of linear moments."""
 
 MIRROR = np.array([1, 1, -1])
 """Signs of moments, and of components, in the mirror that the normal and the yarn's axis span."""
@@ -128,16 +128,11 @@ def missing_compliance(
 def patch_rule(radius: float, rings: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return angle (q,), place along (q,) and weights (3, q) of the moments of a patch.
 
-    The patch is the disc in the tangent plane, seen from the axis; see `knitstudy.solids.patch`.
+    The patch is the disc in the tangent plane, seen from the axis.
     """
-    square, weight = np.polynomial.legendre.leggauss(rings)
-    count = 4 * rings
-    turn = 2 * np.pi * np.arange(count) / count
-    far = np.sqrt(0.5 * (square + 1))[:, None]
-    along, across = (far * np.cos(turn)).ravel(), (far * np.sin(turn)).ravel()
-    share = np.repeat(weight / 2 / count, count)
-    moments = np.stack([np.ones_like(along), 2 * along, 2 * across])
-    return np.arctan(radius * across), radius * along, moments * share
+    rule, weight = polar_rule(rings)
+    along, across = radius * rule.T
+    return np.arctan(across), along, moments(rule) * weight
 
 
 @cache

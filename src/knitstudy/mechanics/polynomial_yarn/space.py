@@ -25,7 +25,7 @@ LEAST_DEGREE = 2
 """Of a yarn that bends."""
 
 
-def require_degree(degree: int, key: str = "mesh.degree") -> None:
+def require_degree(degree: int) -> None:
     """Refuse degrees over the section that a yarn that bends must not have.
 
     Raises
@@ -34,12 +34,13 @@ def require_degree(degree: int, key: str = "mesh.degree") -> None:
     """
     if degree == 1:
         raise MeshError(
-            f"{key} is 1, but must be at least {LEAST_DEGREE}: sections that stay flat and linear cannot widen where a "
-            "bent yarn is compressed, which makes it (1 - nu) / ((1 + nu) (1 - 2 nu)) times too stiff, 2.1 at nu = 0.4"
+            f"mesh.degree is 1, but must be at least {LEAST_DEGREE}: sections that stay flat and linear cannot widen "
+            "where a bent yarn is compressed, which makes it (1 - nu) / ((1 + nu) (1 - 2 nu)) times too stiff, 2.1 at "
+            "nu = 0.4"
         )
     if not LEAST_DEGREE <= degree <= disc.LARGEST_DEGREE:
         raise MeshError(
-            f"{key} is {degree}, but must be a whole number from {LEAST_DEGREE} to {disc.LARGEST_DEGREE}"
+            f"mesh.degree is {degree}, but must be a whole number from {LEAST_DEGREE} to {disc.LARGEST_DEGREE}"
         )
 
 

@@ -61,7 +61,7 @@ class Spans:
         self.material = material
         self._along = along
         degree = int(degrees.max())
-        self._full, self._splines = disc.size(degree), len(degrees)
+        self._full = disc.size(degree)
         points, section = disc.quadrature(degree)
         value, gradient = disc.gradients(degree, points)
         self._table = np.stack([gradient[..., 0], gradient[..., 1], value], axis=1)  # (m, alpha, k)

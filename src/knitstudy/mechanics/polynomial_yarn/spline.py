@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import factorial
 
 import numpy as np
 import scipy.sparse as sp
@@ -84,8 +85,7 @@ class Spline:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the first function (k,) and all of them with derivatives (orders + 1, k, d + 1) at places (k,).
 
-        Outside of the yarn its last spans go on. De Boor's recursion (Piegl and Tiller 1997, The NURBS Book, sections
-        2.2 and 2.3).
+        Outside of the yarn its last spans go on.
 
         Parameters
         ----------
@@ -96,14 +96,33 @@ class Spline:
             Spans to evaluate; by default those of the places.
         """
         s = np.asarray(s, dtype=float)
-        interval = self._interval[self.span_at(s) if span is None else span]
-        found = np.zeros((orders + 1, len(s), self.degree + 1))
+        span = self.span_at(s) if span is None else span
+        beyond = s - self.spans[span, 0]
+        powers = np.zeros((len(s), orders + 1, self.degree + 1))
         for order in range(min(orders, self.degree) + 1):
+            powers[:, order, order] = factorial(order)
+            for n in range(order + 1, self.degree + 1):
+                powers[:, order, n] = powers[:, order, n - 1] * (beyond * (n / (n - order)))
+        return self.first[span], np.swapaxes(powers @ self._pieces[span], 0, 1)
+
+    @cached_property
+    def _pieces(self) -> np.ndarray:
+        """Coefficients (E, d + 1, d + 1) of the powers of the way into every span, for all functions there."""
+        derivatives = self._recursion(self.spans[:, 0], self._interval)
+        return np.stack([values / factorial(order) for order, values in enumerate(derivatives)], axis=1)
+
+    def _recursion(self, s: np.ndarray, interval: np.ndarray) -> list[np.ndarray]:
+        """Return all functions (k, d + 1) at places (k,) of spans, and each of their d derivatives.
+
+        De Boor's recursion (Piegl and Tiller 1997, The NURBS Book, sections 2.2 and 2.3).
+        """
+        found = []
+        for order in range(self.degree + 1):
             values = np.ones((len(s), 1))
             for q in range(1, self.degree + 1):
                 values = self._raise(values, q, s, interval, derive=q > self.degree - order)
-            found[order] = values
-        return interval - self.degree, found
+            found.append(values)
+        return found
 
     def _raise(
         self, lower: np.ndarray, q: int, s: np.ndarray, interval: np.ndarray, derive: bool

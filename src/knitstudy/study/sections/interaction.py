@@ -16,10 +16,9 @@ class PatchTie(Section):
         standing="inferred",
         source=(
             "sqrt(2 R delta), within which yarns of radius R are nearer to each other than delta = 5 % of "
-            "the stated 0.3 mm, "
-            "Abaqus's default; the area of one facet of that size"
+            "the stated 0.3 mm, Abaqus's default; the area of one facet of that size"
         ),
-        checked="0.1 to 0.5: force of a tied cell -1 to +15 % (docs/ties.md)",
+        checked="0.1 to 0.5: force of a tied cell of solid yarns -7 to +15 % (docs/ties.md)",
         default=0.183,
         ge=0.05,
         le=0.8,
@@ -38,8 +37,7 @@ class Tie(PatchTie):
         standing="choice",
         source=(
             "numerical; as elements become small the force of patches converges, and that of facets falls "
-            "to that of a joint "
-            "in one point (docs/ties.md)"
+            "to that of a joint in one point (docs/ties.md)"
         ),
         checked="both, on 6 to 18 elements across (docs/ties.md)",
         default="facets",

@@ -7,6 +7,9 @@ from pydantic import model_validator
 from knitstudy.mechanics.polynomial_yarn.disc import LARGEST_DEGREE
 from knitstudy.study.keys import Section, key
 
+SHORTEST, LONGEST = 0.05, 2.0
+"""Of spans, over the yarn's radius: a loop's bends have no room in longer ones, and shorter ones only cost."""
+
 LOCKS = "with 1 a section cannot widen where a bent yarn is compressed: 2.1 times too stiff at a Poisson ratio of 0.4"
 
 
@@ -38,35 +41,38 @@ class PolynomialMesh(Section):
     )
 
     span: float = key(
-        "a number > 0 and <= 4, in yarn radii, and not below mesh.crossing_span",
+        f"a number from {SHORTEST:g} to {LONGEST:g}, in yarn radii, and not below mesh.crossing_span",
         unit="yarn radii",
         standing="choice",
         source="numerical; length of a span away from crossings",
         checked="0.6 to 1.8: of one loop, force +0.8 % at 1.8 (docs/solid_yarns.md)",
         default=0.9,
-        gt=0,
-        le=4,
+        ge=SHORTEST,
+        le=LONGEST,
     )
 
     crossing_degree: int = key(
         f"a whole number from mesh.degree to {LARGEST_DEGREE}",
         standing="choice",
         source="numerical; degree of the polynomials near crossings",
-        checked="3 to 6 of a tied cell, 3 and 4 with friction: force within 0.3 % (docs/solid_yarns.md)",
+        checked=(
+            "2 to 6 of a tied cell, 2 to 4 with friction: force +2.5 and +3.6 % with 2 everywhere, within 0.4 % from "
+            "3 on (docs/solid_yarns.md)"
+        ),
         default=2,
         ge=2,
         le=LARGEST_DEGREE,
     )
 
     crossing_span: float = key(
-        "a number > 0 and <= 4, in yarn radii",
+        f"a number from {SHORTEST:g} to {LONGEST:g}, in yarn radii",
         unit="yarn radii",
         standing="choice",
         source="numerical; length of a span near crossings",
         checked="0.3 to 0.9: of a cell with friction, force +0.7 and u_z -4 % at 0.9 (docs/solid_yarns.md)",
         default=0.9,
-        gt=0,
-        le=4,
+        ge=SHORTEST,
+        le=LONGEST,
     )
 
     crossing_reach: float = key(

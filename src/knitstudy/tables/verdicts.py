@@ -1,4 +1,4 @@
-"""The paper's claims, and what this study finds of each: verdicts are computed, never written down."""
+"""The paper's claims, and what this study finds of each by which rule: verdicts are computed, never written down."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from typing import Any
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement
-from knitstudy.measures.claims.judges import JUDGES
+from knitstudy.errors import ConfigurationError
+from knitstudy.measures.claims.evidence import Evidence
+from knitstudy.measures.claims.rules import RULES
 from knitstudy.measures.selection import COURSE, VARIANTS
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
 
 @TABLES.add(
-    "claims",
+    "verdicts",
     "Claims of the paper and verdicts",
     needs=("geometry", "paper", "reference", "claims", "scenes", "every"),
     of=COURSE,
@@ -41,7 +42,7 @@ def tabulate(
     every: Mapping[str, xr.Dataset],
     **contact: Any,
 ) -> pd.DataFrame:
-    """Return every claim of the paper with a verdict.
+    """Return every claim of the paper with the rule it is judged by, what was measured, and the verdict.
 
     Parameters
     ----------
@@ -57,6 +58,11 @@ def tabulate(
         As far as a study has them: histories "tie", "rough", "isotropic" and "untied" in course tension, the contacts
         "isotropic_contacts" and "untied_contacts", "frictions", histories of a sweep by scene, and "sprung_contacts",
         contacts that give springs, by scene.
+
+    Raises
+    ------
+    ConfigurationError
+        When a claim has no rule.
     """
     evidence = Evidence(
         geometry,
@@ -69,18 +75,25 @@ def tabulate(
         frictions=contact.get("frictions", {}),
         sprung=contact.get("sprung_contacts", {}),
     )
-    rows = []
-    for claim in claims.itertuples():
-        judge = JUDGES.get(claim.id)
-        judged = judge(evidence) if judge else Judgement("", NOT_RUN)
-        rows.append(
-            {
-                "id": claim.id,
-                "where": claim.where,
-                "claim": claim.claim,
-                "measured": judged.measured,
-                "verdict": judged.verdict,
-                "note": judged.note,
-            }
+    return pd.DataFrame([_row(claim, evidence) for claim in claims.itertuples()])
+
+
+def _row(claim: Any, evidence: Evidence) -> dict[str, str]:
+    rule = RULES.get(claim.id)
+    if rule is None:
+        raise ConfigurationError(
+            f"claim {claim.id!r} has no rule by which it is judged; known are {', '.join(RULES)}: take it out of "
+            "resources/reference/paper_claims.csv, or give it one in knitstudy.measures.claims"
         )
-    return pd.DataFrame(rows)
+    judged = rule.judge(evidence)
+    return {
+        "id": claim.id,
+        "where": claim.where,
+        "claim": claim.claim,
+        "rule": rule.words,
+        "rule fixed": rule.fixed,
+        "measured": judged.measured,
+        "verdict": judged.verdict,
+        "note": judged.note,
+        "see": ", ".join(rule.see),
+    }
