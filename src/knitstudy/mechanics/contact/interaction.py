@@ -22,7 +22,7 @@ from knitstudy.mechanics.contact.points import ContactPoints
 from knitstudy.mechanics.contact.projection import Projection, project
 from knitstudy.mechanics.contact.quadrature import CHUNK, Quadrature
 from knitstudy.mechanics.contact.search import Candidates, Search
-from knitstudy.mechanics.contact.surface import Stencil, Surfaces, interpolate
+from knitstudy.mechanics.contact.surface import Stencil, Surfaces
 from knitstudy.mechanics.contact.tangent import CellPairs
 from knitstudy.mechanics.contact.tangent import stiffness as tangent
 
@@ -316,9 +316,12 @@ class Contact:
         cosine = np.empty(len(history.point))
         for low in range(0, len(cosine), CHUNK):
             part = slice(low, low + CHUNK)
-            own = self._search.stencil(history.point[part])
-            other = self.surfaces.stencil(history.surface[part], history.xi[part])
-            lines = [interpolate(each.weights[:, 1], each.nodes, before) for each in (own, other)]
+            point = history.point[part]
+            both = (
+                (self.quadrature.surface[point], self.quadrature.xi[point]),
+                (history.surface[part], history.xi[part]),
+            )
+            lines = [self.surfaces.places(*place, before)[1][:, 0] for place in both]
             sizes = np.prod([np.linalg.norm(line, axis=1) for line in lines], axis=0)
             cosine[part] = np.abs(np.einsum("ki,ki->k", *lines)) / sizes
         return np.arccos(np.minimum(cosine, 1.0))
