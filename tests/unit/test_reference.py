@@ -293,6 +293,14 @@ def test_rows_of_problems_without_two_ways_stay(copy, sources):
     assert len(both) == 2 * len(table)
 
 
+def test_values_of_scenes_that_have_changed_are_dropped(copy, sources):
+    name, *others = sources["scenes"]
+    changed = sources["scenes"] | {name: sources["scenes"][name].replace("mesh.growth", 1.3)}
+    values = read_table(kept.values_beside(copy))
+    kept.keep(values[values["scene"] == others[0]], changed, copy, "ab12")
+    assert set(read_table(kept.values_beside(copy))["scene"]) == set(others)
+
+
 def test_nothing_is_kept_of_nothing(copy, sources):
     before = copy.read_bytes()
     with pytest.raises(DataFileError, match="has no simulation of the study `reference`"):
