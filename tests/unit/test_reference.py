@@ -142,6 +142,40 @@ def test_ways_run_from_the_coarsest_to_the_finest(solid):
     assert ways[0].said == "0.45, 0.3, 0.2 mm"
 
 
+def test_smaller_knits_complete_a_way_of_one_resolution(solid):
+    """Of the same interaction, and tied; not of another resolution, load, loop or discretisation, nor larger ones."""
+    touching = {"interaction": "isotropic"}
+    one = {"pattern.loops": 1, "pattern.rows": 1}
+    (large,) = (
+        scene.replace("name", "large") for scene in way(solid, "one_point", SIZES[:1], **touching).values()
+    )
+    fitting = (
+        way(solid, "one_point", **one),
+        way(solid, "one_point", **touching, **one, **{"contact.tied_edges": "none"}),
+    )
+    others = (
+        way(solid, "one_point", (0.6e-3, 0.5e-3), **one),
+        way(solid, "one_point", **one, **{"load.direction": "wale"}),
+        way(solid, "one_point", **one, **{"yarn.diameter": 1.7e-3}),
+        way(solid, "one_point", **one, **{"tie.tolerance": 0.1}),
+        way(solid, "one_point", **one, **{"interaction": "rough", "contact.tied_edges": "none"}),
+        way(solid, "incompatible_modes", **one),
+        way(solid, "one_point", **{"pattern.loops": 4}),
+    )
+
+    def found(*more):
+        ways = ways_of([large, *(scene for each in more for scene in each.values())])
+        return ways[problem_of(large)]
+
+    assert found() == []
+    for each in others:
+        assert found(each) == []
+    (completed,) = found(*fitting)
+    assert [each.scenes[0].interaction for each in completed.like] == ["tie", "isotropic"]
+    assert completed.said == "0.45 mm as 1 x 1 tie and 1 x 1 isotropic"
+    assert len(completed.simulated) == 5
+
+
 @pytest.fixture(scope="module")
 def scenes(plain_scene):
     return study.scenes(plain_scene)
@@ -257,6 +291,14 @@ def test_rows_of_problems_without_two_ways_stay(copy, sources):
     both = read_table(copy)
     assert list(dict.fromkeys(both["problem"])) == ["another", table["problem"][0]]
     assert len(both) == 2 * len(table)
+
+
+def test_values_of_scenes_that_have_changed_are_dropped(copy, sources):
+    name, *others = sources["scenes"]
+    changed = sources["scenes"] | {name: sources["scenes"][name].replace("mesh.growth", 1.3)}
+    values = read_table(kept.values_beside(copy))
+    kept.keep(values[values["scene"] == others[0]], changed, copy, "ab12")
+    assert set(read_table(kept.values_beside(copy))["scene"]) == set(others)
 
 
 def test_nothing_is_kept_of_nothing(copy, sources):

@@ -19,7 +19,26 @@ PHYSICS = (
 """Keys that say what is simulated, beside the geometry: not how finely, how far, or by which rule ties are made."""
 
 
+UNIT = (
+    "yarn.youngs_modulus",
+    "yarn.poisson_ratio",
+    "yarn.material",
+    "load.direction",
+    "load.lateral",
+    "tie.radius",
+)
+"""Those of them that knits of the same loops share, of whatever size and however their yarns act on each other."""
+
+EXTENT = ("pattern.loops", "pattern.rows")
+
+
 def problem_of(scene: Scene) -> str:
     """Return a digest that scenes of one physical problem share, and no others."""
     keys: dict[str, Any] = {key: scene.value(key) for key in PHYSICS}
     return digest({"interaction": scene.interaction} | scene.geometry_inputs | keys)
+
+
+def loops_of(scene: Scene) -> str:
+    """Return a digest that scenes of the same loops under the same load share, however many of them there are."""
+    keys: dict[str, Any] = {key: scene.value(key) for key in UNIT}
+    return digest(keys | {key: value for key, value in scene.geometry_inputs.items() if key not in EXTENT})

@@ -72,14 +72,15 @@ def found(scenes: Mapping[str, Scene], results: Path, config: Path = CONFIG) -> 
 def keep(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, code: str) -> None:
     """Keep values of simulations with the code behind them and the day, and the limits of all that are kept.
 
-    A simulation's rows replace those of before. Rows of the reference whose problem no two ways have values of stay.
+    A simulation's rows replace those of before. Values of scenes whose keys are others now are dropped, as are those
+    that the study no longer has. Rows of the reference whose problem no two ways have values of stay.
 
     Parameters
     ----------
     values : DataFrame
         Of `tables.reference.values_of`.
     scenes : mapping of str to Scene
-        Of the study; values of others are dropped.
+        Of the study.
     kept : Path
         The reference; its values lie beside it (`values_beside`).
     code : str
@@ -93,13 +94,15 @@ def keep(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, code: st
     if values.empty:
         raise DataFileError(f"{RESULTS}: has no simulation of the study `reference` that is up to date")
     today = datetime.date.today().isoformat()
-    all_values = _with_others(values.assign(code=code, made=today), values_beside(kept), "scene")
-    all_values = all_values[all_values["scene"].isin(set(scenes))]
+    hashes = {name: scene.hash for name, scene in scenes.items()}
+    anew = values.assign(keys=values["scene"].map(hashes), code=code, made=today)
+    all_values = _with_others(anew, values_beside(kept), "scene")
+    all_values = all_values[all_values["keys"] == all_values["scene"].map(hashes)]
     reference = limits(all_values, scenes)
     of = all_values.groupby("scene")[["code", "made"]].first()
     marks = {}
     for problem, found_ways in ways_of(scenes[name] for name in of.index).items():
-        behind = of.loc[[scene.name for way in found_ways for scene in way.scenes]]
+        behind = of.loc[[name for way in found_ways for name in way.simulated]]
         marks[problem] = SEPARATOR.join(sorted(set(behind["code"]))), behind["made"].max()
     if not reference.empty:
         reference["code"], reference["made"] = zip(*reference["problem"].map(marks), strict=True)
