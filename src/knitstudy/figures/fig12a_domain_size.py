@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.cells_axis import draw_cells_axis
 from knitstudy.figures.style import MODELS, OTHER, Look, figure, panel_letter, styled
-from knitstudy.measures.cost import MEGABYTE
+from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, is_direct
 from knitstudy.measures.domain import Series, series_of
 from knitstudy.study.scene import Scene
@@ -49,7 +50,7 @@ def draw(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], paper: p
     drawing = figure(WIDTH, HEIGHT)
     left, right = drawing.subplots(1, 2)
     _panel(left, found, lambda scene: float(domain[scene.name].attrs["dof"]))
-    _panel(right, found, lambda scene: max(domain[scene.name].attrs["memory_growth"], 1e3) / MEGABYTE)
+    _panel(right, found, lambda scene: memory_growth(domain[scene.name]) / MEGABYTE)
     for axes, quantity in ((left, "degrees of freedom"), (right, "memory")):
         cells, values = _of_paper(paper, quantity)
         axes.plot(cells, values, "x", color="#8E1B5A", label="paper, contact")
@@ -80,20 +81,14 @@ def _panel(axes: Axes, found: list[Series], value: Callable[[Scene], float]) -> 
         )
         law = series.growth(values)
         axes.plot(SHOWN, law.at(SHOWN), "--" if slides else "-", color=look.colour, linewidth=0.7, marker="")
-    axes.set(xscale="log", yscale="log", xlabel="cells in a row")
-    axes.set_xticks([1, 3, 6, 10, 20, 30])
-    axes.xaxis.set_major_formatter(ScalarFormatter())
-    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_yscale("log")
+    draw_cells_axis(axes)
 
 
 def _look(scene: Scene) -> Look:
     if is_direct(scene):
-        return YARNS if discretisation(scene) == SOLID_YARNS else Look("hexahedra", *_drawn(MODELS["dns"]))
+        return YARNS if discretisation(scene) == SOLID_YARNS else replace(MODELS["dns"], label="hexahedra")
     return MODELS.get(scene.fidelity, OTHER)
-
-
-def _drawn(look: Look) -> tuple[str, str, str]:
-    return look.colour, look.dash, look.marker
 
 
 def _of_paper(paper: pd.DataFrame, quantity: str) -> tuple[np.ndarray, np.ndarray]:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from knitstudy.figures.annotation import MILLIMETRE
 from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.cells_axis import draw_cells_axis
 from knitstudy.figures.style import INTERACTIONS, MODELS, Look, figure, panel_letter, styled
 from knitstudy.measures.discretisation import is_direct
 from knitstudy.measures.domain import Series, series_of
@@ -50,16 +51,14 @@ def draw(
     """
     found = [series for series in series_of(scenes.values()) if series.scenes[0].load.strain >= STRAIN]
     drawing = figure(WIDTH, HEIGHT)
+    responses = [[domain_response(scene, domain, domain_contacts) for scene in each.scenes] for each in found]
     for axes, letter, (name, label, unit) in zip(drawing.subplots(1, 3), "abc", PANELS, strict=True):
-        for series in found:
-            responses = [domain_response(scene, domain, domain_contacts) for scene in series.scenes]
-            values = unit * np.array([getattr(response, name) for response in responses])
+        for series, answers in zip(found, responses, strict=True):
+            values = unit * np.array([getattr(answer, name) for answer in answers])
             look = _look(series)
             axes.plot(series.cells, values, label=look.label, **look.line)
-        axes.set(xscale="log", xlabel="cells in a row", ylabel=label)
-        axes.set_xticks([1, 3, 6, 10, 20, 30])
-        axes.xaxis.set_major_formatter(ScalarFormatter())
-        axes.xaxis.set_minor_formatter(NullFormatter())
+        draw_cells_axis(axes)
+        axes.set_ylabel(label)
         axes.set_ylim(0, None)
         panel_letter(axes, letter)
     handles, labels = drawing.axes[0].get_legend_handles_labels()
@@ -73,8 +72,6 @@ def _look(series: Series) -> Look:
     scene = series.scenes[0]
     if not is_direct(scene):
         look = MODELS[scene.fidelity]
-        return Look(f"{look.label}, {series.interaction}", look.colour, look.dash, look.marker)
-    look = INTERACTIONS[scene.interaction]
-    free = scene.kind.interaction.touches and scene.contact.tied_edges == "none"
-    label = f"solid yarns, {series.interaction}"
-    return Look(label, look.colour, ":" if free else look.dash, "v" if free else look.marker)
+        return replace(look, label=f"{look.label}, {series.interaction}")
+    look = replace(INTERACTIONS[scene.interaction], label=f"solid yarns, {series.interaction}")
+    return replace(look, dash=":", marker="v") if series.free else look

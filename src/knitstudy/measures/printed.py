@@ -26,7 +26,7 @@ def reported(paper: pd.DataFrame, table: str, case: str, quantity: str) -> pd.Se
         raise DataFileError(
             f"table of the paper's numbers: has no column {missing[0]!r}; needed are {COLUMNS}"
         )
-    same = (paper["table"].astype(str) == table) & (paper["case"] == case) & (paper["quantity"] == quantity)
+    same = _is(paper, table, case, quantity)
     if same.sum() != 1:
         raise DataFileError(
             f"table of the paper's numbers: table {table!r}, case {case!r}, quantity {quantity!r} is there "
@@ -47,8 +47,13 @@ def numbers(paper: pd.DataFrame, table: str, case: str, quantity: str) -> np.nda
 
 def printed(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
     """Return a number in its unit, nan where the paper prints none."""
-    same = (paper["table"].astype(str) == table) & (paper["case"] == case) & (paper["quantity"] == quantity)
-    return number(paper, table, case, quantity) if same.any() else np.nan
+    there = _is(paper, table, case, quantity).any()
+    return number(paper, table, case, quantity) if there else np.nan
+
+
+def _is(paper: pd.DataFrame, table: str, case: str, quantity: str) -> pd.Series:
+    """Return which rows are of a quantity."""
+    return (paper["table"].astype(str) == table) & (paper["case"] == case) & (paper["quantity"] == quantity)
 
 
 def _floats(row: pd.Series) -> np.ndarray:

@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.cost import MEGABYTE
+from knitstudy.measures.cost import MEGABYTE, memory_growth
+from knitstudy.measures.discretisation import is_direct
 from knitstudy.measures.domain import Series, seconds_a_newton_iteration, series_of
 from knitstudy.measures.printed import printed
 from knitstudy.study.scene import Scene
@@ -109,8 +110,7 @@ def _costs(series: Series, domain: Mapping[str, xr.Dataset]) -> tuple[np.ndarray
     histories = [domain[scene.name] for scene in series.scenes]
     return (
         np.array([float(history.attrs["dof"]) for history in histories]),
-        # Growth below a kilobyte is none.
-        np.array([max(history.attrs["memory_growth"], 1e3) for history in histories]) / MEGABYTE,
+        np.array([memory_growth(history) for history in histories]) / MEGABYTE,
         np.array([seconds_a_newton_iteration(history) for history in histories]),
     )
 
@@ -118,7 +118,6 @@ def _costs(series: Series, domain: Mapping[str, xr.Dataset]) -> tuple[np.ndarray
 def _rows(series: Series, domain: Mapping[str, xr.Dataset], paper: pd.DataFrame) -> Iterator[dict]:
     dof, memory, seconds = _costs(series, domain)
     law = series.growth(memory)
-    direct = series.scenes[0].kind.fidelity.stage == "dns"
     for place, (cells, scene) in enumerate(zip(series.cells, series.scenes, strict=True)):
         history = domain[scene.name]
         row = {
@@ -135,7 +134,7 @@ def _rows(series: Series, domain: Mapping[str, xr.Dataset], paper: pd.DataFrame)
             "Newton iterations [1]": int(history["newton_iterations"].sum()),
             "increments [1]": history.sizes["increment"] - 1,
         }
-        yield row | (_of_paper(scene, paper) if direct else {})
+        yield row | (_of_paper(scene, paper) if is_direct(scene) else {})
 
 
 def _of_paper(scene: Scene, paper: pd.DataFrame) -> dict:

@@ -17,7 +17,7 @@ from knitstudy.measures.claims.evidence import (
     verdict,
 )
 from knitstudy.measures.claims.rule import AFTER, UNRECORDED, Rule
-from knitstudy.measures.cost import MEGABYTE
+from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import UNKNOWN, Estimate, all_hold
 from knitstudy.measures.printed import REPORTED, number
@@ -343,8 +343,7 @@ def _case(evidence: Evidence, interaction: str, direction: str, fidelities: Iter
 def _savings(case: Case) -> tuple[float, float, float]:
     """Return degrees of freedom, growth of memory and time of the DNS over those of the 3D model."""
     dns, rom = (model.history.attrs for model in (case.dns, case.main["rom3d"]))
-    # Growth below a kilobyte is none.
-    memory = dns["memory_growth"] / max(rom["memory_growth"], 1e3)
+    memory = dns["memory_growth"] / memory_growth(case.main["rom3d"].history)
     return dns["dof"] / rom["dof"], memory, dns["wall_seconds"] / rom["wall_seconds"]
 
 

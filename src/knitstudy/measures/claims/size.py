@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, verdict
 from knitstudy.measures.claims.rule import BEFORE, Rule
+from knitstudy.measures.cost import memory_growth
 from knitstudy.measures.discretisation import HEXAHEDRA
 from knitstudy.measures.domain import SMALLEST, Series, contact_over_ties, series_of
 from knitstudy.measures.printed import number
@@ -26,10 +27,9 @@ def judge_size(evidence: Evidence) -> Judgement:
         )
     said, grows = [], []
     for each in series:
-        dof, memory = (
-            each.growth([max(float(evidence.every[s.name].attrs[name]), 1.0) for s in each.scenes])
-            for name in ("dof", "memory_growth")
-        )
+        histories = [evidence.every[scene.name] for scene in each.scenes]
+        dof = each.growth([history.attrs["dof"] for history in histories])
+        memory = each.growth([memory_growth(history) for history in histories])
         grows.append(abs(dof.exponent - 2) <= AS_AN_AREA)
         said.append(
             f"{each.interaction} of {', '.join(map(str, each.cells))} cells in a row: exponent {dof.exponent:.2f} of "
