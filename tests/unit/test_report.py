@@ -1,6 +1,8 @@
 """The page holds every figure and table, numbers of captions come from tables, and wrong texts are named."""
 
 import re
+from base64 import b64decode
+from io import BytesIO
 from pathlib import Path
 
 import pandas as pd
@@ -9,6 +11,7 @@ import study
 import synthetic
 import yaml
 from matplotlib.figure import Figure
+from PIL import Image
 
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures.catalogue import FIGURES
@@ -28,6 +31,7 @@ from knitstudy.measures.selection import (
 )
 from knitstudy.report.origin import origins
 from knitstudy.report.page import BY_MODEL, LONG, render
+from knitstudy.report.screen import WIDTH, for_screen
 from knitstudy.report.sources import read_sources
 from knitstudy.report.wording import cells, value
 from knitstudy.tables.catalogue import TABLES, tabulate
@@ -85,7 +89,7 @@ def page(pictures, results):
 
 
 def test_page_holds_every_figure_and_table_in_order(page):
-    pictures = re.findall(r'<img src="data:image/png;base64,[\w+/=]+" [^>]*alt="sight of (\w+)"', page)
+    pictures = re.findall(r'<img src="data:image/webp;base64,[\w+/=]+" [^>]*alt="sight of (\w+)"', page)
     assert pictures == list(FIGURES.names())
     assert pictures[0] == "fig15a_force_strain"
     for name in TABLES.names():
@@ -95,7 +99,7 @@ def test_page_holds_every_figure_and_table_in_order(page):
 def test_page_needs_nothing_from_elsewhere(page):
     loaded = re.findall(r'(?:src|srcset|poster|data)="([^"]*)"', page) + re.findall(r"url\(([^)]*)\)", page)
     assert len(loaded) == len(FIGURES.names())
-    assert all(source.startswith("data:image/png;base64,") for source in loaded)
+    assert all(source.startswith("data:image/webp;base64,") for source in loaded)
     assert not re.search(r"<(?:script|link|iframe|object)\b", page)
 
 
@@ -164,9 +168,11 @@ def test_captions_speak_of_models_that_there_are(plain_scene):
         assert column in built[table], (table, column)
 
 
-def test_page_opens_on_the_comparison_of_models(page):
+def test_page_opens_on_what_holds_and_the_comparison_of_models(page):
+    assert "Of 2 claims of the paper" in page
     assert (
-        page.index('id="comparison"')
+        page.index('id="verdicts"')
+        < page.index('id="comparison"')
         < page.index('id="fig15a_force_strain"')
         < page.index('id="rom_distance"')
     )
@@ -189,6 +195,19 @@ def test_missing_caption_is_named(pictures, results):
         ConfigurationError, match=r"figures\.fig15a_force_strain must have the texts alt, .*'paper' is"
     ):
         render(REPORT / "template.html", captions, pictures, results, pd.DataFrame(), "ci")
+
+
+def test_pictures_are_of_the_size_of_a_screen(tmp_path):
+    path = tmp_path / "wide.png"
+    save(Figure(figsize=(7, 3)), [path], {}, "wide")
+    picture = for_screen(path)
+    kept = b64decode(picture.uri.removeprefix("data:image/webp;base64,"))
+    assert Image.open(BytesIO(kept)).size == (WIDTH, round(WIDTH * 3 / 7))
+    assert (picture.width, picture.height) == (2100, 900)
+
+
+def test_pictures_lead_to_the_full_ones(page):
+    assert re.findall(r'<a href="figures/(\w+)\.png"><img ', page) == list(FIGURES.names())
 
 
 def test_picture_that_is_none_is_named(tmp_path, results):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -11,12 +10,12 @@ from typing import Any
 
 import jinja2
 import pandas as pd
-from PIL import Image, UnidentifiedImageError
 
-from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.saving import FALLBACK_RENDERER
 from knitstudy.measures.catalogue import Catalogue, Display
+from knitstudy.report.screen import ScreenPicture, for_screen
 from knitstudy.report.wording import NOTHING, cells, value
 from knitstudy.tables.catalogue import TABLES
 
@@ -26,8 +25,8 @@ TEXTS = ("alt", "caption", "paper", "ours")
 BY_MODEL = ("rom_distance", "table5_cost", "beams")
 """Tables with a row for each model that a study has."""
 
-COMPARISON, OPENING = "fig15", ("rom_distance", "table5_cost")
-"""What the page opens on: the figures whose names begin so, and the tables that belong to them."""
+COMPARISON, COMPARED = "fig15", ("rom_distance", "table5_cost")
+"""What follows the verdicts that the page opens on: figures whose names begin so, and tables that belong to them."""
 
 LONG = 40
 """Rows from which on a table is folded."""
@@ -35,16 +34,22 @@ LONG = 40
 
 @dataclass(frozen=True)
 class FigureItem:
-    """A figure on the page; ``image`` is a data URI, ``fallback`` whether it was drawn without VTK."""
+    """A figure on the page."""
 
     name: str
     title: str
-    image: str
-    width: int
-    height: int
-    origin: str
-    fallback: bool
+    picture: ScreenPicture
     texts: Mapping[str, str]
+
+    @property
+    def origin(self) -> str:
+        """What it was drawn from."""
+        return self.picture.said.get("Source", "")
+
+    @property
+    def fallback(self) -> bool:
+        """Whether it was drawn without VTK."""
+        return self.picture.said.get("Renderer") == FALLBACK_RENDERER
 
 
 @dataclass(frozen=True)
@@ -106,7 +111,7 @@ def render(
         figures=_in_order(items, FIGURES),
         tables=_in_order(built, TABLES),
         comparison=COMPARISON,
-        opening=OPENING,
+        compared=COMPARED,
         long=LONG,
         verdicts=results.get("verdicts", pd.DataFrame()).fillna("").to_dict("records"),
         provenance=_item("provenance", "Data files", "", cells(provenance)),
@@ -130,22 +135,10 @@ def _in_order(items: Mapping[str, Any], catalogue: Catalogue) -> list[Any]:
 def _figure(path: Path, captions: Mapping[str, Any], environment: jinja2.Environment) -> FigureItem:
     name = path.stem
     display = FIGURES.find(name)
-    try:
-        with Image.open(path) as image:
-            width, height, said = *image.size, dict(image.info)
-    except (OSError, UnidentifiedImageError) as error:
-        raise DataFileError(f"{path}: is no picture ({error}); make it again with `make study`") from error
     texts = _texts(captions, "figures", display, TEXTS)
-    return FigureItem(
-        name=name,
-        title=display.title,
-        image=f"data:image/png;base64,{b64encode(path.read_bytes()).decode()}",
-        width=width,
-        height=height,
-        origin=said.get("Source", ""),
-        fallback=said.get("Renderer") == FALLBACK_RENDERER,
-        texts={key: _filled(text, f"{key} of {name}", environment) for key, text in texts.items()},
-    )
+    picture = for_screen(path)
+    filled = {key: _filled(text, f"{key} of {name}", environment) for key, text in texts.items()}
+    return FigureItem(name, display.title, picture, filled)
 
 
 def _table(name: str, table: pd.DataFrame, captions: Mapping[str, Any]) -> TableItem:

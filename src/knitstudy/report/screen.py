@@ -1,0 +1,50 @@
+"""Pictures as a page holds them: as many points as a screen shows."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+
+from PIL import Image, UnidentifiedImageError
+
+from knitstudy.errors import DataFileError
+
+WIDTH = 1500
+"""Points in a row: the widest picture of the page on a screen of nearly two points a pixel. The file keeps them all."""
+
+QUALITY = 85
+"""Of WebP, in which lines and letters stay sharp."""
+
+
+@dataclass(frozen=True)
+class ScreenPicture:
+    """A picture as a data URI, with the size [points] of its file and what the file says of itself."""
+
+    uri: str
+    width: int
+    height: int
+    said: dict[str, str]
+
+
+def for_screen(path: Path) -> ScreenPicture:
+    """Return a picture as a screen shows it.
+
+    Raises
+    ------
+    DataFileError
+        When it cannot be read.
+    """
+    stored = BytesIO()
+    try:
+        with Image.open(path) as image:
+            width, height, said = *image.size, dict(image.info)
+            shown = image.convert("RGB")
+    except (OSError, UnidentifiedImageError) as error:
+        raise DataFileError(f"{path}: is no picture ({error}); make it again with `make study`") from error
+    shown.thumbnail((WIDTH, height), Image.Resampling.LANCZOS)
+    shown.save(stored, "WEBP", quality=QUALITY)
+    return ScreenPicture(
+        f"data:image/webp;base64,{b64encode(stored.getvalue()).decode()}", width, height, said
+    )
