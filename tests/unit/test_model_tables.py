@@ -202,7 +202,7 @@ def test_cost_beside_the_papers_for_ties_only(every, scenes, reference):
     assert tie["DNS's time over this [1]"] == pytest.approx(200)
     assert tie["element, paper"] == "B31"
     assert np.isnan(slides["degrees of freedom, paper [1]"])
-    assert table.loc["DNS; tie constraint, course", "mesh size [m]"] == 0.3e-3
+    assert table.loc["DNS, one-point hexahedra of 0.30 mm; tie constraint, course", "mesh size [m]"] == 0.3e-3
     assert table.loc["2D ROM; tie constraint, wale", "mesh size [m]"] == pytest.approx(2.5e-3)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.discretisation import is_direct, made_of
+from knitstudy.measures.discretisation import HEXAHEDRA, discretisation, is_direct, made_of
 from knitstudy.measures.names import INTERACTIONS, NAMES
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.selection import CASES, beams_of, models_of, others_of, reduced_of
@@ -81,6 +81,13 @@ class Case:
     def label(self) -> str:
         """Interaction and direction in words."""
         return f"{INTERACTIONS[self.interaction]}, {self.direction}"
+
+    @property
+    def by_hexahedra(self) -> Simulation | None:
+        """The direct simulation by the paper's element, on the finest of its meshes, if there is one."""
+        direct = (self.dns, *self.others)
+        found = [model for model in direct if discretisation(model.scene) == HEXAHEDRA["one_point"]]
+        return min(found, key=lambda model: model.scene.mesh.size, default=None)
 
     def name_of(self, model: Simulation) -> str:
         """Return what one of the models is called: "DNS" the main direct simulation."""

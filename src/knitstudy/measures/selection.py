@@ -86,14 +86,12 @@ REDUCED = ("rom3d", "rom2d")
 ALIKE = (
     "specimen",
     "knit",
-    "mesh.size",
-    "mesh.element",
     "load.direction",
     "load.lateral",
     "contact.normal_stiffness",
     "contact.augmentations",
 )
-"""Keys that scenes share when they are compared; they may be pulled to different strains."""
+"""Keys that scenes of the same yarns share when they are compared; they may be pulled to different strains."""
 
 LOADED_ALIKE = ("specimen", "knit", "interaction", "yarn", "load.direction", "load.strain", "load.lateral")
 """Keys that simulations of one case share."""
@@ -199,7 +197,7 @@ def sprung(scenes: Iterable[Scene]) -> list[Scene]:
 
 def variants_of(main: Scene, scenes: Iterable[Scene]) -> dict[str, Scene]:
     """Return the first direct simulation of every interaction (`VARIANTS`) that compares with a scene."""
-    alike = _direct(scenes, main, ALIKE)
+    alike = [scene for scene in _direct(scenes, main, ALIKE) if made_of(scene) == made_of(main)]
     found = {name: [scene for scene in alike if _fits(scene, of)] for name, of in VARIANTS.items()}
     return {name: fitting[0] for name, fitting in found.items() if fitting}
 

@@ -7,11 +7,10 @@ from collections.abc import Iterator, Mapping
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.cases import Case, Simulation, cases_of
+from knitstudy.measures.cases import Case, Simulation, cases_of, label_of
 from knitstudy.measures.comparison import OVER_REFERENCE, UNCERTAIN
 from knitstudy.measures.cost import MEGABYTE, element_length
 from knitstudy.measures.discretisation import discretisation
-from knitstudy.measures.names import NAMES
 from knitstudy.measures.printed import REPORTED, number, reported
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
@@ -34,7 +33,8 @@ def tabulate(
     """Return size, memory and time of the main models of each case.
 
     Memory growth is the largest resident memory above that of the process just before the simulation. The
-    degrees of freedom are counted as the paper does, before ties and joints are eliminated.
+    degrees of freedom are counted as the paper does, before ties and joints are eliminated. "DNS" of the ratios is
+    that of the paper's element where a case has it, and else the main one.
 
     Parameters
     ----------
@@ -74,18 +74,22 @@ COLUMNS = [
 
 
 def _rows(case: Case, paper: pd.DataFrame) -> Iterator[dict]:
-    models = {"dns": case.dns, **case.main}
+    direct = [case.by_hexahedra or case.dns]
+    direct += [case.dns] if case.dns is not direct[0] else []
     for fidelity in REPORTED:
-        if fidelity in models:
-            yield _row(fidelity, models[fidelity], case, paper)
+        for model in direct if fidelity == "dns" else filter(None, [case.main.get(fidelity)]):
+            yield _row(fidelity, model, direct[0], case, paper)
 
 
-def _row(fidelity: str, model: Simulation, case: Case, paper: pd.DataFrame) -> dict:
-    history, cost, dns = model.history, model.history.attrs, case.dns.history.attrs
+def _row(fidelity: str, model: Simulation, first: Simulation, case: Case, paper: pd.DataFrame) -> dict:
+    history, cost, dns = model.history, model.history.attrs, first.history.attrs
     ratio = case.reference.force_ratio(history)
-    theirs = _reported(paper, fidelity) if case.interaction == "tie" and case.direction == "course" else {}
+    printed = (
+        case.interaction == "tie" and case.direction == "course" and (fidelity != "dns" or model is first)
+    )
+    theirs = _reported(paper, fidelity) if printed else {}
     values = {
-        "model": f"{NAMES[fidelity]}; {case.label}",
+        "model": f"{label_of(model.scene)}; {case.label}",
         "scene": model.scene.name,
         "element": discretisation(model.scene) if fidelity == "dns" else BEAM,
         "mesh size [m]": model.scene.value("mesh.size") if fidelity == "dns" else element_length(history),

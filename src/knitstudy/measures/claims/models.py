@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from knitstudy.measures.cases import Case, is_plain
+from knitstudy.measures.cases import Case, Simulation, is_plain
 from knitstudy.measures.claims.evidence import (
     NOT_RUN,
     REPRODUCED,
@@ -164,15 +164,20 @@ def _by_penalty(evidence: Evidence, direction: str) -> str:
 def judge_cost(evidence: Evidence) -> Judgement:
     """R5: what the reduced models save with ties, at the paper's mesh size."""
     case = _case(evidence, "tie", "course", ("rom3d", "rom2d"))
-    if case is None:
-        return Judgement("", NOT_RUN, "the study has not all models of ties in course tension")
+    if case is None or case.by_hexahedra is None:
+        return Judgement(
+            "",
+            NOT_RUN,
+            "the study has not all models of ties in course tension, the paper's element among them",
+        )
+    direct = case.by_hexahedra
     printed = {
         quantity: _reported(evidence, "dns", quantity) / _reported(evidence, "rom3d", quantity)
         for quantity in ("degrees of freedom", "memory")
     }
-    dof, memory, seconds = _savings(case)
+    dof, memory, seconds = _savings(direct, case)
     grown = {
-        name: model.history.attrs["memory_growth"] for name, model in (("dns", case.dns), *case.main.items())
+        name: model.history.attrs["memory_growth"] for name, model in (("dns", direct), *case.main.items())
     }
     measured = (
         f"3D ROM: {dof:.1f} times fewer DOF (paper {printed['degrees of freedom']:.1f}), memory growth "
@@ -187,7 +192,7 @@ def judge_cost(evidence: Evidence) -> Judgement:
     note = (
         "the yarn's length and diameter were inferred from the printed DOF: that part was used in calibration"
     )
-    size, wanted = case.dns.scene.mesh.size, _reported(evidence, "dns", "mesh size")
+    size, wanted = direct.scene.mesh.size, _reported(evidence, "dns", "mesh size")
     if not np.isclose(size, wanted):
         return Judgement(
             measured, NOT_RUN, f"elements of {1e3 * size:g} mm, the paper's of {1e3 * wanted:g} mm; {note}"
@@ -196,22 +201,24 @@ def judge_cost(evidence: Evidence) -> Judgement:
 
 
 def judge_cost_with_friction(evidence: Evidence) -> Judgement:
-    """R6: with isotropic friction the 3D model saves as much as with ties."""
+    """R6: with isotropic friction the 3D model saves as much as with ties; over the paper's element if both have it."""
     tie, slides = (_case(evidence, kind, "course", ("rom3d",)) for kind in ("tie", "isotropic"))
     if tie is None or slides is None:
         return Judgement(
             "", NOT_RUN, "the study has no 3D ROM with ties and with isotropic friction in course tension"
         )
-    saved, with_ties = _savings(slides), _savings(tie)
+    by_hexahedra = tie.by_hexahedra and slides.by_hexahedra
+    direct = [case.by_hexahedra if by_hexahedra else case.dns for case in (slides, tie)]
+    saved, with_ties = _savings(direct[0], slides), _savings(direct[1], tie)
     names = ("DOF", "memory growth", "time")
-    measured = "DNS over 3D ROM: " + ", ".join(
+    measured = f"DNS ({made_of(direct[0].scene)}) over 3D ROM: " + ", ".join(
         f"{name} {mine:,.4g} (ties {theirs:,.4g})"
         for name, mine, theirs in zip(names, saved, with_ties, strict=True)
     )
     holds = all(mine >= AS_MUCH * theirs for mine, theirs in zip(saved, with_ties, strict=True))
     judged = Judgement(measured, verdict(holds), f"as much: {AS_MUCH:.0%} of each or more")
-    histories = [model.history for case in (tie, slides) for model in (case.dns, case.main["rom3d"])]
-    return at_full_strain(evidence, judged, histories, slides.dns.scene.name)
+    models = [*direct, tie.main["rom3d"], slides.main["rom3d"]]
+    return at_full_strain(evidence, judged, [model.history for model in models], slides.dns.scene.name)
 
 
 def judge_beams(evidence: Evidence) -> Judgement:
@@ -340,9 +347,9 @@ def _case(evidence: Evidence, interaction: str, direction: str, fidelities: Iter
     )
 
 
-def _savings(case: Case) -> tuple[float, float, float]:
-    """Return degrees of freedom, growth of memory and time of the DNS over those of the 3D model."""
-    dns, rom = (model.history.attrs for model in (case.dns, case.main["rom3d"]))
+def _savings(direct: Simulation, case: Case) -> tuple[float, float, float]:
+    """Return degrees of freedom, growth of memory and time of a direct simulation over those of the 3D model."""
+    dns, rom = (model.history.attrs for model in (direct, case.main["rom3d"]))
     memory = dns["memory_growth"] / memory_growth(case.main["rom3d"].history)
     return dns["dof"] / rom["dof"], memory, dns["wall_seconds"] / rom["wall_seconds"]
 

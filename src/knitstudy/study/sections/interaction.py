@@ -67,7 +67,7 @@ class TiedEdges(Section):
             "section 2.3, Fig. 3: top and bottom rows are tied in course tension; in wale tension "
             '"for the same reason", taken as the outer columns'
         ),
-        checked="outer and none (scene dns-isotropic-course-untied)",
+        checked="outer and none (scene inputs-untied-isotropic-course)",
     )
 
 
