@@ -20,8 +20,8 @@ from knitstudy.mechanics.determinant import determinant, inverse
 from knitstudy.mechanics.elements.element import ElementGroup, ElementResponse
 from knitstudy.mechanics.elements.hexahedron import tangent_moduli
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.materials.hencky import rotate_strain
 from knitstudy.mechanics.materials.material import FULL, VOIGT
+from knitstudy.mechanics.materials.strain_frame import rotate_strain
 from knitstudy.mechanics.polynomial_yarn import disc
 from knitstudy.mechanics.polynomial_yarn.space import Space
 from knitstudy.mechanics.scratch import SCRATCH
