@@ -40,6 +40,9 @@ HEADWAY = 0.05
 NEAR = 1e-2
 """Residual from which one accurate step usually balances a state."""
 
+FAR = 1.0
+"""Residual of a predicted state from which a curve through the last states has led astray."""
+
 ROUGHLY = 1e-3
 """Residual at which a state is balanced well enough to see whether it will be settled."""
 
@@ -159,17 +162,13 @@ class _Path:
         self.seconds = dict.fromkeys(PHASES, 0.0)
         change = target - now.load
         begun = model.begin(now.state, target, change)
-        # Multipliers start from zero again, so does what they moved.
         rates = () if self.prescribed.turns(now.load) else now.rates[: settings.predictor]
-        total = self._predict(now, begun, target, rates) - sum(now.updates)
-        updated: list[np.ndarray] = []
-        state = model.advance(begun, total)
-        if len(rates) > 1:
-            # A curve through what came before is no straight step: it foresees the turning as well.
-            state = model.begin(state, target, change)
-        response = self._respond(state, stiffness=False)
+        state, total, response = self._predicted(now, begun, target, rates)
+        if len(rates) > 1 and not self._residual(response) <= FAR:
+            state, total, response = self._predicted(now, begun, target, rates[:1])
         self._require_finite(response)
         residuals = [self._residual(response)]
+        updated: list[np.ndarray] = []
         correction = np.inf
         tangent_is_stale, still = True, 0
         changed = response.status is not None
@@ -251,6 +250,21 @@ class _Path:
             residuals=tuple(residuals),
             timings=self.seconds,
         )
+
+    def _predicted(
+        self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]
+    ) -> tuple[Any, np.ndarray, Response]:
+        """Return the predicted state, the change (size,) that leads to it, and its response.
+
+        A straight step stretches what turns, and the state knows that. A curve through what came before foresees the
+        turning as well; but where it overshoots it presses yarns, which may have no stiffness then.
+        """
+        # Multipliers start from zero again, so does what they moved.
+        total = self._predict(now, begun, target, rates) - sum(now.updates)
+        state = self.model.advance(begun, total)
+        if len(rates) > 1:
+            state = self.model.begin(state, target, target - now.load)
+        return state, total, self._respond(state, stiffness=False)
 
     def _predict(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> np.ndarray:
         """First guess (size,) of the change of all unknowns, exact where they are prescribed."""
