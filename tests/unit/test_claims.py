@@ -288,6 +288,20 @@ def test_savings_at_another_mesh_size_decide_nothing(evidence):
     assert "elements of 0.45 mm, the paper's of 0.3 mm" in judged.note
 
 
+def test_savings_are_over_the_papers_element(evidence):
+    """Of solid yarns as main simulations the claim about ties waits, and that about friction compares these."""
+    yarns = {
+        f"dns-{kind}-course": evidence.scenes[f"dns-{kind}-course"].vary({"fidelity": "solid_yarns"})
+        for kind in ("tie", "isotropic")
+    }
+    lean = without(evidence, "dns-tie-course-medium", "dns-isotropic-course-medium")
+    lean = replace(lean, scenes=dict(lean.scenes) | yarns)
+    judged = RULES["R5"].judge(lean)
+    assert (judged.verdict, judged.measured) == ("not yet run", "")
+    assert "DNS (solid yarns of degree 2) over 3D ROM" in RULES["R6"].judge(lean).measured
+    assert "DNS (one-point hexahedra of 0.30 mm) over 3D ROM" in RULES["R6"].judge(evidence).measured
+
+
 def test_stiffer_beams_are_not_reproduced(evidence):
     """The model of one point and rigid sections judges, as the paper's has neither more."""
     assert (

@@ -56,19 +56,15 @@ def test_table_of_contact_adds_penetration_and_dissipation(history):
         energy=energy,
         smallest_gap=("increment", [1e-5, -3e-6, -1e-6]),
         augmentations=("increment", [0, 2, 1]),
-    )
+    ).assign_attrs(penetration_limit=3e-6)
     scenes = {
-        "dns": SimpleNamespace(
-            solver=SimpleNamespace(residual_tolerance=1e-6, correction_tolerance=1e-6),
-            contact=SimpleNamespace(penetration=0.01),
-            mesh=SimpleNamespace(smallest=3e-4),
-        )
+        "dns": SimpleNamespace(solver=SimpleNamespace(residual_tolerance=1e-6, correction_tolerance=1e-6))
     }
     table = catalogue.tabulate("simulation_contact", dns=contact, scenes=scenes).set_index("quantity")
-    assert table.loc["largest penetration over element size", ["value", "bar"]].tolist() == [
-        pytest.approx(0.01),
-        0.01,
-    ]
+    assert table.loc["deepest penetration", ["value", "bar"]].tolist() == [3e-6, 3e-6]
+    law = contact.assign_attrs(indentation_deepest=1e-4, penetration_limit=np.inf)
+    soft = catalogue.tabulate("simulation_contact", dns=law, scenes=scenes).set_index("quantity")
+    assert soft.loc["deepest local indentation", ["value", "bar"]].tolist() == [3e-6, 1e-4]
     assert table.loc["augmentations", "value"] == 3
     assert table.loc["friction over external work at full load", "value"] == pytest.approx(0.1)
     assert table.loc["largest stabilisation over internal energy", "value"] == pytest.approx(0.03)

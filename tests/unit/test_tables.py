@@ -191,17 +191,23 @@ def test_contact_beside_table_1(paper, scenes):
     history = synthetic.history().assign(
         smallest_gap=("increment", [np.nan, 1e-6, -2.25e-6]), augmentations=("increment", [0, 3, 1])
     )
+    penalty = history.assign_attrs(contact_stiffness=5e13, stick_stiffness=4e13, penetration_limit=3e-6)
     scene = scenes["dns"].replace("contact.friction", 0.5).replace("contact.normal_stiffness", 20)
-    table = catalogue.tabulate("table1_contact", dns=history, paper=paper, scenes={"dns": scene})
+    table = catalogue.tabulate("table1_contact", dns=penalty, paper=paper, scenes={"dns": scene})
     table = table.set_index("property")
     assert table.loc["friction coefficient", ["paper", "this study"]].tolist() == ["0.76", "0.5"]
     ratio = table.loc["contact stiffness over element stiffness"]
     assert ratio[["paper", "this study"]].tolist() == ["10", "20"]
-    modulus, size = scene.yarn.youngs_modulus, scene.mesh.size
     used = table.loc["contact stiffness, pressure over gap"]
-    assert (used["unit"], float(used["this study"])) == ("Pa/m", pytest.approx(20 * modulus / size, rel=1e-3))
-    assert table.loc["largest penetration reached over element size", "this study"] == "0.005"
+    assert (used["unit"], used["this study"]) == ("Pa/m", "5e+13")
+    reached = "deepest penetration or local indentation reached"
+    assert table.loc[reached, "this study"] == "2.25e-06"
     assert table.loc["augmentations of an increment, at most", "this study"] == "3"
+    law = history.assign_attrs(indentation_modulus=8e8, indentation_deepest=1e-4, stick_over_normal=0.73)
+    soft = catalogue.tabulate("table1_contact", dns=law, paper=paper, scenes={"dns": scene})
+    soft = soft.set_index("property")["this study"]
+    assert soft["contact stiffness over element stiffness"] == "none"
+    assert (soft["modulus of the local indentation"], soft[reached]) == ("8e+08", "2.25e-06")
 
 
 def test_yarns_that_never_came_near_have_no_penetration():

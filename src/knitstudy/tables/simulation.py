@@ -66,7 +66,7 @@ def tabulate(dns: xr.Dataset, scenes: dict[str, Scene]) -> pd.DataFrame:
         By fidelity; "dns" is read.
     """
     scene = scenes["dns"]
-    rows = [*_ties(dns), *_solution(dns, scene), *(_contact(dns, scene) if "smallest_gap" in dns else ())]
+    rows = [*_ties(dns), *_solution(dns, scene), *(_contact(dns) if "smallest_gap" in dns else ())]
     return pd.DataFrame(
         [(name, unit, float(value), bar) for name, unit, value, bar in rows],
         columns=["quantity", "unit", "value", "bar"],
@@ -102,14 +102,21 @@ def _solution(dns: xr.Dataset, scene: Scene) -> list[Row]:
     ]
 
 
-def _contact(dns: xr.Dataset, scene: Scene) -> list[Row]:
-    energy, deepest = dns["energy"].isel(increment=-1), penetration(dns) / scene.mesh.smallest
+def _contact(dns: xr.Dataset) -> list[Row]:
+    energy = dns["energy"].isel(increment=-1)
     friction = energy.sel(form="friction") / energy.sel(form="external")
     viscous = energy.sel(form="stabilisation") / energy.sel(form="internal")
     return [
-        ("largest penetration over element size", "1", deepest, scene.contact.penetration),
+        _deepest(dns),
         ("augmentations", "1", dns["augmentations"].sum(), np.nan),
         ("friction over external work at full load", "1", friction, np.nan),
         ("largest stabilisation over internal energy", "1", stabilisation_share(dns), STABILISATION),
         ("stabilisation over internal energy at full load", "1", viscous, STABILISATION_AT_END),
     ]
+
+
+def _deepest(dns: xr.Dataset) -> Row:
+    """Return how deep yarns are in each other, with what contact allows: by penalties, or as a local indentation."""
+    if "indentation_deepest" in dns.attrs:
+        return "deepest local indentation", "m", penetration(dns), dns.attrs["indentation_deepest"]
+    return "deepest penetration", "m", penetration(dns), dns.attrs["penetration_limit"]

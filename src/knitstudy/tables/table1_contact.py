@@ -11,9 +11,10 @@ from knitstudy.measures.penetration import penetration
 from knitstudy.measures.printed import number
 from knitstudy.measures.selection import ISOTROPIC_COURSE
 from knitstudy.study.scene import Scene
+from knitstudy.study.sections.interaction import SolidContact
 from knitstudy.tables.catalogue import TABLES
 
-NOT_SAID = "not said"
+NOT_SAID, NONE = "not said", "none"
 
 STATED = ("stiffness ratio (contact / element)", "stick ratio (stick / element)", "friction coefficient")
 """Numbers of Table 1."""
@@ -38,21 +39,23 @@ def tabulate(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) 
     scenes : mapping of str to Scene
         "dns" is read.
     """
-    scene = scenes["dns"]
-    contact, stiffness = scene.contact, scene.yarn.youngs_modulus / scene.mesh.smallest
+    contact = scenes["dns"].contact
     ratio, stick, friction = (number(paper, "1", "contact", quantity) for quantity in STATED)
+    relation, stiffness = _penalty(dns, contact) if "contact_stiffness" in dns.attrs else _indentation(dns)
     rows = [
-        (
-            "contact-overclosure relation",
-            "1",
-            "hard contact, by a penalty method",
-            "penalty on smooth surfaces, augmented where penetration is too deep",
-        ),
-        ("contact stiffness over element stiffness", "1", ratio, contact.normal_stiffness),
-        ("contact stiffness, pressure over gap", "Pa/m", NOT_SAID, contact.normal_stiffness * stiffness),
+        ("contact-overclosure relation", "1", "hard contact, by a penalty method", relation),
+        ("contact stiffness over element stiffness", "1", ratio, stiffness.get("ratio", NONE)),
+        ("contact stiffness, pressure over gap", "Pa/m", NOT_SAID, stiffness.get("normal", NONE)),
+        ("modulus of the local indentation", "Pa", NONE, stiffness.get("modulus", NONE)),
         ("friction model", "1", "isotropic Coulomb", "isotropic Coulomb, convected slip"),
-        ("stick stiffness over element stiffness", "1", stick, contact.tangential_stiffness),
-        ("stick stiffness, traction over slip", "Pa/m", NOT_SAID, contact.tangential_stiffness * stiffness),
+        ("stick stiffness over element stiffness", "1", stick, stiffness.get("stick ratio", NONE)),
+        ("stick stiffness, traction over slip", "Pa/m", NOT_SAID, stiffness.get("stick", NONE)),
+        (
+            "stick over normal stiffness of the local indentation",
+            "1",
+            NONE,
+            stiffness.get("stick over normal", NONE),
+        ),
         ("friction coefficient", "1", friction, contact.friction),
         (
             "discretisation",
@@ -61,19 +64,35 @@ def tabulate(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) 
             "Gauss points to smooth surface, finite sliding, both ways with half the stiffness each",
         ),
         ("Gauss points a facet", "1", NOT_SAID, contact.points**2),
-        ("largest penetration allowed over element size", "1", NOT_SAID, contact.penetration),
-        (
-            "largest penetration reached over element size",
-            "1",
-            NOT_SAID,
-            penetration(dns) / scene.mesh.smallest,
-        ),
+        ("deepest penetration or local indentation allowed", "m", NOT_SAID, stiffness["allowed"]),
+        ("deepest penetration or local indentation reached", "m", NOT_SAID, penetration(dns)),
         ("augmentations of an increment, at most", "1", NOT_SAID, dns["augmentations"].max().item()),
-        ("stabilisation, viscosity over E", "1", "used, not said", scene.solver.stabilisation),
+        ("stabilisation, viscosity over E", "1", "used, not said", scenes["dns"].solver.stabilisation),
     ]
     return pd.DataFrame(
         [(name, unit, _text(theirs), _text(ours)) for name, unit, theirs, ours in rows],
         columns=["property", "unit", "paper", "this study"],
+    )
+
+
+def _penalty(dns: xr.Dataset, contact: SolidContact) -> tuple[str, dict[str, float]]:
+    return "penalty on smooth surfaces, augmented where penetration is too deep", {
+        "ratio": contact.normal_stiffness,
+        "normal": dns.attrs["contact_stiffness"],
+        "stick ratio": contact.tangential_stiffness,
+        "stick": dns.attrs["stick_stiffness"],
+        "allowed": dns.attrs["penetration_limit"],
+    }
+
+
+def _indentation(dns: xr.Dataset) -> tuple[str, dict[str, float]]:
+    return (
+        "hard contact, in series with the local indentation that polynomials over the section do not show",
+        {
+            "modulus": dns.attrs["indentation_modulus"],
+            "stick over normal": dns.attrs["stick_over_normal"],
+            "allowed": dns.attrs["indentation_deepest"],
+        },
     )
 
 

@@ -207,8 +207,9 @@ def judge_cost_with_friction(evidence: Evidence) -> Judgement:
         return Judgement(
             "", NOT_RUN, "the study has no 3D ROM with ties and with isotropic friction in course tension"
         )
-    by_hexahedra = tie.by_hexahedra and slides.by_hexahedra
-    direct = [case.by_hexahedra if by_hexahedra else case.dns for case in (slides, tie)]
+    direct = [slides.by_hexahedra, tie.by_hexahedra]
+    if None in direct or made_of(direct[0].scene) != made_of(direct[1].scene):
+        direct = [slides.dns, tie.dns]
     saved, with_ties = _savings(direct[0], slides), _savings(direct[1], tie)
     names = ("DOF", "memory growth", "time")
     measured = f"DNS ({made_of(direct[0].scene)}) over 3D ROM: " + ", ".join(
