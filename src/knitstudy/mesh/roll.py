@@ -6,11 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from knitstudy.mesh.spacing import SAME
+
 TIE_DIGITS = 6
 """Digits of a facet step to which two ways round are equally far, so that rounding does not choose."""
-
-SAME = 1e-9
-"""Share of a yarn's length within which two arc lengths are one."""
 
 
 @dataclass(frozen=True, eq=False)

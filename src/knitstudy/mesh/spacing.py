@@ -15,7 +15,7 @@ SpacingFunction = Callable[[np.ndarray], np.ndarray]
 
 SAMPLES_PER_ELEMENT = 32
 
-ROUNDING = 1e-9
+SAME = 1e-9
 """Share of a yarn's length within which two arc lengths are one."""
 
 COUNT_DIGITS = 6
@@ -129,7 +129,7 @@ def place_slices(
 def _distinct(ends: np.ndarray, length: float) -> np.ndarray:
     """Ascending arc lengths in m from 0 to ``length``, without those that rounding alone sets apart."""
     ends = np.sort(ends)
-    ends = ends[np.diff(ends, prepend=-length) > ROUNDING * length]
+    ends = ends[np.diff(ends, prepend=-length) > SAME * length]
     ends[[0, -1]] = 0.0, length
     return ends
 
