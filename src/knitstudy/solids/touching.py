@@ -150,9 +150,9 @@ def _penetration(scene: Scene, yarns: Discretisation) -> Penetration:
 def _overlap(scene: Scene, yarns: Discretisation) -> tuple[str, float]:
     """Return how far tied yarns may overlap beside their ties [m], after the key that says so.
 
-    Where sections cannot show local indentation it is what the undeformed surfaces are apart at the edge of the disc,
-    a^2 / R: flattening the disc indents them as deep.
+    Beside a disc that is tied, what the undeformed surfaces are apart at its edge, a^2 / R: flattening the disc indents
+    them as deep, and nothing but contact would keep the rest apart.
     """
-    if scene.value("contact.law") == "indentation":
-        return "tie.radius", scene.tie.radius**2 * yarns.mesh.radius
-    return "contact.penetration", scene.contact.penetration * yarns.size
+    if scene.value("tie.rule") == "facets":
+        return "contact.penetration", scene.contact.penetration * yarns.size
+    return "tie.radius", scene.tie.radius**2 * yarns.mesh.radius
