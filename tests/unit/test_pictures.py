@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures import picture
-from knitstudy.figures.surface import Surface, arrow, rod, sphere, tube
+from knitstudy.figures.shapes import arrow, rod, sphere, tube
+from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import FRONT, View
 
 

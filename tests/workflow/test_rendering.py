@@ -5,7 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from knitstudy.figures import picture
-from knitstudy.figures.surface import sphere
+from knitstudy.figures.shapes import sphere
 from knitstudy.figures.view import View
 
 

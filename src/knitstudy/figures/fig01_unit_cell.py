@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 from knitstudy.figures.annotation import MILLIMETRE, scale_bar, triad
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import bounds, show
+from knitstudy.figures.shapes import sphere, tube
 from knitstudy.figures.style import PAPER, YARNS, figure, panel_letter, styled
-from knitstudy.figures.surface import Surface, sphere, tube
+from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.selection import TIED_COURSE

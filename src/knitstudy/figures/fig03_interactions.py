@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from knitstudy.figures.annotation import MILLIMETRE
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.front import front_view
+from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import ACCENT, INK, PAPER, YARNS, styled, tint
-from knitstudy.figures.surface import tube
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.arcs import head_arcs, sinker_arcs
 from knitstudy.geometry.pattern import Knit

@@ -11,8 +11,8 @@ from matplotlib.lines import Line2D
 from knitstudy.figures.annotation import HALO, MILLIMETRE
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.front import front_view
+from knitstudy.figures.shapes import yarn_of_mesh
 from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, YARNS, styled, tint
-from knitstudy.figures.surface import yarn_of_mesh
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.selection import TIED_COURSE

@@ -11,8 +11,9 @@ from knitstudy.figures.annotation import MILLIMETRE, label, scale_bar, triad
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.interlock import InterlockSide, piece
 from knitstudy.figures.picture import bounds, show
+from knitstudy.figures.shapes import arrow, plate, rod
 from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE, figure, styled
-from knitstudy.figures.surface import Surface, arrow, plate, rod
+from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.selection import TIED_COURSE

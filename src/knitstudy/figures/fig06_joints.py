@@ -11,8 +11,9 @@ from knitstudy.figures.annotation import HALO, MILLIMETRE, label, scale_bar, tri
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.interlock import InterlockSide, piece
 from knitstudy.figures.picture import bounds, show
+from knitstudy.figures.shapes import arrow, rod, sphere, tube
 from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, panel_letter, styled
-from knitstudy.figures.surface import Surface, arrow, rod, sphere, tube
+from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.selection import TIED_COURSE

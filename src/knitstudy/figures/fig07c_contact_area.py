@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import show
+from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import ACCENT, DOUBLE, INK, YARNS, figure, panel_letter, styled, tint
-from knitstudy.figures.surface import Surface, tube
+from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.centre_cell import Snapshot, centre_cell, snapshots

@@ -11,8 +11,8 @@ from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar, triad
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.elevation import colour_bar, colours, levels
 from knitstudy.figures.picture import bounds, show
+from knitstudy.figures.shapes import graded_tube, tube
 from knitstudy.figures.style import ACCENT, DOUBLE, FAINT, INK, figure, panel_letter, styled, tint
-from knitstudy.figures.surface import graded_tube, tube
 from knitstudy.figures.view import FRONT, View
 from knitstudy.measures.response import Z, transverse_contraction
 from knitstudy.measures.selection import ISOTROPIC_COURSE

@@ -15,8 +15,9 @@ from knitstudy.errors import GeometryError
 from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import show
+from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import DOUBLE, INK, MODELS, PAPER, figure, panel_letter, styled
-from knitstudy.figures.surface import Surface, tube
+from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.centre_cell import centre_cell

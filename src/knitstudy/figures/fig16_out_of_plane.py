@@ -13,8 +13,9 @@ from knitstudy.figures.annotation import MILLIMETRE, scale_bar, triad
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.elevation import colour_bar, colours, levels
 from knitstudy.figures.picture import bounds, show
+from knitstudy.figures.shapes import graded_tube
 from knitstudy.figures.style import DOUBLE, figure, panel_letter, styled
-from knitstudy.figures.surface import Surface, graded_tube
+from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import FRONT
 from knitstudy.measures.names import INTERACTIONS, NAMES
 from knitstudy.measures.quantities import RMS_U_Z, rms_out_of_plane

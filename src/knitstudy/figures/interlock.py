@@ -8,8 +8,9 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import DataFileError
+from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import YARNS
-from knitstudy.figures.surface import Surface, tube
+from knitstudy.figures.surface import Surface
 from knitstudy.geometry.pattern import Knit
 from knitstudy.networks.rom.points import contact_normal_planes, joint_points
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from knitstudy.figures.surface import Surface, tube
+from knitstudy.figures.shapes import tube
+from knitstudy.figures.surface import Surface
 from knitstudy.mechanics.cauchy import principal_axes
 from knitstudy.mechanics.materials.material import FULL
 from knitstudy.mesh.sweep import SweptMesh
