@@ -189,6 +189,14 @@ def test_long_tables_are_folded_and_empty_ones_left_out(pictures, results):
     assert 'id="beams"' not in page
 
 
+def test_short_tables_are_turned_if_their_rows_have_names(pictures):
+    wide = pd.DataFrame({"a": ["x", "y"], "b": [1, 2], "c": [3, 4]})
+    for first, turned in ((["x", "y"], True), (["x", "x"], False)):
+        tables = {"beams": wide.assign(a=first)}
+        page = render(REPORT / "template.html", CAPTIONS, [], tables, pd.DataFrame({"file": ["a.nc"]}), "ci")
+        assert ('<th scope="row">b</th>' in page) is turned
+
+
 def test_missing_caption_is_named(pictures, results):
     captions = {"figures": {"fig15a_force_strain": {"alt": "", "caption": ""}}}
     with pytest.raises(

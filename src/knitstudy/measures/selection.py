@@ -29,6 +29,7 @@ from typing import Any
 
 from knitstudy.measures.discretisation import is_direct, made_of
 from knitstudy.measures.domain import series_of
+from knitstudy.measures.problem import problem_of
 from knitstudy.measures.quantities import STRAINS
 from knitstudy.measures.sweeps import FRICTION, swept
 from knitstudy.measures.variations import COEFFICIENT, WITHOUT_LIMIT, variations
@@ -165,9 +166,15 @@ def reduced_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
 
 
 def others_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
-    """Return the direct simulations that differ from one in nothing but what the yarns are made of."""
-    keys = (*LOADED_ALIKE, "contact", "tie")
-    return [scene for scene in _direct(scenes, main, keys) if made_of(scene) != made_of(main)]
+    """Return the direct simulations of one problem with yarns that are made otherwise; none by penalties alone."""
+    problem = problem_of(main)
+    return [
+        scene
+        for scene in _direct(scenes, main, ("load.strain", "tie.rule"))
+        if made_of(scene) != made_of(main)
+        and scene.value("contact.augmentations") != 0
+        and problem_of(scene) == problem
+    ]
 
 
 def penalties_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:

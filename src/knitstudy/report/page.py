@@ -145,7 +145,7 @@ def _table(name: str, table: pd.DataFrame, captions: Mapping[str, Any]) -> Table
     display = TABLES.find(name)
     caption = _texts(captions, "tables", display, ("caption",))["caption"]
     text = cells(table)
-    if len(text) < len(text.columns):  # turned, it fits narrow screens
+    if len(text) < len(text.columns) and text.iloc[:, 0].is_unique:  # turned, it fits narrow screens
         text = text.set_index(text.columns[0]).T.rename_axis("").reset_index()
     return _item(name, display.title, caption, text)
 
