@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.style import FAINT, INK, SINGLE, Look, figure
+from knitstudy.figures.style import FAINT, INCH, INK, SINGLE, Look, figure
 from knitstudy.measures.centre_cell import Snapshot
 from knitstudy.measures.reference import Reference
 
@@ -59,24 +59,36 @@ def draw_curves(curves: Sequence[Curve], quantity: str, unit: str, direction: st
     return drawing
 
 
-ROOM, LINE = (3.0, 66.0, 12.0), 3.6
-"""Above the axes, their height, and below them for their labels; and a line of the legend [mm]."""
+ROOM = (3.0, 66.0, 14.0)
+"""Above the axes, their height, and below them for their labels [mm]."""
 
 
-def figure_over_legend(lines: int) -> tuple[Figure, Axes]:
-    """Return a figure and its axes, with room below for a legend of so many lines in two columns."""
-    head, height, foot = ROOM
-    below = LINE * (1 + (lines + 1) // 2) + foot
-    whole = head + height + below
-    drawing = figure(WIDTH, whole)
-    return drawing, drawing.add_axes((0.12, below / whole, 0.75, height / whole))
+def figure_over_legend() -> tuple[Figure, Axes]:
+    """Return a figure and its axes, for a legend that `draw_legend_below` draws when all curves are there."""
+    drawing = figure(WIDTH, sum(ROOM))
+    return drawing, drawing.add_axes((0.12, 0.0, 0.75, 1.0))
 
 
 def draw_legend_below(drawing: Figure) -> None:
-    """Draw the legend of a figure where `figure_over_legend` has left room for it."""
-    drawing.legend(
-        loc="lower left", ncols=2, fontsize=6.0, handlelength=3.0, columnspacing=1.0, borderaxespad=0.4
-    )
+    """Draw the legend below the axes, in two columns if their width allows, and make room for it."""
+    for columns in (2, 1):
+        legend = drawing.legend(
+            loc="lower left",
+            ncols=columns,
+            fontsize=6.0,
+            handlelength=3.0,
+            columnspacing=1.0,
+            borderaxespad=0.4,
+        )
+        box = legend.get_window_extent()
+        if columns == 1 or box.width <= drawing.bbox.width:
+            break
+        legend.remove()
+    head, height, foot = ROOM
+    below = foot + INCH * box.height / drawing.dpi
+    whole = head + height + below
+    drawing.set_size_inches(WIDTH / INCH, whole / INCH)
+    drawing.axes[0].set_position((0.12, below / whole, 0.75, height / whole))
 
 
 def stiffness_ratio(history: xr.Dataset, reference: Reference) -> str:

@@ -69,7 +69,7 @@ def draw(
     for name, history in beams.items():
         text = f"{label_of(scenes[name])} {stiffness_ratio(history, true)}"
         curves.append(_curve(history, _look(scenes[name]), text))
-    drawing, axes = figure_over_legend(len(curves) + true.known)
+    drawing, axes = figure_over_legend()
     draw_reference(axes, true)
     for curve in curves:
         axes.plot(

@@ -94,7 +94,7 @@ def draw(
     main = {scenes[fidelity].name for fidelity in models}
     beside = (others or {}) | (reduced or {})
     variants = {name: each for name, each in beside.items() if name not in main}
-    drawing, axes = figure_over_legend(len(models) + true.known + len(variants))
+    drawing, axes = figure_over_legend()
     draw_reference(axes, true)
     for fidelity, history in models.items():
         look = MODELS[fidelity]

@@ -123,11 +123,11 @@ def _yarns(history: xr.Dataset, radius: float, norm) -> list[Surface]:
 
 
 def _title(case: str, fidelity: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> str:
-    """Return the model, its interaction and largest motion, how it is shaped beside the DNS, and how far it is off."""
+    """Return model, interaction, largest motion, correlation with the DNS, and amplitude over the reference's."""
     history = dns if fidelity == "dns" else rom3d
     largest = MILLIMETRE * float(np.abs(_u_z(history)).max())
     said = f"{NAMES[fidelity]}, {INTERACTIONS[case.split('_')[0]]}: largest $|u_z|$ {largest:.3g} mm"
-    amplitude = f"amplitude over the reference's {true.ratio(history, RMS_U_Z, rms_out_of_plane(history))}"
+    amplitude = f"amplitude {true.ratio(history, RMS_U_Z, rms_out_of_plane(history))}"
     if fidelity == "dns":
         return f"{said}\nat {float(dns['strain'][-1]):.2%} strain, {amplitude}"
-    return f"{said}\ncorrelation with DNS {out_of_plane_agreement(rom3d, dns).correlation:.2f}, {amplitude}"
+    return f"{said}\ncorrelation {out_of_plane_agreement(rom3d, dns).correlation:.2f}, {amplitude}"

@@ -9,12 +9,15 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.curves import LINE, WIDTH
+from knitstudy.figures.curves import WIDTH
 from knitstudy.figures.style import INK, figure
 from knitstudy.measures.discretisation import SOLID_YARNS
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.names import INTERACTIONS
 from knitstudy.measures.sweeps import HELD, Point, Series
+
+LINE = 3.6
+"""A line of the legend [mm]."""
 
 COLOURS = {"wale_spacing": INK, "length": "#0072B2", "shape": "#D9740B"}
 """By what is held fixed."""
