@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.energy_balance import hourglass_share, ledger_gap, stabilisation_share
-from knitstudy.measures.penetration import penetration
+from knitstudy.measures.penetration import allowed_penetration, penetration
 from knitstudy.measures.selection import ISOTROPIC_COURSE, ISOTROPIC_WALE, TIED_COURSE, TIED_WALE
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
@@ -117,6 +117,5 @@ def _contact(dns: xr.Dataset) -> list[Row]:
 
 def _deepest(dns: xr.Dataset) -> Row:
     """Return how deep yarns are in each other, with what contact allows: by penalties, or as a local indentation."""
-    if "indentation_deepest" in dns.attrs:
-        return "deepest local indentation", "m", penetration(dns), dns.attrs["indentation_deepest"]
-    return "deepest penetration", "m", penetration(dns), dns.attrs["penetration_limit"]
+    what = "local indentation" if "indentation_deepest" in dns.attrs else "penetration"
+    return f"deepest {what}", "m", penetration(dns), allowed_penetration(dns)

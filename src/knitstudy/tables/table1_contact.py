@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.penetration import penetration
+from knitstudy.measures.penetration import allowed_penetration, penetration
 from knitstudy.measures.printed import number
 from knitstudy.measures.selection import ISOTROPIC_COURSE
 from knitstudy.study.scene import Scene
@@ -64,7 +64,7 @@ def tabulate(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) 
             "Gauss points to smooth surface, finite sliding, both ways with half the stiffness each",
         ),
         ("Gauss points a facet", "1", NOT_SAID, contact.points**2),
-        ("deepest penetration or local indentation allowed", "m", NOT_SAID, stiffness["allowed"]),
+        ("deepest penetration or local indentation allowed", "m", NOT_SAID, allowed_penetration(dns)),
         ("deepest penetration or local indentation reached", "m", NOT_SAID, penetration(dns)),
         ("augmentations of an increment, at most", "1", NOT_SAID, dns["augmentations"].max().item()),
         ("stabilisation, viscosity over E", "1", "used, not said", scenes["dns"].solver.stabilisation),
@@ -81,7 +81,6 @@ def _penalty(dns: xr.Dataset, contact: SolidContact) -> tuple[str, dict[str, flo
         "normal": dns.attrs["contact_stiffness"],
         "stick ratio": contact.tangential_stiffness,
         "stick": dns.attrs["stick_stiffness"],
-        "allowed": dns.attrs["penetration_limit"],
     }
 
 
@@ -91,7 +90,6 @@ def _indentation(dns: xr.Dataset) -> tuple[str, dict[str, float]]:
         {
             "modulus": dns.attrs["indentation_modulus"],
             "stick over normal": dns.attrs["stick_over_normal"],
-            "allowed": dns.attrs["indentation_deepest"],
         },
     )
 
