@@ -32,6 +32,11 @@ reference: environment  ## make what models are measured against (hours); resour
 	@$(BIN)/python workflow/study.py reference results/tables/reference.csv results/tables/reference_ways.csv
 	@$(BIN)/python -m knitstudy.stages.reference
 
+.PHONY: verdicts
+verdicts: environment  ## run the full study and keep its verdicts (hours); resources/verdicts.csv, docs/results.md
+	@$(BIN)/python workflow/study.py full
+	@$(BIN)/python -m knitstudy.stages.verdicts
+
 .PHONY: test
 test: environment  ## pass all tests, in two processes
 	@$(BIN)/python -m pytest --numprocesses 2 --dist loadgroup $(TESTS)

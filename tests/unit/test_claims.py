@@ -136,6 +136,29 @@ def test_what_the_paper_has_is_reproduced(evidence, claim):
     assert judged.measured
 
 
+@pytest.mark.parametrize("claim", RULES)
+def test_every_verdict_has_an_uncertainty(evidence, claim):
+    assert RULES[claim].decide(evidence).uncertainty
+
+
+def test_discretisations_that_disagree_do_not_decide(evidence):
+    """Zones of the centre cell: never more than three by the other one."""
+    alike, other = replace(evidence), with_zones(evidence, [(0, 0, 0, 0)] * 3 + [(1, 1, 1, 0)] * 3)
+    decided = RULES["K2"].decide(replace(evidence, again={"fine": alike}))
+    assert decided.verdict == "reproduced"
+    assert decided.uncertainty.startswith("fine: reproduced, zones in the centre cell")
+    judged = RULES["K2"].decide(replace(evidence, again={"fine": alike, "finest": other}))
+    assert judged.verdict == "not decidable"
+    assert "finest: not reproduced" in judged.uncertainty
+
+
+def test_discretisation_that_did_not_run_takes_no_part(evidence):
+    untouched = replace(evidence, direct={}, contacts={})
+    judged = RULES["K2"].decide(replace(evidence, again={"coarse": untouched}))
+    assert judged.verdict == "reproduced"
+    assert judged.uncertainty == "not known: one discretisation alone"
+
+
 def test_every_claim_of_the_paper_has_a_rule():
     assert set(RULES) == set(read_table(RESOURCES / "paper_claims.csv")["id"])
 

@@ -166,3 +166,15 @@ def test_figure_frames_the_verdicts_that_turn(sources):
     assert names[:2] == ["base", "coefficient of friction 0.1 (0.76)"]
     assert names[5] == "clearance of the yarns 0.04 R (0.02)"
     assert max(bar.get_width() for bar in force.patches) == pytest.approx(30.0)
+
+
+def test_verdicts_name_the_inputs_that_claims_hang_on(sources):
+    """Rough contact as soft as friction with another clearance: the order of forces turns there."""
+    histories = dict(sources["variations"])
+    histories["wide-rough"] = study.in_contact(histories["wide-rough"], "rough", 0.5)
+    claims = read_table(RESOURCES / "paper_claims.csv")
+    changed = dict(sources) | {"variations": histories, "claims": claims, "every": {}}
+    table = tables.tabulate("verdicts", **changed).set_index("id")
+    assert table["hangs on inputs"]["K5"] == "clearance of the yarns"
+    assert table["hangs on inputs"]["E1"] == "none of 4"
+    assert table["hangs on inputs"]["R1"] == ""

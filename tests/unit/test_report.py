@@ -33,6 +33,7 @@ from knitstudy.report.origin import origins
 from knitstudy.report.page import BY_MODEL, LONG, render
 from knitstudy.report.screen import WIDTH, for_screen
 from knitstudy.report.sources import read_sources
+from knitstudy.report.summary import summarise
 from knitstudy.report.wording import cells, value
 from knitstudy.tables.catalogue import TABLES, tabulate
 
@@ -76,6 +77,10 @@ def results():
     }
     claims |= {"verdict": ["not reproduced", "not yet run"], "note": ["only so far", None]}
     claims |= {"rule": ["less than 8 mm", "none"], "rule fixed": ["before its numbers", "not on record"]}
+    claims |= {
+        "uncertainty": ["by other discretisations", None],
+        "hangs on inputs": ["clearance of the yarns", None],
+    }
     return {name: plain for name in TABLES.names()} | {"verdicts": pd.DataFrame(claims)}
 
 
@@ -84,7 +89,9 @@ def page(pictures, results):
     TABLES.add("t", "of another package", texts={"caption": "of t"})(lambda: None)
     provenance = pd.DataFrame({"file": ["dns/a.nc"], "scene": ["dns-a"]})
     results = results | {"t": results["geometry"]}
-    yield render(REPORT / "template.html", CAPTIONS, pictures, results, provenance, "reduced")
+    kept = results["verdicts"].assign(made="2026-11-20", measured="9 mm", verdict="not decidable")
+    notes = ["The reference is old."]
+    yield render(REPORT / "template.html", CAPTIONS, pictures, results, provenance, "reduced", notes, kept)
     TABLES.forget("t")
 
 
@@ -116,8 +123,27 @@ def test_page_says_where_vtk_was_missing(page):
 
 def test_page_shows_verdicts_and_what_waits(page):
     assert 'class="verdict not-reproduced">not reproduced<' in page
-    assert "does not speak of yet: 1<" in page
+    assert "has no simulations for: 1<" in page
+    assert "Uncertainty: By other discretisations." in page
+    assert "Hangs on inputs: Clearance of the yarns." in page
     assert not re.search(r"\bnan\b", page)
+
+
+def test_page_shows_what_the_full_study_found_and_what_is_old(page):
+    assert "full study, 2026-11-20: not decidable" in page
+    assert re.search(r"two: not yet run; full study, 2026-11-20: <span .*>not decidable</span>. 9 mm\.", page)
+    assert '<p class="note">The reference is old.</p>' in page
+
+
+def test_summary_names_every_claim_and_shows_what_is_drawn(results):
+    claims = read_table(RESOURCES / "paper_claims.csv")
+    kept = claims.assign(verdict="reproduced", measured="|u| 7 mm", note="", made="2026-11-20", digest="beef")
+    page, shown = summarise(REPORT / "results.md", kept, {"fig08_out_of_plane"}, "results")
+    for row in claims.itertuples():
+        assert f"| {row.id} | {row.claim} ({row.where}) | **reproduced** | \\|u\\| 7 mm |" in page
+    assert shown == ["fig08_out_of_plane"]
+    assert page.count("](results/") == 1
+    assert f"Of {len(claims)} claims of the paper: {len(claims)} reproduced." in page
 
 
 def test_page_links_data_and_origin(page):
@@ -365,6 +391,24 @@ def test_roles_of_a_whole_study(plain_scene):
         assert [scene.name for scene in roles["sprung"]] == [
             f"dns-isotropic-{way}{mesh}" for way in ("course", "wale") for mesh in ("", "-medium")
         ]
+
+
+def test_again_are_the_finest_of_other_discretisations(direct):
+    kinds = ("tie", "isotropic")
+    fine, coarse = (
+        [direct(f"{kind}-{size}", kind, mesh__size=1e-5 * size) for kind in kinds] for size in (30, 45)
+    )
+    quadratic = [direct(f"{kind}-quadratic", kind, mesh__element="quadratic") for kind in kinds]
+    wale = direct("wale", "isotropic", mesh__size=0.2e-3, load__direction="wale")
+    main = [direct(f"main-{kind}", kind, mesh__size=0.4e-3) for kind in kinds]
+    roles = roles_of([*main, *coarse, *fine, *quadratic, wale], TIED_COURSE)
+    assert roles["dns"].name == "main-tie"
+    assert [scene.name for scene in roles["again"]] == [
+        "tie-30",
+        "isotropic-30",
+        "tie-quadratic",
+        "isotropic-quadratic",
+    ]
 
 
 @pytest.mark.parametrize("first", ["main", "variant"])

@@ -3,6 +3,7 @@ REPORT = [f"{RESULTS}/report.html"]
 PAGE = {
     "captions": workflow.source_path("../report/captions.yaml"),
     "template": workflow.source_path("../report/template.html"),
+    "kept": "resources/verdicts.csv",
 }
 if workflow.is_main_process:
     from knitstudy.stages.code import code_digest
@@ -10,7 +11,7 @@ if workflow.is_main_process:
 
     code = code_digest("knitstudy.report.page", "knitstudy.report.origin")
     page = {name: Path(path) for name, path in PAGE.items()} | {"data": data_of_study()}
-    needed = digests_of(page, PLAN) | digests_of_displays() | {"note": note_of_reference()}
+    needed = digests_of(page, PLAN) | digests_of_displays() | {"notes": " ".join(notes())}
     freshness.note("report", freshness.digest_of_files({"study": CONFIGURATION.study}, code, needed))
 
 
@@ -23,6 +24,7 @@ rule report:
         data=[f"{RESULTS}/{stage.path(scene)}" for stage, scene in data_of_study()],
         captions=ancient(PAGE["captions"]),
         template=ancient(PAGE["template"]),
+        kept=ancient(PAGE["kept"]),
         digest=f"{freshness.FOLDER}/report",
     output:
         update(f"{RESULTS}/report.html"),
@@ -33,7 +35,7 @@ rule report:
         mem_mb=500,
     params:
         study=config["study"],
-        note=lambda wildcards: note_of_reference(),
+        notes=lambda wildcards: notes(),
     message:
         "Write the report"
     script:

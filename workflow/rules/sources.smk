@@ -1,26 +1,18 @@
 # What figures, tables and the report of a study are made from. Their modules are imported only where one is asked for.
 from functools import cache
 
-REFERENCE = {
-    "paper": "resources/reference/paper_tables.csv",
-    "claims": "resources/reference/paper_claims.csv",
-    "reference": "resources/reference/reference.csv",
-    "loops": "resources/reference/loops.csv",
-    "targets": f"{CONFIG}/calibration.yaml",
-}
-
 
 @cache
 def displays(kind):
     """Return the figures or the tables of the study."""
-    from knitstudy.stages.displays import Displays
+    from knitstudy.stages.displays import Displays, reference_files
 
     if kind == "figure":
         from knitstudy.figures.catalogue import FIGURES as catalogue
     else:
         from knitstudy.tables.catalogue import TABLES as catalogue
     code = ("knitstudy.figures.saving",) if kind == "figure" else ()
-    return Displays(catalogue, PLAN, STUDY, REFERENCE, code, f"study {CONFIGURATION.study!r}")
+    return Displays(catalogue, PLAN, STUDY, reference_files(CONFIG), code, f"study {CONFIGURATION.study!r}")
 
 
 def paths_of(kind, *suffixes):
@@ -68,17 +60,18 @@ def digests_of_displays():
 
 
 @cache
-def note_of_reference():
-    """Return what the report says of a reference that was made by other code than today's."""
-    from knitstudy.stages.reference import code_behind, warning
+def notes():
+    """Return what the report says of a reference, and of kept verdicts, that were made by other code than today's."""
+    from knitstudy.stages import reference, verdicts
 
-    names = load_study("reference", CONFIG)
-    if not names:
-        return ""
     try:
-        return warning(Path(REFERENCE["reference"]), code_behind(PLAN.scenes[name] for name in names))
+        said = [verdicts.warning(verdicts.KEPT, verdicts.digest_wanted(PLAN, CONFIG))]
+        if names := load_study("reference", CONFIG):
+            code = reference.code_behind(PLAN.scenes[name] for name in names)
+            said.append(reference.warning(reference.KEPT, code))
     except KnitstudyError as error:
         stop(error)
+    return [each for each in said if each]
 
 
 def data_of_study():

@@ -19,7 +19,8 @@ with frame(snakemake):
         results={Path(path).stem: read_table(path) for path in snakemake.input.tables},
         provenance=origins(snakemake.input.data, snakemake.output[0]),
         study=snakemake.params.study,
-        note=snakemake.params.note,
+        notes=snakemake.params.notes,
+        kept=read_table(snakemake.input.kept),
     )
     with replacing(snakemake.output[0]) as temporary:
         temporary.write_text(page, encoding="utf-8")

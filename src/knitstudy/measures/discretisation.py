@@ -31,6 +31,13 @@ def resolution(scene: Scene) -> float:
     return scene.mesh.size if degree is None else degree
 
 
+def finer(scene: Scene, other: Scene) -> bool:
+    """Whether a direct simulation resolves more than another one of its kind: smaller elements, higher degrees."""
+    if scene.value("mesh.crossing_degree") is not None:
+        return resolution(scene) > resolution(other)
+    return resolution(scene) < resolution(other)
+
+
 def made_of(scene: Scene) -> str:
     """Return both, in words."""
     if scene.value("mesh.crossing_degree") is None:

@@ -5,6 +5,7 @@ Of one case, for example ties in course tension:
 - "dns", "rom3d", "rom2d": one direct simulation and the main reduced models made from it.
 - "reduced": all reduced models made from it.
 - "others": direct simulations of the same by other elements, or on other meshes.
+- "again": direct simulations of what is compared with each other, by the finest of every other discretisation.
 - "penalties": that simulation with penalties alone, of several contact stiffnesses.
 - "beams": the same knit as beams in contact.
 - "tie", "rough", "isotropic", "untied": direct simulations like that one but for the interaction, to be compared.
@@ -27,7 +28,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from knitstudy.measures.discretisation import is_direct, made_of
+from knitstudy.measures.discretisation import discretisation, finer, is_direct, made_of
 from knitstudy.measures.domain import series_of
 from knitstudy.measures.problem import problem_of
 from knitstudy.measures.quantities import STRAINS
@@ -130,6 +131,7 @@ def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene 
         beside = variants_of(main, scenes)
         several |= {
             "others": others_of(main, scenes),
+            "again": again(main, scenes),
             "reduced": reduced_of(main, scenes),
             "penalties": penalties_of(main, scenes),
             "beams": beams_of(main, scenes),
@@ -175,6 +177,17 @@ def others_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
         and scene.value("contact.augmentations") != 0
         and problem_of(scene) == problem
     ]
+
+
+def again(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
+    """Return what is compared with each other (`variants_of`) by other discretisations, of every kind the finest."""
+    scenes = list(scenes)
+    finest: dict[str, Scene] = {}
+    for scene in [other for kind in variants_of(main, scenes).values() for other in others_of(kind, scenes)]:
+        known = finest.setdefault(discretisation(scene), scene)
+        if finer(scene, known):
+            finest[discretisation(scene)] = scene
+    return [scene for other in finest.values() for scene in variants_of(other, scenes).values()]
 
 
 def penalties_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:

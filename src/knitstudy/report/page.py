@@ -71,7 +71,8 @@ def render(
     results: Mapping[str, pd.DataFrame],
     provenance: pd.DataFrame,
     study: str,
-    note: str = "",
+    notes: Sequence[str] = (),
+    kept: pd.DataFrame | None = None,
 ) -> str:
     """Return the page.
 
@@ -90,8 +91,10 @@ def render(
         What made each data file, one a row; its first column is the file's path from the page.
     study : str
         Name of the study.
-    note : str
+    notes : sequence of str
         What readers are to know of the whole page.
+    kept : DataFrame, optional
+        Verdicts of the full study, to be shown beside this one's.
 
     Raises
     ------
@@ -107,7 +110,8 @@ def render(
     built = {name: _table(name, table, captions) for name, table in results.items()}
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         study=study,
-        note=note,
+        notes=notes,
+        kept={} if kept is None else {row["id"]: row for row in kept.fillna("").to_dict("records")},
         figures=_in_order(items, FIGURES),
         tables=_in_order(built, TABLES),
         comparison=COMPARISON,

@@ -10,12 +10,13 @@ from pathlib import Path
 from PIL import Image, UnidentifiedImageError
 
 from knitstudy.errors import DataFileError
+from knitstudy.files.replacing import replacing
 
 WIDTH = 1500
 """Points in a row: the widest picture of the page on a screen of nearly two points a pixel. The file keeps them all."""
 
-QUALITY = 85
-"""Of WebP, in which lines and letters stay sharp."""
+FORMAT, QUALITY = "WEBP", 85
+"""WebP, and that of it in which lines and letters stay sharp."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,28 @@ def for_screen(path: Path) -> ScreenPicture:
     DataFileError
         When it cannot be read.
     """
+    shown, width, height, said = _shown(path)
     stored = BytesIO()
+    shown.save(stored, FORMAT, quality=QUALITY)
+    return ScreenPicture(
+        f"data:image/webp;base64,{b64encode(stored.getvalue()).decode()}", width, height, said
+    )
+
+
+def save_for_screen(path: Path, target: Path) -> None:
+    """Write a picture as a screen shows it.
+
+    Raises
+    ------
+    DataFileError
+        When it cannot be read, or its folder cannot be made.
+    """
+    shown, *_ = _shown(path)
+    with replacing(target) as temporary:
+        shown.save(temporary, FORMAT, quality=QUALITY)
+
+
+def _shown(path: Path) -> tuple[Image.Image, int, int, dict[str, str]]:
     try:
         with Image.open(path) as image:
             width, height, said = *image.size, dict(image.info)
@@ -44,7 +66,4 @@ def for_screen(path: Path) -> ScreenPicture:
     except (OSError, UnidentifiedImageError) as error:
         raise DataFileError(f"{path}: is no picture ({error}); make it again with `make study`") from error
     shown.thumbnail((WIDTH, height), Image.Resampling.LANCZOS)
-    shown.save(stored, "WEBP", quality=QUALITY)
-    return ScreenPicture(
-        f"data:image/webp;base64,{b64encode(stored.getvalue()).decode()}", width, height, said
-    )
+    return shown, width, height, said

@@ -20,8 +20,21 @@ from knitstudy.study.scene import Scene
 BESIDE = ("contacts", "geometry", "mesh", "stress")
 """Stages whose results of direct simulations figures and tables take besides their histories."""
 
+REFERENCE = Path("resources/reference")
+
 Source = Step | list[Step] | Path
 """What something is made from: a result, several of one role, or a file of reference."""
+
+
+def reference_files(config: Path) -> dict[str, Path]:
+    """Return what figures and tables take that no study makes, by their names for it."""
+    return {
+        "paper": REFERENCE / "paper_tables.csv",
+        "claims": REFERENCE / "paper_claims.csv",
+        "reference": REFERENCE / "reference.csv",
+        "loops": REFERENCE / "loops.csv",
+        "targets": config / "calibration.yaml",
+    }
 
 
 def results_of(roles: Mapping[str, Scene | list[Scene]]) -> dict[str, Step | list[Step]]:

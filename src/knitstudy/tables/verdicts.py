@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import pandas as pd
@@ -10,8 +11,11 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.measures.claims.evidence import Evidence
+from knitstudy.measures.claims.inputs import CLAIMS, findings, hanging
 from knitstudy.measures.claims.rules import RULES
-from knitstudy.measures.selection import COURSE, VARIANTS
+from knitstudy.measures.discretisation import made_of
+from knitstudy.measures.selection import COURSE, VARIANTS, variants_of
+from knitstudy.measures.variations import INPUTS
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
@@ -32,6 +36,10 @@ from knitstudy.tables.catalogue import TABLES
         "sprung_contacts",
         "fields_stress",
         "sweeps",
+        "again",
+        "again_contacts",
+        "variations",
+        "variations_contacts",
     ),
     order=15,
 )
@@ -59,7 +67,8 @@ def tabulate(
     **contact : Dataset or mapping of str to Dataset
         As far as a study has them: histories "tie", "rough", "isotropic" and "untied" in course tension, the contacts
         "isotropic_contacts" and "untied_contacts", "frictions", histories of a sweep by scene, "sprung_contacts",
-        contacts that give springs, "fields_stress", stresses, and "sweeps", histories of other loops, by scene.
+        contacts that give springs, "fields_stress", stresses, "sweeps", histories of other loops, "again", histories of
+        other discretisations, and "variations", those with one input changed, by scene, with their contacts.
 
     Raises
     ------
@@ -79,17 +88,60 @@ def tabulate(
         stresses=contact.get("fields_stress", {}),
         sweeps=contact.get("sweeps", {}),
     )
-    return pd.DataFrame([_row(claim, evidence) for claim in claims.itertuples()])
+    evidence = replace(evidence, again=_again(evidence, contact))
+    hang = _hanging(evidence, contact)
+    return pd.DataFrame([_row(claim, evidence, hang) for claim in claims.itertuples()])
 
 
-def _row(claim: Any, evidence: Evidence) -> dict[str, str]:
+def _again(evidence: Evidence, found: Mapping[str, Any]) -> dict[str, Evidence]:
+    """Return what other discretisations have found, by what they are made of."""
+    histories, contacts = found.get("again", {}), found.get("again_contacts", {})
+    by_making: dict[str, list[Scene]] = {}
+    for name in histories:
+        by_making.setdefault(made_of(evidence.scenes[name]), []).append(evidence.scenes[name])
+    result = {}
+    for making, scenes in by_making.items():
+        named = variants_of(scenes[0], scenes)
+        result[making] = replace(
+            evidence,
+            scenes={**evidence.scenes, **named},
+            direct={kind: histories[scene.name] for kind, scene in named.items()},
+            contacts={
+                kind: contacts[scene.name] for kind, scene in named.items() if scene.interaction != "tie"
+            },
+        )
+    return result
+
+
+def _hanging(evidence: Evidence, found: Mapping[str, Any]) -> dict[str, str]:
+    """Return which inputs claims hang on, by claim, as far as inputs are varied."""
+    histories = found.get("variations", {})
+    scenes = [evidence.scenes[name] for name in histories]
+    results = findings(
+        scenes,
+        histories,
+        found.get("variations_contacts", {}),
+        evidence.geometry,
+        evidence.paper,
+        evidence.reference,
+    )
+    inputs = hanging(results)
+    return {
+        claim: ", ".join(INPUTS[key] for key, claims in inputs.items() if claim in claims)
+        or f"none of {len(inputs)}"
+        for claim in CLAIMS
+        if any(claim in each.judged for each in results)
+    }
+
+
+def _row(claim: Any, evidence: Evidence, hang: Mapping[str, str]) -> dict[str, str]:
     rule = RULES.get(claim.id)
     if rule is None:
         raise ConfigurationError(
             f"claim {claim.id!r} has no rule by which it is judged; known are {', '.join(RULES)}: take it out of "
             "resources/reference/paper_claims.csv, or give it one in knitstudy.measures.claims"
         )
-    judged = rule.judge(evidence)
+    judged = rule.decide(evidence)
     return {
         "id": claim.id,
         "where": claim.where,
@@ -98,6 +150,8 @@ def _row(claim: Any, evidence: Evidence) -> dict[str, str]:
         "rule fixed": rule.fixed,
         "measured": judged.measured,
         "verdict": judged.verdict,
+        "uncertainty": judged.uncertainty,
+        "hangs on inputs": hang.get(claim.id, ""),
         "note": judged.note,
         "see": ", ".join(rule.see),
     }

@@ -10,7 +10,7 @@ import xarray as xr
 from knitstudy.measures.carried import carried_over
 from knitstudy.measures.centre_cell import Snapshot, first_symmetric_contact, snapshots, zones_of_cell
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, lacking, verdict
-from knitstudy.measures.claims.rule import AFTER, UNRECORDED, Rule
+from knitstudy.measures.claims.rule import AFTER, AGAIN, OF_REFERENCE, UNRECORDED, Rule
 from knitstudy.measures.energy_balance import stabilisation_share
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.names import INTERACTIONS
@@ -229,13 +229,18 @@ def judge_stabilisation(evidence: Evidence) -> Judgement:
 
 RULES = {
     "K1": Rule(
-        judge_no_contact, "no zone in the centre cell at 0.05 % strain", UNRECORDED, ("fig07a_zones",)
+        judge_no_contact,
+        "no zone in the centre cell at 0.05 % strain",
+        UNRECORDED,
+        ("fig07a_zones",),
+        AGAIN,
     ),
     "K2": Rule(
         judge_zones,
         "four zones in the centre cell from 1.95 % strain to the end, and never more",
         UNRECORDED,
         ("fig07a_zones",),
+        AGAIN,
     ),
     "K3": Rule(
         judge_slope,
@@ -243,6 +248,7 @@ RULES = {
         f"{JUST_AFTER:.1%} strain after it; slopes over {SPAN:.1%} before and after",
         UNRECORDED,
         ("fig07b_force",),
+        AGAIN,
     ),
     "K4": Rule(
         judge_motion,
@@ -250,18 +256,21 @@ RULES = {
         f"{SYMMETRIC:.0%} of it at most",
         UNRECORDED,
         ("fig08_out_of_plane",),
+        AGAIN,
     ),
     "K5": Rule(
         judge_stiffness_order,
         "the reference's force at full strain: ties > rough > isotropic, each by more than both uncertainties",
         UNRECORDED,
         ("fig09a_force", "interactions"),
+        OF_REFERENCE,
     ),
     "K6": Rule(
         judge_motion_order,
         "the reference's largest |u_z| at full strain: isotropic > ties, by more than both uncertainties",
         UNRECORDED,
         ("fig09b_out_of_plane", "interactions"),
+        OF_REFERENCE,
     ),
     "K7": Rule(
         judge_smaller_friction,
@@ -269,6 +278,7 @@ RULES = {
         "each by more than both uncertainties",
         AFTER,
         ("fig_inputs", "inputs"),
+        OF_REFERENCE,
     ),
     "K11": Rule(
         judge_untied_rows,
@@ -277,12 +287,14 @@ RULES = {
         "or more",
         UNRECORDED,
         ("interactions",),
+        AGAIN,
     ),
     "E1": Rule(
         judge_stabilisation,
         "stabilisation dissipates 5 % of the internal energy at most, at every increment",
         UNRECORDED,
         ("interactions",),
+        AGAIN,
     ),
 }
 

@@ -48,6 +48,8 @@ class Evidence:
         Stresses of the direct simulations that keep their fields, by scene, in the order of the families.
     sweeps : mapping of str to Dataset
         Histories of sweeps of course spacing and yarn diameter, by scene.
+    again : mapping of str to Evidence
+        The same with `direct` and `contacts` of another discretisation, by what that is made of.
     estimates : mapping of str to Reference
         What stands for the reference, by the names of `direct`, where this does not know their problems.
     """
@@ -63,6 +65,7 @@ class Evidence:
     sprung: Mapping[str, xr.Dataset] = field(default_factory=dict)
     stresses: Mapping[str, xr.Dataset] = field(default_factory=dict)
     sweeps: Mapping[str, xr.Dataset] = field(default_factory=dict)
+    again: Mapping[str, Evidence] = field(default_factory=dict)
     estimates: Mapping[str, Reference] = field(default_factory=dict)
 
     def reference_of(self, name: str) -> Reference:
@@ -77,11 +80,12 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What was measured, the verdict, and what limits it."""
+    """What was measured, the verdict, what limits it, and its uncertainty in words."""
 
     measured: str
     verdict: str
     note: str = ""
+    uncertainty: str = ""
 
 
 def verdict(holds: bool | None) -> str:

@@ -7,7 +7,7 @@ import xarray as xr
 
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, lacking, verdict
-from knitstudy.measures.claims.rule import AFTER, Rule
+from knitstudy.measures.claims.rule import AFTER, AGAIN, Rule
 from knitstudy.measures.kinematics import closest_neighbour, rotation_angle
 from knitstudy.measures.names import INTERACTIONS
 
@@ -72,6 +72,7 @@ RULES = {
         f"by {SLIDES:g} d or more, and contact areas spin by {np.degrees(SPINS):g} degrees or more",
         AFTER,
         ("fig10_kinematics",),
+        AGAIN,
     )
 }
 

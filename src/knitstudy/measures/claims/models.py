@@ -16,7 +16,7 @@ from knitstudy.measures.claims.evidence import (
     at_full_strain,
     verdict,
 )
-from knitstudy.measures.claims.rule import AFTER, UNRECORDED, Rule
+from knitstudy.measures.claims.rule import AFTER, OF_COSTS, OF_REFERENCE, UNRECORDED, Rule
 from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import UNKNOWN, Estimate, all_hold
@@ -248,6 +248,7 @@ RULES = {
         f"relative L2 distance of F(strain) to the reference: 3D at most {MUCH_CLOSER:g} times 2D, in four cases",
         UNRECORDED,
         ("fig15a_force_strain", "rom_distance"),
+        OF_REFERENCE,
     ),
     "R2": Rule(
         judge_out_of_plane,
@@ -256,6 +257,7 @@ RULES = {
         "the reference's at most",
         UNRECORDED,
         ("fig16_out_of_plane",),
+        OF_REFERENCE,
     ),
     "R3": Rule(
         judge_motion_order,
@@ -263,12 +265,14 @@ RULES = {
         "ROM and in the reference",
         AFTER,
         ("fig16_out_of_plane",),
+        OF_REFERENCE,
     ),
     "R4": Rule(
         judge_springs,
         f"averaged springs: kz {BY_FAR:g} times the others or more, kx > ky in course and ky > kx in wale tension",
         UNRECORDED,
         ("table2_springs",),
+        "by contact stiffness, beside the values; signs alone decide what does not hold",
     ),
     "R5": Rule(
         judge_cost,
@@ -276,12 +280,14 @@ RULES = {
         f"the 2D ROM's memory differs from the 3D ROM's by {LITTLE:.0%} of the DNS's at most",
         UNRECORDED,
         ("table5_cost",),
+        OF_COSTS,
     ),
     "R6": Rule(
         judge_cost_with_friction,
         f"DNS over 3D ROM in degrees of freedom, memory growth and time: {AS_MUCH:.0%} of what it is with ties or more",
         UNRECORDED,
         ("table5_cost",),
+        OF_COSTS,
     ),
     "B1": Rule(
         judge_beams,
@@ -289,6 +295,7 @@ RULES = {
         "uncertainty",
         UNRECORDED,
         ("fig12b_beam_contact", "beams"),
+        OF_REFERENCE,
     ),
 }
 

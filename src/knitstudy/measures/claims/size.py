@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, verdict
-from knitstudy.measures.claims.rule import BEFORE, Rule
+from knitstudy.measures.claims.rule import BEFORE, OF_COSTS, Rule
 from knitstudy.measures.cost import memory_growth
 from knitstudy.measures.discretisation import HEXAHEDRA
 from knitstudy.measures.domain import SMALLEST, Series, contact_over_ties, series_of
@@ -58,6 +58,7 @@ RULES = {
         f"and contact over ties at the smallest size {SHARE:.0%} of the paper's factor in degrees of freedom or more",
         BEFORE,
         ("fig12a_domain_size", "table3_domain_size"),
+        OF_COSTS,
     )
 }
 

@@ -137,6 +137,7 @@ RULES = {
         "the latter alone is a tendency, which does not decide",
         BEFORE,
         ("table4_angles", "fig13_principal_stress", "fig14_segments"),
+        "of equivalent segments and other discretisations, beside the values",
     ),
     "M2": Rule(
         judge_heights,
@@ -144,6 +145,7 @@ RULES = {
         "higher for wale tension, each by more than its uncertainty, with isotropic friction",
         BEFORE,
         ("fig14_segments", "table4_angles"),
+        "of equivalent segments and other discretisations, beside the values",
     ),
 }
 

@@ -100,11 +100,13 @@ RULES = {
         WORDS.format("rises", "falls"),
         BEFORE,
         ("fig11a_course_spacing", "sweeps"),
+        "of every value, by the next degree and hexahedra, beside the values",
     ),
     "K10": Rule(
         partial(judge, DIAMETER, -1),
         WORDS.format("falls", "rises"),
         BEFORE,
         ("fig11b_yarn_diameter", "sweeps"),
+        "of every value, by the next degree and hexahedra, beside the values",
     ),
 }

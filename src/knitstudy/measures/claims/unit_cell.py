@@ -52,11 +52,13 @@ RULES = {
         f"at most {CONTACT_BAR:g} R",
         UNRECORDED,
         ("fig01_unit_cell", "geometry"),
+        "geometry alone: none of a discretisation",
     ),
     "G2": Rule(
         judge_length,
         f"arc lengths of the loop and of every Bezier curve change by {LENGTH_BAR:.0%} at most",
         UNRECORDED,
         ("geometry",),
+        "geometry alone: none of a discretisation",
     ),
 }

@@ -1,0 +1,37 @@
+"""Kept verdicts say when they were made by other code, and are of results that are up to date."""
+
+import pandas as pd
+import pytest
+
+from knitstudy.errors import DataFileError
+from knitstudy.files.csv_table import read_table, write_table
+from knitstudy.measures.claims.rules import RULES
+from knitstudy.stages.plan import Plan
+from knitstudy.stages.verdicts import KEPT, found, warning
+
+
+@pytest.fixture
+def kept(tmp_path):
+    path = tmp_path / "verdicts.csv"
+    write_table(pd.DataFrame({"id": ["G1", "K1"], "digest": "beef", "made": "2026-11-20"}), path)
+    return path
+
+
+def test_verdicts_of_the_code_of_today_need_no_word(kept):
+    assert warning(kept, "beef") == ""
+
+
+def test_verdicts_of_other_code_are_said(kept):
+    said = warning(kept, "cafe")
+    assert "kept on 2026-11-20" in said
+    assert "`make verdicts`" in said
+
+
+def test_nothing_is_kept_of_nothing(config, tmp_path):
+    with pytest.raises(DataFileError, match=r"no simulation of the study 'full'.*make study STUDY=full"):
+        found(Plan.of(config), tmp_path, config)
+
+
+def test_every_claim_has_a_kept_verdict():
+    table = read_table(KEPT, needs=("verdict", "uncertainty", "rule", "see", "digest"))
+    assert set(table["id"]) == set(RULES)
