@@ -18,6 +18,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import psutil
+
 RESULTS = Path("results")
 REPORT = RESULTS / "report.html"
 LOCK = Path("run/study.lock")
@@ -35,6 +37,8 @@ def main() -> int:
     parser.add_argument("options", nargs="*", help="more options of snakemake, after --")
     arguments = parser.parse_args()
     snakemake = [sys.executable, "-m", "snakemake", *arguments.options]
+    # Jobs wait until the memory that they declare is free.
+    snakemake += ["--resources", f"mem_mb={int(psutil.virtual_memory().total / 1e6)}"]
     snakemake += ["--config", f"study={arguments.study}"]
     try:
         with alone() as process:

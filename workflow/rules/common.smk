@@ -6,6 +6,8 @@ import shlex
 import sys
 from pathlib import Path
 
+import psutil
+
 # Snakemake puts the interpreter into a shell command as it is: a checkout whose path has a space needs the quotes.
 sys.executable = shlex.quote(sys.executable)
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
@@ -35,6 +37,7 @@ except KnitstudyError as error:
     stop(error)
 
 RESULTS = "results"
+MACHINE = int(psutil.virtual_memory().total / 1e6)
 
 # The engine compares the times of digests alone: they know all that a result is made from.
 if workflow.is_main_process:

@@ -26,6 +26,11 @@ def reads_of(stage):
     return lambda wildcards: stage.document(scene_of(wildcards))
 
 
+def memory_of(stage):
+    """Return the function of what a job may take of memory, at most what there is: what does not fit says so itself."""
+    return lambda wildcards: min(stage.memory(scene_of(wildcards)), MACHINE)
+
+
 for stage in STAGES.all().values():
     place = stage.leaves.removesuffix(Path(stage.leaves).suffix)
 
@@ -44,7 +49,7 @@ for stage in STAGES.all().values():
         priority: stage.priority
         threads: 1
         resources:
-            mem_mb=stage.memory,
+            mem_mb=memory_of(stage),
         params:
             scene=labels_of,
             reads=reads_of(stage),

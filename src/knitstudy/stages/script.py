@@ -50,6 +50,7 @@ def run_stage(job: Any) -> None:
         # Here a file that cannot be read is an error.
         needed = {name: read_dataset(path) for name, path in files.items()}
         if stage.long:
+            stage.require_machine(scene)
             needed["run"] = run_with(restart, progress)
         target = Path(job.output[0])
         if target.suffix == ".nc":

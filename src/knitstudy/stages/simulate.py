@@ -164,6 +164,7 @@ class _Keeper:
             name: self.obtain(*step) for name, step in self.plan.needs(stage, scene).items()
         }
         if stage.long:
+            stage.require_machine(scene)
             report = self.progress(f"{stage.name} {scene.name}")
             restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
             needed["run"] = run_with(restart, report)

@@ -12,6 +12,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import psutil
+
 from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.materials import LAWS
@@ -22,6 +24,11 @@ if TYPE_CHECKING:
 
 Needs = Mapping[str, tuple[str, "Scene"]]
 """Results by the names that a function calls them: the stage that leaves each, and of which scene."""
+
+MEGABYTE = 1e6
+
+OF_SIZE = ("pattern.loops", "pattern.rows", "pair.length", "mesh.size", "mesh.crossing_degree")
+"""Keys that memory goes with."""
 
 KIND = ("specimen", "fidelity", "interaction")
 
@@ -56,8 +63,8 @@ class Stage:
         Whether a study asks for it of a scene, beside what other stages need.
     long : bool
         Whether it takes a restart file, a place for a partial history, and progress.
-    memory : int
-        Megabytes that it may take.
+    memory : callable
+        Megabytes that it may take of a scene.
     priority : int
         Order among what is ready.
     """
@@ -73,7 +80,7 @@ class Stage:
     code: Callable[[Scene], tuple[str, ...]] = lambda scene: ()
     wanted: Callable[[Scene], bool] = lambda scene: False
     long: bool = False
-    memory: int = 1000
+    memory: Callable[[Scene], int] = lambda scene: 1000
     priority: int = 0
 
     @property
@@ -85,6 +92,25 @@ class Stage:
         """Return its function."""
         module, _, name = self.function.partition(":")
         return getattr(import_module(module), name)
+
+    def require_machine(self, scene: Scene) -> None:
+        """Refuse a scene that is expected to take more memory than the machine has.
+
+        Raises
+        ------
+        ConfigurationError
+            Saying what it would take, and what would do.
+        """
+        need, has = self.memory(scene), psutil.virtual_memory().total / MEGABYTE
+        if need > has:
+            said = ", ".join(
+                f"{key} is {scene.value(key):g}" for key in OF_SIZE if scene.value(key) is not None
+            )
+            raise ConfigurationError(
+                f"scene {scene.name!r}: {said}: the stage {self.name!r} would take some {need / 1000:.3g} GB, "
+                f"and this machine has {has / 1000:.3g}; take a smaller specimen, larger elements, a lower degree, or "
+                "solid yarns instead of hexahedra"
+            )
 
     def path(self, scene: Scene) -> Path:
         """Return where it leaves its result, under the folder of results."""
@@ -108,6 +134,11 @@ def stage_of(scene: Scene) -> Stage:
 
 def _solid(scene: Scene) -> bool:
     return scene.kind.fidelity.stage == "dns"
+
+
+def _expected(scene: Scene) -> int:
+    """Return the megabytes of a direct simulation; who only lists stages does not import geometry."""
+    return import_module("knitstudy.stages.memory").expected_memory(scene)
 
 
 def _laws(scene: Scene) -> tuple[str, ...]:
@@ -134,7 +165,7 @@ STAGES.register(
         ),
         function="knitstudy.geometry.lay_out:lay_out",
         leaves="geometry/{knit}.nc",
-        memory=500,
+        memory=lambda scene: 500,
     )
 )
 STAGES.register(
@@ -161,7 +192,7 @@ STAGES.register(
         leaves="dns/{scene}.nc",
         wanted=lambda scene: True,
         long=True,
-        memory=4000,
+        memory=lambda scene: _expected(scene),
         priority=10,  # on the longest path: before whatever else is ready
     )
 )
@@ -200,7 +231,7 @@ STAGES.register(
         code=lambda scene: (scene.kind.fidelity.stress, *_laws(scene)),
         leaves="stress/{scene}.nc",
         wanted=lambda scene: True,
-        memory=2000,
+        memory=lambda scene: 1000 + _expected(scene) // 2,
     )
 )
 
@@ -229,7 +260,7 @@ STAGES.register(
         leaves="rom/{scene}.nc",
         wanted=lambda scene: True,
         long=True,
-        memory=500,
+        memory=lambda scene: 500,
     )
 )
 STAGES.register(
