@@ -16,6 +16,7 @@ def pytest_addoption(parser):
     group.addoption("--table", metavar="FILE", help="write the table of verification cases")
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist looks at groups
 def pytest_collection_modifyitems(items):
     """Give every process files as a whole, for what their tests share, and the workflow's tests to the first one.
 

@@ -26,6 +26,7 @@ Whatever the case:
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from typing import Any
 
 from knitstudy.measures.discretisation import discretisation, finer, is_direct, made_of
@@ -102,41 +103,71 @@ ENFORCED_ALIKE = ("contact.friction", "contact.tied_edges", "mesh.element")
 """Keys that simulations share which differ in their penalties."""
 
 
-def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene | list[Scene]]:
-    """Return scenes of a study by what figures and tables call them; what the study lacks is not there.
+Found = dict[str, Scene | list[Scene]]
+
+
+class Roles:
+    """What figures and tables call the scenes of a study, each case found once.
 
     Parameters
     ----------
     scenes : iterable of Scene
         Scenes of a study in the order of the families.
-    of : mapping
-        Wanted values of the main scene's keys, for example ``{"interaction": "tie"}``.
     """
-    scenes = list(scenes)
-    models = models_of(scenes, of)
-    several = {
-        "variations": varied(scenes),
-        "frictions": friction_sweep(scenes),
-        "pairs": pairs(scenes),
-        "every": [scene for scene in scenes if scene.specimen == "knit"],
-        "sprung": sprung(scenes),
-        "ways": ways(scenes),
-        "fields": with_fields(scenes),
-        "sweeps": swept(scenes),
-        "domain": domain(scenes),
-    }
-    beside = {}
-    if models:
+
+    def __init__(self, scenes: Iterable[Scene]) -> None:
+        self._scenes = list(scenes)
+        self._of: dict[tuple, Found] = {}
+
+    def of(self, wanted: Mapping[str, Any]) -> Found:
+        """Return the scenes by their roles; what the study lacks is not there.
+
+        Parameters
+        ----------
+        wanted : mapping
+            Values of the main scene's keys, for example ``{"interaction": "tie"}``.
+        """
+        case = tuple(sorted(wanted.items()))
+        if case not in self._of:
+            self._of[case] = self._of_case(wanted)
+        return self._of[case]
+
+    @cached_property
+    def whatever_the_case(self) -> Found:
+        """Those that every case has."""
+        scenes = self._scenes
+        several = {
+            "variations": varied(scenes),
+            "frictions": friction_sweep(scenes),
+            "pairs": pairs(scenes),
+            "every": [scene for scene in scenes if scene.specimen == "knit"],
+            "sprung": sprung(scenes),
+            "ways": ways(scenes),
+            "fields": with_fields(scenes),
+            "sweeps": swept(scenes),
+            "domain": domain(scenes),
+        }
+        return _of_cases(scenes) | _without_empty(several)
+
+    def _of_case(self, wanted: Mapping[str, Any]) -> Found:
+        scenes = self._scenes
+        models = models_of(scenes, wanted)
+        if not models:
+            return self.whatever_the_case
         main = models["dns"]
-        beside = variants_of(main, scenes)
-        several |= {
+        several = {
             "others": others_of(main, scenes),
             "again": again(main, scenes),
             "reduced": reduced_of(main, scenes),
             "penalties": penalties_of(main, scenes),
             "beams": beams_of(main, scenes),
         }
-    return models | beside | _of_cases(scenes) | {role: found for role, found in several.items() if found}
+        return models | variants_of(main, scenes) | self.whatever_the_case | _without_empty(several)
+
+
+def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> Found:
+    """Return scenes of a study by their roles in one case (`Roles`)."""
+    return Roles(scenes).of(of)
 
 
 def models_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> dict[str, Scene]:
@@ -268,6 +299,10 @@ def domain(scenes: Iterable[Scene]) -> list[Scene]:
 def pairs(scenes: Iterable[Scene]) -> list[Scene]:
     """Return the direct simulations of two crossing yarns that slide: their paths have more legs than one."""
     return [scene for scene in scenes if len(scene.value("load.path") or ()) > 1]
+
+
+def _without_empty(several: Mapping[str, list[Scene]]) -> Found:
+    return {role: found for role, found in several.items() if found}
 
 
 def _of_cases(scenes: list[Scene]) -> dict[str, Scene]:

@@ -30,6 +30,10 @@ CARRIERS = (
 """Rooms and modules that carry inputs and results but change no number: editing them runs no simulation again."""
 
 
+BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
+"""Where statements, handlers of exceptions and cases of a match hold others."""
+
+
 @cache
 def code_digest(*names: str) -> str:
     """Return a digest of modules and of all that they import; see `modules_behind`."""
@@ -42,12 +46,17 @@ def code_digest(*names: str) -> str:
 @cache
 def tree_digest(path: Path) -> str:
     """Return a digest of a file's syntax tree without docstrings: comments and layout do not count."""
-    tree = ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+    tree = _parsed(path)
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             # Wherever a text stands alone it documents: of fields and constants as well.
             node.body = [each for each in node.body if not _is_text(each)] or [ast.Pass()]
     return hashlib.sha256(ast.dump(tree).encode()).hexdigest()
+
+
+@cache
+def _parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
 
 
 def _is_text(node: ast.stmt) -> bool:
@@ -102,7 +111,7 @@ def _imports(path: Path) -> tuple[str, ...]:
 
 def _imported(path: Path) -> Iterator[str]:
     """Yield the modules of this package that a file imports, on every level but under TYPE_CHECKING."""
-    for node in _running_nodes(ast.parse(path.read_text(encoding="utf-8"), filename=str(path))):
+    for node in _running_statements(_parsed(path)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name.split(".")[0] == "knitstudy")
         elif isinstance(node, ast.ImportFrom):
@@ -122,12 +131,17 @@ def _absolute(node: ast.ImportFrom, path: Path) -> str:
     return ".".join((*around, *filter(None, [node.module])))
 
 
-def _running_nodes(tree: ast.AST) -> Iterator[ast.AST]:
-    for child in ast.iter_child_nodes(tree):
-        if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
+def _running_statements(tree: ast.Module) -> Iterator[ast.stmt]:
+    """Yield all statements but those under TYPE_CHECKING; imports are statements, and no expression holds any."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
             continue
-        yield child
-        yield from _running_nodes(child)
+        if isinstance(node, ast.stmt):
+            yield node
+        for block in BLOCKS:
+            waiting.extend(getattr(node, block, ()))
 
 
 def _packages_around(name: str) -> list[str]:

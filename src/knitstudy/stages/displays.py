@@ -10,7 +10,7 @@ from pathlib import Path
 from knitstudy.errors import ConfigurationError
 from knitstudy.measures.catalogue import Catalogue
 from knitstudy.measures.discretisation import is_direct
-from knitstudy.measures.selection import roles_of
+from knitstudy.measures.selection import Roles
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.freshness import digest_of_files
 from knitstudy.stages.plan import Plan, Step
@@ -91,7 +91,8 @@ class Displays:
         code: tuple[str, ...] = (),
         label: str = "the study",
     ) -> None:
-        self.catalogue, self._plan, self._study, self._code = catalogue, plan, list(study), code
+        self.catalogue, self._plan, self._code = catalogue, plan, code
+        self._roles = Roles(study)
         self._label = label
         self._reference = {name: Path(path) for name, path in reference.items()}
 
@@ -100,7 +101,7 @@ class Displays:
         """What each is made from, by what it calls it; only those that the study has all needs of."""
         found = {}
         for name, display in self.catalogue.all().items():
-            known = results_of(roles_of(self._study, display.of)) | self._reference
+            known = results_of(self._roles.of(display.of)) | self._reference
             if set(display.needs) <= {*known, "scenes"}:
                 found[name] = {need: known[need] for need in display.takes if need in known}
         return found
@@ -142,7 +143,7 @@ class Displays:
         display = self.catalogue.find(name)
         scenes: dict[str, Scene] = {}
         if "scenes" in display.takes:
-            for role, found in roles_of(self._study, display.of).items():
+            for role, found in self._roles.of(display.of).items():
                 if set(display.takes) & results_of({role: found}).keys():
                     several = isinstance(found, list)
                     scenes |= {scene.name: scene for scene in found} if several else {role: found}
