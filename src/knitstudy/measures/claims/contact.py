@@ -170,7 +170,9 @@ def judge_smaller_friction(evidence: Evidence) -> Judgement:
         if base is None:
             return Judgement("", NOT_RUN, "there is no reference of all three interactions")
         for name in alike:
-            carried = carried_over(known[base], histories[base], histories[name])
+            carried = known[name]
+            if not carried.known:
+                carried = carried_over(known[base], histories[base], histories[name])
             forces[name] = carried.at(FORCE, max(carried.strains(FORCE), default=0.0))
     (tie, *_), (rough, *_), slides = (names[kind] for kind in INTERACTIONS)
     slides = sorted(slides, key=lambda name: evidence.scenes[name].contact.friction, reverse=True)
@@ -181,7 +183,7 @@ def judge_smaller_friction(evidence: Evidence) -> Judgement:
     judged = Judgement(
         measured,
         verdict(all_hold(_larger(forces[one], forces[other]) for one, other in pairs)),
-        "uncertainties are by how much this discretisation is off where the reference knows it",
+        "the reference where it knows the problem; else uncertain by how much this discretisation is off where it does",
     )
     return at_full_strain(evidence, judged, histories.values(), tie)
 
