@@ -7,7 +7,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.files.csv_table import read_table, write_table
 from knitstudy.measures.claims.rules import RULES
 from knitstudy.stages.plan import Plan
-from knitstudy.stages.verdicts import KEPT, found, warning
+from knitstudy.stages.verdicts import KEPT, digest_wanted, found, warning
 
 
 @pytest.fixture
@@ -25,6 +25,10 @@ def test_verdicts_of_other_code_are_said(kept):
     said = warning(kept, "cafe")
     assert "kept on 2026-11-20" in said
     assert "`make verdicts`" in said
+
+
+def test_configuration_without_a_full_study_has_other_verdicts(config, kept):
+    assert "`make verdicts`" in warning(kept, digest_wanted(Plan.of(config), config))
 
 
 def test_nothing_is_kept_of_nothing(config, tmp_path):

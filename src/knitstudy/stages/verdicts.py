@@ -39,8 +39,9 @@ def displays_of(plan: Plan, scenes: Iterable[Scene], config: Path = CONFIG) -> D
 
 
 def digest_wanted(plan: Plan, config: Path = CONFIG) -> str:
-    """Return the digest of the verdicts of the whole study with the code of today."""
-    return displays_of(plan, _study(plan, config), config).digest(TABLE)
+    """Return the digest of the verdicts of the whole study with the code of today, none where it cannot be judged."""
+    displays = displays_of(plan, _study(plan, config), config)
+    return displays.digest(TABLE) if TABLE in displays.names() else ""
 
 
 def found(plan: Plan, results: Path, config: Path = CONFIG) -> pd.DataFrame:
