@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.carried import CARRIED, carried_over
-from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement
+from knitstudy.measures.claims.evidence import NOT_RUN, OPEN, Evidence, Judgement
 from knitstudy.measures.claims.rules import RULES
 from knitstudy.measures.quantities import QUANTITIES
 from knitstudy.measures.reference import Reference, reference_of
@@ -35,7 +35,7 @@ class Finding:
     judged : mapping of str to Judgement
         By claim, as far as the scenes decide it.
     turned : tuple of str
-        Claims whose verdict is not the base's.
+        Claims whose verdict is not the base's, where the base decides.
     """
 
     variation: Variation
@@ -137,7 +137,7 @@ def _judged(
 
 
 def _differs(one: Judgement, other: Judgement | None) -> bool:
-    return other is not None and one.verdict != other.verdict
+    return other is not None and other.verdict != OPEN and one.verdict != other.verdict
 
 
 def _at_full_strain(history: xr.Dataset, quantity: str) -> float:
