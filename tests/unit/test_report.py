@@ -138,9 +138,11 @@ def test_page_shows_what_the_full_study_found_and_what_is_old(page):
 def test_summary_names_every_claim_and_shows_what_is_drawn(results):
     claims = read_table(RESOURCES / "paper_claims.csv")
     kept = claims.assign(verdict="reproduced", measured="|u| 7 mm", note="", made="2026-11-20", digest="beef")
+    kept["simulations"] = "7 of 9"
     page, shown = summarise(REPORT / "results.md", kept, {"fig08_out_of_plane"}, "results")
     for row in claims.itertuples():
         assert f"| {row.id} | {row.claim} ({row.where}) | **reproduced** | \\|u\\| 7 mm |" in page
+    assert "on 2026-11-20 from\n7 of 9 simulations" in page
     assert shown == ["fig08_out_of_plane"]
     assert page.count("](results/") == 1
     assert f"Of {len(claims)} claims of the paper: {len(claims)} reproduced." in page

@@ -22,7 +22,7 @@ def summarise(
         Jinja2 template of the page. ``claims(letters)`` gives it the claims whose ids begin with one of some letters,
         ``picture(name)`` a figure, or nothing where that is not drawn.
     verdicts : DataFrame
-        As they are kept, with the day ``made``.
+        As they are kept, with the day ``made`` and how many ``simulations`` of the study they stand on.
     drawn : collection of str
         Names of figures.
     folder : str
@@ -43,6 +43,7 @@ def summarise(
         picture=picture,
         claims=lambda letters: [row for row in rows if row["id"][0] in letters],
         verdicts=rows,
-        made=max(row["made"] for row in rows),
+        made=rows[0]["made"],
+        simulations=rows[0]["simulations"],
     )
     return page, shown

@@ -52,7 +52,8 @@ def found(plan: Plan, results: Path, config: Path = CONFIG) -> pd.DataFrame:
     DataFileError
         When there is none.
     """
-    scenes = [scene for scene in _study(plan, config) if _is_there(plan, scene, results)]
+    study = _study(plan, config)
+    scenes = [scene for scene in study if _is_there(plan, scene, results)]
     if not scenes:
         raise DataFileError(
             f"{results}: has no simulation of the study {STUDY!r} that is up to date; run `make study STUDY={STUDY}`"
@@ -60,7 +61,11 @@ def found(plan: Plan, results: Path, config: Path = CONFIG) -> pd.DataFrame:
     displays = displays_of(plan, scenes, config)
     sources = read_sources(displays.files(TABLE, results).items())
     table = tabulate(TABLE, **sources, scenes=displays.scenes(TABLE))
-    return table.assign(digest=displays.digest(TABLE), made=datetime.date.today().isoformat())
+    return table.assign(
+        digest=displays.digest(TABLE),
+        simulations=f"{len(scenes)} of {len(study)}",
+        made=datetime.date.today().isoformat(),
+    )
 
 
 def warning(kept: Path, wanted: str) -> str:

@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.measures.claims.evidence import Evidence
+from knitstudy.measures.claims.evidence import OPEN, Evidence
 from knitstudy.measures.claims.inputs import CLAIMS, findings, hanging
 from knitstudy.measures.claims.rules import RULES
 from knitstudy.measures.discretisation import made_of
@@ -126,12 +126,15 @@ def _hanging(evidence: Evidence, found: Mapping[str, Any]) -> dict[str, str]:
         evidence.reference,
     )
     inputs = hanging(results)
-    return {
-        claim: ", ".join(INPUTS[key] for key, claims in inputs.items() if claim in claims)
-        or f"none of {len(inputs)}"
-        for claim in CLAIMS
-        if any(claim in each.judged for each in results)
-    }
+    said = {}
+    for claim in (claim for claim in CLAIMS if any(claim in each.judged for each in results)):
+        base = results[0].judged.get(claim)
+        if base is None or base.verdict == OPEN:
+            said[claim] = "not known: these simulations do not decide it at the base"
+        else:
+            names = [INPUTS[key] for key, claims in inputs.items() if claim in claims]
+            said[claim] = ", ".join(names) or f"none of {len(inputs)}"
+    return said
 
 
 def _row(claim: Any, evidence: Evidence, hang: Mapping[str, str]) -> dict[str, str]:
