@@ -43,20 +43,21 @@ def code_digest(*names: str) -> str:
     return digest.hexdigest()[:16]
 
 
-@cache
 def tree_digest(path: Path) -> str:
     """Return a digest of a file's syntax tree without docstrings: comments and layout do not count."""
-    tree = _parsed(path)
+    return _read(path)[0]
+
+
+@cache
+def _read(path: Path) -> tuple[str, tuple[str, ...]]:
+    """Return the digest of a file's syntax tree, and the modules of this package that it imports."""
+    tree = ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+    imports = tuple(_imported(tree, path))
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             # Wherever a text stands alone it documents: of fields and constants as well.
             node.body = [each for each in node.body if not _is_text(each)] or [ast.Pass()]
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()
-
-
-@cache
-def _parsed(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), imports
 
 
 def _is_text(node: ast.stmt) -> bool:
@@ -93,7 +94,7 @@ def modules_behind(*names: str) -> list[Path]:
         if path is None:
             raise ConfigurationError(f"the package has no module {name!r}")
         found[name] = path
-        waiting.extend(_imports(path))
+        waiting.extend(_read(path)[1])
         waiting.extend(_packages_around(name))
     return sorted(set(found.values()))
 
@@ -104,14 +105,9 @@ def _carries(name: str) -> bool:
     )
 
 
-@cache
-def _imports(path: Path) -> tuple[str, ...]:
-    return tuple(_imported(path))
-
-
-def _imported(path: Path) -> Iterator[str]:
+def _imported(tree: ast.Module, path: Path) -> Iterator[str]:
     """Yield the modules of this package that a file imports, on every level but under TYPE_CHECKING."""
-    for node in _running_statements(_parsed(path)):
+    for node in _running_statements(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name.split(".")[0] == "knitstudy")
         elif isinstance(node, ast.ImportFrom):

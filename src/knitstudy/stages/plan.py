@@ -93,6 +93,11 @@ class Plan:
             self._digests[path] = digest_of(stage, stage.document(scene), scene, needed)
         return self._digests[path]
 
+    def is_up_to_date(self, stage: Stage, scene: Scene, results: Path) -> bool:
+        """Whether a result is there, in a folder of results, with the digest that it should have."""
+        path = results / stage.path(scene)
+        return path.is_file() and digest_or_warning(path) == self.digest(stage, scene)
+
     def steps(self, scenes: Iterable[Scene]) -> list[Step]:
         """Return everything that may be made of scenes, each path once and after what it is made from."""
         scenes = list(scenes)

@@ -19,7 +19,7 @@ from knitstudy.files.netcdf import read_dataset
 from knitstudy.measures.selection import ways
 from knitstudy.measures.ways import ways_of
 from knitstudy.stages.code import code_digest
-from knitstudy.stages.plan import Plan, digest_or_warning
+from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES, stage_of
 from knitstudy.study.configuration import CONFIG, load_scenes, load_study
 from knitstudy.study.scene import Scene
@@ -62,10 +62,8 @@ def found(scenes: Mapping[str, Scene], results: Path, config: Path = CONFIG) -> 
     plan, histories, contacts = Plan.of(config), {}, {}
     for name, scene in scenes.items():
         steps = stage_of(scene), STAGES.find("contacts")
-        paths = [results / stage.path(scene) for stage in steps]
-        wanted = [plan.digest(stage, scene) for stage in steps]
-        if all(path.is_file() for path in paths) and [digest_or_warning(path) for path in paths] == wanted:
-            histories[name], contacts[name] = (read_dataset(path) for path in paths)
+        if all(plan.is_up_to_date(stage, scene, results) for stage in steps):
+            histories[name], contacts[name] = (read_dataset(results / stage.path(scene)) for stage in steps)
     return values_of(histories, contacts)
 
 

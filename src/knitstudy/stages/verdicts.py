@@ -20,7 +20,7 @@ from knitstudy.report.screen import save_for_screen
 from knitstudy.report.sources import read_sources
 from knitstudy.report.summary import summarise
 from knitstudy.stages.displays import Displays, reference_files
-from knitstudy.stages.plan import Plan, digest_or_warning
+from knitstudy.stages.plan import Plan
 from knitstudy.study.configuration import CONFIG, load_study
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES, tabulate
@@ -103,11 +103,8 @@ def _study(plan: Plan, config: Path) -> list[Scene]:
 
 def _is_there(plan: Plan, scene: Scene, results: Path) -> bool:
     """Whether all data of a scene are there and up to date."""
-    steps = [step for step in plan.steps([scene]) if step[0].leaves.endswith(".nc")]
-    paths = [results / stage.path(scene) for stage, _ in steps]
-    return all(path.is_file() for path in paths) and all(
-        digest_or_warning(path) == plan.digest(*step) for path, step in zip(paths, steps, strict=True)
-    )
+    data = (step for step in plan.steps([scene]) if step[0].leaves.endswith(".nc"))
+    return all(plan.is_up_to_date(*step, results) for step in data)
 
 
 if __name__ == "__main__":
