@@ -8,9 +8,9 @@ def test_growth_counts_memory_that_was_freed_again():
     meter = Meter()
     if not meter.has_own_peak:
         pytest.skip("this system has no peak that can be begun anew")
-    np.ones(4_000_000)  # 32 MB, freed at once
+    np.ones(8_000_000)  # 64 MB, freed at once; malloc may take up to 32 MiB from what the process has already
     cost = meter.read()
-    assert 25e6 < cost.memory_growth < 60e6
+    assert 55e6 < cost.memory_growth < 100e6
     assert cost.memory_peak >= cost.memory_growth
     assert cost.seconds > 0
 
