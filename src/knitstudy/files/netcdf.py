@@ -50,7 +50,9 @@ def write_dataset(
         try:
             dataset.to_netcdf(temporary, format="NETCDF4", engine="netcdf4", encoding=encoding)
         except (OSError, RuntimeError) as error:
-            raise DataFileError(f"{path}: cannot be written: {error}") from error
+            raise DataFileError(
+                f"{path}: cannot be written: {error}; make room on the disk, or name another folder"
+            ) from error
 
 
 def read_dataset(path: Path | str) -> xr.Dataset:
@@ -68,6 +70,8 @@ def read_dataset(path: Path | str) -> xr.Dataset:
     """
     path = Path(path)
     remedy = "delete it and make it again, with `make study` or `knitstudy run`"
+    if path.is_dir():
+        raise DataFileError(f"{path}: is a folder; move it away, or name a file in it")
     if not path.is_file():
         raise DataFileError(f"{path}: there is no such file; make it with `make study`")
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import glob
 import os
 from collections.abc import Iterator
@@ -9,6 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from knitstudy.errors import DataFileError
+
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
+"""Disks that take nothing more: full, beyond a quota or a limit, read only, or broken."""
 
 
 @contextmanager
@@ -21,7 +25,8 @@ def replacing(path: Path | str) -> Iterator[Path]:
     Raises
     ------
     DataFileError
-        When the folder cannot be made, or the block ended without writing the temporary file.
+        When the folder cannot be made, the disk is full or takes nothing more, or the block ended without writing the
+        temporary file.
     """
     path = Path(path)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
@@ -37,6 +42,13 @@ def replacing(path: Path | str) -> Iterator[Path]:
         _flush_to_disk(temporary)
         os.replace(temporary, path)
         _flush_to_disk(path.parent)
+    except OSError as error:
+        if error.errno not in NO_ROOM:
+            raise
+        raise DataFileError(
+            f"{path}: cannot be written ({error.strerror}): make room on the disk and type the same command again; "
+            "what was there before is as it was"
+        ) from error
     finally:
         temporary.unlink(missing_ok=True)
 

@@ -86,7 +86,10 @@ _VECTOR = ("increment", "xyz")
 _CROSSING = ("increment", "crossing")
 _SIDE = ("increment", "crossing", "side")
 _YARN = ("increment", "yarn_number", "xyz")
+_PLANE = ("increment", "plane")
+_SHELL = ("plane", "of_plane")
 _TOUCHING = "dns with contact"
+_CELL = "cell"
 
 HISTORY = Columns(
     "history",
@@ -136,6 +139,18 @@ HISTORY = Columns(
         "crossing_tied": Column(("crossing",), "1", "1 where the crossing is tied", "dns, beam"),
         "tied_area": Column(("crossing",), "m2", "tied area, nan where none is", "dns"),
         "tied_centroid": Column(("crossing", "xyz"), "m", "its centroid", "dns"),
+        "cell_strain": Column(_PLANE, "1", "strains in the plane: course, wale, angle of shear", _CELL),
+        "force_per_width": Column(
+            _PLANE, "N/m", "forces per undeformed width that do work on these strains", _CELL
+        ),
+        "tangent_per_width": Column(
+            (*_PLANE, "of_plane"), "N/m", "derivatives of these forces by these strains", _CELL
+        ),
+        "membrane_stiffness": Column(
+            _SHELL, "N/m", "at rest: forces per width by strains in the plane, A of a shell", _CELL
+        ),
+        "coupling_stiffness": Column(_SHELL, "N", "at rest: forces per width by curvatures, B", _CELL),
+        "bending_stiffness": Column(_SHELL, "N m", "at rest: moments per width by curvatures, D", _CELL),
         "section_gradient": Column(
             (*_SIDE, "xyz", "undeformed_xyz"),
             "1",
@@ -176,6 +191,23 @@ HISTORY = Columns(
             "N/m",
             "force over displacement of the springs, nan where there are none",
             "rom3d",
+        ),
+        "window_crossing": Column(("crossing",), "1", "1 in the cells that a window is asked for", "window"),
+        "seam_yarn": Column(
+            ("seam",), "1", "yarn that is solid on one side of it and beam on the other", "window"
+        ),
+        "seam_arc_length": Column(("seam",), "m", "where along the yarn", "window"),
+        "seam_force": Column(
+            ("increment", "seam", "xyz"), "N", "force of the beam on the solid yarn", "window"
+        ),
+        "seam_moment": Column(
+            ("increment", "seam", "xyz"),
+            "N m",
+            "moment of the beam on the section of the solid yarn",
+            "window",
+        ),
+        "seam_jump": Column(
+            _INCREMENT, "N", "largest difference of the forces on either side of a seam", "window"
         ),
         "contact_increment": Column(("point",), "1", "increment that it belongs to", _TOUCHING),
         "contact_crossing": Column(

@@ -30,7 +30,7 @@ def restart_of(folder: Path | str, name: str, digest: str) -> Path:
     restart = Path(folder) / f"{name}-{digest[:DIGITS]}.npz"
     for path in restart.parent.glob(f"{name}-{DIGITS * '[0-9a-f]'}.*"):
         if path.stem != restart.stem:
-            path.unlink()
+            path.unlink(missing_ok=True)  # another run of the scene may have been first
     return restart
 
 

@@ -277,11 +277,19 @@ def _own(entries: np.ndarray, weights: sp.csr_matrix, chosen: np.ndarray) -> tup
     first = ends[longest - 1] if longest else 0
     run = slice(int(entries[place[first]]), int(entries[place[last - 1]]) + 1)
     others = np.concatenate([place[:first], place[last:]])
-    return Part(run, weights[place[first:last]]), Part(entries[others], weights[others])
+    return Part(run, _rows(weights, place[first:last])), Part(entries[others], _rows(weights, others))
 
 
 def _part(entries: np.ndarray, weights: sp.csr_matrix, chosen: np.ndarray) -> Part:
-    return Part(entries[chosen], weights[np.flatnonzero(chosen)])
+    return Part(entries[chosen], _rows(weights, np.flatnonzero(chosen)))
+
+
+def _rows(weights: sp.csr_matrix, number: np.ndarray) -> sp.csr_matrix:
+    """Return rows of weights; where all are 1, still in the one array for all batches."""
+    rows = weights[number]
+    if np.all(weights.data == 1):
+        rows.data = weights.data[: rows.nnz]
+    return rows
 
 
 def _batches(group: int, connectivity: np.ndarray, pairs: int) -> list[Batch]:

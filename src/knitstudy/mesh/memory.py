@@ -9,8 +9,8 @@ from knitstudy.gates.memory import require_memory
 from knitstudy.mesh.section import nodes_for_size
 from knitstudy.mesh.sweep import Curve
 
-BYTES_A_NODE = 1750
-"""Of a mesh while its quality is checked; measured were 1.5 to 1.8 kB, from 0.2 to 0.05 mm."""
+BYTES_A_NODE = 250
+"""Of a mesh that is made and checked, beside some 100 MB of a batch; measured were 165 to 215, of 0.07 and 0.1 mm."""
 
 BYTES_AN_UNKNOWN = {8: 2000, 20: 3000}
 """Of a simulation of tied yarns without their factors, by the nodes of an element; yarns in contact were measured to

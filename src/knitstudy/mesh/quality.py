@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Protocol
 
@@ -18,6 +18,9 @@ OVERLAP_TOLERANCE = 0.01
 
 SAMPLES_PER_DIAMETER = 50
 """Points along a diameter of yarn in the search for overlaps: distances are then exact to 1e-4."""
+
+AT_ONCE = 16_384
+"""Elements, or points whose neighbours are held, at a time."""
 
 # Per corner of a VTK hexahedron, the corners at the other ends of its three edges, right-handed.
 _EDGES = np.array([[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]])
@@ -48,17 +51,12 @@ def scaled_jacobian(nodes: np.ndarray, hexahedra: np.ndarray) -> np.ndarray:
     -------
     ndarray (E,)
     """
-    corners = nodes[hexahedra]
-    edges = corners[:, _EDGES] - corners[:, :, None]  # (E, 8, 3, 3)
-    triple = np.einsum("eci,eci->ec", edges[:, :, 0], np.cross(edges[:, :, 1], edges[:, :, 2]))
-    return (triple / np.linalg.norm(edges, axis=-1).prod(axis=-1)).min(axis=1)
+    return np.concatenate([_scaled_jacobian(edges) for edges in _edges(nodes, hexahedra)])
 
 
 def edge_ratio(mesh: SweptMesh) -> np.ndarray:
     """Longest edge over shortest edge of every hexahedron (E,)."""
-    corners = mesh.nodes[mesh.hexahedra]
-    lengths = np.linalg.norm(corners[:, _EDGES] - corners[:, :, None], axis=-1).reshape(-1, 24)
-    return lengths.max(axis=1) / lengths.min(axis=1)
+    return np.concatenate([_edge_ratio(edges) for edges in _edges(mesh.nodes, mesh.hexahedra)])
 
 
 def check(mesh: SweptMesh, curves: Sequence[BendingCurve], overlap: float = OVERLAP_TOLERANCE) -> None:
@@ -136,15 +134,21 @@ def check_overlap(curves: Sequence[Curve], radius: float, tolerance: float = OVE
     points = np.concatenate([curve.position(s) for curve, s in zip(curves, stations, strict=True)])
     s = np.concatenate(stations)
     allowed = 2 * radius * (1 - tolerance)
-    near = cKDTree(points).query_pairs(allowed, output_type="ndarray")
-    apart = (yarn[near[:, 0]] != yarn[near[:, 1]]) | (np.abs(np.diff(s[near], axis=1)[:, 0]) > np.pi * radius)
-    near = near[apart]
-    if near.size:
-        distance = np.linalg.norm(np.diff(points[near], axis=1)[:, 0], axis=1)
-        first, second = near[np.argmin(distance)]
+    tree = cKDTree(points)
+    nearest = allowed, -1, -1
+    for low in range(0, len(points), AT_ONCE):
+        part = slice(low, low + AT_ONCE)
+        near = cKDTree(points[part]).sparse_distance_matrix(tree, allowed, output_type="ndarray")
+        first, second = low + near["i"], near["j"]
+        apart = (yarn[first] != yarn[second]) | (np.abs(s[first] - s[second]) > np.pi * radius)
+        if apart.any():
+            at = np.flatnonzero(apart)[np.argmin(near["v"][apart])]
+            nearest = min(nearest, (near["v"][at], first[at], second[at]))
+    distance, first, second = nearest
+    if first >= 0:
         raise MeshError(
             f"yarn {yarn[first]} at s = {s[first]:.6g} m and yarn {yarn[second]} at s = {s[second]:.6g} m "
-            f"overlap: their centrelines are {distance.min():.4g} m apart, less than {allowed:.4g} m: use a smaller "
+            f"overlap: their centrelines are {distance:.4g} m apart, less than {allowed:.4g} m: use a smaller "
             "yarn.diameter or a larger clearance"
         )
 
@@ -177,6 +181,23 @@ def summary(mesh: SweptMesh, bins: int = 20) -> xr.Dataset:
     variables["scaled_jacobian_edge"] = (("bin_edge",), edges, {"units": "1"})
     variables["elements_in_bin"] = (("bin",), counts, {"units": "1"})
     return xr.Dataset(variables)
+
+
+def _edges(nodes: np.ndarray, hexahedra: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield the three edges at every corner of some elements at a time (e, 8, 3, 3), right-handed [m]."""
+    for low in range(0, len(hexahedra), AT_ONCE):
+        corners = nodes[hexahedra[low : low + AT_ONCE]]
+        yield corners[:, _EDGES] - corners[:, :, None]
+
+
+def _scaled_jacobian(edges: np.ndarray) -> np.ndarray:
+    triple = np.einsum("eci,eci->ec", edges[:, :, 0], np.cross(edges[:, :, 1], edges[:, :, 2]))
+    return (triple / np.linalg.norm(edges, axis=-1).prod(axis=-1)).min(axis=1)
+
+
+def _edge_ratio(edges: np.ndarray) -> np.ndarray:
+    lengths = np.linalg.norm(edges, axis=-1).reshape(-1, 24)
+    return lengths.max(axis=1) / lengths.min(axis=1)
 
 
 def _stations(curve: Curve, radius: float) -> np.ndarray:

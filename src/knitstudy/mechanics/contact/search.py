@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,9 @@ from scipy.spatial import cKDTree
 
 from knitstudy.mechanics.contact.quadrature import CHUNK, Quadrature
 from knitstudy.mechanics.contact.surface import Stencil, Surfaces
+
+AT_ONCE = 16_384
+"""Points or rings whose neighbours are held at a time: of each some tens are near, nearly all on its own yarn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,20 +66,19 @@ class Search:
 
     def find(self, carriers: np.ndarray, margin: float) -> Candidates:
         """Return all pairs whose distance may be below `margin` [m] where the carriers (M, 3) are now."""
-        centres = self.surfaces.centres(carriers)
-        tree = cKDTree(centres)
+        tree = cKDTree(self.surfaces.centres(carriers))
         point = self._points_of(self._near_rows(tree, margin))
-        if not len(point):
-            return Candidates(point, point, np.empty((0, 2)))
         position = self.positions(point, carriers)
-        reach = self._reach.max() + margin + 0.5 * self._step
-        pairs = cKDTree(position).sparse_distance_matrix(tree, reach, output_type="ndarray")
-        row = pairs["j"]
-        mine, theirs = self.quadrature.surface[point[pairs["i"]]], self._surface[row]
-        own_row = self._first[mine] + self.quadrature.cell[point[pairs["i"]], 0]
-        allowed = self._may_meet(own_row, row)
-        allowed &= pairs["v"] <= self._reach[theirs] + margin + 0.5 * self._step
-        return self._nearest(point, position, pairs[allowed], carriers)
+        parts = _parts(len(point))
+        near = [self._nearest(point[part], position[part], tree, margin) for part in parts]
+        which = _joined(part.start + i for part, (i, _) in zip(parts, near, strict=True))
+        row = _joined(j for _, j in near)
+        surface = self._surface[row]
+        guess = np.empty((len(row), 2))
+        for number in np.unique(surface):
+            here = np.flatnonzero(surface == number)
+            guess[here] = self._place(number, self._row[row[here]], position[which[here]], carriers)
+        return Candidates(point[which], surface, guess)
 
     def positions(self, point: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return where points (k,) are [m], for current carriers (M, 3)."""
@@ -105,10 +108,13 @@ class Search:
 
     def _near_rows(self, tree: cKDTree, margin: float) -> np.ndarray:
         """Return the rings with another one that may touch them."""
-        pairs = tree.query_pairs(2 * self._reach.max() + margin + 2 * self._step, output_type="ndarray")
-        one, other = pairs.T
-        pairs = pairs[self._may_meet(one, other)]
-        return np.unique(pairs)
+        reach = 2 * self._reach.max() + margin + 2 * self._step
+        near = np.zeros(tree.n, dtype=bool)
+        for rows in _parts(tree.n):
+            pairs = cKDTree(tree.data[rows]).sparse_distance_matrix(tree, reach, output_type="ndarray")
+            one = pairs["i"] + rows.start
+            near[one[self._may_meet(one, pairs["j"])]] = True
+        return np.flatnonzero(near)
 
     def _points_of(self, rows: np.ndarray) -> np.ndarray:
         """Return the points (k,) of the cells beside rings."""
@@ -127,28 +133,28 @@ class Search:
         return np.repeat(start, count) + within
 
     def _nearest(
-        self, point: np.ndarray, position: np.ndarray, pairs: np.ndarray, carriers: np.ndarray
-    ) -> Candidates:
-        """Reduce pairs of points and rings to one for every point and connected piece of a surface."""
+        self, point: np.ndarray, position: np.ndarray, tree: cKDTree, margin: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the numbers (k,) of points and rings, one pair for every point and connected piece of a surface."""
+        reach = self._reach + margin + 0.5 * self._step
+        pairs = cKDTree(position).sparse_distance_matrix(tree, reach.max(), output_type="ndarray")
+        mine, row = point[pairs["i"]], pairs["j"]
+        own_row = self._first[self.quadrature.surface[mine]] + self.quadrature.cell[mine, 0]
+        allowed = self._may_meet(own_row, row)
+        allowed &= pairs["v"] <= reach[self._surface[row]]
+        pairs = pairs[allowed]
         if not len(pairs):
-            none = np.empty(0, dtype=np.int64)
-            return Candidates(none, none, np.empty((0, 2)))
+            return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
         pairs = pairs[np.lexsort((pairs["j"], pairs["i"]))]
         i, j = pairs["i"], pairs["j"]
-        surface = self._surface[j]
         new = np.ones(len(pairs), dtype=bool)
-        new[1:] = (np.diff(i) != 0) | (np.diff(surface) != 0) | (np.diff(j) > 1)
+        new[1:] = (np.diff(i) != 0) | (np.diff(self._surface[j]) != 0) | (np.diff(j) > 1)
         start = np.flatnonzero(new)
         closest = np.minimum.reduceat(pairs["v"], start)
         at_closest = np.flatnonzero(pairs["v"] == np.repeat(closest, np.diff(np.append(start, len(pairs)))))
         piece = np.cumsum(new)[at_closest]
         best = at_closest[np.unique(piece, return_index=True)[1]]
-        i, row, surface = i[best], j[best], surface[best]
-        guess = np.empty((len(best), 2))
-        for number in np.unique(surface):
-            here = np.flatnonzero(surface == number)
-            guess[here] = self._place(number, self._row[row[here]], position[i[here]], carriers)
-        return Candidates(point[i], surface, guess)
+        return i[best], j[best]
 
     def _place(self, number: int, row: np.ndarray, position: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return the place (k, 2) on rings of a surface that is nearest to positions (k, 3)."""
@@ -160,3 +166,11 @@ class Search:
             apart = self.surfaces.ring(number, row[part], carriers) - position[part, None]
             nearest[part] = np.argmin(np.einsum("kai,kai->ka", apart, apart), axis=1)
         return np.stack([along[row], around[nearest]], axis=1)
+
+
+def _parts(count: int) -> list[slice]:
+    return [slice(low, min(low + AT_ONCE, count)) for low in range(0, count, AT_ONCE)]
+
+
+def _joined(numbers: Iterable[np.ndarray]) -> np.ndarray:
+    return np.concatenate([np.empty(0, dtype=np.int64), *numbers])
