@@ -1,0 +1,179 @@
+"""Periodic models: unknowns of images are those of the model plus the jump of a macroscopic deformation.
+
+A sheet repeats itself by two lattice vectors t in its plane. Its generalised strains are those of a Kirchhoff shell,
+
+    e = (e_x, e_y, g_xy, k_x, k_y, k_xy),    u = E x + z K x,    w = - x . K x / 2,
+    E = [[e_x, g_xy / 2], [g_xy / 2, e_y]],  K = [[k_x, k_xy / 2], [k_xy / 2, k_y]],
+
+x in the plane, z from a plane of reference. From a point X to its image X + t this field jumps by
+
+    E t + z K t   in the plane,    - X . K t - t . K t / 2   out of it:
+
+a translation and a rotation, linear in X whatever t is, so that nodes that are coefficients take it as well. All else
+of the displacement repeats itself. A curved sheet is one to first order; strains in the plane may be finite, and the
+plane does not turn, since E is symmetric.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.mechanics.linear.lu import factorise
+from knitstudy.mechanics.model import Model, Response
+
+STRAINS = ("x", "y", "xy")
+"""Components in the plane; of curvatures and moments as well."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """How a sheet repeats itself.
+
+    Attributes
+    ----------
+    vectors : ndarray, shape (2, 3)
+        From a point to its images, in the plane of x and y [m].
+    reference : float
+        Height of the plane of reference [m].
+    """
+
+    vectors: np.ndarray
+    reference: float = 0.0
+
+    @property
+    def area(self) -> float:
+        """Of a cell [m2]."""
+        return float(abs(np.cross(*self.vectors)[2]))
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """What strains (3,) in the plane are multiplied with for a displacement: edges of the cell [m]."""
+        return np.linalg.norm(self.vectors, axis=1)[[0, 1, 1]]
+
+    def jumps(self, number: int, nodes: np.ndarray, unity: np.ndarray) -> np.ndarray:
+        """Return the jumps (N, 3, 6) of nodes to their images by one of the vectors, for each generalised strain.
+
+        Parameters
+        ----------
+        number : int
+            Of the vector.
+        nodes : ndarray, shape (N, 3)
+            Undeformed places, or coefficients of them [m].
+        unity : ndarray, shape (N,)
+            Coefficients of the constant 1.
+        """
+        t = self.vectors[number, :2]
+        way = np.array([[t[0], 0, 0.5 * t[1]], [0, t[1], 0.5 * t[0]]])  # E t, and K t, by components of E, K
+        height = nodes[:, 2] - self.reference * unity
+        found = np.zeros((len(nodes), 3, 6))
+        found[:, :2, :3] = unity[:, None, None] * way
+        found[:, :2, 3:] = height[:, None, None] * way
+        found[:, 2, 3:] = -(nodes[:, :2] + 0.5 * np.multiply.outer(unity, t)) @ way
+        return found
+
+
+class PeriodicModel:
+    """A model whose unknowns are weighted sums of fewer ones, u = T v.
+
+    The last three of v are the lattice: the strains in the plane times `Lattice.lengths` [m]. What is conjugate to them
+    are the forces on the edges of the cell.
+
+    Parameters
+    ----------
+    model : Model
+        Of all nodes, those of images among them; every element, tie and contact once.
+    spread : csr matrix, shape (model.size, size)
+        T, of full rank.
+    """
+
+    block = 3
+
+    def __init__(self, model: Model, spread: sp.csr_matrix) -> None:
+        self.model, self.spread = model, spread
+        self._collect = sp.csr_matrix(spread.T)
+        self.size = spread.shape[1]
+        self.scale = np.ones(self.size)
+        self.length = model.length
+        last = sp.eye(self.size, 3, k=3 - self.size).toarray()
+        self._measure = (spread @ factorise(self._collect @ spread).solve(last)).T
+
+    @property
+    def lattice(self) -> np.ndarray:
+        """Unknowns (3,) of the lattice."""
+        return self.size + np.arange(-3, 0)
+
+    def stretched(self, displacement: np.ndarray) -> np.ndarray:
+        """Return the unknowns (3,) of the lattice in a displacement (model.size,) of the model [m]."""
+        return self._measure @ displacement
+
+    def start(self) -> Any:
+        """Return the undeformed state of the model."""
+        return self.model.start()
+
+    def advance(self, state: Any, step: np.ndarray) -> Any:
+        """Return the state displaced by `step` (size,) [m]."""
+        return self.model.advance(state, self.spread @ step)
+
+    def begin(self, state: Any, load: float, change: float) -> Any:
+        """Return the state in which an increment of the load factor by `change` to `load` starts."""
+        return self.model.begin(state, load, change)
+
+    def respond(self, state: Any, stiffness: bool) -> Response:
+        """Return T^T of the model's forces and, if asked, T^T K T: as a whole, for a direct solver."""
+        answer = self.model.respond(state, stiffness)
+        return replace(
+            answer,
+            force=self._collect @ answer.force,
+            stiffness=self.collected(answer.stiffness) if stiffness else None,
+            unsymmetric=None,
+            moved=None,
+            touching=np.empty(0, dtype=np.int64),
+        )
+
+    def collected(self, stiffness: sp.spmatrix) -> sp.csr_matrix:
+        """Return T^T K T (size, size)."""
+        total = sp.csr_matrix(self._collect @ sp.csr_matrix(stiffness) @ self.spread)
+        total.sort_indices()
+        return total
+
+    def settle(self, state: Any) -> Any | None:
+        """Return what the model does of a balanced state."""
+        return self.model.settle(state)
+
+    def commit(self, state: Any) -> Any:
+        """Return the state that a converged increment leaves."""
+        return self.model.commit(state)
+
+
+def condensed(
+    stiffness: sp.spmatrix, fields: np.ndarray, spread: sp.csr_matrix, held: np.ndarray
+) -> np.ndarray:
+    """Return the symmetric stiffness (m, m) against the amounts of fields, u = S q + fields a, with q in balance.
+
+    Parameters
+    ----------
+    stiffness : sparse matrix, shape (size, size)
+        Symmetric.
+    fields : ndarray, shape (size, m)
+    spread : csr matrix, shape (size, n)
+        S.
+    held : ndarray of int, shape (k,)
+        Of the n: they stay 0, so that nothing can move for nothing.
+
+    Raises
+    ------
+    ConvergenceError
+        If something moves for nothing besides.
+    """
+    free = np.ones(spread.shape[1], dtype=bool)
+    free[held] = False
+    kept = sp.csr_matrix(spread[:, free])
+    pull = sp.csr_matrix(stiffness) @ fields
+    across = kept.T @ pull
+    answer = factorise(kept.T @ stiffness @ kept).solve(across)
+    found = fields.T @ pull - across.T @ answer
+    return 0.5 * (found + found.T)

@@ -1,0 +1,201 @@
+"""Solids and beams as one model: sections of the solids are carried by nodes of the beams (`mechanics.seams`).
+
+Unknowns are those of the solids that belong to no seam, the widths of the seams, then those of the beams. What the
+elements of either side resist is summed up at the unknowns of both: a balanced state has no jump in force or moment.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.mechanics.beam_contact.model import TouchingBeams, TouchingState
+from knitstudy.mechanics.beam_model import BeamModel, BeamState
+from knitstudy.mechanics.model import Response
+from knitstudy.mechanics.seams import MOTIONS, WIDTHS, Seams
+from knitstudy.mechanics.solid import SolidModel, SolidState
+from knitstudy.mechanics.solids_in_contact import ContactState, SolidsInContact
+
+
+@dataclass(frozen=True)
+class MixedState:
+    """State of solids and beams.
+
+    Attributes
+    ----------
+    solids : SolidState
+    beams : BeamState or TouchingState
+    width : ndarray, shape (S, 3)
+        Of the seams [m].
+    """
+
+    solids: SolidState
+    beams: BeamState
+    width: np.ndarray
+
+    @property
+    def frame(self) -> BeamState:
+        """Configuration of the beams' nodes."""
+        return self.beams.beams if isinstance(self.beams, TouchingState) else self.beams
+
+
+# A restart file has to know of which types the parts of a state are.
+
+
+@dataclass(frozen=True)
+class MixedStateTouching(MixedState):
+    """The same where solids are in contact."""
+
+    solids: ContactState
+
+
+@dataclass(frozen=True)
+class MixedStateAllTouching(MixedState):
+    """The same where solids are in contact, and beams as well."""
+
+    solids: ContactState
+    beams: TouchingState
+
+
+class SolidsAndBeams:
+    """Solids, and beams whose nodes carry sections of them.
+
+    Parameters
+    ----------
+    solids : SolidModel
+        No node of it depends on others.
+    beams : BeamModel or TouchingBeams
+    seams : Seams
+        Every solid node belongs to one at most, and its node stands where the section's mean is.
+    """
+
+    block = 1  # two kinds of nodes have no common block
+
+    def __init__(self, solids: SolidModel, beams: BeamModel | TouchingBeams, seams: Seams) -> None:
+        self.solids, self.beams, self.seams = solids, beams, seams
+        free = np.ones(solids.size // 3, dtype=bool)
+        free[seams.section.ravel()] = False
+        self._own = np.flatnonzero(np.repeat(free, 3))
+        self.first_width = len(self._own)
+        self.first_beam = self.first_width + WIDTHS * seams.count
+        self.size = self.first_beam + beams.size
+        ones = np.ones(self.first_beam)
+        self.scale = np.concatenate([ones, beams.scale])
+        self.length = solids.length
+        self._at_rest = (beams.beams if isinstance(beams, TouchingBeams) else beams).nodes
+        self._rows = (3 * seams.section[:, :, None] + np.arange(3)).reshape(-1, MOTIONS)
+        at_node = self.first_beam + 6 * seams.node[:, None] + np.arange(6)
+        widths = self.first_width + np.arange(WIDTHS * seams.count).reshape(-1, WIDTHS)
+        self._motions = np.concatenate([at_node, widths], axis=1)  # (S, 9)
+
+    def start(self) -> MixedState:
+        """Return the undeformed state."""
+        state = MixedState
+        if isinstance(self.solids, SolidsInContact):
+            state = MixedStateAllTouching if isinstance(self.beams, TouchingBeams) else MixedStateTouching
+        return state(self.solids.start(), self.beams.start(), np.zeros((self.seams.count, WIDTHS)))
+
+    def begin(self, state: MixedState, load: float, change: float) -> MixedState:
+        """Return the state in which an increment of the load factor by `change` to `load` starts."""
+        return replace(
+            state,
+            solids=self.solids.begin(state.solids, load, change),
+            beams=self.beams.begin(state.beams, load, change),
+        )
+
+    def advance(self, state: MixedState, step: np.ndarray) -> MixedState:
+        """Return the state a step (size,) further; sections go along with their nodes."""
+        width = state.width + step[self.first_width : self.first_beam].reshape(-1, WIDTHS)
+        moved = replace(state, beams=self.beams.advance(state.beams, step[self.first_beam :]), width=width)
+        node, frame = self.seams.node, moved.frame
+        carried = self.seams.displacement((frame.position - self._at_rest)[node], frame.rotation[node], width)
+        way = np.zeros(self.solids.size)
+        way[self._own] = step[: self.first_width]
+        way[self._rows] = carried.reshape(-1, MOTIONS) - state.solids.displacement.ravel()[self._rows]
+        return replace(moved, solids=self.solids.advance(state.solids, way))
+
+    def respond(self, state: MixedState, stiffness: bool) -> Response:
+        """Return internal force, energies and, if asked, the tangent."""
+        solids = self.solids.respond(state.solids, stiffness)
+        beams = self.beams.respond(state.beams, stiffness)
+        slope = self.seams.derivative(state.frame.rotation[self.seams.node], state.width)
+        at_sections = solids.force[self._rows]
+        force = np.zeros(self.size)
+        force[self.first_beam :] = beams.force
+        force[: self.first_width] = solids.force[self._own]
+        np.add.at(force, self._motions, np.einsum("sru,sr->su", slope, at_sections))
+        return Response(
+            force=force,
+            mean_force=min(solids.mean_force, beams.mean_force),
+            energy=_sum(solids.energy, beams.energy),
+            node_force=solids.node_force,
+            stiffness=self._tangent(solids, beams, state, slope, at_sections) if stiffness else None,
+            status=_joined(solids.status, beams.status),
+            viscous_force=solids.viscous_force,
+            assembly_seconds=solids.assembly_seconds,
+        )
+
+    def settle(self, state: MixedState) -> MixedState | None:
+        """Return None if the solids accept the state, or the state to balance anew; raises as they do.
+
+        Beams accept every balanced state.
+        """
+        settled = self.solids.settle(state.solids)
+        return None if settled is None else replace(state, solids=settled)
+
+    def commit(self, state: MixedState) -> MixedState:
+        """Return the state that a converged increment leaves."""
+        return replace(state, solids=self.solids.commit(state.solids), beams=self.beams.commit(state.beams))
+
+    def seam_forces(self, state: MixedState) -> tuple[np.ndarray, np.ndarray]:
+        """Return forces [N] and moments [N m] (S, 2, 3) on the nodes of the seams, from the solids and the beams.
+
+        Both are internal forces, what the elements of either side resist: in a balanced state they add up to zero.
+        """
+        slope = self.seams.derivative(state.frame.rotation[self.seams.node], state.width)
+        at_sections = self.solids.respond(state.solids, False).force[self._rows]
+        solid = np.einsum("sru,sr->su", slope, at_sections)[:, :6]
+        beam = self.beams.respond(state.beams, False).force.reshape(-1, 6)[self.seams.node]
+        both = np.stack([solid, beam], axis=1)
+        return both[..., :3], both[..., 3:]
+
+    def _tangent(
+        self,
+        solids: Response,
+        beams: Response,
+        state: MixedState,
+        slope: np.ndarray,
+        at_sections: np.ndarray,
+    ) -> sp.csr_matrix:
+        rotation = state.frame.rotation[self.seams.node]
+        turning = self.seams.turning(rotation, state.width, at_sections.reshape(-1, 3, 3))
+        spread = self._spread(slope)
+        parts = [sp.coo_matrix(spread.T @ sp.csr_matrix(solids.stiffness) @ spread)]
+        rows, columns, values = [parts[0].row], [parts[0].col], [parts[0].data]
+        own = sp.coo_matrix(beams.stiffness)
+        rows += [own.row + self.first_beam, np.repeat(self._motions, MOTIONS, axis=1).ravel()]
+        columns += [own.col + self.first_beam, np.tile(self._motions, MOTIONS).ravel()]
+        values += [own.data, turning.ravel()]
+        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        # Sums of triplets keep zeros: the pattern stays the same and structurally symmetric.
+        return sp.coo_matrix(entries, shape=(self.size, self.size)).tocsr()
+
+    def _spread(self, slope: np.ndarray) -> sp.csr_matrix:
+        """Return the derivative (3 N, size) of the solids' nodes over all unknowns."""
+        rows = np.concatenate([self._own, np.repeat(self._rows, MOTIONS, axis=1).ravel()])
+        columns = np.concatenate([np.arange(self.first_width), np.tile(self._motions, MOTIONS).ravel()])
+        values = np.concatenate([np.ones(self.first_width), slope.ravel()])
+        return sp.coo_matrix((values, (rows, columns)), shape=(self.solids.size, self.size)).tocsr()
+
+
+def _sum(one: dict[str, float], other: dict[str, float]) -> dict[str, float]:
+    """Return energies of both by form [J]."""
+    return {form: one.get(form, 0.0) + other.get(form, 0.0) for form in one | other}
+
+
+def _joined(*statuses: np.ndarray | None) -> np.ndarray | None:
+    """Return the status of all contact points; None if there is none."""
+    known = [status for status in statuses if status is not None]
+    return np.concatenate([np.ravel(status) for status in known]) if known else None

@@ -1,0 +1,130 @@
+"""Pieces of yarn as polynomial solid yarns, with their ties and their contact."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from importlib import import_module
+
+import numpy as np
+
+from knitstudy.crossings.facets import CrossingFacets
+from knitstudy.crossings.tied_crossings import tied_pieces
+from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.polynomial_yarn.patch_compliance import missing
+from knitstudy.mechanics.polynomial_yarn.sampling import Sampling
+from knitstudy.mechanics.polynomial_yarn.space import Space, YarnSpace, yarn_space
+from knitstudy.mechanics.polynomial_yarn.span import span_groups
+from knitstudy.mechanics.solid import SolidModel
+from knitstudy.mesh.grips import Grips
+from knitstudy.mesh.quality import check_bending, check_overlap
+from knitstudy.mesh.sampled import ACROSS
+from knitstudy.mesh.section import Section
+from knitstudy.mesh.spacing import Spacing, place_slices
+from knitstudy.mesh.sweep import SweptMesh, sweep
+from knitstudy.solids.contact_cells import contact_surfaces
+from knitstudy.solids.discretisation import Discretisation
+from knitstudy.solids.patch_tie import tie_patches
+
+# The shape of a yarn, its places and its volume are one piece of code, whoever divides the yarn.
+from knitstudy.solids.polynomial_yarns import _locate, _shape, _volume
+from knitstudy.solids.solid_yarns import SolidYarns
+from knitstudy.solids.yarn_spans import RAMP
+from knitstudy.study.scene import Scene
+from knitstudy.window.pieces import Pieces
+
+
+def solid_pieces(scene: Scene, pieces: Pieces) -> SolidYarns:
+    """Return the solid yarns of a window: all crossings are tied, or all in contact.
+
+    Raises
+    ------
+    MeshError
+        If the yarn bends tighter than its radius, crossings cannot be tied, or yarns overlap.
+    """
+    parts = _divided(scene, pieces)
+    crossings, interaction, yarn = pieces.crossings, scene.kind.interaction, scene.yarn
+    tied = np.full(len(crossings.row), not interaction.touches)
+    tie = tie_patches(parts, pieces, tied, scene.tie.radius, yarn.youngs_modulus)
+    facets = CrossingFacets.of(crossings, parts.mesh)
+    groups = parts.groups(tie.nodes)
+    solids = (tie.nodes, groups, parts.size, None, None, tie.links)
+    every = np.arange(len(parts.nodes))
+    if not interaction.touches:
+        return SolidYarns(parts, SolidModel(*solids), tie, facets, every)
+    own = tied_pieces(parts.rings.arc_length, crossings, tied)
+    contact = import_module(interaction.solids)
+    touching = contact.touching(scene, parts, tie, own, facets, parts.volume(groups), solids)
+    return SolidYarns(parts, touching.model, tie, facets, every, touching)
+
+
+def end_sections(parts: Discretisation) -> np.ndarray:
+    """Return the nodes (P, 2, 3) that the mean and the linear moments of both end sections of all pieces are."""
+    ends = np.stack([parts.ends.held, parts.ends.driven]).reshape(2, -1, 3)
+    return ends.swapaxes(0, 1)
+
+
+def _divided(scene: Scene, pieces: Pieces) -> Discretisation:
+    """Return pieces, divided as whole solid yarns are; their ends are the sections that beams carry."""
+    _require_sound(pieces)
+    yarn, radius, lines = scene.yarn, pieces.radius, pieces.centrelines
+    space = Space(tuple(_space(scene, pieces, piece) for piece in range(len(lines))))
+    nodes = np.concatenate([_shape(own, line, radius) for own, line in zip(space.yarns, lines, strict=True)])
+    mesh = _sections(pieces)
+    surfaces, rings = contact_surfaces(scene, space, pieces)
+    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
+    return Discretisation(
+        mesh=mesh,
+        nodes=nodes,
+        unity=space.unity,
+        yarn=space.yarn,
+        station=space.station,
+        bandwidth=max(own.bandwidth for own in space.yarns),
+        groups=partial(span_groups, space, material=material),
+        volume=partial(_volume, space.size),
+        surfaces=surfaces,
+        rings=rings,
+        ends=Grips(*(_carried(space, last) for last in (0, -1))),
+        locate=partial(_locate, space, nodes),
+        size=2 * radius / ACROSS,
+        missing=partial(missing, space, radius, yarn.youngs_modulus, yarn.poisson_ratio),
+        sampling=Sampling(space, mesh.yarn_of_slice, mesh.arc_length, mesh.section.points),
+    )
+
+
+def _space(scene: Scene, pieces: Pieces, piece: int) -> YarnSpace:
+    """Return the space of a piece: spans and degrees by the keys of whole yarns."""
+    radius, keys, length = pieces.radius, scene.mesh, pieces.centrelines[piece].length
+    stations = pieces.stations(piece)
+    reach = keys.crossing_reach * radius
+    spacing = Spacing(
+        keys.crossing_span * radius,
+        keys.span / keys.crossing_span,
+        tuple(stations),
+        reach=reach,
+        ramp=RAMP * radius,
+    )
+    breaks = place_slices(length, spacing)
+    apart = np.maximum(np.maximum(breaks[:-1, None] - stations, stations - breaks[1:, None]), 0.0)
+    degrees = np.where(apart.min(axis=1) < reach, keys.crossing_degree, keys.degree)
+    return yarn_space(breaks, degrees, keys.spline_degree)
+
+
+def _carried(space: Space, last: int) -> np.ndarray:
+    """Return the three nodes of the first (0) or last (-1) section of every piece that a beam's node carries."""
+    first = [own.first_node[:-1][last] for own in space.yarns]
+    return ((space.first_node[:-1] + first)[:, None] + np.arange(3)).ravel()
+
+
+def _sections(pieces: Pieces) -> SweptMesh:
+    """Return the sections at which pieces are seen."""
+    size = 2 * pieces.radius / ACROSS
+    return sweep(pieces.centrelines, Section.for_size(2 * pieces.radius, size), pieces.radius, Spacing(size))
+
+
+def _require_sound(pieces: Pieces) -> None:
+    """Refuse yarns that bend tighter than their radius, or overlap: what three loops of three yarns do, all do."""
+    knit = pieces.knit
+    part = replace(knit, loops=min(knit.loops, 3), rows=min(knit.rows, 2))
+    check_bending(part.centrelines[:1], knit.radius)
+    check_overlap(part.centrelines, knit.radius)
