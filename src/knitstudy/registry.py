@@ -124,8 +124,10 @@ def load_plugins(modules: Iterable[str]) -> None:
             sys.path.append(here)
         try:
             import_module(name)
-        except ImportError as error:
-            raise ConfigurationError(f"plugins: {name!r} cannot be imported: {error}") from error
+        except Exception as error:  # whatever it is that a module of someone else's raises
+            said = " ".join(str(error).split())
+            kind = "" if isinstance(error, ImportError) else f"{type(error).__name__}: "
+            raise ConfigurationError(f"plugins: {name!r} cannot be imported: {kind}{said}") from error
 
 
 def listed(names: Sequence[str]) -> str:

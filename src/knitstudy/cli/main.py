@@ -11,6 +11,7 @@ from knitstudy.cli.check import check
 from knitstudy.cli.export import export
 from knitstudy.cli.list import list_scenes
 from knitstudy.cli.output import forget_output, open_standard_streams
+from knitstudy.cli.plan import plan
 from knitstudy.cli.run import run
 from knitstudy.cli.show import show
 from knitstudy.errors import KnitstudyError
@@ -85,6 +86,7 @@ def main(traceback: bool) -> None:
     \b
     knitstudy list                               which scenes there are
     knitstudy check dns-tie-course               all keys of one, and what they are worth
+    knitstudy plan rom3d-tie-course --question force --accuracy 0.05   which model is good enough
     knitstudy run rom3d-tie-course               simulate it, and whatever it needs
     knitstudy show results/rom/rom3d-tie-course.nc
     knitstudy export dns-tie-course --dialect calculix
@@ -94,5 +96,5 @@ def main(traceback: bool) -> None:
     """
 
 
-for command in (list_scenes, check, run, show, export):
+for command in (list_scenes, check, plan, run, show, export):
     main.add_command(command)

@@ -7,9 +7,10 @@ from typing import Any
 
 import click
 
+from knitstudy.cli.output import plain
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import load_plugins
-from knitstudy.study.configuration import CONFIG, load_scene
+from knitstudy.study.configuration import CONFIG, load_changed
 from knitstudy.study.documents import parsed, read_yaml
 from knitstudy.study.scene import Scene
 from knitstudy.study.sections.workflow import workflow_configuration
@@ -78,5 +79,17 @@ set_option = click.option(
 
 
 def changed_scene(name: str, changes: tuple[tuple[str, Any], ...], config: Path) -> Scene:
-    """Return a scene of the configuration with changed keys."""
-    return load_scene(name, config).vary(dict(changes))
+    """Return a scene of the configuration with changed keys.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is no such scene, a key is changed twice, or one is not known or not allowed.
+    """
+    keys = [key for key, _ in changes]
+    if twice := [key for key in keys if keys.count(key) > 1]:
+        values = " and ".join(plain(value) for key, value in changes if key == twice[0])
+        raise ConfigurationError(
+            f"--set {twice[0]} is given {keys.count(twice[0])} times, {values}; once is allowed"
+        )
+    return load_changed(name, dict(changes), config)

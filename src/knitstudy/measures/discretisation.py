@@ -16,7 +16,7 @@ SOLID_YARNS = "solid yarns"
 
 def is_direct(scene: Scene) -> bool:
     """Whether a scene is a direct simulation: of solids, whatever they are made of."""
-    return scene.kind.fidelity.stage == "dns"
+    return scene.kind.stage == "dns"
 
 
 def discretisation(scene: Scene) -> str:

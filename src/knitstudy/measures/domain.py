@@ -10,6 +10,7 @@ import xarray as xr
 
 from knitstudy.measures.discretisation import is_direct, made_of
 from knitstudy.measures.names import INTERACTIONS, NAMES
+from knitstudy.measures.windows import is_window
 from knitstudy.study.scene import LABELS, Scene, digest
 
 FEWEST = 3
@@ -84,7 +85,8 @@ def series_of(scenes: Iterable[Scene]) -> list[Series]:
     """Return the series among scenes, in the order of their first scenes: each of `FEWEST` sizes or more."""
     groups: dict[str, dict[int, Scene]] = {}
     for scene in scenes:
-        if scene.specimen == "knit" and scene.pattern.loops == scene.pattern.rows:
+        square = scene.specimen == "knit" and scene.pattern.loops == scene.pattern.rows
+        if square and not is_window(scene):  # what a window costs is not what a size costs
             groups.setdefault(_all_but_size(scene), {}).setdefault(scene.pattern.loops, scene)
     return [
         Series(tuple(group[size] for size in sorted(group)))

@@ -13,7 +13,8 @@ Of one case, for example ties in course tension:
 Whatever the case:
 
 - "tie_course_dns" and so on: the models of the four cases of `CASES`.
-- "every": all simulations of knits; "sprung": the direct ones whose contacts give springs.
+- "every": all simulations of knits but windows; "sprung": the direct ones whose contacts give springs.
+- "windows": windows of solid yarns in knits of beams, and the direct simulations that they are held against.
 - "variations": ties, rough contact and isotropic friction, and the same with one input changed at a time; "frictions":
   those of them with Table 1's coefficient of friction and smaller ones, ties and rough contact beside them.
 - "sweeps": direct simulations of knits whose course spacing or yarn diameter is swept (`measures.sweeps`).
@@ -21,6 +22,7 @@ Whatever the case:
 - "fields": direct simulations of the four cases that keep their fields, one by every discretisation.
 - "domain": square knits that differ in nothing but their number of cells, by each model (see `measures.domain`).
 - "pairs": all pairs of crossing yarns that are pressed on each other and then slide.
+- "cells": all cells of an endless knit.
 """
 
 from __future__ import annotations
@@ -35,6 +37,7 @@ from knitstudy.measures.problem import problem_of
 from knitstudy.measures.quantities import STRAINS
 from knitstudy.measures.sweeps import FRICTION, swept
 from knitstudy.measures.variations import COEFFICIENT, WITHOUT_LIMIT, variations
+from knitstudy.measures.windows import is_window, windows
 from knitstudy.study.scene import Scene
 
 COURSE = {"specimen": "knit", "load.direction": "course"}
@@ -140,7 +143,9 @@ class Roles:
             "variations": varied(scenes),
             "frictions": friction_sweep(scenes),
             "pairs": pairs(scenes),
-            "every": [scene for scene in scenes if scene.specimen == "knit"],
+            "every": [scene for scene in scenes if scene.specimen == "knit" and not is_window(scene)],
+            "windows": windows(scenes),
+            "cells": [scene for scene in scenes if scene.specimen == "cell"],
             "sprung": sprung(scenes),
             "ways": ways(scenes),
             "fields": with_fields(scenes),

@@ -166,11 +166,24 @@ def _history(dataset: xr.Dataset) -> list[Quantity]:
         Quantity("displacement along the load at the end", last["displacement"].item(), "m"),
         Quantity("force along the load at the end", last["force"].item(), "N"),
         *([Quantity("secant stiffness", secant_stiffness(dataset), "N/m")] if loaded else []),
+        *_widths(dataset),
         *_contact(dataset),
         Quantity("largest out-of-plane displacement of centrelines", largest_out_of_plane(dataset), "m"),
         *(Quantity(f"{form} energy at the end", last["energy"].sel(form=form).item(), "J") for form in FORMS),
         Quantity("Newton iterations", int(dataset["newton_iterations"].sum()), "1"),
         *_attributes(dataset, COST),
+    ]
+
+
+def _widths(dataset: xr.Dataset) -> list[Quantity]:
+    """Return the strains and forces per width of a cell."""
+    if "force_per_width" not in dataset:
+        return []
+    names = {"cell_strain": ("strain", "1"), "force_per_width": ("force over width", "N/m")}
+    return [
+        Quantity(f"{way} {said} at the end", dataset[name].isel(increment=-1, plane=place).item(), unit)
+        for name, (said, unit) in names.items()
+        for place, way in enumerate(("course", "wale", "shear"))
     ]
 
 

@@ -11,6 +11,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.measures.catalogue import Catalogue
 from knitstudy.measures.discretisation import is_direct
 from knitstudy.measures.selection import Roles
+from knitstudy.measures.windows import is_window
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.freshness import digest_of_files
 from knitstudy.stages.plan import Plan, Step
@@ -49,7 +50,8 @@ def results_of(roles: Mapping[str, Scene | list[Scene]]) -> dict[str, Step | lis
     -------
     dict of str to Step or list of Step
         Histories by the names of the roles; contacts, geometry and mesh of direct simulations under the role's name
-        and theirs, "tie_contacts", without the role where it is "dns". Results of a list of scenes are lists.
+        and theirs, "tie_contacts", without the role where it is "dns"; contacts of windows as what is "shown". Results
+        of a list of scenes are lists.
     """
     results: dict[str, Step | list[Step]] = {}
     for role, found in roles.items():
@@ -60,6 +62,9 @@ def results_of(roles: Mapping[str, Scene | list[Scene]]) -> dict[str, Step | lis
             prefix = "" if role == "dns" else f"{role}_"
             for name in BESIDE:
                 steps[f"{prefix}{name}"] = [(STAGES.find(name), scene) for scene in direct]
+        shown = [scene for scene in scenes if is_window(scene)]
+        if shown:
+            steps[f"{role}_shown"] = [(STAGES.find("window_contacts"), scene) for scene in shown]
         results |= steps if isinstance(found, list) else {name: each[0] for name, each in steps.items()}
     return results
 

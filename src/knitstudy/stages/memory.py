@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.mesh.section import nodes_for_size
+from knitstudy.stages.table import MEGABYTE
 from knitstudy.study.scene import Scene
-
-MEGABYTE = 1e6
 
 PROCESS = 350e6
 """Bytes of a process with all that it imports, and of a small model."""

@@ -10,7 +10,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.files.netcdf import recorded_digest
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.table import STAGES, Stage
-from knitstudy.study.configuration import CONFIG, check_source, knits_of, load_scenes
+from knitstudy.study.configuration import CONFIG, OWN, check_source, knits_of, load_scenes
 from knitstudy.study.scene import Scene, digest
 
 log = logging.getLogger(__name__)
@@ -114,11 +114,16 @@ class Plan:
         return [stage.path(scene) for stage, scene in self.steps(scenes) if stage.wanted(scene)]
 
     def named(self, scene: Scene, key: str) -> Scene:
-        """Return the direct simulation that a key of a scene names, with the geometry of that scene."""
-        name, scenes = scene.value(key), self.scenes
+        """Return the direct simulation that a key of a scene names, with the geometry of that scene.
+
+        What `OWN` says of the key stays that simulation's own: a knit of another size has the same loops.
+        """
+        name, scenes, own = scene.value(key), self.scenes, OWN.get(key, ())
         other = scenes.get(name)
-        if other is not None and other.geometry_key != scene.geometry_key:
-            scenes = scenes | {name: other.vary(scene.geometry_inputs | {"knit": scene.knit})}
+        inputs = {name: value for name, value in scene.geometry_inputs.items() if name not in own}
+        if other is not None and any(other.geometry_inputs.get(each) != inputs[each] for each in inputs):
+            knit = other.knit if own else scene.knit
+            scenes = scenes | {name: other.vary(inputs | {"knit": knit})}
         check_source(scene, key, scenes, f"scene {scene.name!r}")
         return self.labelled(scenes[name])
 

@@ -54,7 +54,7 @@ def run_stage(job: Any) -> None:
             needed["run"] = run_with(restart, progress)
         target = Path(job.output[0])
         if target.suffix == ".nc":
-            write_dataset(stage.load()(scene, **needed), target, scene, wanted)
+            write_dataset(stage.make(scene, **needed), target, scene, wanted)
         else:
             stage.load()(scene, path=target, **needed)
 

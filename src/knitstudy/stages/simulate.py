@@ -45,7 +45,8 @@ class Results:
     mesh : Dataset or None
         Of solid yarns.
     contacts : Dataset or None
-        At the crossings of solid yarns; of a reduced model, those that its joints come from.
+        At the crossings of solid yarns, of a window those of its cells; of a reduced model, those that its joints come
+        from.
     path : Path or None
         File of the history.
     """
@@ -65,6 +66,7 @@ def simulate(
     config: Path = CONFIG,
     progress: BeginProgress | None = None,
     anew: bool = False,
+    plan: Plan | None = None,
 ) -> Results:
     """Simulate a scene, and before it whatever it takes joints or springs from.
 
@@ -84,21 +86,24 @@ def simulate(
         `knitstudy.loading.progress.Progress`, which prints lines with the time left.
     anew : bool
         Simulate the scene even if its result is there.
+    plan : Plan, optional
+        Of that configuration, where it has been read already.
 
     Raises
     ------
     KnitstudyError
         What the stages raise; results that were there before stay.
     """
-    plan = Plan.of(config)
+    plan = plan or Plan.of(config)
     scene = plan.labelled(scene)
     keeper = _Keeper(plan, None if folder is None else Path(folder), progress or _silence)
     stage = stage_of(scene)
     history = keeper.obtain(stage, scene, anew)
     beside = {name: keeper.obtain(*step) for name, step in plan.needs(stage, scene).items()}
     contacts = beside.get("contacts")
-    if STAGES.find("contacts").of(scene):
-        contacts = keeper.obtain(STAGES.find("contacts"), scene)
+    for found in map(STAGES.find, ("contacts", "window_contacts")):
+        if found.of(scene):
+            contacts = keeper.obtain(found, scene)
     return Results(
         scene, beside["geometry"], history, beside.get("mesh"), contacts, keeper.path(stage, scene)
     )
@@ -160,15 +165,16 @@ class _Keeper:
         return dataset
 
     def _make(self, stage: Stage, scene: Scene, wanted: str) -> xr.Dataset:
+        if stage.long:
+            stage.require_machine(scene)  # before anything is made for it
         needed: dict[str, Any] = {
             name: self.obtain(*step) for name, step in self.plan.needs(stage, scene).items()
         }
         if stage.long:
-            stage.require_machine(scene)
             report = self.progress(f"{stage.name} {scene.name}")
             restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
             needed["run"] = run_with(restart, report)
-        return stage.load()(scene.only(stage.document(scene), stage.reads), **needed)
+        return stage.make(scene.only(stage.document(scene), stage.reads), **needed)
 
 
 def _silence(label: str) -> ReportProgress:

@@ -6,11 +6,12 @@ with `STAGES.register`.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import psutil
 
@@ -20,6 +21,8 @@ from knitstudy.mechanics.materials import LAWS
 from knitstudy.registry import Registry
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from knitstudy.study.scene import Scene
 
 Needs = Mapping[str, tuple[str, "Scene"]]
@@ -93,6 +96,16 @@ class Stage:
         module, _, name = self.function.partition(":")
         return getattr(import_module(module), name)
 
+    def make(self, scene: Scene, **needed: Any) -> xr.Dataset:
+        """Return its result as a dataset, which says what it took of the processor: all threads, none that waits.
+
+        Of a computation that went on after it was killed, that is since then.
+        """
+        function = self.load()
+        started = time.process_time()
+        dataset = function(scene, **needed)
+        return dataset.assign_attrs(processor_seconds=time.process_time() - started)
+
     def require_machine(self, scene: Scene) -> None:
         """Refuse a scene that is expected to take more memory than the machine has.
 
@@ -101,7 +114,7 @@ class Stage:
         ConfigurationError
             Saying what it would take, and what would do.
         """
-        need, has = self.memory(scene), psutil.virtual_memory().total / MEGABYTE
+        need, has = self.memory(scene), machine_memory()
         if need > has:
             said = ", ".join(
                 f"{key} is {scene.value(key):g}" for key in OF_SIZE if scene.value(key) is not None
@@ -124,16 +137,25 @@ class Stage:
         return document
 
 
+def machine_memory() -> int:
+    """Return the memory of this machine [MB]."""
+    return int(psutil.virtual_memory().total / MEGABYTE)
+
+
 STAGES: Registry[Stage] = Registry("stage")
 
 
 def stage_of(scene: Scene) -> Stage:
     """Return the stage that simulates a scene."""
-    return STAGES.find(scene.kind.fidelity.stage, f"scene {scene.name!r}")
+    return STAGES.find(scene.kind.stage, f"scene {scene.name!r}")
 
 
 def _solid(scene: Scene) -> bool:
-    return scene.kind.fidelity.stage == "dns"
+    return scene.kind.stage == "dns"
+
+
+def _window(scene: Scene) -> bool:
+    return scene.kind.fidelity.stage == "window"
 
 
 def _expected(scene: Scene) -> int:
@@ -276,6 +298,74 @@ STAGES.register(
         long=True,
     )
 )
+STAGES.register(
+    Stage(
+        name="cell",
+        does="Deform the cell {scene}",
+        of=lambda scene: scene.specimen == "cell",
+        reads=(*KIND, "pattern", "yarn", "load", "mesh", "tie", "contact", "solver", "gates"),
+        needs=lambda scene, named: {"geometry": ("geometry", scene)},
+        function="knitstudy.solids.cell:simulate",
+        code=_laws,
+        leaves="cell/{scene}.nc",
+        wanted=lambda scene: True,
+        long=True,
+        memory=lambda scene: _expected(scene),
+    )
+)
+STAGES.register(
+    Stage(
+        name="cell_deck",
+        does="Write the shell section of {scene}",
+        of=lambda scene: scene.specimen == "cell" and not scene.kind.interaction.touches,
+        reads=(),
+        needs=lambda scene, named: {"history": ("cell", scene)},
+        function="knitstudy.exchange.shell_section:write_deck",
+        leaves="cell/{scene}.abaqus.inp",
+        wanted=lambda scene: "deck" in scene.outputs,
+    )
+)
+
+
+def _in_springs(scene: Scene, named: Callable[[str], Scene]) -> Needs:
+    """Return the contacts whose springs stand for those outside of a window, where yarns touch."""
+    springs = {"springs": ("contacts", named("window.springs_from"))} if scene.window.springs_from else {}
+    return {"geometry": ("geometry", scene)} | springs
+
+
+def _laws_of_window(scene: Scene) -> tuple[str, ...]:
+    """Return the modules of the material and of the interaction of the solid yarns in a window."""
+    contact = (scene.kind.interaction.solids,) if scene.kind.interaction.touches else ()
+    return (LAWS.module(scene.yarn.material), *contact)
+
+
+STAGES.register(
+    Stage(
+        name="window",
+        does="Pull the knit with a window {scene}",
+        of=_window,
+        reads=(*KIND, "pattern", "yarn", "load", "mesh", "tie", "contact", "solver", "gates", "window"),
+        needs=_in_springs,
+        function="knitstudy.window.run:simulate",
+        code=_laws_of_window,
+        leaves="window/{scene}.nc",
+        wanted=lambda scene: True,
+        long=True,
+        memory=lambda scene: 1500,
+    )
+)
+STAGES.register(
+    Stage(
+        name="window_contacts",
+        does="Find the contacts in the window of {scene}",
+        of=_window,
+        reads=(),
+        needs=lambda scene, named: {"geometry": ("geometry", scene), "history": ("window", scene)},
+        function="knitstudy.window.contacts:contacts",
+        leaves="window_contacts/{scene}.nc",
+        wanted=lambda scene: True,
+    )
+)
 
 
 STAGES.register(
@@ -307,7 +397,7 @@ for dialect in ("abaqus", "calculix"):
         Stage(
             name=f"deck_{dialect}",
             does=f"Write the {dialect} deck of {{scene}}",
-            of=lambda scene: "deck" in scene.kind.fidelity.outputs,
+            of=lambda scene: _solid(scene) and "deck" in scene.kind.outputs,
             reads=(*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver"),
             needs=lambda scene, named: {"geometry": ("geometry", scene), "mesh": ("mesh", scene)},
             function=f"knitstudy.exchange.scene_deck:write_{dialect}",

@@ -7,7 +7,7 @@ file), ``defaults.yaml``, and what its family in ``scenes`` sets (see `knitstudy
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +16,9 @@ from knitstudy.registry import unknown_choice
 from knitstudy.study.differences import flat
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.families import STUDIES, Member, read_families
-from knitstudy.study.kinds import FIDELITIES, INTERACTIONS
-from knitstudy.study.scene import Scene, all_sections, set_dotted
+from knitstudy.study.planning import Planned, is_open, of_model, planned, problem_and_ask
+from knitstudy.study.scene import Kind, Scene, all_kinds, all_sections, set_dotted
+from knitstudy.study.sections.ask import AUTO
 from knitstudy.study.sections.labels import Labels
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
@@ -34,6 +35,9 @@ _LOOP_KEYS = {
     "diameter": "yarn.diameter",
     "free": "geometry.free",
 }
+
+_RECORD = "achieved"
+"""What a calibration says of the loop that it found, for people."""
 
 
 def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
@@ -53,8 +57,13 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     default_keys(config)  # what is wrong in the defaults is said of the defaults
     defaults = _over_loop(read_yaml(config / "defaults.yaml"), config)
     members = load_families(config)
-    scenes = {name: _scene(member, defaults) for name, member in members.items()}
-    check_scenes_together(scenes, {name: member.where for name, member in members.items()})
+    named = {name: _scene(member, defaults) for name, member in members.items() if not is_open(member.keys)}
+    scenes, where = {}, {}
+    for name, member in members.items():
+        found = [named[name]] if name in named else _planned(member, named, defaults)
+        scenes |= {scene.name: scene for scene in found}
+        where |= {scene.name: member.where for scene in found}
+    check_scenes_together(scenes, where)
     return scenes
 
 
@@ -67,7 +76,10 @@ def default_keys(config: Path = CONFIG) -> dict[str, Any]:
         Naming the file and the key whose default is not known or not allowed.
     """
     path = Path(config) / "defaults.yaml"
-    document = _over_loop(read_yaml(path), Path(config))
+    own = read_yaml(path)
+    document, where = _over_loop(own, Path(config)), str(path)
+    if isinstance(own.get("pattern"), dict) and "loop" in own["pattern"]:
+        where += f" over {own['pattern']['loop']}"
     for name, value in document.items():
         known = all_sections().get(name)
         if known is None and name not in Labels.model_fields:
@@ -81,26 +93,22 @@ def default_keys(config: Path = CONFIG) -> dict[str, Any]:
             if inner not in known:
                 message = unknown_choice("unknown key", f"{name}.{inner}", str(inner), sorted(known))
                 raise ConfigurationError(f"{path}: {message}")
-    for labels in _kinds():
+    for kind in all_kinds():
         needed = {"rom": {"contacts_from": "defaults"}, "load": {"path": [[0.0, 0.0, 0.0]]}}
-        below = _merged(needed, {name: value for name, value in document.items() if name not in labels})
-        Scene.from_dict({"name": "defaults", "knit": "defaults"} | labels, str(path), below)
+        sections = {name: value for name, value in document.items() if name not in Labels.model_fields}
+        Scene.from_dict(_least(kind), where, _merged(needed, sections))
     return flat(document)
 
 
-def _kinds() -> Iterator[dict]:
-    """Yield the labels of one scene of every kind."""
-    for fidelity in FIDELITIES.names():
-        model = FIDELITIES.find(fidelity, "")
-        for interaction in INTERACTIONS.names():
-            if INTERACTIONS.find(interaction, "").touches or model.tied:
-                for specimen in model.specimens:
-                    yield {
-                        "fidelity": fidelity,
-                        "interaction": interaction,
-                        "specimen": specimen,
-                        "outputs": [],
-                    }
+def _least(kind: Kind) -> dict:
+    """Return the labels of a scene of a kind, with what that requires."""
+    found: dict = {"name": "defaults", "knit": "defaults", "outputs": []}
+    found |= {label: getattr(kind, label).name for label in ("fidelity", "interaction", "specimen")}
+    for key, value in kind.specimen.requires.items():
+        section, _, field = key.partition(".")
+        if section in kind.sections and field in kind.sections[section].model_fields:
+            set_dotted(found, key, value, "defaults")
+    return found
 
 
 def load_knits(config: Path = CONFIG) -> dict[str, Scene]:
@@ -124,6 +132,42 @@ def load_scene(name: str, config: Path = CONFIG) -> Scene:
             f"{Path(config) / FAMILIES}: {unknown_choice('unknown scene', name, name, sorted(scenes))}"
         )
     return scenes[name]
+
+
+def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Scene:
+    """Return one scene by its name with changed keys, by dotted name.
+
+    Where it leaves its model open, or the changes do, a model is chosen for what it is with them.
+
+    Raises
+    ------
+    ConfigurationError
+        As `load_scenes`, and when a key is unknown or a value is not allowed.
+    """
+    scene = load_scene(name, config)
+    if not changes or not is_open(load_families(config)[name].keys | changes):
+        return scene.vary(changes)
+    return plan_of(name, changes, config).scene
+
+
+def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Planned:
+    """Return the model that is chosen for a scene with changed keys; those of a model that it has count for nothing.
+
+    Contacts of a reduced model come from a simulation of the study `trade`, with the geometry of the scene.
+
+    Raises
+    ------
+    ConfigurationError
+        As `load_scenes`, and where no model will do.
+    """
+    config = Path(config)
+    scenes, members = load_scenes(config), load_families(config)
+    load_scene(name, config)
+    member, where = members[name], members[name].where
+    keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
+    defaults = _over_loop(read_yaml(config / "defaults.yaml"), config)
+    problem, ask = problem_and_ask(name, keys | dict(changes) | {"fidelity": AUTO}, where, defaults)
+    return planned(problem, ask, scenes, where, changed=bool(changes))
 
 
 def load_families(config: Path = CONFIG) -> dict[str, Member]:
@@ -174,8 +218,12 @@ def check_scenes_together(scenes: Mapping[str, Scene], where: Mapping[str, str])
 ALIKE = {
     "rom.contacts_from": ("knit", "interaction", "load.direction"),
     "rom.springs_from": ("knit", "interaction"),
+    "window.springs_from": ("interaction", "load.direction", "yarn.diameter", "yarn.youngs_modulus"),
 }
 """Keys that a scene shares with the direct simulation that another key of it names."""
+
+OWN = {"window.springs_from": ("pattern.loops", "pattern.rows")}
+"""Keys of the geometry that the direct simulation which another key names does not take over from a scene."""
 
 
 def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: str) -> None:
@@ -189,7 +237,7 @@ def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: 
     name = scene.value(source)
     if name is None:
         return
-    direct = sorted(other.name for other in scenes.values() if other.kind.fidelity.stage == "dns")
+    direct = sorted(other.name for other in scenes.values() if other.kind.stage == "dns")
     if name not in direct:
         message = unknown_choice(f"{source} names the unknown dns scene", name, name, direct)
         raise ConfigurationError(f"{where}: {message}")
@@ -209,10 +257,21 @@ def _first_difference(first: Scene, second: Scene) -> str:
     return f"{key} is {value!r}, there {there.get(key)!r}"
 
 
+def _planned(member: Member, scenes: Mapping[str, Scene], defaults: dict) -> list[Scene]:
+    """Return the scene of a member that leaves its model open, and what a reduced model takes its contacts from."""
+    problem, ask = problem_and_ask(member.name, member.keys, member.where, defaults)
+    found = planned(problem, ask, scenes, member.where)
+    return [found.scene] if found.source is None else [found.source, found.scene]
+
+
 def _scene(member: Member, defaults: dict) -> Scene:
     """Return the scene of a member of a family, what it sets laid over the defaults."""
     own: dict[str, Any] = {}
     for key, value in member.keys.items():
+        if key.startswith("ask."):
+            raise ConfigurationError(
+                f"{member.where}: {key} is {value!r} but must be left out where fidelity is not {AUTO}"
+            )
         set_dotted(own, key, value, member.where)
     return Scene.from_dict({"name": member.name} | own, member.where, defaults)
 
@@ -235,6 +294,10 @@ def _read_loop(path: Path) -> dict:
             set_dotted(layer, target, loop[key], str(path))
         else:
             raise ConfigurationError(f"{path}: the key {key!r} of a calibrated loop is missing")
+    for key in loop:
+        if key not in _LOOP_KEYS and key != _RECORD:
+            message = unknown_choice("unknown key", key, key, [*_LOOP_KEYS, _RECORD])
+            raise ConfigurationError(f"{path}: {message}")
     return layer
 
 

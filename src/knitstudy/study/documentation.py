@@ -19,6 +19,7 @@ from knitstudy.study.configuration import CONFIG
 from knitstudy.study.keys import Section, describe
 from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS
 from knitstudy.study.scene import Kind, all_kinds, all_sections
+from knitstudy.study.sections.ask import AUTO, Ask
 from knitstudy.study.sections.labels import Labels
 
 COMMAND = "python -m knitstudy.study.documentation"
@@ -57,7 +58,7 @@ def keys_page() -> str:
     parts += [
         f"## Labels\n\n{_section_text(Labels.model_fields, {name: Labels for name in Labels.model_fields})}"
     ]
-    for name, keys in all_sections().items():
+    for name, keys in _described():
         parts.append(f"## `{name}`\n\n{_section_text([f'{name}.{field}' for field in keys], keys)}")
     return "\n".join(parts)
 
@@ -68,7 +69,7 @@ def schema_of(kind: Kind) -> dict:
     names = {"specimen": kind.specimen, "interaction": kind.interaction, "fidelity": kind.fidelity}
     for label, is_of in names.items():
         labels["properties"][label] |= {"const": is_of.name}
-    labels["properties"]["outputs"]["items"] = {"enum": list(kind.fidelity.outputs)}
+    labels["properties"]["outputs"]["items"] = {"enum": list(kind.outputs)}
     sections = {name: section.model_json_schema() for name, section in kind.sections.items()}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -85,9 +86,9 @@ def in_words(kinds: list[Kind]) -> str:
     every = all_kinds()
     if kinds == every:
         return "all"
-    for name in SPECIMENS.names():
-        if kinds == [kind for kind in every if kind.specimen.name == name]:
-            return f"all of a {name}"
+    specimens = {kind.specimen.name for kind in kinds}
+    if kinds == [kind for kind in every if kind.specimen.name in specimens]:
+        return f"all of a {listed(sorted(specimens))}"
     said = []
     for name in FIDELITIES.names():
         some, of = ([kind for kind in each if kind.fidelity.name == name] for each in (kinds, every))
@@ -103,7 +104,7 @@ def _narrowed(some: list[Kind], of: list[Kind]) -> str:
         {kind.specimen.name for kind in some},
         {kind.interaction.name for kind in some},
     )
-    if specimens != {kind.specimen.name for kind in of}:
+    if specimens != {kind.specimen.name for kind in of if kind.interaction.name in interactions}:
         text += f" of a {listed(sorted(specimens))}"
     if interactions != {kind.interaction.name for kind in of}:
         text += f" with {listed(sorted(interactions))}"
@@ -118,9 +119,15 @@ def _keys() -> Iterator[tuple[str, type[Section]]]:
     """Yield every dotted key with a section that describes it."""
     for label in Labels.model_fields:
         yield label, Labels
-    for name, keys in all_sections().items():
+    for name, keys in _described():
         for field, section in keys.items():
             yield f"{name}.{field}", section
+
+
+def _described() -> Iterator[tuple[str, dict[str, type[Section]]]]:
+    """Yield every section with its keys, and the classes that describe them: what is asked, and what scenes have."""
+    yield "ask", dict.fromkeys(Ask.model_fields, Ask)
+    yield from all_sections().items()
 
 
 def _having(key: str) -> list[Kind]:
@@ -150,7 +157,7 @@ def _section_text(keys: Collection[str], described: dict[str, type[Section]]) ->
         said_of = (
             about.unit,
             about.allowed,
-            in_words(_having(key)),
+            in_words(_having(key)) or AUTO,
             about.standing,
             about.source,
             about.checked,

@@ -6,7 +6,9 @@ not 37, 1e-6 is a number as in YAML 1.2, and values are written out instead of b
 
 from __future__ import annotations
 
+import copy
 import re
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +25,15 @@ def read_yaml(path: Path) -> dict:
     ConfigurationError
         When the file is missing, is not YAML, says a key twice or holds no mapping.
     """
-    document = parsed(_read_text(path), str(path))
+    document = _read_once(_read_text(path), str(path))
     if not isinstance(document, dict):
         raise ConfigurationError(f"{path}: must hold a mapping of keys to values")
-    return document
+    return copy.deepcopy(document)
+
+
+@lru_cache(maxsize=128)
+def _read_once(text: str, where: str) -> Any:
+    return parsed(text, where)
 
 
 def parsed(text: str, where: str) -> Any:
@@ -49,8 +56,14 @@ def _read_text(path: Path) -> str:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError as error:
         raise ConfigurationError(f"{path}: is missing; the configuration folder must have it") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{path}: cannot be read: {error}") from error
+    except UnicodeDecodeError as error:
+        raise ConfigurationError(
+            f"{path}: is no text in UTF-8 (byte {error.start + 1}); save it as such"
+        ) from error
+    except OSError as error:
+        raise ConfigurationError(
+            f"{path}: cannot be read ({error.strerror}); a file must be there"
+        ) from error
 
 
 def _reason(error: Exception, text: str) -> str:

@@ -22,7 +22,7 @@ from knitstudy.registry import unknown_choice
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.layers import PLACEHOLDER, Layer, filled, together
 
-STUDIES = ("ci", "reduced", "full", "reference")
+STUDIES = ("ci", "reduced", "full", "reference", "trade")
 """Names of the studies that a scene can belong to."""
 
 MOST = 10_000

@@ -30,8 +30,8 @@ LARGEST = 2**63
 LONG = 120
 """Characters of a value beyond which a message does not show all of it."""
 
-SceneName = Annotated[str, Field(pattern="^[a-z][a-z0-9_-]*$")]
-"""Small letters, digits, - and _."""
+SceneName = Annotated[str, Field(pattern="^[a-z][a-z0-9_-]{0,199}$")]
+"""At most 200 small letters, digits, - and _: names of files begin with it, and those may have 255."""
 
 
 def key(
@@ -145,7 +145,7 @@ def _message(section: type[Section], error: Mapping, prefix: str) -> str:
         return f"{prefix}{error['ctx']['error']}"
     name = error["loc"][0]
     if _is_missing(error):
-        return f"the key {prefix + name!r} is missing"
+        return f"the key {prefix + name!r} is missing; it must be {describe(section, name).allowed}"
     return f"{_said(prefix, error['loc'], error['input'])} but must be {describe(section, name).allowed}"
 
 

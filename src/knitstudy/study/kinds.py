@@ -7,9 +7,9 @@ is registered by a module that the configuration names under ``plugins`` (see co
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from knitstudy.registry import Registry
 from knitstudy.study.keys import Section
@@ -30,12 +30,21 @@ class Specimen:
     sections : mapping of str to subclass of Section
     geometry : tuple of str
         Sections and dotted keys that its geometry depends on.
+    stage : str
+        Stage that simulates it whatever the model; empty where that is the model's.
+    outputs : tuple of str or None
+        What a scene may ask to be written besides; None where that is the model's.
+    requires : mapping of str to value
+        Dotted keys that have one value alone there, of scenes that have them.
     """
 
     name: str
     meaning: str
     sections: Sections
     geometry: tuple[str, ...]
+    stage: str = ""
+    outputs: tuple[str, ...] | None = None
+    requires: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

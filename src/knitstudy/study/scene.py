@@ -61,13 +61,26 @@ class Kind:
                 f"{where}: interaction is {interaction.name!r} but must be {' or '.join(others)} where fidelity is"
                 f" {fidelity.name}: tied beams are the model of fidelity rom3d"
             )
-        wrong = [name for name in labels.outputs if name not in fidelity.outputs]
-        if wrong:
-            allowed = f"a list out of [{', '.join(fidelity.outputs)}]" if fidelity.outputs else "[]"
-            raise ConfigurationError(
-                f"{where}: outputs is {list(labels.outputs)} but must be {allowed} where fidelity is {fidelity.name}"
+        kind = cls(specimen, interaction, fidelity)
+        if any(name not in kind.outputs for name in labels.outputs):
+            allowed = f"a list out of [{', '.join(kind.outputs)}]" if kind.outputs else "[]"
+            of = (
+                f"fidelity is {fidelity.name}" if specimen.outputs is None else f"specimen is {specimen.name}"
             )
-        return cls(specimen, interaction, fidelity)
+            raise ConfigurationError(
+                f"{where}: outputs is {list(labels.outputs)} but must be {allowed} where {of}"
+            )
+        return kind
+
+    @property
+    def stage(self) -> str:
+        """Stage that simulates it."""
+        return self.specimen.stage or self.fidelity.stage
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """What a scene may ask to be written besides."""
+        return self.fidelity.outputs if self.specimen.outputs is None else self.specimen.outputs
 
     @cached_property
     def sections(self) -> Mapping[str, type[Section]]:
@@ -246,7 +259,7 @@ class Scene:
         document = self.to_dict()
         labels = {name: own[name] for name in own if name in Labels.model_fields}
         kind = Kind.of(document | {"outputs": []} | labels, where)
-        document["outputs"] = [name for name in self.outputs if name in kind.fidelity.outputs]
+        document["outputs"] = [name for name in self.outputs if name in kind.outputs]
         stays = {
             name: {key: value for key, value in inside.items() if key in kind.sections[name].model_fields}
             if isinstance(inside, dict)

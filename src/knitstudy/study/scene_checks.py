@@ -19,6 +19,12 @@ def check_keys_together(scene: Scene, where: str) -> None:
     ConfigurationError
         Naming both keys.
     """
+    for name, value in scene.kind.specimen.requires.items():
+        if scene.value(name) not in (None, value):
+            raise ConfigurationError(
+                f"{where}: {name} is {scene.value(name)!r} but must be {value} where specimen is {scene.specimen},"
+                f" {scene.kind.specimen.meaning}"
+            )
     if "pattern" in scene.sections:
         _check_room(scene, where)
     if "pair" in scene.sections and scene.pair.length <= 2 * scene.yarn.diameter:
@@ -28,8 +34,10 @@ def check_keys_together(scene: Scene, where: str) -> None:
         )
     if scene.value("mesh.element") is not None:
         _check_element(scene, where)
-    if "pattern" in scene.sections and scene.value("contact.tied_edges") == "outer":
+    if scene.specimen == "knit" and scene.value("contact.tied_edges") == "outer":
         _check_edges(scene, where)
+    if scene.specimen == "cell":
+        _check_cell(scene, where)
 
 
 def _check_element(scene: Scene, where: str) -> None:
@@ -62,6 +70,20 @@ def _check_room(scene: Scene, where: str) -> None:
         raise ConfigurationError(
             f"{where}: geometry.free has {entries} entries but must have {points}, one for each of"
             " pattern.control_points"
+        )
+
+
+def _check_cell(scene: Scene, where: str) -> None:
+    """Check that a cell is solved as cells are, and is written only where it has a stiffness at rest."""
+    if scene.solver.linear not in ("auto", "lu"):
+        raise ConfigurationError(
+            f"{where}: solver.linear is {scene.solver.linear!r} but must be auto or lu where specimen is cell, which"
+            " is solved directly"
+        )
+    if "deck" in scene.outputs and scene.kind.interaction.touches:
+        raise ConfigurationError(
+            f"{where}: outputs is {list(scene.outputs)} but must be [] where specimen is cell and interaction"
+            f" {scene.interaction}: before its yarns touch a knit is no shell; use interaction tie"
         )
 
 

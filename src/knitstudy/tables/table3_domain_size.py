@@ -43,6 +43,7 @@ GROWTH = [
     "exponent of degrees of freedom [1]",
     "exponent of memory growth [1]",
     "exponent of the time of a Newton iteration [1]",
+    "exponent of the time of a path [1]",
     "memory growth of 30 x 30 cells, by its law [MB]",
 ]
 
@@ -99,10 +100,15 @@ def tabulate_growth(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene
                 "exponent of degrees of freedom [1]": laws[0].exponent,
                 "exponent of memory growth [1]": laws[1].exponent,
                 "exponent of the time of a Newton iteration [1]": laws[2].exponent,
+                "exponent of the time of a path [1]": series.growth(_seconds(series, domain)).exponent,
                 "memory growth of 30 x 30 cells, by its law [MB]": laws[1].at(LARGEST),
             }
         )
     return pd.DataFrame(rows, columns=GROWTH)
+
+
+def _seconds(series: Series, domain: Mapping[str, xr.Dataset]) -> list[float]:
+    return [float(domain[scene.name].attrs["wall_seconds"]) for scene in series.scenes]
 
 
 def _costs(series: Series, domain: Mapping[str, xr.Dataset]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

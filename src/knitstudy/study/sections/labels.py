@@ -10,14 +10,15 @@ class Labels(Section):
     """Name and kind of a scene."""
 
     name: SceneName = key(
-        "a name of small letters, digits, - and _, that starts with a letter",
+        "a name of at most 200 small letters, digits, - and _, that starts with a letter",
         standing="choice",
         source="names files",
         checked="none",
     )
 
     knit: SceneName = key(
-        "the label of the knit or pair; scenes with one label share one geometry (small letters, digits, - and _)",
+        "the label of the knit or pair; scenes with one label share one geometry (at most 200 small letters, digits,"
+        " - and _)",
         standing="choice",
         source="names files",
         checked="none",
@@ -26,8 +27,11 @@ class Labels(Section):
     specimen: str = key(
         SPECIMENS.allowed,
         standing="choice",
-        source="the paper simulates knits; two crossing yarns are a case of verification",
-        checked="both",
+        source=(
+            "the paper simulates knits; two crossing yarns are a case of verification, a cell stands for an"
+            " endless knit"
+        ),
+        checked="all",
     )
 
     fidelity: str = key(

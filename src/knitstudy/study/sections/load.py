@@ -11,20 +11,10 @@ from knitstudy.study.keys import Section, key
 
 
 class Tension(Section):
-    """A knit is pulled in `direction` to an engineering `strain` (section 2.3, Fig. 3).
+    """A specimen is deformed to an engineering `strain`.
 
-    `lateral`: driven ends fixed or free in the other components; `stops`: strains at which an increment has to end.
+    `lateral`: what goes with it held or free; `stops`: strains at which an increment has to end.
     """
-
-    direction: Literal["course", "wale"] = key(
-        "course or wale",
-        standing="stated",
-        source=(
-            "section 2.3: course and wale tension; in wale tension sinker arcs of the bottom yarn are"
-            " held and head arcs of the top yarn driven"
-        ),
-        checked="both",
-    )
 
     strain: float = key(
         "a number > 0 and <= 0.5 (0.05 is 5 %)",
@@ -36,7 +26,7 @@ class Tension(Section):
     )
 
     lateral: Literal["fixed", "free"] = key(
-        "fixed or free: the other components of the driven ends",
+        "fixed or free: the other components of the driven ends, of a cell its other strains",
         standing="assumed",
         source=(
             "prescribed displacements on the driven side; lateral components held, a variant leaves them free"
@@ -59,6 +49,38 @@ class Tension(Section):
                 f"stops is {list(self.stops)} but must rise between 0 and load.strain, {self.strain:g}"
             )
         return self
+
+
+class KnitTension(Tension):
+    """A knit is pulled in `direction` to an engineering `strain` (section 2.3, Fig. 3).
+
+    `lateral`: driven ends fixed or free in the other components; `stops`: strains at which an increment has to end.
+    """
+
+    direction: Literal["course", "wale"] = key(
+        "course or wale",
+        standing="stated",
+        source=(
+            "section 2.3: course and wale tension; in wale tension sinker arcs of the bottom yarn are"
+            " held and head arcs of the top yarn driven"
+        ),
+        checked="both",
+    )
+
+
+class CellStrain(Tension):
+    """A cell is deformed to an engineering `strain`: in course or wale direction, in both alike, or sheared.
+
+    `lateral`: the other strains in the plane are held at 0, or free, so that no force goes with them.
+    """
+
+    deformation: Literal["course", "wale", "biaxial", "shear"] = key(
+        "course, wale, biaxial or shear",
+        standing="choice",
+        source="strains in the plane that define a shell's stiffness",
+        checked="all four",
+        default="course",
+    )
 
 
 class Path(Section):

@@ -12,8 +12,8 @@ from knitstudy.study.keys import Section, key, validated
 class Workflow(Section):
     """The study of scenes that is made, the folder that they stand in, and modules of kinds from outside."""
 
-    study: Literal["ci", "reduced", "full", "reference"] = key(
-        "ci, reduced, full or reference",
+    study: Literal["ci", "reduced", "full", "reference", "trade"] = key(
+        "ci, reduced, full, reference or trade",
         standing="choice",
         source="which scenes are run; no result depends on it",
         checked="all",

@@ -1,0 +1,120 @@
+"""What accuracy costs: error against time of every model and knob, with the front of each case (docs/trade.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import pandas as pd
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.style import BEAMS, FAINT, INK, MODELS, Look, figure, panel_letter, styled
+from knitstudy.measures.knobs import called
+from knitstudy.measures.names import INTERACTIONS
+from knitstudy.measures.questions import QUESTIONS
+from knitstudy.measures.trade import Point, points_of
+from knitstudy.study.fronts import front
+from knitstudy.study.scene import Scene
+
+WIDTH, HEIGHT = 174.0, 190.0
+"""Of the figure [mm]."""
+
+SHOWN = (("tie", "course"), ("tie", "wale"), ("isotropic", "course"), ("isotropic", "wale"))
+"""Interaction and direction of the panels, of knits of `CELLS`."""
+
+CELLS = 3
+
+SMALLEST = 1e-3
+"""Error below which points lie on the lower edge [1]."""
+
+LOOKS = {
+    "solid_yarns": Look("solid yarns", "#0072B2", "-", "D"),
+    "dns": Look("hexahedra", MODELS["dns"].colour, "-", "o"),
+    "rom3d": MODELS["rom3d"],
+    "rom2d": MODELS["rom2d"],
+    "beam": Look("beams in contact", BEAMS["line rigid"].colour, "-", "v"),
+}
+"""By fidelity."""
+
+
+def _draw(name: str) -> Callable[..., Figure]:
+    """Return the function that draws the fronts of a question."""
+
+    def draw(
+        every: Mapping[str, xr.Dataset],
+        every_contacts: Mapping[str, xr.Dataset],
+        scenes: Mapping[str, Scene],
+        reference: pd.DataFrame,
+    ) -> Figure:
+        points = points_of(every, every_contacts, scenes, reference)
+        return draw_fronts([point for point in points if point.question.name == name])
+
+    return styled(draw)
+
+
+def draw_fronts(points: list[Point]) -> Figure:
+    """Draw points of one question, a panel a case, each with its front, whose points are named."""
+    drawing = figure(WIDTH, HEIGHT)
+    panels = drawing.subplots(2, 2).ravel()
+    for letter, axes, (interaction, direction) in zip("abcd", panels, SHOWN, strict=True):
+        here = [
+            point
+            for point in points
+            if point.scene.interaction == interaction
+            and point.scene.load.direction == direction
+            and point.scene.pattern.loops == CELLS
+        ]
+        _panel(axes, here)
+        panel_letter(axes, letter, f"{INTERACTIONS[interaction]}, {direction}")
+    shown = {point.scene.fidelity for point in points}
+    handles = [
+        Line2D([], [], linestyle="", marker=look.marker, color=look.colour, label=look.label)
+        for fidelity, look in LOOKS.items()
+        if fidelity in shown
+    ]
+    handles.append(Line2D([], [], color=INK, linewidth=0.8, label="front: error at most"))
+    drawing.legend(handles=handles, loc="lower center", ncols=len(handles), fontsize=6.5)
+    drawing.subplots_adjust(left=0.085, right=0.985, top=0.96, bottom=0.1, wspace=0.2, hspace=0.24)
+    return drawing
+
+
+def _panel(axes: Axes, points: list[Point]) -> None:
+    axes.set(xscale="log", yscale="log", xlabel="time with what it is made from (s)", ylabel="error (%)")
+    for point in points:
+        look = LOOKS[point.scene.fidelity]
+        share = max(point.error.value, SMALLEST)
+        axes.plot(point.expense.seconds, 100 * share, look.marker, color=look.colour, markersize=3, alpha=0.6)
+        bar = [100 * share, 100 * max(point.bound, SMALLEST)]
+        axes.plot([point.expense.seconds] * 2, bar, color=look.colour, linewidth=0.4, alpha=0.6)
+    on = front(points, lambda point: point.expense.seconds, lambda point: point.bound)
+    if not on:
+        axes.text(0.5, 0.5, "nothing measured", transform=axes.transAxes, ha="center", color=FAINT)
+        return
+    seconds, errors = [point.expense.seconds for point in on], [100 * point.bound for point in on]
+    axes.step(
+        [*seconds, 2 * max(point.expense.seconds for point in points)],
+        [*errors, errors[-1]],
+        where="post",
+        color=INK,
+        linewidth=0.8,
+    )
+    axes.plot(seconds, errors, "o", markerfacecolor="none", color=INK, markersize=5, linestyle="")
+    for number, (x, y) in enumerate(zip(seconds, errors, strict=True), start=1):
+        axes.annotate(str(number), (x, y), xytext=(4, 3), textcoords="offset points", fontsize=6.5)
+    said = "\n".join(f"{number} {called(point.scene)}" for number, point in enumerate(on, start=1))
+    axes.text(
+        0.985, 0.985, said, transform=axes.transAxes, ha="right", va="top", fontsize=4.8, linespacing=1.25
+    )
+    axes.set_ylim(top=axes.get_ylim()[1] * 10 ** (0.12 * len(on)))
+
+
+for _number, _question in enumerate(QUESTIONS.values()):
+    FIGURES.add(
+        f"fig_trade_{_question.name}",
+        f"What accuracy costs: {_question.words}",
+        needs=("every", "every_contacts", "scenes", "reference"),
+        order=90 + _number,
+    )(_draw(_question.name))

@@ -1,0 +1,151 @@
+"""What may be asked of a knit, and which quantities answer it by which model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import hypot
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.measures.centre_cell import centre_cell
+from knitstudy.measures.estimate import UNKNOWN, Estimate
+from knitstudy.measures.quantities import (
+    FORCE,
+    LARGEST_U_Z,
+    NORMAL,
+    QUANTITIES,
+    RMS_U_Z,
+    SLIP,
+    TANGENTIAL,
+)
+from knitstudy.measures.reference import Reference
+from knitstudy.measures.response import at_strain
+from knitstudy.study.scene import Scene
+
+TOTAL, BEAM_SLIP = "mean force of a crossing", "mean slip of a crossing of beams"
+PRESSURE = "mean normal stress of a contact"
+
+ZONES = 4
+"""Crossings of a cell: they are numbered row by row, column by column, zone by zone."""
+
+Answer = Callable[[xr.Dataset, xr.Dataset | None], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked for.
+
+    Attributes
+    ----------
+    name : str
+        As a scene says it (``ask.question``).
+    words : str
+        For people.
+    by : mapping of str to tuple of str
+        Quantities that answer it, by fidelity; a fidelity that is not there cannot.
+    """
+
+    name: str
+    words: str
+    by: Mapping[str, tuple[str, ...]]
+
+
+_SOLIDS = ("dns", "solid_yarns")
+
+QUESTIONS: dict[str, Question] = {
+    each.name: each
+    for each in (
+        Question("force", "force", dict.fromkeys((*_SOLIDS, "rom2d", "rom3d", "beam"), (FORCE,))),
+        Question(
+            "out_of_plane",
+            "out-of-plane motion",
+            dict.fromkeys((*_SOLIDS, "rom3d", "beam"), (LARGEST_U_Z, RMS_U_Z)),
+        ),
+        Question(
+            "contact",
+            "contact force and slip",
+            dict.fromkeys(_SOLIDS, (NORMAL, TANGENTIAL, SLIP)) | {"beam": (TOTAL, BEAM_SLIP)},
+        ),
+        Question("stress", "normal stress at a contact", dict.fromkeys(_SOLIDS, (PRESSURE,))),
+    )
+}
+"""By their names."""
+
+
+def answers(
+    question: Question, scene: Scene, history: xr.Dataset, contacts: xr.Dataset | None, strain: float
+) -> dict[str, float]:
+    """Return the values of the quantities that answer a question at a strain; nothing where a model cannot.
+
+    A slip of yarns that cannot slip is not asked for.
+
+    Parameters
+    ----------
+    question : Question
+    scene : Scene
+    history : Dataset
+    contacts : Dataset or None
+        Of a direct simulation.
+    strain : float
+        Up to the largest of the history.
+    """
+    wanted = question.by.get(scene.fidelity, ())
+    if scene.interaction != "isotropic":
+        wanted = [name for name in wanted if name not in (SLIP, BEAM_SLIP)]
+    if scene.fidelity in _SOLIDS and contacts is None:
+        wanted = [name for name in wanted if name in (FORCE, LARGEST_U_Z, RMS_U_Z)]
+    values = {name: _VALUES[name](history, contacts) for name in wanted}
+    return {name: at_strain(history, strain, found) for name, found in values.items()}
+
+
+def known(reference: Reference, quantity: str, strain: float) -> Estimate:
+    """Return what the reference says of a quantity, unknown where it says nothing or nothing moves.
+
+    Of the whole force of a crossing it knows the means of both parts. The four crossings of a cell are so alike that
+    the mean of the whole is theirs put together, within 0.3 % with ties and friction (of direct simulations).
+    """
+    if quantity == TOTAL:
+        parts = [reference.at(name, strain) for name in (NORMAL, TANGENTIAL)]
+        if not all(part.known for part in parts):
+            return UNKNOWN
+        value = hypot(*(part.value for part in parts))
+        return Estimate(value, hypot(*(part.uncertainty * part.value / value for part in parts)))
+    estimate = reference.at(SLIP if quantity == BEAM_SLIP else quantity, strain)
+    return estimate if estimate.known and estimate.value > 0 else UNKNOWN
+
+
+def _pressure(history: xr.Dataset, contacts: xr.Dataset) -> np.ndarray:
+    """Return the normal force of the centre cell's contacts over their area (I,) [Pa], 0 where none touches."""
+    here = centre_cell(contacts)
+    force = np.linalg.norm(contacts["normal_resultant"].to_numpy()[:, here], axis=-1).sum(axis=1)
+    area = contacts["contact_area"].to_numpy()[:, here].sum(axis=1)
+    return np.divide(force, area, out=np.zeros_like(force), where=area > 0)
+
+
+def _of_beams(name: str) -> Answer:
+    def values(history: xr.Dataset, contacts: None) -> np.ndarray:
+        found = history[name].to_numpy()
+        middle = _middle(found.shape[1])
+        found = found[:, ZONES * middle : ZONES * (middle + 1)]
+        size = np.linalg.norm(found, axis=-1) if found.ndim == 3 else np.nan_to_num(found)
+        return size.mean(axis=1)
+
+    return values
+
+
+def _middle(crossings: int) -> int:
+    """Return the number of the centre cell of a square knit."""
+    cells = round((crossings / ZONES) ** 0.5)
+    return (cells // 2) * cells + cells // 2
+
+
+_VALUES: dict[str, Answer] = {name: values for name, (_, values) in QUANTITIES.items()} | {
+    TOTAL: _of_beams("crossing_force"),
+    BEAM_SLIP: _of_beams("crossing_slip"),
+    PRESSURE: _pressure,
+}
+
+UNITS = {name: unit for name, (unit, _) in QUANTITIES.items()} | {TOTAL: "N", BEAM_SLIP: "m", PRESSURE: "Pa"}
+"""Of all quantities that answer."""

@@ -1,0 +1,198 @@
+"""What accuracy costs: every simulation of a problem that something is known of, by question, error and expense."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+import pandas as pd
+import xarray as xr
+
+from knitstudy.measures.bracket import Bracket, bracket
+from knitstudy.measures.discretisation import is_direct
+from knitstudy.measures.estimate import Estimate
+from knitstudy.measures.expense import Expense, expense_of
+from knitstudy.measures.problem import loops_of, problem_of
+from knitstudy.measures.quantities import STRAINS
+from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, SLIP, Question, answers, known
+from knitstudy.measures.reference import Reference, reference_of
+from knitstudy.study.scene import Scene
+
+REFERENCE = "reference"
+"""What an error is to, where no two models bracket the quantity."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """One simulation and one question.
+
+    Attributes
+    ----------
+    scene : Scene
+    question : Question
+    quantity : str
+        That of those which answer the question whose error may be the largest.
+    strain, value : float
+        Where it is compared, and its value there.
+    true : Estimate
+        What it is compared with.
+    source : str
+        `REFERENCE`, or the models that bracket it.
+    error : Estimate
+        |value / true - 1| [1].
+    expense : Expense
+    """
+
+    scene: Scene
+    question: Question
+    quantity: str
+    strain: float
+    value: float
+    true: Estimate
+    source: str
+    error: Estimate
+    expense: Expense
+
+    @property
+    def bound(self) -> float:
+        """The error and its uncertainty: what it is at most."""
+        return self.error.value + self.error.uncertainty
+
+
+@dataclass
+class _Problem:
+    """All simulations of one problem."""
+
+    reference: Reference
+    scenes: list[Scene] = field(default_factory=list)
+
+
+def points_of(
+    histories: Mapping[str, xr.Dataset],
+    contacts: Mapping[str, xr.Dataset],
+    scenes: Mapping[str, Scene],
+    table: pd.DataFrame,
+) -> list[Point]:
+    """Return all points, problem by problem in the order of the scenes, question by question.
+
+    Problems are those of the reference and those like them that are larger, or are asked what it does not know.
+
+    Parameters
+    ----------
+    histories, contacts : mapping of str to Dataset
+        Of knits by scene; contacts of direct simulations.
+    scenes : mapping of str to Scene
+    table : DataFrame
+        ``resources/reference/reference.csv``.
+    """
+    scenes = {name: scene for name, scene in scenes.items() if name in histories}
+    problems = _problems(scenes, table)
+    return [
+        point
+        for problem in problems.values()
+        for question in QUESTIONS.values()
+        for point in _points(question, problem, histories, contacts)
+    ]
+
+
+def as_direct(scene: Scene, scenes: Mapping[str, Scene]) -> Scene | None:
+    """Return a direct simulation of the problem that a scene is a model of: itself, its source, or one like it."""
+    if is_direct(scene):
+        return scene
+    if (source := scenes.get(scene.value("rom.contacts_from"))) is not None:
+        return source
+    same = (
+        "knit",
+        "interaction",
+        "yarn",
+        "load.direction",
+        "load.lateral",
+        "contact.friction",
+        "contact.tied_edges",
+    )
+    alike = (other for other in scenes.values() if is_direct(other))
+    return next((other for other in alike if all(other.value(k) == scene.value(k) for k in same)), None)
+
+
+def _problems(scenes: Mapping[str, Scene], table: pd.DataFrame) -> dict[str, _Problem]:
+    """Return the problems that the reference knows, and others of its loops under its interactions, by their digest."""
+    found: dict[str, _Problem] = {}
+    kin, of = set(), {}
+    for name, scene in scenes.items():
+        direct = as_direct(scene, scenes)
+        if direct is not None:
+            of[name], problem = direct, problem_of(direct)
+            if problem not in found:
+                found[problem] = _Problem(reference_of(table, direct))
+            found[problem].scenes.append(scene)
+            if found[problem].reference.known:
+                kin.add(_kin(direct))
+    return {
+        problem: each
+        for problem, each in found.items()
+        if each.reference.known or _kin(of[each.scenes[0].name]) in kin
+    }
+
+
+def _kin(scene: Scene) -> tuple:
+    return loops_of(scene), scene.interaction, scene.value("contact.friction")
+
+
+def _points(
+    question: Question,
+    problem: _Problem,
+    histories: Mapping[str, xr.Dataset],
+    contacts: Mapping[str, xr.Dataset],
+) -> Iterator[Point]:
+    """Yield the points of a problem, each at the largest strain of the reference that it reaches."""
+    reached = {scene.name: _reached(histories[scene.name]) for scene in problem.scenes}
+    for strain in sorted({strain for strain in reached.values() if strain}):
+        found = {
+            scene.name: answers(question, scene, histories[scene.name], contacts.get(scene.name), strain)
+            for scene in problem.scenes
+            if (reached[scene.name] or 0) >= strain
+        }
+        brackets: dict[str, Bracket] = {}
+        for scene in problem.scenes:
+            expense = expense_of(scene, histories)
+            if reached[scene.name] != strain or expense is None:
+                continue
+            errors = [
+                (quantity, value, *_true(quantity, strain, problem, found, brackets))
+                for quantity, value in found[scene.name].items()
+            ]
+            compared = [
+                Point(scene, question, quantity, strain, value, true, source, _error(value, true), expense)
+                for quantity, value, true, source in errors
+                if true.known
+            ]
+            if compared:
+                yield max(compared, key=lambda point: point.bound)
+
+
+def _reached(history: xr.Dataset) -> float | None:
+    """Return the largest strain of the reference that a history reaches, if any."""
+    end = float(history["strain"][-1]) * (1 + 1e-6)
+    return max((strain for strain in STRAINS if strain <= end), default=None)
+
+
+def _true(
+    quantity: str,
+    strain: float,
+    problem: _Problem,
+    found: Mapping[str, Mapping[str, float]],
+    brackets: dict[str, Bracket],
+) -> tuple[Estimate, str]:
+    """Return what a quantity is, and what says so: the reference, else the finest two models."""
+    estimate = known(problem.reference, quantity, strain)
+    if estimate.known:
+        return estimate, REFERENCE
+    quantity = SLIP if quantity == BEAM_SLIP else quantity
+    if quantity not in brackets:
+        values = {name: each[quantity] for name, each in found.items() if quantity in each}
+        brackets[quantity] = bracket(values, {scene.name: scene for scene in problem.scenes})
+    return brackets[quantity].estimate, f"between {brackets[quantity].said}"
+
+
+def _error(value: float, true: Estimate) -> Estimate:
+    return true.of(lambda other: abs(value / other - 1))

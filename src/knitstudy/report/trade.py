@@ -1,0 +1,118 @@
+"""What the kept trade says, as the part of docs/trade.md that is written from it."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from knitstudy.errors import DataFileError
+from knitstudy.measures.fronts import rungs
+from knitstudy.measures.promise import BAR, DEAREST
+from knitstudy.study.fronts import digits
+from knitstudy.tables.trade import AT_MOST, CALLED, CASE, MEMORY, SECONDS, knobs, sentences
+
+BEGIN, END = "<!-- what the kept trade says: make trade -->", "<!-- end of what the kept trade says -->"
+
+SLOWER = "seconds over the main model's [1]"
+
+
+def filled(page: str, text: str) -> str:
+    """Return a page with a text between its marks.
+
+    Raises
+    ------
+    DataFileError
+        When it has no marks.
+    """
+    before, begin, rest = page.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not (begin and end):
+        raise DataFileError(f"docs/trade.md: must have the lines {BEGIN!r} and {END!r}")
+    return f"{before}{BEGIN}\n\n{text.strip()}\n\n{END}{after}"
+
+
+def written(table: pd.DataFrame, promises: pd.DataFrame | None = None) -> str:
+    """Return sentences, rungs, knobs and promises of a kept trade in Markdown.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Of `tables.trade.tabulate`, as it is kept.
+    promises : DataFrame, optional
+        Of `stages.promise`.
+    """
+    table = table.assign(varied=table["varied"].fillna(""), to=table["to"].fillna(""))
+    parts = [
+        f"{len(table)} points of {table['scene'].nunique()} simulations ({table['simulations'].iloc[0]} of the study), "
+        f"made on {table['made'].iloc[0]}.",
+        "### What to take\n\n" + _sentences(table),
+        "### Rungs\n\n" + _rungs(table),
+        "### Knobs\n\n" + _knobs(table),
+    ]
+    if promises is not None and len(promises):
+        parts.append("### On other knits\n\n" + _promises(promises))
+    return "\n\n".join(parts)
+
+
+def _sentences(table: pd.DataFrame) -> str:
+    """Return sentences by case: of those of one model that of the tightest accuracy, of failures the loosest."""
+    said = sentences(table)
+    lines = []
+    for case, rows in said.groupby(["cells [1]", "interaction", "direction"], sort=False):
+        kept = []
+        for _, of in rows.groupby("question", sort=False):
+            reached = of[of[AT_MOST] <= of["accuracy [1]"]]
+            kept += list(reached.drop_duplicates("scene", keep="last")["sentence"])
+            kept += list(of[of[AT_MOST] > of["accuracy [1]"]]["sentence"][:1])
+        cells, interaction, direction = case
+        lines.append(f"**{cells} cells, {interaction}, {direction} tension.** " + " ".join(kept))
+    return "\n\n".join(lines)
+
+
+def _rungs(table: pd.DataFrame) -> str:
+    rows = ["| question | case | points | on the front | cheapest | surest | lacks |", "| --- " * 7 + "|"]
+    for (question, interaction, direction, cells), points in table.groupby(CASE, sort=False):
+        on = points[points["on the front"]]
+        cheap, sure = on.loc[on[SECONDS].idxmin()], on.loc[on[AT_MOST].idxmin()]
+        lacks = [name for name, there in rungs(on[SECONDS], on[AT_MOST]).items() if not there]
+        rows.append(
+            f"| {question} | {cells}, {interaction}, {direction} | {len(points)} | {len(on)} | "
+            f"{digits(cheap[SECONDS])} s: {digits(100 * cheap[AT_MOST])} %, {cheap[CALLED]} | "
+            f"{digits(100 * sure[AT_MOST])} %: {digits(sure[SECONDS])} s, {digits(sure[MEMORY])} MB, {sure[CALLED]} | "
+            f"{', '.join(lacks) or '-'} |"
+        )
+    return "\n".join(rows)
+
+
+def _knobs(table: pd.DataFrame) -> str:
+    rows = [
+        "| model | interaction | knob | points | largest change of an error | time over the main model's | |",
+        "| --- " * 7 + "|",
+    ]
+    for knob in knobs(table).to_dict("records"):
+        rows.append(
+            f"| {knob['model']} | {knob['interaction']} | `{knob['varied']}` {knob['to']} | {knob['points [1]']} | "
+            f"{digits(100 * knob['largest change of an error [1]'])} % | "
+            f"{digits(knob[SLOWER])} | {knob['verdict']} |"
+        )
+    return "\n".join(rows)
+
+
+def _promises(table: pd.DataFrame) -> str:
+    rows = ["| question, accuracy | interaction | promises | held | surely | dearest |", "| --- " * 6 + "|"]
+    dear = table["seconds [s]"] / table["seconds of the cheapest that would have done [s]"]
+    for case, found in table.assign(dear=dear).groupby(
+        ["question", "accuracy [1]", "interaction"], sort=False
+    ):
+        question, accuracy, interaction = case
+        rows.append(
+            f"| {question}, {100 * accuracy:g} % | {interaction} | {len(found)} | {int(found['held'].sum())} | "
+            f"{int((found['surely held'].astype(str) == 'True').sum())} | {digits(found['dear'].max())} |"
+        )
+    held, other = table.groupby("scene")["held"].all(), table[table["of another model [1]"]]
+    rows.append(
+        f"\nOf {len(held)} knits {int(held.sum())} kept every promise, and {int(table['held'].sum())} of "
+        f"{len(table)} promises held (bar: {100 * BAR:g} %); of the {len(other)} by another model than that which the "
+        f"truth is drawn from, {int(other['held'].sum())}. The price was at most {digits(dear.max())} times that of "
+        f"the cheapest tried that would have done (bar: {DEAREST:g})."
+    )
+    return "\n".join(rows)

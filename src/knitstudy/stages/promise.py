@@ -1,0 +1,235 @@
+"""What the choice of a model promises, tried on knits that the trade was not measured on.
+
+``python -m knitstudy.stages.promise [SECONDS]`` asks for models of all sweeps of course spacing and yarn diameter and
+of all inputs changed one at a time whose simulations are there, runs what it is told (seconds to a minute each; kept
+below ``results``, so that the same command goes on), and keeps in ``resources/trade_promise.csv`` what came out.
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+import time
+from collections.abc import Iterator
+from math import inf
+from pathlib import Path
+
+import pandas as pd
+import xarray as xr
+
+from knitstudy.errors import ConfigurationError, KnitstudyError
+from knitstudy.files.csv_table import read_table, write_table
+from knitstudy.files.netcdf import read_dataset
+from knitstudy.measures.discretisation import made_of
+from knitstudy.measures.estimate import Estimate
+from knitstudy.measures.expense import seconds_of
+from knitstudy.measures.fronts import ACCURACIES
+from knitstudy.measures.knobs import model_of
+from knitstudy.measures.names import INTERACTIONS
+from knitstudy.measures.problem import problem_of
+from knitstudy.measures.promise import Promise, corrected, error_made
+from knitstudy.measures.reference import Reference, reference_of
+from knitstudy.stages.displays import REFERENCE
+from knitstudy.stages.kept import RESULTS, up_to_date
+from knitstudy.stages.plan import Plan
+from knitstudy.stages.simulate import Results, simulate
+from knitstudy.stages.table import STAGES, stage_of
+from knitstudy.stages.trade import PROMISES_KEPT, READ, TRADE, write_page
+from knitstudy.study.choice import LARGE, Choice, Rung, numerics, resolved
+from knitstudy.study.planning import planned
+from knitstudy.study.scene import Scene
+from knitstudy.study.sections.ask import Ask
+from knitstudy.tables.trade import AT_MOST, CALLED
+
+LONGEST = 30.0
+"""What is asked for may take no longer [s]: it is tried on many knits."""
+
+ASKED = (("force", 0.02), ("force", 0.05), ("force", 0.25), ("out_of_plane", 0.10), ("contact", 0.10))
+"""Questions and accuracies of every knit; those that nothing is sure enough for are left out."""
+
+UNSEEN = ("sweep-", "inputs-")
+"""What names of their scenes begin with."""
+
+BY = "solid yarns of degree 2"
+"""What they were simulated by, whose error the reference knows on the drawn knit."""
+
+FINER = "-p3"
+"""What names of the same by the next degree end with: they are taken for the truth where there are any."""
+
+COLUMNS = [
+    "scene",
+    "interaction",
+    "direction",
+    "question",
+    "accuracy [1]",
+    "model",
+    "quantity",
+    "error [1]",
+    "uncertainty of that error [1]",
+    "held",
+    "surely held",
+    "of another model [1]",
+    "seconds [s]",
+    "seconds of the cheapest that would have done [s]",
+]
+
+FAILED = "no result"
+
+log = logging.getLogger(__name__)
+
+
+Tried = tuple[str, Estimate, float]
+
+
+def promises(plan: Plan, results: Path, seconds: float = float("inf")) -> Iterator[tuple[Scene, Promise]]:
+    """Yield what was promised and what came out; stop simulating after some seconds of the wall clock.
+
+    First come models that sweeps were run by besides, with what the trade says of the same on the drawn knit.
+    """
+    table = read_table(REFERENCE / "reference.csv")
+    there = [scene for scene in plan.scenes.values() if scene.name.startswith(UNSEEN)]
+    there = up_to_date(plan, there, results, READ)
+    unseen = [scene for scene in there if made_of(scene) == BY]
+    truths = {}
+    for scene in sorted(unseen, key=lambda scene: scene.interaction != "tie"):
+        if (pair := _pair(scene, plan, results)) is not None:
+            base, finest = pair
+            known = reference_of(table, base)
+            found = corrected(known, _read(base, results), _read(finest, results), scene.load.strain)
+            truths[scene.name] = scene, finest, found
+    for scene, finest, truth in truths.values():
+        yield from ((scene, made) for made in _at_hand(scene, finest, truth, there, plan, results))
+    started = time.monotonic()
+    for scene, finest, truth in truths.values():
+        for question, accuracy in ASKED:
+            try:
+                ask = Ask(question=question, accuracy=accuracy, seconds=LONGEST)
+                choice = planned(scene, ask, plan.scenes, scene.name, changed=True).choice
+            except ConfigurationError as error:
+                log.info("%s", error)
+                continue
+            if time.monotonic() - started > seconds:
+                return
+            found = [_tried(scene, rung, choice, plan, results, truth) for rung in _taken_and_below(choice)]
+            (quantity, error, cost), *below = found
+            if error.known:
+                done = [price for _, each, price in below if each.value <= accuracy]
+                other = model_of(plan.scenes[choice.rung.scene]) != model_of(finest)
+                price = min([cost, *done])
+                made = Promise(
+                    scene.name, question, str(choice.rung), accuracy, error, quantity, cost, price, other
+                )
+                yield scene, made
+
+
+def _at_hand(
+    scene: Scene, finest: Scene, truth: Reference, there: list[Scene], plan: Plan, results: Path
+) -> Iterator[Promise]:
+    """Yield what the trade promises of simulations that are there, of another model than the truth is drawn from."""
+    problem = problem_of(scene)
+    others = [each for each in there if problem_of(each) == problem and model_of(each) != model_of(finest)]
+    for other in others:
+        history, contacts = _read(other, results)
+        for row in _said_of(other, plan):
+            accuracy = min((each for each in ACCURACIES if each >= row[AT_MOST]), default=None)
+            quantity, error = error_made(row["question"], other, history, contacts, truth, scene.load.strain)
+            if accuracy is not None and error.known:
+                cost, _ = seconds_of(history)
+                yield Promise(other.name, row["question"], row[CALLED], accuracy, error, quantity, cost, cost)
+
+
+def _said_of(scene: Scene, plan: Plan) -> list[dict]:
+    """Return what the trade says of the drawn knit of `LARGE` cells by what a scene is computed with."""
+    trade, wanted = read_table(TRADE.path), numerics(scene)
+    found = []
+    for name, rows in trade[trade["cells [1]"] == f"{LARGE} x {LARGE}"].groupby("scene", sort=False):
+        template = plan.scenes[name]
+        same = (template.interaction, template.load.direction) == (scene.interaction, scene.load.direction)
+        if same and numerics(template) == wanted:
+            found += rows.to_dict("records")
+    return found
+
+
+def _taken_and_below(choice: Choice) -> list[Rung]:
+    """Return the rung that was chosen, and the one below it on the front."""
+    cheaper = [rung for rung in choice.others if rung.seconds < choice.rung.seconds]
+    return [choice.rung, *cheaper[-1:]]
+
+
+def _tried(scene: Scene, rung: Rung, choice: Choice, plan: Plan, results: Path, truth: Reference) -> Tried:
+    """Return where a model is off most, by how much, and its seconds with what it is made from.
+
+    What ends without a result is off without bounds.
+    """
+    other = Choice(choice.ask, rung, (), choice.cells, choice.measured)
+    try:
+        made = simulate(scene.vary(resolved(scene, other, plan.scenes)), results)
+    except KnitstudyError as error:
+        log.warning("%s by %s: %s", scene.name, rung, error)
+        return FAILED, Estimate(inf, 0.0), rung.seconds
+    quantity, error = error_made(
+        choice.ask.question, made.scene, made.history, made.contacts, truth, scene.load.strain
+    )
+    return quantity, error, seconds_of(made.history)[0] + _of_source(made, plan, results)
+
+
+def _of_source(made: Results, plan: Plan, results: Path) -> float:
+    """Return the seconds of the simulation that a reduced model takes its contacts from."""
+    if made.scene.value("rom.contacts_from") is None:
+        return 0.0
+    source = plan.named(made.scene, "rom.contacts_from")
+    return seconds_of(read_dataset(results / stage_of(source).path(source)))[0]
+
+
+def _pair(scene: Scene, plan: Plan, results: Path) -> tuple[Scene, Scene] | None:
+    """Return a simulation of the drawn knit, whose error the reference knows, and the same of a scene: the finest."""
+    base = f"yarns-{scene.interaction}-{scene.load.direction}"
+    for ending in (FINER, ""):
+        pair = [plan.scenes.get(name + ending) for name in (base, scene.name)]
+        if None not in pair and len(up_to_date(plan, pair, results, READ)) == len(pair):
+            return tuple(pair)
+    return None
+
+
+def _read(scene: Scene, results: Path) -> tuple[xr.Dataset, xr.Dataset]:
+    return tuple(
+        read_dataset(results / stage.path(scene)) for stage in (stage_of(scene), STAGES.find("contacts"))
+    )
+
+
+def keep(seconds: float) -> pd.DataFrame:
+    """Keep what came out."""
+    rows = [
+        (
+            promise.scene,
+            INTERACTIONS[scene.interaction],
+            scene.load.direction,
+            promise.question,
+            promise.accuracy,
+            promise.model,
+            promise.quantity,
+            promise.error.value,
+            promise.error.uncertainty,
+            promise.held,
+            promise.surely,
+            promise.other,
+            promise.seconds,
+            promise.cheapest,
+        )
+        for scene, promise in promises(Plan.of(), RESULTS, seconds)
+    ]
+    table = pd.DataFrame(rows, columns=COLUMNS)
+    write_table(table, PROMISES_KEPT)
+    write_page(read_table(TRADE.path))
+    return table
+
+
+if __name__ == "__main__":
+    logging.basicConfig(level=logging.WARNING)
+    try:
+        kept = keep(float(sys.argv[1]) if len(sys.argv) > 1 else float("inf"))
+    except KnitstudyError as error:
+        sys.exit(f"error: {error}")
+    print(
+        f"{int(kept['held'].sum())} of {len(kept)} promises held, on {kept['scene'].nunique()} knits: {PROMISES_KEPT}"
+    )

@@ -1,0 +1,241 @@
+"""A campaign: scenes at the ends of what their keys may be, one thing at a time and all together at random.
+
+What there is to try stands in ``config/extremes.yaml``. A scene of a campaign need not be one: a value that no scene
+may have is part of the question, and `Trial.scene` says so when it is asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.registry import unknown_choice
+from knitstudy.study.configuration import CONFIG, FAMILIES, load_scenes
+from knitstudy.study.documents import read_yaml
+from knitstudy.study.keys import Section, key, validated
+from knitstudy.study.scene import Scene, all_sections
+from knitstudy.study.sections.labels import Labels
+
+FILE = "extremes.yaml"
+
+BASE = "extreme-"
+"""What the names of the scenes begin with that others are made of."""
+
+TOGETHER = "together"
+"""The group of scenes in which many keys are changed at once."""
+
+DIGITS = 3
+"""Digits of a value that was drawn."""
+
+
+def _scaled(unit: str, of: Callable[[Scene], float]) -> Callable[[Scene, float], Scene]:
+    return lambda scene, value: scene.scaled(**{unit: value / of(scene)})
+
+
+QUANTITIES: Mapping[str, Callable[[Scene, Any], Scene]] = {
+    "across": lambda scene, value: scene.replace("mesh.size", scene.yarn.diameter / value),
+    "degree": lambda scene, value: scene.vary({"mesh.degree": value, "mesh.crossing_degree": value}),
+    "diameter": _scaled("length", lambda scene: scene.yarn.diameter),
+    "stiffness": _scaled("stiffness", lambda scene: scene.yarn.youngs_modulus),
+}
+"""What is not a key but sets some, in the order in which they follow the keys of a trial."""
+
+APPLIES = {"across": "mesh.size", "degree": "mesh.degree", "diameter": "yarn", "stiffness": "yarn"}
+"""The key or section that a scene must have for a quantity to say something of it."""
+
+
+def _said(allowed: str, **default: Any) -> Any:
+    return key(allowed, standing="choice", source="what is tried", checked="all", **default)
+
+
+class Alone(Section):
+    """One thing at a time: of which scenes, and what each changes."""
+
+    of: tuple[str, ...] = _said("a list of scenes")
+    values: dict[str, list[Any]] = _said("values by key", default={})
+    cases: tuple[dict[str, Any], ...] = _said("a list of keys with values", default=())
+
+    def changes(self) -> Iterator[dict[str, Any]]:
+        """Yield what each scene changes."""
+        for keys, values in self.values.items():
+            yield from (dict.fromkeys(keys.split(), value) for value in values)
+        yield from self.cases
+
+
+class Together(Section):
+    """All at once, at random."""
+
+    scenes: Annotated[int, Field(ge=0)] = _said("a whole number from 0 on: scenes of each base")
+    changed: Annotated[float, Field(gt=0, le=1)] = _said(
+        "a number > 0 and <= 1: the probability that a key is changed"
+    )
+    of: tuple[str, ...] = _said("a list of scenes")
+    keys: dict[str, Any] = _said("what every key may be")
+
+
+class Declared(Section):
+    """What ``config/extremes.yaml`` holds."""
+
+    seed: Annotated[int, Field(ge=0)] = _said("a whole number from 0 on")
+    limit: Annotated[float, Field(gt=0)] = _said("a number > 0, in s")
+    cheap: Annotated[float, Field(ge=0)] = _said("a number >= 0, in s")
+    alone: dict[str, Any] = _said("groups by name")
+    together: dict[str, Any] = _said("a group")
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One scene that is tried.
+
+    Attributes
+    ----------
+    name : str
+        Group, base and number in the group.
+    group : str
+        Of the campaign.
+    base : Scene
+        That some keys are changed of.
+    changes : mapping of str to value
+        Keys and `QUANTITIES`.
+    """
+
+    name: str
+    group: str
+    base: Scene
+    changes: Mapping[str, Any]
+
+    @property
+    def model(self) -> str:
+        """Name of the base without what all of them begin with."""
+        return self.base.name.removeprefix(BASE)
+
+    def scene(self) -> Scene:
+        """Return the scene.
+
+        Raises
+        ------
+        ConfigurationError
+            Where no scene may be so.
+        """
+        keys = {name: value for name, value in self.changes.items() if name not in QUANTITIES}
+        scene = self.base.vary(keys) if keys else self.base
+        for name, change in QUANTITIES.items():
+            if name in self.changes:
+                scene = change(scene, self.changes[name])
+        return scene
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """All trials, and how long each may take.
+
+    Attributes
+    ----------
+    trials : tuple of Trial
+    limit : float
+        Processor time of a trial [s].
+    cheap : float
+        Processor time below which a trial is made again in twice the increments [s].
+    """
+
+    trials: tuple[Trial, ...]
+    limit: float
+    cheap: float
+
+
+def load_campaign(config: Path = CONFIG) -> Campaign:
+    """Return the campaign of a configuration folder.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming the file, the group, and what is not known or not allowed in it.
+    """
+    path = Path(config) / FILE
+    declared = validated(Declared, read_yaml(path), str(path))
+    scenes = load_scenes(config)
+    trials = []
+    for group, inside in declared.alone.items():
+        where = f"{path}: alone: {group}"
+        alone = validated(Alone, inside, where)
+        for base in _bases(alone.of, scenes, where):
+            for number, changes in enumerate(alone.changes(), 1):
+                _require_known(changes, where)
+                trials.append(Trial(_name(group, base, number), group, base, changes))
+    where = f"{path}: {TOGETHER}"
+    together = validated(Together, declared.together, where)
+    _require_known(dict.fromkeys(name for keys in together.keys for name in keys.split()), where)
+    for index, base in enumerate(_bases(together.of, scenes, where)):
+        for number in range(1, together.scenes + 1):
+            # Its own generator: one scene more changes no other.
+            changes = _drawn(np.random.default_rng((declared.seed, index, number)), together, base, where)
+            trials.append(Trial(_name(TOGETHER, base, number), TOGETHER, base, changes))
+    return Campaign(tuple(trials), declared.limit, declared.cheap)
+
+
+def _name(group: str, base: Scene, number: int) -> str:
+    return f"{group} {base.name.removeprefix(BASE)} {number}"
+
+
+def _bases(names: tuple[str, ...], scenes: Mapping[str, Scene], where: str) -> list[Scene]:
+    bases = {name.removeprefix(BASE): scene for name, scene in scenes.items() if name.startswith(BASE)}
+    for name in names:
+        if name not in bases:
+            message = unknown_choice(f"unknown scene of {FAMILIES}", name, name, sorted(bases))
+            raise ConfigurationError(f"{where}: {message}")
+    return [bases[name] for name in names]
+
+
+def _require_known(changes: Mapping[str, Any], where: str) -> None:
+    """Refuse a key of no scene: a value may be wrong on purpose, a name may not."""
+    known = {f"{section}.{name}" for section, fields in all_sections().items() for name in fields}
+    known |= QUANTITIES.keys() | Labels.model_fields.keys()
+    for name in changes:
+        if name not in known:
+            raise ConfigurationError(f"{where}: {unknown_choice('unknown key', name, name, sorted(known))}")
+
+
+def _drawn(random: np.random.Generator, together: Together, base: Scene, where: str) -> dict[str, Any]:
+    """Return changes of a scene: of every key that it has, with the probability that is asked for."""
+    changes: dict[str, Any] = {}
+    for keys, between in together.keys.items():
+        names = keys.split()
+        # Drawn whether it is used or not: what is drawn next does not depend on the base.
+        used, value = random.random() < together.changed, _between(random, between, f"{where}: {keys}")
+        if used and _has(base, APPLIES.get(names[0], names[0])):
+            changes |= dict.fromkeys(names, value)
+    if base.interaction == "tie" or changes.get("interaction") == "rough":
+        changes.pop("interaction" if base.interaction == "tie" else "contact.friction", None)
+    if base.kind.fidelity.sources:  # those of a reduced model are loaded as it is
+        changes.pop("load.direction", None)
+    return changes
+
+
+def _has(scene: Scene, key: str) -> bool:
+    """Whether a scene has a label, a section or a key, which may be a property elsewhere."""
+    section, _, name = key.partition(".")
+    inside = scene.sections.get(section)
+    return key in Labels.model_fields if inside is None else name in {"", *type(inside).model_fields}
+
+
+def _between(random: np.random.Generator, between: Any, where: str) -> Any:
+    """Return a value out of a list or between two ends."""
+    share = random.random()
+    if isinstance(between, list | tuple) and between:
+        return between[int(share * len(between))]
+    match between:
+        case {"even": [float() | int() as low, float() | int() as high]}:
+            value = low + share * (high - low)
+        case {"decades": [float() | int() as low, float() | int() as high]} if low > 0 and high > 0:
+            value = low * (high / low) ** share
+        case _:
+            raise ConfigurationError(
+                f"{where} is {between!r} but must be a list of values, or even: [low, high] or decades: [low, high]"
+            )
+    return float(f"{value:.{DIGITS}g}")

@@ -1,0 +1,330 @@
+"""The cheapest model that answers a question surely enough, by what was measured (``resources/trade.csv``).
+
+Errors are taken over from the measured knit of the same interaction and load to others, prices by the laws with which
+time and memory grow with the number of cells. docs/trade.md says how far both hold.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.registry import listed, unknown_choice
+from knitstudy.study.fronts import cheapest, front, nearest
+from knitstudy.study.kinds import FIDELITIES
+from knitstudy.study.scene import Scene
+from knitstudy.study.sections.ask import Ask
+
+RESOURCES = Path(__file__).resolve().parents[3] / "resources"
+TRADE_KEPT = RESOURCES / "trade.csv"
+"""What was measured: one row a simulation and question (`knitstudy.stages.trade`)."""
+
+GROWTH_KEPT = RESOURCES / "trade_growth.csv"
+"""By which powers of the number of cells in a row price grows."""
+
+MODEL_SECTIONS = ("mesh", "tie", "contact", "solver", "gates", "rom", "beam")
+OF_THE_PROBLEM = ("contact.friction", "contact.tied_edges", "tie.radius")
+"""Sections that say how a scene is computed, but for these keys, which say what is."""
+
+SHARED = (
+    "yarn.youngs_modulus",
+    "yarn.poisson_ratio",
+    "yarn.material",
+    "load.lateral",
+    "tie.radius",
+    "contact.friction",
+    "contact.tied_edges",
+)
+"""What a scene shares with a simulation of the trade whose contacts its reduced model takes."""
+
+INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
+"""As tables call them."""
+
+SMALL, LARGE = 1, 3
+"""Cells in a row of the knits that models are compared on; all that have more than `SMALL` count as `LARGE`."""
+
+CANNOT = {
+    "out_of_plane": "a planar honeycomb stays in its plane",
+    "contact": "their joints have neither a pressure nor a slip",
+    "stress": "beams have no pressure on a contact",
+}
+"""Why models that are made of beams do not answer a question."""
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One measured model, and what it would cost a scene.
+
+    Attributes
+    ----------
+    model : str
+        What it is called, with knobs that are not as in the main model.
+    scene, fidelity : str
+        The scene of the study `trade` that has measured it, and its fidelity.
+    error : float
+        What its error is at most, where it was measured [1].
+    seconds, memory : float
+        Expected of the scene that asks [s], [MB].
+    """
+
+    model: str
+    scene: str
+    fidelity: str
+    error: float
+    seconds: float
+    memory: float
+
+    def __str__(self) -> str:
+        return self.model
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What was chosen for a scene.
+
+    Attributes
+    ----------
+    ask : Ask
+    rung : Rung
+    others : tuple of Rung
+        Those that nothing beats in error and time at once, from the cheapest on.
+    cells : float
+        In a row, and of the knit that errors were measured on.
+    measured : int
+    """
+
+    ask: Ask
+    rung: Rung
+    others: tuple[Rung, ...]
+    cells: float
+    measured: int
+
+    def __str__(self) -> str:
+        return (
+            f"{self.rung}: error at most {100 * self.rung.error:.2g} %, some {self.rung.seconds:.2g} s and "
+            f"{self.rung.memory:.2g} MB"
+        )
+
+
+def choose(
+    scene: Scene,
+    ask: Ask,
+    templates: Mapping[str, Scene],
+    where: str,
+    own_source: bool = True,
+    kept: Path = TRADE_KEPT,
+) -> Choice:
+    """Return the cheapest model for a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is to be simulated, by any model.
+    ask : Ask
+    templates : mapping of str to Scene
+        The scenes that the kept trade names.
+    where : str
+        Begins messages.
+    own_source : bool
+        Whether contacts of a reduced model come from a simulation of the scene itself, not of one like it.
+    kept : Path
+        The kept trade.
+
+    Raises
+    ------
+    ConfigurationError
+        Where nothing answers, or nothing is sure, fast or small enough: what comes nearest is named.
+    """
+    if scene.specimen != "knit":
+        raise ConfigurationError(
+            f"{where}: fidelity is auto but must be named where specimen is {scene.specimen}"
+        )
+    cells = (scene.pattern.loops * scene.pattern.rows) ** 0.5
+    measured = SMALL if cells == SMALL else LARGE
+    of_problem = [row for row in _rows(kept) if _fits(row, scene, measured)]
+    rungs = [_rung(row, cells / measured, templates) for row in of_problem if row["question"] == ask.question]
+    rungs = [rung for rung in rungs if rung is not None and _can_be_made(rung, scene, templates, own_source)]
+    rungs = _among(rungs, ask, where)
+    if not rungs:
+        raise ConfigurationError(
+            f"{where}: ask.question is {ask.question!r}, but nothing was measured of {INTERACTIONS[scene.interaction]}"
+            f" in {scene.load.direction} tension; name a fidelity, or measure it with `make trade`"
+        )
+    good = [rung for rung in rungs if rung.error <= ask.accuracy]
+    if not good:
+        best = nearest(rungs, _error)
+        raise ConfigurationError(
+            f"{where}: ask.accuracy is {ask.accuracy:g}, but no model is known to be off by less than {best.error:.2g}"
+            f" in {ask.question}, which {best} is ({best.seconds:.2g} s); ask for that, or for {_more(ask)}"
+        )
+    rung = cheapest(rungs, ask.accuracy, _seconds, _error)
+    for key, unit in (("seconds", "s"), ("memory", "MB")):
+        _require_budget(key, unit, ask, good, rungs, where)
+    within = [each for each in good if _affordable(each, ask)]
+    if not within:
+        raise ConfigurationError(
+            f"{where}: ask.seconds is {ask.seconds:g} and ask.memory {ask.memory:g}, but no model within ask.accuracy "
+            f"{ask.accuracy:g} keeps both; {rung} takes {rung.seconds:.2g} s and {rung.memory:.2g} MB: allow that"
+        )
+    rung = cheapest(within, ask.accuracy, _seconds, _error)
+    return Choice(ask, rung, tuple(front(rungs, _seconds, _error)), cells, measured)
+
+
+def resolved(
+    scene: Scene, choice: Choice, templates: Mapping[str, Scene], source: str | None = None
+) -> dict[str, Any]:
+    """Return the keys, by dotted name, that make a scene one of the model chosen: what a template computes with.
+
+    Parameters
+    ----------
+    scene : Scene
+    choice : Choice
+    templates : mapping of str to Scene
+    source : str, optional
+        Name of the scene that contacts are taken from, where a reduced model needs one; by default the template's.
+    """
+    template = templates[choice.rung.scene]
+    keys = {"fidelity": template.fidelity} | numerics(template)
+    if source is not None and template.value("rom.contacts_from"):
+        keys["rom.contacts_from"] = source
+    return keys
+
+
+def numerics(scene: Scene) -> dict[str, Any]:
+    """Return all keys that say how a scene is computed, by dotted name."""
+    return {
+        f"{name}.{key}": list(value) if isinstance(value, tuple) else value
+        for name, section in scene.sections.items()
+        if name in MODEL_SECTIONS
+        for key, value in section
+        if f"{name}.{key}" not in OF_THE_PROBLEM
+    }
+
+
+def _seconds(rung: Rung) -> float:
+    return rung.seconds
+
+
+def _error(rung: Rung) -> float:
+    return rung.error
+
+
+def _among(rungs: list[Rung], ask: Ask, where: str) -> list[Rung]:
+    """Return those rungs whose fidelity is asked for."""
+    for name in ask.among:
+        if name not in FIDELITIES.names():
+            message = unknown_choice(
+                "ask.among names an unknown fidelity", name, name, list(FIDELITIES.names())
+            )
+            raise ConfigurationError(f"{where}: {message}")
+    found = [rung for rung in rungs if not ask.among or rung.fidelity in ask.among]
+    if rungs and not found:
+        can = sorted({rung.fidelity for rung in rungs})
+        raise ConfigurationError(
+            f"{where}: ask.among is [{', '.join(ask.among)}] but must hold {listed(can)} where ask.question is "
+            f"{ask.question}: {CANNOT.get(ask.question, 'no other was measured')}"
+        )
+    return found
+
+
+def _require_budget(key: str, unit: str, ask: Ask, good: list[Rung], rungs: list[Rung], where: str) -> None:
+    """Refuse a budget that no model within the accuracy keeps."""
+    allowed = getattr(ask, key)
+    if allowed is None or any(getattr(rung, key) <= allowed for rung in good):
+        return
+    least = min(good, key=lambda rung: getattr(rung, key))
+    cheap = [rung for rung in rungs if getattr(rung, key) <= allowed]
+    best = nearest(cheap, _error)
+    instead = f"{best} is within it, off by at most {best.error:.2g}" if best else "nothing is within it"
+    raise ConfigurationError(
+        f"{where}: ask.{key} is {allowed:g}, but within ask.accuracy {ask.accuracy:g} the least is "
+        f"{getattr(least, key):.2g} {unit}, by {least}: allow that; {instead}"
+    )
+
+
+def _more(ask: Ask) -> str:
+    return "other models than ask.among" if ask.among else "another question"
+
+
+def _affordable(rung: Rung, ask: Ask) -> bool:
+    return (ask.seconds is None or rung.seconds <= ask.seconds) and (
+        ask.memory is None or rung.memory <= ask.memory
+    )
+
+
+def _fits(row: Mapping[str, str], scene: Scene, measured: int) -> bool:
+    return (
+        row["interaction"] == INTERACTIONS[scene.interaction]
+        and row["direction"] == scene.load.direction
+        and row["cells [1]"] == f"{measured} x {measured}"
+    )
+
+
+def _rung(row: Mapping[str, str], growth: float, templates: Mapping[str, Scene]) -> Rung | None:
+    """Return the rung of a row of the trade for a knit that is `growth` times as wide; None without its template."""
+    template = templates.get(row["scene"])
+    if template is None:
+        return None
+    source = templates.get(template.value("rom.contacts_from"))
+    laws = [_growth(each.fidelity, growth) for each in (template, source) if each is not None]
+    own, of_sources = float(row["seconds [s]"]), float(row["seconds of its sources [s]"])
+    return Rung(
+        row["model and knobs"],
+        row["scene"],
+        template.fidelity,
+        float(row["error at most [1]"]),
+        (own - of_sources) * laws[0][0] + of_sources * laws[-1][0],
+        float(row["memory growth [MB]"]) * max(memory for _, memory in laws),
+    )
+
+
+def _growth(fidelity: str, growth: float) -> tuple[float, float]:
+    """Return by what time and memory of a model rise on a knit that is so many times as wide; none falls."""
+    time, memory = _exponents(GROWTH_KEPT).get("rom3d" if fidelity == "beam" else fidelity, (0.0, 0.0))
+    return (growth**time, growth**memory) if growth > 1 else (1.0, 1.0)
+
+
+def _can_be_made(rung: Rung, scene: Scene, templates: Mapping[str, Scene], own_source: bool) -> bool:
+    """Whether a model can be made of a scene: it takes nothing but contacts, of a simulation that goes with it."""
+    template = templates[rung.scene]
+    if any(template.value(key) for key in template.kind.fidelity.sources if key != "rom.contacts_from"):
+        return False
+    source = templates.get(template.value("rom.contacts_from"))
+    return source is None or own_source or all(source.value(key) == scene.value(key) for key in SHARED)
+
+
+@cache
+def _rows(kept: Path) -> tuple[dict[str, str], ...]:
+    return tuple(_read(kept))
+
+
+@cache
+def _exponents(kept: Path) -> dict[str, tuple[float, float]]:
+    """Return the exponents of time and memory by kind of model: the largest of its series."""
+    found: dict[str, tuple[float, float]] = {}
+    for row in _read(kept):
+        kind = next(kind for kind, words in _KINDS.items() if words in row["model"])
+        time, memory = found.get(kind, (0.0, 0.0))
+        found[kind] = (
+            max(time, float(row["exponent of the time of a path [1]"])),
+            max(memory, float(row["exponent of memory growth [1]"])),
+        )
+    return found
+
+
+_KINDS = {"solid_yarns": "solid yarns", "dns": "hexahedra", "rom3d": "3D ROM", "rom2d": "2D ROM"}
+
+
+def _read(kept: Path) -> list[dict[str, str]]:
+    try:
+        with kept.open(newline="", encoding="utf-8") as file:
+            return list(csv.DictReader(file))
+    except OSError as error:
+        raise ConfigurationError(
+            f"{kept}: {error.strerror}, but scenes whose fidelity is auto are planned by it; make it with `make trade`"
+        ) from error

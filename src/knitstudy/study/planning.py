@@ -1,0 +1,112 @@
+"""From a scene that leaves its model open to an ordinary one: fidelity ``auto`` resolved where scenes are read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.study.choice import MODEL_SECTIONS, OF_THE_PROBLEM, Choice, choose, numerics, resolved
+from knitstudy.study.scene import Scene, set_dotted
+from knitstudy.study.sections.ask import AUTO, Ask, asked
+
+ANY = "solid_yarns"
+"""A fidelity that models all knits: what a problem is read with before its model is known."""
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A scene with the model that was chosen for it.
+
+    Attributes
+    ----------
+    scene : Scene
+    choice : Choice
+    source : Scene or None
+        What a reduced model takes its contacts from, under the name of the scene and ``-source``.
+    """
+
+    scene: Scene
+    choice: Choice
+    source: Scene | None = None
+
+
+def is_open(keys: Mapping[str, Any]) -> bool:
+    """Whether keys of a scene, by dotted name, leave its model open."""
+    return keys.get("fidelity") == AUTO
+
+
+def of_model(key: str) -> bool:
+    """Whether a key says by which model a scene is computed, and how, and not what it is of."""
+    return key == "outputs" or (key.partition(".")[0] in MODEL_SECTIONS and key not in OF_THE_PROBLEM)
+
+
+def problem_and_ask(name: str, keys: Mapping[str, Any], where: str, defaults: Mapping) -> tuple[Scene, Ask]:
+    """Return what is to be simulated, by any model, and what is asked of it.
+
+    Parameters
+    ----------
+    name : str
+    keys : mapping of str to value
+        What the scene sets, by dotted name.
+    where : str
+        Begins messages.
+    defaults : mapping
+        What it is laid over.
+
+    Raises
+    ------
+    ConfigurationError
+        Where the scene sets keys of a model, or asks for nothing or nonsense.
+    """
+    own: dict[str, Any] = {}
+    for key, value in keys.items():
+        if of_model(key) and key != "outputs":
+            raise ConfigurationError(
+                f"{where}: {key} is {value!r} but must be left out where fidelity is {AUTO}: it comes with the"
+                " model that is chosen"
+            )
+        if key != "fidelity" and not key.startswith("ask."):
+            set_dotted(own, key, value, where)
+    wish = {key.partition(".")[2]: value for key, value in keys.items() if key.startswith("ask.")}
+    ask = asked(wish, where)
+    return Scene.from_dict({"name": name, "fidelity": ANY} | own, where, defaults), ask
+
+
+def planned(
+    problem: Scene, ask: Ask, templates: Mapping[str, Scene], where: str, changed: bool = False
+) -> Planned:
+    """Return a scene with the model that is chosen for it, and the source that this needs.
+
+    Parameters
+    ----------
+    problem : Scene
+    ask : Ask
+    templates : mapping of str to Scene
+        The scenes that the kept trade names.
+    where : str
+        Begins messages.
+    changed : bool
+        The scene is none of a family: it has no source of its own but takes that of the template with its geometry.
+
+    Raises
+    ------
+    ConfigurationError
+        As `knitstudy.study.choice.choose`.
+    """
+    choice = choose(problem, ask, templates, where, own_source=not changed)
+    template = templates[choice.rung.scene]
+    source = templates.get(template.value("rom.contacts_from"))
+    if source is not None and changed and source.geometry_key == problem.geometry_key:
+        problem = problem.vary({"knit": source.knit})
+    if source is None or changed:
+        return Planned(problem.vary(resolved(problem, choice, templates)), choice)
+    name = f"{problem.name}-source"
+    part = (
+        {}
+        if source.load.strain >= template.load.strain
+        else {"load.strain": source.load.strain, "load.stops": []}
+    )
+    made = problem.vary({"name": name, "outputs": [], "fidelity": source.fidelity} | part | numerics(source))
+    return Planned(problem.vary(resolved(problem, choice, templates, name)), choice, made)

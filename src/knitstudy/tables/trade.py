@@ -1,0 +1,260 @@
+"""What accuracy costs: every point that was measured, what each accuracy costs least, and knobs that buy nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import pandas as pd
+import xarray as xr
+
+from knitstudy.measures.fronts import ACCURACIES, nothing, rungs, sentence
+from knitstudy.measures.knobs import called, model_of, shown, turned
+from knitstudy.measures.names import INTERACTIONS
+from knitstudy.measures.questions import QUESTIONS, UNITS
+from knitstudy.measures.trade import Point, points_of
+from knitstudy.study.fronts import cheapest, front, nearest
+from knitstudy.study.scene import Scene
+from knitstudy.tables.catalogue import TABLES
+
+CASE = ["question", "interaction", "direction", "cells [1]"]
+"""Points of one front share these."""
+
+ERROR, UNCERTAIN, AT_MOST = "error [1]", "uncertainty of that error [1]", "error at most [1]"
+
+CALLED = "model and knobs"
+
+SECONDS, MEMORY = "seconds [s]", "memory growth [MB]"
+
+COLUMNS = [
+    *CASE,
+    "model",
+    "varied",
+    "to",
+    CALLED,
+    "quantity",
+    "strain [1]",
+    "unit",
+    "value",
+    "reference",
+    "uncertainty of the reference",
+    "error is to",
+    ERROR,
+    UNCERTAIN,
+    AT_MOST,
+    SECONDS,
+    "seconds of its sources [s]",
+    "seconds are of the",
+    MEMORY,
+    "unknowns [1]",
+    "on the front",
+    "scene",
+]
+
+SAID = [*CASE, "accuracy [1]", CALLED, "scene", AT_MOST, SECONDS, MEMORY, "sentence"]
+
+RUNGS = [
+    *CASE,
+    "points [1]",
+    "on the front [1]",
+    "under 1 s",
+    "under 30 s",
+    "within 2 %",
+    "cheapest [s]",
+    "smallest error at most [1]",
+]
+
+KNOBS = [
+    "model",
+    "interaction",
+    "varied",
+    "to",
+    "points [1]",
+    "largest change of an error [1]",
+    "seconds over the main model's [1]",
+    "memory over the main model's [1]",
+    "verdict",
+]
+
+TOGETHER = (
+    "solver.residual_tolerance; solver.correction_tolerance",
+    "mesh.span; mesh.crossing_span",
+    "contact.normal_stiffness; contact.tangential_stiffness",
+)
+"""Keys that are turned as one knob."""
+
+SAME = 1e-3
+"""Change of an error below which a knob has changed nothing [1]."""
+
+CHEAPER, DEARER = 0.8, 1.25
+"""Ratio of seconds from which on a knob has made a difference to these: the same run twice differs by a tenth."""
+
+NEEDS = ("every", "every_contacts", "scenes", "reference")
+
+
+@TABLES.add(
+    "trade",
+    "What accuracy costs: all points",
+    needs=NEEDS,
+    order=20,
+)
+def tabulate(
+    every: Mapping[str, xr.Dataset],
+    every_contacts: Mapping[str, xr.Dataset],
+    scenes: Mapping[str, Scene],
+    reference: pd.DataFrame,
+) -> pd.DataFrame:
+    """Return one row a simulation and question.
+
+    Parameters
+    ----------
+    every, every_contacts : mapping of str to Dataset
+        Histories of knits, and contacts of the direct simulations among them, by scene (see docs/architecture.md).
+    scenes : mapping of str to Scene
+        Their scenes by the same names.
+    reference : DataFrame
+        ``resources/reference/reference.csv``.
+    """
+    points = points_of(every, every_contacts, scenes, reference)
+    rows = pd.DataFrame([_row(point, every[point.scene.name]) for point in points], columns=COLUMNS)
+    return with_fronts(rows)
+
+
+@TABLES.add(
+    "trade_sentences",
+    "What an accuracy costs least",
+    needs=NEEDS,
+    order=21,
+)
+def tabulate_sentences(**sources) -> pd.DataFrame:
+    """Return one row a front and accuracy: what to take; see `tabulate` for the arguments."""
+    return sentences(tabulate(**sources))
+
+
+@TABLES.add(
+    "trade_rungs",
+    "What fronts of accuracy and price reach",
+    needs=NEEDS,
+    order=22,
+)
+def tabulate_rungs(**sources) -> pd.DataFrame:
+    """Return one row a front: how many points, and which rungs it has; see `tabulate` for the arguments."""
+    rows = []
+    for case, points in tabulate(**sources).groupby(CASE, sort=False):
+        on = points[points["on the front"]]
+        found = rungs(on[SECONDS], on[AT_MOST])
+        rows.append((*case, len(points), len(on), *found.values(), on[SECONDS].min(), on[AT_MOST].min()))
+    return pd.DataFrame(rows, columns=RUNGS)
+
+
+@TABLES.add(
+    "trade_knobs",
+    "What single knobs of models buy",
+    needs=NEEDS,
+    order=23,
+)
+def tabulate_knobs(**sources) -> pd.DataFrame:
+    """Return one row a model and single knob, over all its points; see `tabulate` for the arguments."""
+    return knobs(tabulate(**sources))
+
+
+def with_fronts(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table whose column of fronts is filled."""
+    on: set[int] = set()
+    for _, rows in table.groupby(CASE, sort=False):
+        on |= set(front(rows.index, lambda row: table.at[row, SECONDS], lambda row: table.at[row, AT_MOST]))
+    return table.assign(**{"on the front": [row in on for row in table.index]})
+
+
+def sentences(table: pd.DataFrame, accuracies: Iterable[float] = ACCURACIES) -> pd.DataFrame:
+    """Return one row a front and accuracy from the rows of `tabulate`."""
+    rows = []
+    for case, points in table.groupby(CASE, sort=False):
+        words = QUESTIONS[case[0]].words
+        for accuracy in accuracies:
+            found = cheapest(
+                points.to_dict("records"), accuracy, lambda row: row[SECONDS], lambda row: row[AT_MOST]
+            )
+            best = found or nearest(points.to_dict("records"), lambda row: row[AT_MOST])
+            name = best[CALLED]
+            said = (
+                sentence(words, accuracy, name, best[SECONDS], best[MEMORY], best[AT_MOST])
+                if found
+                else nothing(words, accuracy, name, best[AT_MOST])
+            )
+            rows.append(
+                dict(zip(CASE, case, strict=True))
+                | {"accuracy [1]": accuracy}
+                | {key: best[key] for key in SAID if key in best}
+                | {"sentence": said}
+            )
+    return pd.DataFrame(rows, columns=SAID)
+
+
+def knobs(table: pd.DataFrame) -> pd.DataFrame:
+    """Return one row a model and single knob from the rows of `tabulate`."""
+    main = {_place(row): row for row in table.to_dict("records") if not row["varied"]}
+    pairs: dict[tuple, list[tuple[dict, dict]]] = {}
+    for row in table.to_dict("records"):
+        single = ";" not in row["varied"] or row["varied"] in TOGETHER
+        if row["varied"] and single and (base := main.get(_place(row))):
+            key = (row["model"], row["interaction"], row["varied"], row["to"])
+            pairs.setdefault(key, []).append((row, base))
+    return pd.DataFrame([_knob(key, found) for key, found in pairs.items()], columns=KNOBS)
+
+
+def _place(row: Mapping) -> tuple:
+    return (*(row[key] for key in CASE), row["model"], row["strain [1]"])
+
+
+def _knob(key: tuple, pairs: list[tuple[dict, dict]]) -> tuple:
+    change = max(abs(row[ERROR] - base[ERROR]) for row, base in pairs)
+    gain = max(base[AT_MOST] - row[AT_MOST] for row, base in pairs)
+    alike = [(row, base) for row, base in pairs if row["seconds are of the"] == base["seconds are of the"]]
+    seconds, memory = (
+        float(pd.Series([row[column] / base[column] for row, base in alike]).median())
+        for column in (SECONDS, MEMORY)
+    )
+    return (*key, len(pairs), change, seconds, memory, _verdict(change, gain, seconds))
+
+
+def _verdict(change: float, gain: float, seconds: float) -> str:
+    if change <= SAME:
+        return "same answers for less" if seconds < CHEAPER else "buys nothing"
+    if gain <= SAME and seconds > CHEAPER:
+        return "buys nothing"
+    if seconds < CHEAPER:
+        return "cheaper, other answers"
+    return "dearer, other answers" if seconds > DEARER else "other answers"
+
+
+def _row(point: Point, history: xr.Dataset) -> dict:
+    scene, expense = point.scene, point.expense
+    knobs_turned = turned(scene)
+    values = (
+        point.question.name,
+        INTERACTIONS[scene.interaction],
+        scene.load.direction,
+        f"{scene.pattern.loops} x {scene.pattern.rows}",
+        model_of(scene),
+        "; ".join(knobs_turned),
+        "; ".join(shown(value) for value in knobs_turned.values()),
+        called(scene),
+        point.quantity,
+        point.strain,
+        UNITS[point.quantity],
+        point.value,
+        point.true.value,
+        point.true.uncertainty,
+        point.source,
+        point.error.value,
+        point.error.uncertainty,
+        point.bound,
+        expense.seconds,
+        expense.sources,
+        expense.clock,
+        expense.memory,
+        int(history.attrs["unknowns"]),
+        False,
+        scene.name,
+    )
+    return dict(zip(COLUMNS, values, strict=True))
