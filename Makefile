@@ -24,7 +24,7 @@ help:  ## show this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
 
 .PHONY: study
-study: environment  ## run the reduced study on all cores (STUDY=ci, full or reference for another)
+study: environment  ## run the reduced study on all cores (STUDY=ci, full, reference or trade for another)
 	@$(BIN)/python workflow/study.py $(STUDY)
 
 .PHONY: reference
@@ -37,6 +37,16 @@ verdicts: environment  ## run the full study and keep its verdicts (hours); reso
 	@$(BIN)/python workflow/study.py full
 	@$(BIN)/python -m knitstudy.stages.verdicts
 
+.PHONY: trade
+trade: environment  ## measure what accuracy costs (hours); resources/trade.csv
+	@$(BIN)/python workflow/study.py trade results/tables/trade{,_sentences,_rungs,_knobs}.csv \
+	    results/figures/fig_trade_{force,out_of_plane,contact,stress}.png
+	@$(BIN)/python -m knitstudy.stages.trade
+
+.PHONY: promise
+promise: environment  ## try on other knits what models are chosen for (an hour); resources/trade_promise.csv
+	@$(BIN)/python -m knitstudy.stages.promise
+
 .PHONY: test
 test: environment  ## pass all tests, in two processes
 	@$(BIN)/python -m pytest --numprocesses 2 --dist loadgroup $(TESTS)
@@ -48,6 +58,14 @@ verify: environment  ## verify at full resolution; resources/verification.csv
 .PHONY: bench
 bench: environment  ## measure time and memory of scenes and solvers; results/tables/bench.csv
 	@$(BIN)/python benchmarks/run.py
+
+.PHONY: extremes
+extremes: environment  ## try what breaks, at the ends of all keys; resources/extremes.csv, docs/extremes.webp
+	@$(BIN)/python -m knitstudy.stages.extremes
+
+.PHONY: interruptions
+interruptions: environment  ## end runs at random moments; results/tables/interruptions.csv
+	@$(BIN)/python benchmarks/interruptions.py
 
 .PHONY: lint
 lint: environment  ## check code, rules and formatting

@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import psutil
+from knitstudy.stages.table import machine_memory
 
 RESULTS = Path("results")
 REPORT = RESULTS / "report.html"
@@ -32,13 +32,13 @@ def main() -> int:
     """Run the study named on the command line; return the exit status."""
     parser = argparse.ArgumentParser(prog="make study", description=__doc__.splitlines()[0])
     parser.add_argument(
-        "study", nargs="?", default="reduced", help="ci, reduced (default), full or reference"
+        "study", nargs="?", default="reduced", help="ci, reduced (default), full, reference or trade"
     )
     parser.add_argument("options", nargs="*", help="more options of snakemake, after --")
     arguments = parser.parse_args()
     snakemake = [sys.executable, "-m", "snakemake", *arguments.options]
     # Jobs wait until the memory that they declare is free.
-    snakemake += ["--resources", f"mem_mb={int(psutil.virtual_memory().total / 1e6)}"]
+    snakemake += ["--resources", f"mem_mb={machine_memory()}"]
     snakemake += ["--config", f"study={arguments.study}"]
     try:
         with alone() as process:

@@ -6,8 +6,6 @@ import shlex
 import sys
 from pathlib import Path
 
-import psutil
-
 # Snakemake puts the interpreter into a shell command as it is: a checkout whose path has a space needs the quotes.
 sys.executable = shlex.quote(sys.executable)
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
@@ -16,7 +14,7 @@ from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.registry import load_plugins
 from knitstudy.stages import freshness
 from knitstudy.stages.plan import Plan
-from knitstudy.stages.table import STAGES, stage_of
+from knitstudy.stages.table import STAGES, machine_memory, stage_of
 from knitstudy.study.configuration import load_study
 from knitstudy.study.sections.workflow import workflow_configuration
 
@@ -37,7 +35,6 @@ except KnitstudyError as error:
     stop(error)
 
 RESULTS = "results"
-MACHINE = int(psutil.virtual_memory().total / 1e6)
 
 # The engine compares the times of digests alone: they know all that a result is made from.
 if workflow.is_main_process:

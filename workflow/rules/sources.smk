@@ -61,11 +61,12 @@ def digests_of_displays():
 
 @cache
 def notes():
-    """Return what the report says of a reference, and of kept verdicts, that were made by other code than today's."""
-    from knitstudy.stages import reference, verdicts
+    """Return what the report says of a reference and of verdicts that were kept by other code than today's."""
+    from knitstudy.stages import reference
+    from knitstudy.stages.verdicts import VERDICTS
 
     try:
-        said = [verdicts.warning(verdicts.KEPT, verdicts.digest_wanted(PLAN, CONFIG))]
+        said = [VERDICTS.warning(VERDICTS.path, VERDICTS.digest_wanted(PLAN, CONFIG))]
         if names := load_study("reference", CONFIG):
             code = reference.code_behind(PLAN.scenes[name] for name in names)
             said.append(reference.warning(reference.KEPT, code))
@@ -76,7 +77,7 @@ def notes():
 
 def data_of_study():
     """Return every netCDF file of the study, in the order of its stages."""
-    order = ("geometry", "mesh", "contacts", "stress", "dns", "rom", "beams")
+    order = ("geometry", "mesh", "contacts", "stress", "dns", "rom", "beams", "cell")
     steps = [step for step in PLAN.steps(STUDY) if step[0].leaves.endswith(".nc")]
     place = {name: number for number, name in enumerate(order)}
     return sorted(steps, key=lambda step: place.get(step[0].name, len(order)))

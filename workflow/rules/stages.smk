@@ -28,7 +28,7 @@ def reads_of(stage):
 
 def memory_of(stage):
     """Return the function of what a job may take of memory, at most what there is: what does not fit says so itself."""
-    return lambda wildcards: min(stage.memory(scene_of(wildcards)), MACHINE)
+    return lambda wildcards: min(stage.memory(scene_of(wildcards)), machine_memory())
 
 
 for stage in STAGES.all().values():
