@@ -16,7 +16,7 @@ from knitstudy.exchange.dialects.dialect import DIALECTS
 from knitstudy.files.netcdf import write_dataset
 from knitstudy.stages.simulate import Results
 
-COMMANDS = ("check", "export", "list", "run", "show")
+COMMANDS = ("check", "export", "list", "plan", "run", "show")
 
 
 @pytest.fixture
@@ -114,8 +114,8 @@ def test_check_folder(knitstudy, config):
         result = knitstudy(*arguments)
         assert result.exit_code == 0
         assert (
-            "valid; 2 scenes (1 of study ci, 2 of study reduced, 0 of study full, 0 of study reference), 1 geometries"
-            in result.stdout
+            "valid; 2 scenes (1 of study ci, 2 of study reduced, 0 of study full, 0 of study reference, 0 of study"
+            " trade), 1 geometries" in result.stdout
         )
     path = config / "scenes" / "small.yaml"
     path.write_text(path.read_text().replace("2e-2", "-1"))
@@ -178,6 +178,36 @@ def test_wrong_scene_ends_with_one_message(knitstudy, config, command, arguments
 def test_traceback_is_shown_on_demand(knitstudy, config):
     result = knitstudy("--traceback", "run", "dns-b", "--config", config)
     assert type(result.exception).__name__ == "ConfigurationError"
+
+
+def test_plan_says_what_is_taken_and_why(knitstudy):
+    """Of the checkout's own scenes, by the trade that is kept."""
+    ask = ("--question", "force", "--accuracy", "0.05")
+    result = knitstudy("plan", "yarns-tie-course", *ask)
+    assert result.exit_code == 0, result.stderr
+    asked, taken, because, *rest = result.stdout.splitlines()
+    assert asked == "yarns-tie-course: force within 5 %, tie, course tension, 3 x 3 cells"
+    assert re.match(r"take .*: error at most [\d.]+ %, some [\d.]+ s and [\d.]+ MB", taken)
+    assert because.startswith("because nothing cheaper")
+    assert sum(line.endswith("\ttaken") for line in rest) == 1
+    large = knitstudy("plan", "yarns-tie-course", *ask, "--set", "pattern.loops=9", "--set", "pattern.rows=9")
+    assert "price grown from 3 x 3 cells" in large.stdout
+
+
+@pytest.mark.parametrize(
+    ("ask", "said"),
+    [
+        (("--question", "force"), "the key 'ask.accuracy' is missing"),
+        (("--question", "frce", "--accuracy", "0.1"), "ask.question is 'frce' but must be force, "),
+        (("--question", "force", "--accuracy", "1e-9"), "no model is known to be off by less than"),
+        (
+            ("--question", "force", "--accuracy", "0.1", "--seconds", "1e-3"),
+            "ask.seconds is 0.001, but within",
+        ),
+    ],
+)
+def test_what_cannot_be_planned_is_one_message(knitstudy, ask, said):
+    assert said in message(knitstudy("plan", "yarns-tie-course", *ask))
 
 
 def test_deck_is_of_solid_yarns(knitstudy, config):

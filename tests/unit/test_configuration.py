@@ -82,7 +82,7 @@ def test_number_without_point_or_sign_is_a_number(config):
         (
             "name: rom3d-a",
             "name: Rom3D",
-            r"scene 'Rom3D': name is 'Rom3D' but must be a name of small letters",
+            r"scene 'Rom3D': name is 'Rom3D' but must be a name of at most 200 small letters",
         ),
         ("[fields, vtu]", "[fields, film]", r"'film'\] but must be a list out of \[fields, vtu, deck\]"),
     ],

@@ -96,6 +96,12 @@ def results(knit, plain_scene, touching):
             "paper": read_table(PAPER),
             "domain": study.domain(plain_scene)[1],
             "domain_contacts": {},
+            "every": {
+                name: each
+                for name, each in study.histories(study.scenes(plain_scene)).items()
+                if not name.startswith("beam")
+            },
+            "every_contacts": {},
             "geometry": synthetic.geometry(knit),
             "mesh": mesh.to_dataset(),
             "contacts": contacts_of_crossings(knit),

@@ -1,6 +1,9 @@
 """Files are written whole or not at all, and reading a bad one says what to do."""
 
+import errno
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pandas as pd
@@ -43,6 +46,72 @@ def test_replacing_into_something_that_is_no_folder(tmp_path):
         replacing(tmp_path / "file" / "a.nc"),
     ):
         pass
+
+
+class Disk:
+    """Knows what a power cut would leave of one file: the content that was flushed, under the name that was."""
+
+    def __init__(self, path, monkeypatch):
+        self.path, self.safe, self.seen = path, "old", []
+        self._content, self._name = set(), "old"
+        flush, rename = os.fsync, os.replace
+
+        def fsync(descriptor):
+            flush(descriptor)
+            of = os.readlink(f"/proc/self/fd/{descriptor}")
+            self._content.add(os.stat(of).st_ino)
+            if of == str(path.parent):
+                self.safe = self._name
+            self.seen.append(self.left())
+
+        def replace(source, target):
+            self._name = "new" if os.stat(source).st_ino in self._content else "empty"
+            rename(source, target)
+            # The entry may reach the disk by itself at any time from now on.
+            self.safe = {self.safe, self._name}
+            self.seen.append(self.left())
+
+        monkeypatch.setattr(os, "fsync", fsync)
+        monkeypatch.setattr(os, "replace", replace)
+
+    def left(self):
+        return self.safe if isinstance(self.safe, set) else {self.safe}
+
+
+def test_a_power_cut_leaves_the_old_file_or_the_whole_new_one(tmp_path, monkeypatch):
+    path = tmp_path / "a.csv"
+    path.write_text("old")
+    disk = Disk(path, monkeypatch)
+    with replacing(path) as temporary:
+        temporary.write_text("new")
+    assert disk.seen == [{"old"}, {"old", "new"}, {"new"}]
+
+
+@pytest.mark.parametrize("fails", ["fsync", "replace"])
+def test_a_full_disk_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch, fails):
+    path = tmp_path / "a.csv"
+    path.write_text("old")
+
+    def full(*arguments):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, fails, full)
+    said = r"a\.csv: cannot be written \(No space left on device\): make room on the disk"
+    with pytest.raises(DataFileError, match=said), replacing(path) as temporary:
+        temporary.write_text("new")
+    assert path.read_text() == "old"
+    assert os.listdir(tmp_path) == ["a.csv"]
+
+
+def test_what_a_killed_writer_left_is_cleared_and_a_living_one_keeps_its_own(tmp_path):
+    path = tmp_path / "a.csv"
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    for process in (dead.pid, os.getppid()):
+        (tmp_path / f".a.{process}.partial.csv").touch()
+    with replacing(path) as temporary:
+        temporary.write_text("new")
+    assert sorted(os.listdir(tmp_path)) == [f".a.{os.getppid()}.partial.csv", "a.csv"]
 
 
 def test_dataset_round_trip_with_provenance(tmp_path, config, dataset):

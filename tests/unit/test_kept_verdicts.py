@@ -7,7 +7,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.files.csv_table import read_table, write_table
 from knitstudy.measures.claims.rules import RULES
 from knitstudy.stages.plan import Plan
-from knitstudy.stages.verdicts import KEPT, digest_wanted, found, warning
+from knitstudy.stages.verdicts import VERDICTS
 
 
 @pytest.fixture
@@ -18,24 +18,24 @@ def kept(tmp_path):
 
 
 def test_verdicts_of_the_code_of_today_need_no_word(kept):
-    assert warning(kept, "beef") == ""
+    assert VERDICTS.warning(kept, "beef") == ""
 
 
 def test_verdicts_of_other_code_are_said(kept):
-    said = warning(kept, "cafe")
+    said = VERDICTS.warning(kept, "cafe")
     assert "kept on 2026-11-20" in said
     assert "`make verdicts`" in said
 
 
 def test_configuration_without_a_full_study_has_other_verdicts(config, kept):
-    assert "`make verdicts`" in warning(kept, digest_wanted(Plan.of(config), config))
+    assert "`make verdicts`" in VERDICTS.warning(kept, VERDICTS.digest_wanted(Plan.of(config), config))
 
 
 def test_nothing_is_kept_of_nothing(config, tmp_path):
     with pytest.raises(DataFileError, match=r"no simulation of the study 'full'.*make study STUDY=full"):
-        found(Plan.of(config), tmp_path, config)
+        VERDICTS.found(Plan.of(config), tmp_path, config)
 
 
 def test_every_claim_has_a_kept_verdict():
-    table = read_table(KEPT, needs=("verdict", "uncertainty", "rule", "see", "digest"))
+    table = read_table(VERDICTS.path, needs=("verdict", "uncertainty", "rule", "see", "digest"))
     assert set(table["id"]) == set(RULES)

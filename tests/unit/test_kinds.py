@@ -78,7 +78,10 @@ def test_an_interaction_brings_its_keys(plugin, config):
     ):
         scene.vary({"interaction": "rough", "contact.adhesion": 1e5})
     assert "contact.adhesion\tPa\tassumed\ta test\tnone\n" in inputs_table()
-    assert "| beam with sticky; dns with sticky; solid_yarns with sticky | assumed |" in keys_page()
+    assert (
+        "| beam with sticky; dns with sticky; solid_yarns with sticky; window with sticky | assumed |"
+        in keys_page()
+    )
     assert "adhesion" in schema_of(sticky.kind)["properties"]["contact"]["properties"]
 
 

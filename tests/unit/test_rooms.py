@@ -22,6 +22,7 @@ ROOMS = (
     {"crossings"},
     {"solids"},
     {"networks"},
+    {"window"},
     {"exchange"},
     {"measures"},
     {"figures", "tables"},

@@ -120,7 +120,7 @@ def test_is_frozen_to_the_last_number(scene):
         ("outputs", ["film"], "a list out of [fields, vtu, deck] where fidelity is dns"),
         ("outputs", "vtu", "a list of what is written besides"),
         ("geometry.free", ["q"] * 8, "has the entry 'q' but must be a list of the components that may move"),
-        ("name", "Has spaces", "a name of small letters"),
+        ("name", "Has spaces", "a name of at most 200 small letters"),
     ],
 )
 def test_value_that_is_not_allowed(scenes, key, value, allowed):
@@ -131,8 +131,8 @@ def test_value_that_is_not_allowed(scenes, key, value, allowed):
     ("key", "value", "allowed"),
     [
         ("interaction", "glued", "isotropic, rough, tie"),
-        ("specimen", "knut", "knit, pair"),
-        ("fidelity", "rom4d", "beam, dns, rom2d, rom3d, solid_yarns"),
+        ("specimen", "knut", "cell, knit, pair"),
+        ("fidelity", "rom4d", "beam, dns, rom2d, rom3d, solid_yarns, window"),
     ],
 )
 def test_unknown_kind(scene, key, value, allowed):
@@ -159,7 +159,7 @@ def test_unknown_kind(scene, key, value, allowed):
         ("load.path", [[0.0, 0.0, 1e-3, 0.0]], "has the entry [0.0, 0.0, 0.001, 0.0] but must be a list"),
         ("pattern.control_points", [[0, 0, "x"]] * 4, "has the entry 'x' but must be a list of at least 4"),
         ("geometry.free", ["z", 3], "has the entry 3 but must be a list of the components that may move"),
-        ("name", 3, "a name of small letters"),
+        ("name", 3, "a name of at most 200 small letters"),
         ("fidelity", ["dns"], "beam (beams in contact), dns (solid yarns)"),
     ],
 )

@@ -58,6 +58,7 @@ def test_direct_simulation_and_its_contacts(config, made):
     found = simulate(load_scene("dns-course", config), config=config)
     assert sorted(name for name, _ in made) == sorted(SOLID)
     assert found.contacts.attrs["history"] == "dns-course of dns"
+    assert found.history.attrs["processor_seconds"] >= 0
     assert found.history.attrs["mesh"] == "dns-course of mesh"
     assert found.path is None
 

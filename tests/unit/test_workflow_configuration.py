@@ -26,7 +26,7 @@ def test_without_plugins_there_are_none():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"study": "tiny"}, "study is 'tiny' but must be ci, reduced, full or reference"),
+        ({"study": "tiny"}, "study is 'tiny' but must be ci, reduced, full, reference or trade"),
         ({"folder": 3}, "folder is 3 but must be the path of a folder"),
         ({"folder": ""}, "folder is '' but must be the path of a folder"),
         ({"plugins": "toys"}, "plugins is 'toys' but must be a list of the dotted names of modules"),

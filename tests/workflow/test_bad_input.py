@@ -59,7 +59,9 @@ def test_wrong_configuration_runs_nothing(fresh, file, old, new, message):
 
 
 def test_unknown_study(fresh):
-    assert "study is 'tiny' but must be ci, reduced, full or reference" in one_message(fresh.study("tiny"))
+    assert "study is 'tiny' but must be ci, reduced, full, reference or trade" in one_message(
+        fresh.study("tiny")
+    )
 
 
 def test_unknown_key_of_the_workflow(fresh):

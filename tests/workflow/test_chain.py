@@ -6,6 +6,7 @@ import pytest
 
 from knitstudy.files.netcdf import read_dataset
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.stages.table import stage_of
 from knitstudy.study.configuration import load_scenes, load_study
 
 SIMULATION = {"geometry", "mesh", "dns", "contacts", "rom"}
@@ -28,8 +29,7 @@ def test_last_line_says_where_the_results_are(finished):
 def test_every_scene_has_a_history_with_provenance(checkout):
     scenes = load_scenes(checkout.folder / "config")
     for name in load_study("ci", checkout.folder / "config"):
-        stage = {"dns": "dns", "solid_yarns": "dns", "beam": "beams"}.get(scenes[name].fidelity, "rom")
-        history = read_dataset(checkout.folder / "results" / stage / f"{name}.nc")
+        history = read_dataset(checkout.folder / "results" / stage_of(scenes[name]).path(scenes[name]))
         assert history.scene == name
         assert history.digest
         if scenes[name].specimen == "knit":

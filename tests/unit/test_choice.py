@@ -1,0 +1,258 @@
+"""A model is chosen for what is asked: the cheapest that is sure enough, or one message of what comes nearest."""
+
+import pandas as pd
+import pytest
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.files.csv_table import write_table
+from knitstudy.stages.kept import Kept
+from knitstudy.stages.trade import GROWTH, TRADE
+from knitstudy.study.choice import GROWTH_KEPT, INTERACTIONS, TRADE_KEPT, choose, numerics, resolved
+from knitstudy.study.configuration import CONFIG, load_changed, load_scenes, plan_of
+from knitstudy.study.planning import planned, problem_and_ask
+from knitstudy.study.sections.ask import Ask
+
+ROWS = [  # scene, question, error at most, seconds, of these of sources, memory
+    ("planar", "force", 3.0, 1.5, 1.0, 4.0),
+    ("network", "force", 0.04, 2.0, 1.0, 15.0),
+    ("network", "out_of_plane", 0.2, 2.0, 1.0, 15.0),
+    ("yarns", "force", 0.02, 10.0, 0.0, 60.0),
+    ("yarns", "out_of_plane", 0.06, 10.0, 0.0, 60.0),
+    ("yarns", "stress", 0.06, 10.0, 0.0, 60.0),
+    ("fine", "force", 0.01, 40.0, 0.0, 160.0),
+    ("carried", "force", 0.001, 0.1, 0.0, 1.0),
+]
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    path = tmp_path_factory.mktemp("kept") / "trade.csv"
+    rows = [
+        {
+            "question": question,
+            "interaction": INTERACTIONS["tie"],
+            "direction": "course",
+            "cells [1]": "3 x 3",
+            "model and knobs": scene,
+            "error at most [1]": error,
+            "seconds [s]": seconds,
+            "seconds of its sources [s]": sources,
+            "memory growth [MB]": memory,
+            "scene": scene,
+        }
+        for scene, question, error, seconds, sources, memory in ROWS
+    ]
+    write_table(pd.DataFrame(rows), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def templates(plain_scene):
+    glance = {"fidelity": "solid_yarns", "load.strain": 0.001, "solver.increments": 1}
+    other = plain_scene.vary({"name": "spring", "interaction": "isotropic", "fidelity": "rom3d"})
+    third = {"mesh.degree": 3, "mesh.crossing_degree": 3, "mesh.crossing_span": 0.6}
+    found = (
+        plain_scene.vary({"name": "glance"} | glance),
+        plain_scene.vary({"name": "planar", "fidelity": "rom2d", "rom.contacts_from": "glance"}),
+        plain_scene.vary(
+            {"name": "network", "fidelity": "rom3d", "rom.contacts_from": "glance", "rom.joint": "patch"}
+        ),
+        plain_scene.vary({"name": "yarns", "fidelity": "solid_yarns"}),
+        plain_scene.vary({"name": "fine", "fidelity": "solid_yarns"} | third),
+        other.vary({"name": "carried", "rom.springs_from": "glance"}),
+    )
+    return {scene.name: scene for scene in found}
+
+
+@pytest.fixture
+def choice(plain_scene, templates, kept):
+    problem = plain_scene.vary({"name": "mine", "fidelity": "solid_yarns"})
+
+    def chosen(changes=(), own_source=True, **ask):
+        return choose(problem.vary(dict(changes)), Ask(**ask), templates, "scene 'mine'", own_source, kept)
+
+    return chosen
+
+
+@pytest.mark.parametrize(
+    ("accuracy", "model"), [(5.0, "planar"), (0.05, "network"), (0.03, "yarns"), (0.01, "fine")]
+)
+def test_the_cheapest_that_is_sure_enough_is_taken(choice, accuracy, model):
+    found = choice(question="force", accuracy=accuracy)
+    assert found.rung.model == model
+    assert found.rung.error <= accuracy
+    assert [rung.model for rung in found.others] == ["planar", "network", "yarns", "fine"]
+
+
+def test_what_takes_more_than_contacts_from_elsewhere_is_not_chosen(choice):
+    assert choice(question="force", accuracy=0.05).rung.model != "carried"
+
+
+def test_a_budget_of_memory_takes_what_is_dearer_in_time_or_ends(choice):
+    assert choice(question="force", accuracy=0.05, memory=20.0).rung.model == "network"
+    with pytest.raises(
+        ConfigurationError, match=r"ask\.memory is 20, but within ask\.accuracy 0\.01 the least is"
+    ):
+        choice(question="force", accuracy=0.01, memory=20.0)
+
+
+def test_an_accuracy_that_nothing_reaches_names_what_comes_nearest(choice):
+    message = r"ask\.accuracy is 0\.001, but no model is known to be off by less than 0\.01 .* fine is .* ask for that"
+    with pytest.raises(ConfigurationError, match=message):
+        choice(question="force", accuracy=0.001)
+
+
+def test_a_budget_that_nothing_keeps_names_what_comes_nearest(choice):
+    message = (
+        r"ask\.seconds is 1\.6, .* the least is 2 s, by network: allow that; planar is within it, off by"
+    )
+    with pytest.raises(ConfigurationError, match=message):
+        choice(question="force", accuracy=0.05, seconds=1.6)
+
+
+def test_a_model_that_cannot_answer_is_refused_with_the_reason(choice):
+    message = (
+        r"ask\.among is \[rom2d\] but must hold solid_yarns where ask\.question is stress: beams have no"
+    )
+    with pytest.raises(ConfigurationError, match=message):
+        choice(question="stress", accuracy=0.5, among=("rom2d",))
+    with pytest.raises(ConfigurationError, match="stays in its plane"):
+        choice(question="out_of_plane", accuracy=0.5, among=("rom2d",))
+    with pytest.raises(ConfigurationError, match="unknown fidelity 'rom4d'"):
+        choice(question="force", accuracy=0.5, among=("rom4d",))
+
+
+def test_what_was_not_measured_is_said(choice):
+    with pytest.raises(ConfigurationError, match="nothing was measured of tie constraint in wale tension"):
+        choice({"load.direction": "wale"}, question="force", accuracy=0.5)
+
+
+def test_larger_knits_cost_more_by_the_laws_of_growth(choice):
+    small = choice(question="force", accuracy=0.03).rung
+    large = choice({"pattern.loops": 12, "pattern.rows": 12}, question="force", accuracy=0.03).rung
+    assert large.model == small.model
+    assert large.error == small.error
+    assert 4**1.5 < large.seconds / small.seconds < 4**3
+    assert large.memory > small.memory
+
+
+def test_contacts_of_another_yarn_are_not_taken(choice):
+    """Without a simulation of its own a scene takes contacts of the trade's, which are those of its yarn."""
+    soft = {"yarn.poisson_ratio": 0.3}
+    assert choice(soft, question="force", accuracy=0.05).rung.model == "network"
+    assert choice(soft, own_source=False, question="force", accuracy=0.05).rung.model == "yarns"
+
+
+def test_a_resolved_scene_is_an_ordinary_one_of_the_same_problem(choice, plain_scene, templates):
+    problem = plain_scene.vary({"name": "mine", "fidelity": "solid_yarns", "tie.radius": 0.2})
+    found = choice(question="force", accuracy=0.01)
+    scene = problem.vary(resolved(problem, found, templates))
+    assert numerics(scene) == numerics(templates["fine"])
+    assert (scene.name, scene.tie.radius, scene.load) == ("mine", 0.2, problem.load)
+
+
+def test_a_scene_of_a_family_has_a_source_of_its_own(plain_scene, templates, kept, monkeypatch):
+    monkeypatch.setattr("knitstudy.study.choice._rows", lambda _: _read(kept))
+    problem = plain_scene.vary({"name": "mine", "fidelity": "solid_yarns", "yarn.poisson_ratio": 0.3})
+    found = planned(problem, Ask(question="force", accuracy=0.05), templates, "here")
+    assert found.scene.rom.contacts_from == found.source.name == "mine-source"
+    assert (found.source.load.strain, found.source.yarn) == (0.001, problem.yarn)
+    direct = planned(problem, Ask(question="force", accuracy=0.03), templates, "here")
+    assert direct.source is None
+
+
+def _read(path):
+    return tuple(pd.read_csv(path, keep_default_na=False, dtype=str).to_dict("records"))
+
+
+def test_keys_of_a_model_are_refused_where_it_is_chosen():
+    keys = {"fidelity": "auto", "ask.question": "force", "ask.accuracy": 0.05, "mesh.size": 1e-3}
+    with pytest.raises(
+        ConfigurationError, match=r"here: mesh\.size is 0\.001 but must be left out where fidelity is auto"
+    ):
+        problem_and_ask("mine", keys, "here", {})
+
+
+@pytest.mark.parametrize(
+    ("ask", "message"),
+    [
+        ({"question": "frce"}, r"ask\.question is 'frce' but must be force, out_of_plane"),
+        ({"accuracy": 0.0}, r"ask\.accuracy is 0\.0 but must be a number > 0"),
+        ({"seconds": -1.0}, r"ask\.seconds is -1\.0 but must be a number > 0 of seconds"),
+        ({"accurcy": 0.1}, r"unknown key 'ask\.accurcy' \(did you mean 'accuracy'\?\)"),
+    ],
+)
+def test_nonsense_is_refused_by_name(ask, message):
+    keys = {"question": "force", "accuracy": 0.1} | ask
+    changes = {"fidelity": "auto"} | {f"ask.{key}": value for key, value in keys.items()}
+    with pytest.raises(ConfigurationError, match=message):
+        load_changed("yarns-tie-course", changes)
+
+
+def test_a_changed_scene_may_leave_its_model_open():
+    changes = {"fidelity": "auto", "ask.question": "force", "ask.accuracy": 0.05, "pattern.course_ratio": 0.9}
+    scene = load_changed("dns-tie-course", changes)
+    assert scene.pattern.course_ratio == 0.9
+    assert scene.fidelity in ("solid_yarns", "rom3d")
+    assert scene == plan_of("dns-tie-course", changes).scene
+
+
+def test_a_changed_scene_of_the_geometry_of_its_source_has_its_knit(
+    plain_scene, templates, kept, monkeypatch
+):
+    """Labels of knits differ where geometries do; contacts are taken from a scene of the same label."""
+    monkeypatch.setattr("knitstudy.study.choice._rows", lambda _: _read(kept))
+    problem = plain_scene.vary({"name": "mine", "knit": "other", "fidelity": "solid_yarns"})
+    ask = Ask(question="force", accuracy=0.05)
+    found = planned(problem, ask, templates, "here", changed=True)
+    assert (found.scene.knit, found.scene.rom.contacts_from) == (templates["glance"].knit, "glance")
+    wider = problem.vary({"pattern.loops": 5})
+    assert planned(wider, ask, templates, "here", changed=True).scene.knit == "other"
+
+
+def test_scenes_of_a_family_may_ask(config, kept, monkeypatch):
+    """Read as everything reads them: an ordinary scene, and what its contacts come from."""
+    monkeypatch.setattr("knitstudy.study.choice._rows", lambda _: _read(kept))
+    families = config / "scenes"
+    (families / "9-trade.yaml").write_text(
+        "studies: []\nkeys: {knit: plain}\n"
+        "scenes:\n"
+        "- name: glance\n  keys: {fidelity: solid_yarns, load.strain: 0.001}\n"
+        "- name: network\n  keys: {fidelity: rom3d, rom.contacts_from: glance}\n"
+        "- name: mine\n  keys: {fidelity: auto, ask.question: force, ask.accuracy: 0.05, load.strain: 0.04}\n"
+    )
+    scenes = load_scenes(config)
+    assert scenes["mine"].fidelity == "rom3d"
+    assert scenes["mine"].rom.contacts_from == "mine-source"
+    assert scenes["mine-source"].load.strain == 0.001
+    assert scenes["mine"].load.strain == 0.04
+    assert scenes["mine"] == scenes["network"].vary(
+        {"name": "mine", "load.strain": 0.04, "rom.contacts_from": "mine-source"}
+    )
+
+
+def test_asking_is_for_scenes_without_a_model(config):
+    (config / "scenes" / "9-ask.yaml").write_text(
+        "studies: []\nscenes:\n- name: mine\n  keys: {knit: plain, ask.question: force}\n"
+    )
+    with pytest.raises(
+        ConfigurationError, match=r"ask\.question is 'force' but must be left out where fidelity is not auto"
+    ):
+        load_scenes(config)
+
+
+def test_a_missing_trade_is_said(plain_scene, templates, tmp_path):
+    with pytest.raises(ConfigurationError, match=r"none\.csv: No such file.*make trade"):
+        choose(
+            plain_scene, Ask(question="force", accuracy=0.1), templates, "here", kept=tmp_path / "none.csv"
+        )
+
+
+def test_the_kept_trade_is_of_scenes_that_there_are():
+    rows = _read(TRADE_KEPT)
+    scenes = load_scenes(CONFIG)
+    assert {row["scene"] for row in rows} <= set(scenes)
+    assert {row["question"] for row in rows} == {"force", "out_of_plane", "contact", "stress"}
+    assert len(rows) >= 60
+    assert GROWTH.path == GROWTH_KEPT
+    assert isinstance(TRADE, Kept)

@@ -1,0 +1,195 @@
+"""Cells that repeat themselves: seams of splines, jumps over the lattice, the section in a deck, refused scenes."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from knitstudy.errors import ConfigurationError, MeshError
+from knitstudy.exchange.shell_section import NAMES, entries, section_matrix, write_deck
+from knitstudy.measures.shell import moduli, referred, rotated
+from knitstudy.mechanics.periodic import Lattice
+from knitstudy.mechanics.polynomial_yarn.seam import conversion, seam
+from knitstudy.mechanics.polynomial_yarn.space import yarn_space
+from knitstudy.study.configuration import load_scene
+from knitstudy.tables.catalogue import tabulate
+
+BREAKS = np.array([0.0, 0.7, 1.1, 2.0, 2.6, 3.0])
+
+
+@pytest.mark.parametrize("degree", [2, 3, 4])
+def test_wrapped_splines_are_as_smooth_over_the_seam_as_within(degree):
+    own = yarn_space(BREAKS, 2, degree)
+    around = seam(own)
+    rng = np.random.default_rng(0)
+    nodes = around.wrapped @ rng.standard_normal((around.wrapped.shape[1], 3))
+    first = own.first_node[:-1]
+    ends = [own.spline.basis(np.array([s]), orders=degree - 1) for s in BREAKS[[0, -1]]]
+    for k in range(3):
+        left, right = (
+            np.einsum("oj,ji->oi", values[:, 0], nodes[first[at[0] + np.arange(degree + 1)] + k])
+            for at, values in ends
+        )
+        np.testing.assert_allclose(left, right, atol=1e-10 * np.abs(right).max())
+    assert around.wrapped.shape[1] == own.size - degree * 6  # functions of degree 2 over the section
+
+
+def test_the_jump_lifts_the_image_alone():
+    own = yarn_space(BREAKS, 2, 3)
+    around = seam(own)
+    nodes = around.nodes(np.zeros((len(around.order), 3)), np.array([0, 0, 2.0]))
+    first, values = own.spline.basis(BREAKS[[0, -1]], orders=2)
+    left, right = (values[:, end] @ nodes[own.first_node[first[end] + np.arange(4)], 2] for end in range(2))
+    np.testing.assert_allclose(right - left, [2, 0, 0], atol=1e-10)
+
+
+def test_where_the_degree_falls_only_what_all_share_wraps_around():
+    own = yarn_space(BREAKS, np.array([2, 2, 4, 2, 2]), 3)
+    around = seam(own)
+    used = np.unique(around.wrapped.indices)
+    assert len(used) == around.wrapped.shape[1] == len(around.order)
+    assert around.order.max() == 14  # up to degree 4 somewhere
+
+
+def test_conversion_keeps_constants():
+    matrix = conversion(yarn_space(BREAKS, 2, 3).spline)
+    np.testing.assert_allclose(np.asarray(matrix.sum(axis=1)).ravel(), 1)
+
+
+def test_too_few_spans_cannot_wrap_around():
+    with pytest.raises(MeshError, match="2 spans of a yarn cannot wrap around with splines of degree 3"):
+        seam(yarn_space(BREAKS[:3], 2, 3))
+
+
+def test_jumps_are_those_of_the_macroscopic_field():
+    lattice = Lattice(np.array([[3.0, 0.5, 0], [-0.4, 2.0, 0]]), reference=0.3)
+    rng = np.random.default_rng(1)
+    points, strains = rng.standard_normal((7, 3)), rng.standard_normal(6)
+
+    def field(x):
+        ex, ey, gxy, kx, ky, kxy = strains
+        e, k = np.array([[ex, gxy / 2], [gxy / 2, ey]]), np.array([[kx, kxy / 2], [kxy / 2, ky]])
+        plane = x[:, :2]
+        moved = plane @ e + (x[:, 2:] - lattice.reference) * (plane @ k)
+        return np.column_stack([moved, -0.5 * np.einsum("ni,ij,nj->n", plane, k, plane)])
+
+    for number, vector in enumerate(lattice.vectors):
+        jumps = lattice.jumps(number, points, np.ones(len(points)))
+        np.testing.assert_allclose(jumps @ strains, field(points + vector) - field(points), atol=1e-12)
+    assert lattice.area == pytest.approx(6.2)
+
+
+def random_stiffness():
+    root = np.random.default_rng(2).standard_normal((6, 6))
+    return root @ root.T + 6 * np.eye(6)
+
+
+def test_turned_by_a_right_angle_course_and_wale_change_places():
+    found = rotated(random_stiffness(), np.pi / 2)
+    order, sign = [1, 0, 2, 4, 3, 5], np.array([1, 1, -1, 1, 1, -1])
+    np.testing.assert_allclose(
+        found, np.outer(sign, sign) * random_stiffness()[np.ix_(order, order)], atol=1e-12
+    )
+
+
+def test_an_isotropic_sheet_may_be_turned():
+    sheet = np.diag([2.0, 2.0, 0.7])
+    sheet[0, 1] = sheet[1, 0] = 0.6
+    both = np.kron(np.diag([1.0, 3.0]), sheet)
+    np.testing.assert_allclose(rotated(both, 0.7), both, atol=1e-14)
+
+
+def test_a_homogeneous_plate_about_its_face():
+    plate = np.kron(np.diag([1.0, 1 / 12]), np.diag([1.0, 1.0, 0.5]))  # of unit thickness
+    found = referred(plate, -0.5)
+    np.testing.assert_allclose(found, np.kron([[1, 0.5], [0.5, 1 / 3]], np.diag([1.0, 1.0, 0.5])), atol=1e-14)
+    np.testing.assert_allclose(referred(found, 0.5), plate, atol=1e-14)
+
+
+def test_moduli_of_a_sheet():
+    compliance = np.array([[1 / 10, -0.2 / 10, 0], [-0.2 / 10, 1 / 40, 0], [0, 0, 1 / 3]])
+    found = moduli(np.linalg.inv(compliance))
+    assert (found.course, found.wale, found.shear) == pytest.approx((10, 40, 3))
+    assert (found.contraction_of_course, found.contraction_of_wale) == pytest.approx((0.2, 0.8))
+
+
+def cell_history(strain=0.05, matrix=None):
+    matrix = random_stiffness() if matrix is None else matrix
+    strains = np.array([[0, 0, 0], [strain, -0.2 * strain, 0]])
+    return xr.Dataset(
+        {
+            "cell_strain": (("increment", "plane"), strains),
+            "force_per_width": (("increment", "plane"), np.array([[0, 0, 0], [10 * strain, 0, 0]])),
+            "tangent_per_width": (("increment", "plane", "of_plane"), np.stack(2 * [matrix[:3, :3]])),
+            "membrane_stiffness": (("plane", "of_plane"), matrix[:3, :3]),
+            "coupling_stiffness": (("plane", "of_plane"), matrix[:3, 3:]),
+            "bending_stiffness": (("plane", "of_plane"), matrix[3:, 3:]),
+        }
+    )
+
+
+def test_the_deck_has_the_section_column_by_column(tmp_path):
+    path = tmp_path / "cell.inp"
+    write_deck(load_scene("cell-course"), path, cell_history())
+    lines = path.read_text().splitlines()
+    at = next(i for i, line in enumerate(lines) if line.startswith("*SHELL GENERAL SECTION, ELSET=KNIT"))
+    rows = [[float(value) for value in line.split(",")] for line in lines[at + 1 :]]
+    assert [len(row) for row in rows] == [8, 8, 5]
+    matrix, numbers = random_stiffness(), np.concatenate(rows)
+    assert NAMES[:7] == ("D11", "D12", "D22", "D13", "D23", "D33", "D14")
+    assert (NAMES[-1], len(NAMES)) == ("D66", 21)
+    for name, number in zip(NAMES, numbers, strict=True):
+        assert number == pytest.approx(matrix[int(name[1]) - 1, int(name[2]) - 1], rel=1e-12)
+    np.testing.assert_allclose(section_matrix(cell_history()), matrix)
+    np.testing.assert_allclose(entries(matrix), numbers, rtol=1e-12)
+
+
+def test_tables_of_cells():
+    scenes = {name: load_scene(name) for name in ("cell-course", "cell-biaxial", "cell-course-2x2")}
+    histories = {name: cell_history() for name in scenes}
+    shells = tabulate("shell", cells=histories, scenes=scenes)
+    assert list(shells["scene"]) == ["cell-course", "cell-course-2x2"]  # at rest all deformations are one
+    assert {"D11 [N/m]", "D14 [N]", "D44 [N m]"} <= set(shells.columns)
+    matrix = random_stiffness()
+    assert shells["D36 [N]"][0] == pytest.approx(matrix[2, 5])
+    cells = tabulate("cell", cells=histories, scenes=scenes)
+    assert cells["secant modulus [N/m]"][0] == pytest.approx(10)
+    assert cells["Poisson's ratio, secant [1]"][0] == pytest.approx(0.2)
+    assert np.isnan(cells["Poisson's ratio, secant [1]"][1])
+    assert cells["tangent modulus [N/m]"][0] == pytest.approx(moduli(matrix[:3, :3]).course)
+    shear_free = matrix[:2, :2] - np.outer(matrix[:2, 2], matrix[2, :2]) / matrix[2, 2]
+    assert cells["tangent modulus [N/m]"][1] == pytest.approx(shear_free[0].sum())
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"load.deformation": "twist"},
+            "load.deformation is 'twist' but must be course, wale, biaxial or shear",
+        ),
+        ({"load.direction": "course"}, "load.direction is no key of a scene whose specimen is cell"),
+        ({"fidelity": "rom3d"}, "fidelity is 'rom3d' but must be solid_yarns where specimen is cell"),
+        (
+            {"interaction": "rough"},
+            "contact.tied_edges is 'outer' but must be none where specimen is cell, a cell of an",
+        ),
+        (
+            {"interaction": "rough", "contact.tied_edges": "none", "outputs": ["deck"]},
+            r"outputs is \['deck'\] but must be \[\] where specimen is cell and interaction rough",
+        ),
+        (
+            {"outputs": ["vtu"]},
+            r"outputs is \['vtu'\] but must be a list out of \[deck\] where specimen is cell",
+        ),
+        ({"solver.linear": "amg"}, "solver.linear is 'amg' but must be auto or lu where specimen is cell"),
+        (
+            {"solver.stabilisation": 1e-8},
+            "solver.stabilisation is 1e-08 but must be 0 where specimen is cell",
+        ),
+        ({"load.strain": 0}, "load.strain is 0 but must be a number > 0"),
+        ({"contact.tied_edges": "outer"}, "contact.tied_edges is no key of a scene whose specimen is cell"),
+    ],
+)
+def test_what_a_cell_cannot_be_is_refused_by_name(changes, message):
+    with pytest.raises(ConfigurationError, match=message):
+        load_scene("cell-course").vary(changes)

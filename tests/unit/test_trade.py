@@ -1,0 +1,259 @@
+"""What accuracy costs: fronts, sentences, brackets, points of a made-up study, and what single knobs buy."""
+
+import itertools
+
+import numpy as np
+import pandas as pd
+import pytest
+import study
+
+from knitstudy.figures import catalogue as figures
+from knitstudy.measures.bracket import bracket
+from knitstudy.measures.estimate import Estimate
+from knitstudy.measures.expense import PROCESSOR, WALL, expense_of
+from knitstudy.measures.fronts import nothing, rungs, sentence
+from knitstudy.measures.knobs import turned
+from knitstudy.measures.quantities import NORMAL, SLIP, TANGENTIAL
+from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, known
+from knitstudy.measures.reference import Reference
+from knitstudy.measures.trade import REFERENCE, as_direct, points_of
+from knitstudy.study.fronts import ALIKE, cheapest, digits, front, nearest
+from knitstudy.tables import catalogue as tables
+from knitstudy.tables.trade import AT_MOST, CASE, ERROR, SECONDS, knobs, sentences, with_fronts
+
+
+def price(point):
+    return point[0]
+
+
+def error(point):
+    return point[1]
+
+
+def test_a_front_is_what_nothing_beats():
+    """By comparing all pairs."""
+    random = np.random.default_rng(1)
+    points = [tuple(each) for each in random.integers(1, 30, (200, 2))]
+    found = front(points, price, error)
+    beaten = {
+        one
+        for one, other in itertools.permutations(set(points), 2)
+        if other[0] <= one[0] and other[1] <= one[1]
+    }
+    assert set(found) == set(points) - beaten
+    assert found == sorted(found)
+
+
+def test_points_alike_are_on_a_front_once():
+    assert front([(1, 2), (1, 2), (2, 2)], price, error) == [(1, 2)]
+    assert front([], price, error) == []
+    assert front([(1, 2.0), (2, 2.0 * (1 - ALIKE / 2))], price, error) == [(1, 2.0)]
+
+
+def test_the_cheapest_within_an_accuracy_and_what_comes_nearest():
+    points = [(1, 0.5), (5, 0.04), (3, 0.05), (9, 0.01)]
+    assert cheapest(points, 0.05, price, error) == (3, 0.05)
+    assert cheapest(points, 0.005, price, error) is None
+    assert nearest(points, error) == (9, 0.01)
+    assert nearest([], error) is None
+
+
+def test_sentences_have_what_a_reader_wants():
+    said = sentence("force", 0.05, "3D ROM", 0.962, 14.96, 0.0304)
+    assert said == "For 5 % in force take 3D ROM: 0.96 s, 15 MB (error at most 3 %)."
+    assert nothing("slip", 0.02, "beams", 0.5) == (
+        "Nothing measured gives slip within 2 %: beams comes nearest with 50 %."
+    )
+    assert [digits(value) for value in (0.0123, 1.26, 9.96, 123.4, np.nan)] == [
+        "0.012",
+        "1.3",
+        "10",
+        "123",
+        "-",
+    ]
+
+
+def test_rungs_of_a_front():
+    assert list(rungs([0.5, 40], [0.3, 0.01]).values()) == [True, True, True]
+    assert list(rungs([5, 40], [0.3, 0.03]).values()) == [False, True, False]
+
+
+@pytest.fixture(scope="module")
+def scenes(plain_scene):
+    return study.scenes(plain_scene)
+
+
+def with_crossings(history):
+    """Return a history of beams in contact, of a knit of 3 x 3 cells: nothing acts but in the centre cell."""
+    increments = history.sizes["increment"]
+    force = np.zeros((increments, 36, 3))
+    force[-1, 16:20] = [0.0, 3.0, 4.0]
+    slip = np.full((increments, 36), np.nan)
+    slip[-1, 16:18] = 2e-5
+    return history.assign(
+        crossing_force=(("increment", "crossing", "xyz"), force),
+        crossing_slip=(("increment", "crossing"), slip),
+    )
+
+
+@pytest.fixture(scope="module")
+def sources(scenes):
+    every = study.histories(scenes)
+    every |= {name: with_crossings(each) for name, each in every.items() if scenes[name].fidelity == "beam"}
+    return {"every": every, "every_contacts": {}, "scenes": scenes, "reference": study.reference(scenes)}
+
+
+def test_errors_are_to_the_reference_with_its_uncertainty(scenes, sources):
+    points = points_of(sources["every"], {}, scenes, sources["reference"])
+    of = {(point.scene.name, point.question.name): point for point in points}
+    point = of["rom3d-tie-wale", "force"]
+    assert point.error.value == pytest.approx(0.2)
+    assert point.error.uncertainty == pytest.approx(1.2 / 0.98 - 1.2)
+    assert point.source == REFERENCE
+    assert point.bound == point.error.value + point.error.uncertainty
+    assert of["beam-isotropic-course", "force"].error.value == pytest.approx(0.1)
+
+
+def test_the_planar_model_answers_for_force_alone(scenes, sources):
+    points = points_of(sources["every"], {}, scenes, sources["reference"])
+    asked = {point.question.name for point in points if point.scene.fidelity == "rom2d"}
+    assert asked == {"force"}
+    assert "rom2d" not in QUESTIONS["stress"].by
+    assert "rom3d" not in QUESTIONS["contact"].by
+
+
+def test_a_reduced_model_costs_what_its_contacts_cost(scenes, sources):
+    expense = expense_of(scenes["rom3d-tie-course"], sources["every"])
+    assert (expense.seconds, expense.sources, expense.clock) == (100.5, 100.0, WALL)
+    assert expense.memory == 300
+    timed = {name: each.assign_attrs(processor_seconds=2.0) for name, each in sources["every"].items()}
+    expense = expense_of(scenes["rom3d-tie-course"], timed)
+    assert (expense.seconds, expense.clock) == (4.0, PROCESSOR)
+    assert expense_of(scenes["rom3d-tie-course"], {"rom3d-tie-course": timed["rom3d-tie-course"]}) is None
+
+
+def test_the_table_marks_fronts_and_says_them(sources):
+    table = tables.tabulate("trade", **sources)
+    force = table[(table["question"] == "force") & (table["interaction"] == "tie constraint")]
+    on = force[force["on the front"] & (force["direction"] == "course")]
+    assert "dns-tie-course" in set(on["scene"])
+    assert on[SECONDS].is_monotonic_increasing or len(on) > 1
+    said = tables.tabulate("trade_sentences", **sources)
+    assert len(said) == 4 * table.groupby(CASE).ngroups
+    assert said["sentence"].str.match(r"For \d+ % in|Nothing measured").all()
+    assert tables.tabulate("trade_rungs", **sources)["points [1]"].sum() == len(table)
+
+
+@pytest.mark.parametrize("name", list(QUESTIONS))
+def test_every_question_is_drawn(sources, name):
+    drawing = figures.draw(f"fig_trade_{name}", **sources)
+    assert len(drawing.axes) == 4
+    texts = [text.get_text() for axes in drawing.axes for text in axes.texts]
+    if name == "force":
+        assert any(text.startswith("1 ") for text in texts)
+        assert all(axes.get_xscale() == axes.get_yscale() == "log" for axes in drawing.axes)
+    if name == "stress":
+        assert texts == ["nothing measured"] * 4
+
+
+def test_beams_go_with_the_problem_of_solids_like_them(scenes):
+    assert as_direct(scenes["beam-isotropic-wale"], scenes).name == "dns-isotropic-wale"
+    assert as_direct(scenes["rom3d-tie-wale"], scenes).name == "dns-tie-wale"
+    assert as_direct(scenes["beam-isotropic-wale"], {}) is None
+
+
+def test_what_no_reference_knows_lies_between_the_two_most_trusted(plain_scene):
+    def solid(name, **keys):
+        return plain_scene.vary(
+            {
+                "name": name,
+                "fidelity": "dns",
+                **{key.replace("__", "."): value for key, value in keys.items()},
+            }
+        )
+
+    scenes = {
+        scene.name: scene
+        for scene in (
+            solid("coarse", mesh__element="quadratic", mesh__size=0.6e-3),
+            solid("fine", mesh__element="quadratic", mesh__size=0.45e-3),
+            solid("points", mesh__element="one_point"),
+            solid("yarns", fidelity="solid_yarns"),
+        )
+    }
+    found = bracket({"coarse": 9.0, "fine": 10.0, "points": 50.0, "yarns": 12.0}, scenes)
+    assert (found.estimate.value, found.estimate.uncertainty) == (11.0, 1.0)
+    assert "quadratic hexahedra of 0.45 mm" in found.said
+    assert not bracket({"coarse": 9.0, "fine": 10.0}, scenes).estimate.known
+
+
+def test_the_whole_force_is_its_parts_put_together():
+    reference = Reference({(NORMAL, 0.05): Estimate(3.0, 0.3), (TANGENTIAL, 0.05): Estimate(4.0, 0.0)})
+    total = known(reference, TOTAL, 0.05)
+    assert (total.value, total.uncertainty) == (pytest.approx(5.0), pytest.approx(0.3 * 0.6))
+    assert not known(reference, BEAM_SLIP, 0.05).known
+    assert known(Reference({(SLIP, 0.05): Estimate(1e-5, 0.0)}), BEAM_SLIP, 0.05).known
+
+
+def test_beams_answer_by_the_crossings_of_the_centre_cell(scenes):
+    history = with_crossings(study.history())
+    scene = scenes["beam-isotropic-course"]
+    found = answers(QUESTIONS["contact"], scene, history, None, float(history["strain"][-1]))
+    assert found == {TOTAL: pytest.approx(5.0), BEAM_SLIP: pytest.approx(1e-5)}
+
+
+def test_knobs_are_those_that_are_not_as_in_the_main_models(plain_scene):
+    scene = plain_scene.vary({"fidelity": "solid_yarns", "solver.increments": 1, "mesh.span": 1.8})
+    assert turned(scene)["solver.increments"] == 1
+    third = scene.vary(
+        {"mesh.degree": 3, "mesh.crossing_degree": 3, "mesh.crossing_span": 0.6, "mesh.span": 0.9}
+    )
+    assert "mesh.crossing_span" not in turned(third)
+
+
+def rows(**changes):
+    base = dict.fromkeys(CASE, "x") | {
+        "question": "force",
+        "model": "m",
+        "varied": "",
+        "to": "",
+        "model and knobs": "m",
+        "strain [1]": 0.05,
+        ERROR: 0.02,
+        AT_MOST: 0.03,
+        SECONDS: 10.0,
+        "memory growth [MB]": 5.0,
+        "seconds are of the": PROCESSOR,
+        "scene": "s",
+    }
+    return base | changes
+
+
+def test_knobs_that_buy_nothing_are_named():
+    table = pd.DataFrame(
+        [
+            rows(),
+            rows(varied="linear", to="lu", **{SECONDS: 11.0}),
+            rows(varied="increments", to="1", **{SECONDS: 2.0}),
+            rows(varied="span", to="0.6", **{SECONDS: 20.0, ERROR: 0.01, AT_MOST: 0.02}),
+            rows(varied="size", to="1", **{SECONDS: 10.0, ERROR: 0.04, AT_MOST: 0.05}),
+            rows(varied="a; b", to="1; 2"),
+        ]
+    )
+    verdicts = knobs(table).set_index("varied")["verdict"]
+    assert verdicts.to_dict() == {
+        "linear": "buys nothing",
+        "increments": "same answers for less",
+        "span": "dearer, other answers",
+        "size": "buys nothing",
+    }
+
+
+def test_fronts_are_by_case_and_sentences_by_accuracy():
+    table = with_fronts(
+        pd.DataFrame([rows(), rows(**{SECONDS: 20.0}), rows(direction="y", **{SECONDS: 20.0})])
+    )
+    assert table["on the front"].tolist() == [True, False, True]
+    said = sentences(table, [0.05, 0.01])
+    assert said["sentence"].tolist()[0] == "For 5 % in force take m: 10 s, 5 MB (error at most 3 %)."
+    assert said["sentence"].tolist()[1].startswith("Nothing measured gives force within 1 %: m comes")

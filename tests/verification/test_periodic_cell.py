@@ -1,0 +1,226 @@
+"""A cell of a tied knit: one answer whatever cell is taken and however it lies, and tangents that are derivatives."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from knitstudy.exchange.shell_section import section_matrix
+from knitstudy.geometry.lay_out import lay_out
+from knitstudy.geometry.pattern import Knit
+from knitstudy.loading.follow import follow
+from knitstudy.measures.shell import rotated
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.periodic import PeriodicModel
+from knitstudy.mechanics.polynomial_yarn.seam import seam
+from knitstudy.mechanics.solid import SolidModel
+from knitstudy.solids.cell import FIXED, Cell, assemble, problem
+from knitstudy.solids.periodic_yarns import PeriodicYarns, periodic_map, wrapped_shape
+from knitstudy.solids.polynomial_yarns import space_on
+from knitstudy.solids.yarn_spans import yarn_spans
+from knitstudy.study.configuration import load_scene
+
+PLAIN, STILL = np.eye(3), np.zeros(3)
+
+PULLED = {"load.strain": 0.05, "solver.increments": 4}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return load_scene("cell-course").vary(PULLED)
+
+
+@pytest.fixture(scope="module")
+def knit(scene):
+    return Knit.from_dataset(lay_out(scene))
+
+
+@pytest.fixture(scope="module")
+def cell(scene, knit):
+    return assemble(scene, knit)
+
+
+@pytest.fixture(scope="module")
+def at_rest(cell):
+    return cell.stiffness()
+
+
+@pytest.fixture(scope="module")
+def pulled(scene, knit):
+    return follow(problem(scene, knit))
+
+
+def stretched(cell, strains, increments=2):
+    """Return the state of a cell at strains (3,) in the plane, and the forces per width there."""
+    model, lengths = cell.model, cell.yarns.lattice.lengths
+    fixed = np.concatenate([FIXED, model.lattice])
+    value = np.concatenate([np.zeros(len(FIXED)), strains * lengths])
+    settings = Settings(increments=increments, residual_tolerance=1e-9, exact=True)
+    *_, last = trace(model, PrescribedDisplacement(fixed, value), settings, LU())
+    return last.state, cell.resultants(last.response.force)
+
+
+def moved(cell, scene, knit, turn=PLAIN, shift=STILL):
+    """Return the cell after its yarns and its lattice have been turned and shifted in the plane."""
+    yarns, parts = cell.yarns, cell.yarns.parts
+    lattice = replace(yarns.lattice, vectors=yarns.lattice.vectors @ turn.T)
+    space = space_on(scene, yarn_spans(scene, knit))
+    around = seam(space.yarns[0])
+    start = wrapped_shape(space.yarns[0], around, knit.centrelines[0], knit.radius, yarns.lattice.vectors[0])
+    start = start @ turn.T + np.multiply.outer(around.unity, shift)
+    spread, jumps = periodic_map(space, around, start, lattice)
+    nodes = parts.nodes @ turn.T + np.multiply.outer(parts.unity, shift)
+    every = sp.identity(len(nodes), format="csr")
+    solids = SolidModel(nodes, parts.groups(nodes), parts.size, every, links=cell.tie.links)
+    unknowns = sp.csr_matrix(sp.hstack([spread, jumps[:, :3] / lattice.lengths]))
+    return Cell(PeriodicYarns(parts, spread, jumps, lattice), PeriodicModel(solids, unknowns), cell.tie)
+
+
+def turn_by(angle):
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+def test_the_stiffness_is_symmetric_and_positive(at_rest):
+    np.testing.assert_array_equal(at_rest, at_rest.T)
+    scale = np.sqrt(np.diag(at_rest))
+    assert np.linalg.eigvalsh(at_rest / np.outer(scale, scale)).min() > 0.01
+
+
+def test_a_knit_that_is_its_own_mirror_image_has_no_coupling_of_shear_and_tension(at_rest):
+    scale = np.sqrt(np.outer(np.diag(at_rest), np.diag(at_rest)))
+    odd = (at_rest / scale)[np.ix_([2, 5], [0, 1, 3, 4])]
+    assert np.abs(odd).max() < 1e-9
+
+
+@pytest.mark.parametrize(("loops", "rows"), [(2, 1), (1, 2), (2, 2)])
+def test_a_cell_of_several_is_the_same_knit(scene, at_rest, loops, rows):
+    several = scene.vary({"pattern.loops": loops, "pattern.rows": rows})
+    found = assemble(several, Knit.from_dataset(lay_out(several))).stiffness()
+    # Rounding, of what LU leaves of the soft modes.
+    np.testing.assert_allclose(found, at_rest, rtol=1e-7, atol=1e-9 * at_rest.max())
+
+
+def test_where_the_yarn_is_cut_is_of_no_account(scene, at_rest):
+    """Another cell of the same knit, whose seams lie elsewhere: as far as spans that lie elsewhere tell."""
+    points = np.array(scene.pattern.control_points)
+    width = scene.pattern.wale_spacing
+    half = len(points) // 2
+    points[:half, 0] += width
+    beginning_at_heads = np.roll(points, -half, axis=0) - [0.5 * width, 0, 0]
+    heads = scene.vary({"pattern.control_points": beginning_at_heads.tolist()})
+    found = assemble(heads, Knit.from_dataset(lay_out(heads))).stiffness()
+    np.testing.assert_allclose(np.diag(found), np.diag(at_rest), rtol=2e-3)
+
+
+def test_the_origin_is_of_no_account(cell, scene, knit, at_rest):
+    """Curvatures tilt and lift images by where they are seen from; both cost nothing."""
+    found = moved(cell, scene, knit, shift=np.array([0.02, -0.03, 0])).stiffness()
+    np.testing.assert_allclose(found, at_rest, rtol=1e-6, atol=1e-8 * at_rest.max())
+
+
+@pytest.mark.parametrize("angle", [0.4, 1.9])
+def test_a_turned_cell_has_the_turned_stiffness(cell, scene, knit, at_rest, angle):
+    found = moved(cell, scene, knit, turn_by(angle)).stiffness()
+    np.testing.assert_allclose(found, rotated(at_rest, angle), rtol=1e-6, atol=1e-9 * at_rest.max())
+
+
+def test_a_turned_cell_answers_finite_strains_with_the_turned_forces(cell, scene, knit):
+    strain = np.array([[0.05, 0.02], [0.02, -0.01]])
+    _, plain = stretched(cell, in_rows(strain))
+    turn = turn_by(0.4)
+    _, found = stretched(moved(cell, scene, knit, turn), in_rows(turn[:2, :2] @ strain @ turn[:2, :2].T))
+    force = np.array([[plain[0], plain[2]], [plain[2], plain[1]]])
+    expected = turn[:2, :2] @ force @ turn[:2, :2].T
+    np.testing.assert_allclose(found, [expected[0, 0], expected[1, 1], expected[0, 1]], rtol=1e-6)
+
+
+def in_rows(strain):
+    return np.array([strain[0, 0], strain[1, 1], 2 * strain[0, 1]])
+
+
+def test_the_tangent_is_the_derivative_of_the_forces(cell):
+    at, small = np.array([0.03, 0.01, 0.02]), 1e-4
+    state, _ = stretched(cell, at)
+    differences = [
+        (stretched(cell, at + small * unit)[1] - stretched(cell, at - small * unit)[1]) / (2 * small)
+        for unit in np.eye(3)
+    ]
+    tangent = cell.tangent(state)
+    # Central differences: an error of second order in 1e-4, of moduli that change by half over 5 %.
+    np.testing.assert_allclose(np.transpose(differences), tangent, atol=1e-4 * tangent.max())
+
+
+def test_the_model_is_the_derivative_of_its_energy(cell):
+    model = cell.model
+    rng = np.random.default_rng(3)
+    state = model.advance(model.start(), 1e-5 * rng.standard_normal(model.size))
+    answer = model.respond(replace(state, step=None), stiffness=True)
+    way, small = rng.standard_normal(model.size), 1e-8
+
+    def beside(sign):
+        return model.respond(model.advance(state, sign * small * way), stiffness=False)
+
+    ahead, behind = beside(1), beside(-1)
+    energy = [sum(each.energy.values()) for each in (ahead, behind)]
+    assert np.isclose((energy[0] - energy[1]) / (2 * small), answer.force @ way, rtol=1e-6)
+    change = (ahead.force - behind.force) / (2 * small)
+    np.testing.assert_allclose(answer.stiffness @ way, change, atol=1e-6 * np.abs(change).max())
+
+
+def test_at_rest_the_tangent_is_the_membrane_stiffness(pulled):
+    np.testing.assert_allclose(
+        pulled["tangent_per_width"][0], pulled["membrane_stiffness"], rtol=1e-9, atol=1e-3
+    )
+    assert section_matrix(pulled).shape == (6, 6)
+
+
+def test_what_is_free_carries_nothing_and_work_is_stored(pulled):
+    force, strain = pulled["force_per_width"].to_numpy()[-1], pulled["cell_strain"].to_numpy()[-1]
+    assert strain[0] == pytest.approx(0.05, rel=1e-12)
+    assert np.abs(force[1:]).max() <= 1e-5 * force[0]
+    assert strain[1] < -0.005  # it contracts
+    energy = pulled["energy"].isel(increment=-1)
+    stored = float(energy.sel(form="internal") + energy.sel(form="penalty"))
+    # The work is summed up by the trapezoidal rule over 4 increments.
+    assert float(energy.sel(form="external")) == pytest.approx(stored, rel=2e-3)
+
+
+def test_held_across_it_is_stiffer_by_what_contraction_is_worth(at_rest, scene, knit):
+    held = follow(problem(scene.vary({"load.lateral": "fixed", "load.strain": 1e-4}), knit))
+    free = follow(problem(scene.vary({"load.strain": 1e-4}), knit))
+    ratio = float(held["force"][-1] / free["force"][-1])
+    poisson = at_rest[0, 1] ** 2 / (at_rest[0, 0] * at_rest[1, 1])
+    assert ratio == pytest.approx(1 / (1 - poisson), rel=1e-3)  # 0.01 % strain: linear within that
+
+
+@pytest.fixture(scope="module")
+def touching(scene):
+    changes = {"interaction": "isotropic", "contact.tied_edges": "none", "load.lateral": "fixed"}
+    return scene.vary(changes | {"outputs": [], "load.strain": 0.01, "solver.increments": 5})
+
+
+@pytest.fixture(scope="module")
+def rubbed(touching, knit):
+    return follow(problem(touching, knit))
+
+
+def test_yarns_that_touch_are_led_to_each_other_and_then_held_by_contact_alone(rubbed):
+    force, energy = rubbed["force_per_width"].to_numpy(), rubbed["energy"]
+    assert 0.05 * force[-1, 0] > force[1, 0] >= 0  # slack at first
+    # Only what leads yarns to their first contact drags: its work does not grow once they touch.
+    damped = energy.sel(form="stabilisation").to_numpy()
+    assert damped[-1] == damped[-3] < 1e-2 * float(energy.sel(form="internal")[-1])
+    assert float(energy.sel(form="friction")[-1]) > 0
+    assert "tangent_per_width" not in rubbed
+    assert "membrane_stiffness" not in rubbed
+
+
+def test_a_cell_of_several_rubs_as_one_does(touching, rubbed):
+    several = touching.vary({"pattern.loops": 2})
+    found = follow(problem(several, Knit.from_dataset(lay_out(several))))
+    # Course and wale force; where points lie on the yarns is the same, but for what rounding makes of their status.
+    np.testing.assert_allclose(found["force_per_width"][-1, :2], rubbed["force_per_width"][-1, :2], rtol=1e-3)

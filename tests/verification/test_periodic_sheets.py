@@ -1,0 +1,104 @@
+"""Shell stiffness of sheets of straight yarns: closed forms of beam theory."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from periodic_sheets import AREA, INERTIA, POISSON, RADIUS, SHEAR, TORSION, YOUNG, Sheet, StraightYarn
+
+from knitstudy.measures.shell import referred, rotated
+from knitstudy.mechanics.periodic import Lattice
+
+FIRST, SECOND = 30.0, 24.0
+"""Edges of the cell."""
+
+HEIGHT = 0.4
+
+TRANSLATIONS = [0, 1, 2]
+
+# A straight yarn turns about its axis for nothing: where the director points up, what lies across is held.
+SPIN = [3 * 1 + 1]
+
+
+def parallel(reference=0.0, height=HEIGHT, angle=0.0):
+    c, s = np.cos(angle), np.sin(angle)
+    vectors = np.array([[FIRST, 0, 0], [0, SECOND, 0]]) @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+    lattice = Lattice(vectors, reference)
+    return Sheet(lattice, [StraightYarn(lattice, 0, np.array([0, 0, height]))])
+
+
+def test_yarns_side_by_side_are_rods():
+    found = parallel().stiffness(TRANSLATIONS + SPIN)
+    expected = np.zeros((6, 6))
+    expected[0, 0] = YOUNG * AREA / SECOND
+    expected[0, 3] = expected[3, 0] = HEIGHT * expected[0, 0]
+    expected[3, 3] = YOUNG * INERTIA / SECOND + HEIGHT**2 * expected[0, 0]
+    expected[5, 5] = SHEAR * TORSION / (4 * SECOND)  # k_xy is twice the twist
+    scale = np.sqrt(np.outer(*2 * [np.diag(expected) + expected[0, 0] * np.array([0, 1, 1, 0, 1, 0])]))
+    # Tension, bending and torsion of a straight round rod lie in the space: what is left is rounding.
+    assert np.abs(found - expected).max() <= 1e-9 * scale.max()
+    np.testing.assert_allclose(np.diag(found), np.diag(expected), rtol=1e-9, atol=1e-9 * YOUNG)
+
+
+def test_the_plane_of_reference_shifts_the_stiffness_by_its_law():
+    about_middle, about_plane = (parallel(reference=z).stiffness(TRANSLATIONS + SPIN) for z in (HEIGHT, 0.0))
+    np.testing.assert_allclose(referred(about_plane, HEIGHT), about_middle, atol=1e-9 * YOUNG)
+    assert abs(about_plane[0, 3]) > 1  # there was something to shift
+
+
+@pytest.mark.parametrize("angle", [0.3, 2.0])
+def test_turning_the_yarns_turns_the_stiffness_as_a_tensor(angle):
+    found = parallel(angle=angle).stiffness(TRANSLATIONS + SPIN)
+    expected = rotated(parallel().stiffness(TRANSLATIONS + SPIN), angle)
+    np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
+
+
+def crossing(space):
+    """Springs that join both yarns where they meet, at places of a small cross: forces and moments, nearly rigid."""
+    reach = 0.35 * RADIUS
+    lengths = [own.spline.knots[-1] for own in space.yarns]
+    spots = [(0, 0, 0), *(np.eye(3) * reach), *(-np.eye(3) * reach)]
+    rows = []
+    # Directors are z, and -y of the yarn along x, x of the yarn along y.
+    for x, y, z in spots:
+        at = [
+            space.matrix(np.array([0]), np.array([[z, -y]]) / RADIUS, np.array([lengths[0] / 2 + x])),
+            space.matrix(np.array([1]), np.array([[z, x]]) / RADIUS, np.array([lengths[1] / 2 + y])),
+        ]
+        rows.append(at[0] - at[1])
+    joined = sp.vstack(rows)
+    return sp.csr_matrix(1e3 * YOUNG * RADIUS * (joined.T @ joined))
+
+
+def grid(first, second, spans):
+    """Stiffness of a grid of joined yarns, over that of beams."""
+    lattice = Lattice(np.array([[first, 0, 0], [0, second, 0]]))
+    begin = np.array([[0, second / 2, 0], [first / 2, 0, 0]])  # through the middle of the cell
+    yarns = [StraightYarn(lattice, number, begin[number], spans) for number in range(2)]
+    found = Sheet(lattice, yarns, crossing).stiffness(TRANSLATIONS)
+    shear_area = 6 * (1 + POISSON) / (7 + 6 * POISSON) * SHEAR * AREA  # Cowper 1966, a round section
+    # Each beam is bent to and fro between joints that turn; its deflection by shear comes on top.
+    sway = first * second * (first + second) / (12 * YOUNG * INERTIA) + (first + second) / shear_area
+    beams = [
+        YOUNG * AREA / second,
+        YOUNG * AREA / first,
+        1 / sway,
+        YOUNG * INERTIA / second,
+        YOUNG * INERTIA / first,
+        SHEAR * TORSION / 4 * (1 / first + 1 / second),
+    ]
+    return found, found / np.sqrt(np.outer(beams, beams))
+
+
+def test_a_grid_of_joined_yarns_is_one_of_beams():
+    found, ratio = grid(40 * RADIUS, 30 * RADIUS, 40)
+    # Joined over a third of a radius, yarns are stiffer there in tension and bending, and yield to the moment of shear:
+    # a share of a radius in 30 to 40 between two joints.
+    np.testing.assert_allclose(np.diag(ratio), 1, atol=0.03)
+    np.testing.assert_allclose(np.diag(ratio)[[0, 1, 3, 4, 5]], 1, atol=0.01)
+    assert np.abs(ratio - np.diag(np.diag(ratio))).max() < 0.01
+    np.testing.assert_array_equal(found, found.T)
+    assert np.linalg.eigvalsh(ratio).min() > 0.95
+    # Twice as far apart, what is left of beam theory is half as much.
+    _, longer = grid(80 * RADIUS, 60 * RADIUS, 80)
+    left, right = (np.abs(np.diag(each) - 1)[:5] for each in (ratio, longer))
+    np.testing.assert_allclose(right / left, 0.5, atol=0.1)
