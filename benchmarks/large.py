@@ -78,7 +78,9 @@ def here(scene: dict, restart: str) -> dict:
     mesh = STAGES.find("mesh").load()(wanted, geometry)
     problem = dns.problem(wanted, SweptMesh.from_dataset(mesh), read_specimen(geometry))
     setup = problem.meter.read().seconds
-    history = follow(problem, Run(restart=Path(restart)))
+    run = Run(restart=Path(restart))
+    history = follow(problem, run)
+    run.forget()
     found = cost(history) | {"setup_s": setup, "resumed": resumed}
     return found | {"increments_s": float(history["seconds"].sum())}
 

@@ -121,11 +121,16 @@ def test_an_interrupted_run_goes_on(problem, tmp_path, caplog):
         follow(problem, Run(restart=restart, progress=Reports(ends_at=0.5)))
     reports = Reports()
     caplog.set_level(logging.INFO, logger="knitstudy.loading.follow")
-    history = follow(problem, Run(restart=restart, progress=reports))
+    run = Run(restart=restart, progress=reports)
+    history = follow(problem, run)
     assert alike(history, follow(problem))
     assert [done for done, _ in reports] == [0.5, 0.75, 1.0]  # the share at the start is not of this run
     going_on = "going on from increment 2 at load factor 0.5"
     assert any(record.getMessage().startswith(going_on) for record in caplog.records)
+    reports.clear()
+    assert alike(history, follow(problem, run))  # killed before the history was on disk
+    assert [done for done, _ in reports] == [1.0]
+    run.forget()
     assert not restart.exists()
 
 
@@ -142,8 +147,10 @@ def test_what_had_converged_before_a_failure_is_kept(problem, tmp_path):
     assert kept.attrs["incomplete"] == "increment 3, load factor 0.75: the spring breaks"
     assert kept.attrs["scene"] == problem.scene.name
     # With a remedy the run goes on from there, and nothing incomplete is left.
-    whole = follow(problem, Run(**files))
+    run = Run(**files)
+    whole = follow(problem, run)
     assert alike(whole, follow(problem))
+    run.forget()
     assert list(tmp_path.iterdir()) == []
 
 

@@ -67,7 +67,18 @@ def test_pressure_and_stiffness_are_derivatives_of_what_is_stored(law):
     stiffness = law.at(-depth, angle)
     np.testing.assert_allclose(slope(lambda g, a: law.pressure(g, 0.0, a)), stiffness.normal, rtol=1e-4)
     assert np.all(stiffness.normal > 0)
-    np.testing.assert_allclose(stiffness.tangential, 2 * 0.6 / 1.6 * stiffness.normal)
+    stick = slope(lambda g, a: law.at(g, a).tangential)
+    np.testing.assert_allclose(stick, -stiffness.slope, rtol=2e-3, atol=1e-6 * np.abs(stick).max())
+
+
+def test_a_small_patch_sticks_as_mindlins_and_a_large_one_gives_way_less_in_the_law(law):
+    """What the space shows of a large patch is in series with it: the law's share grows."""
+    depth, angle = np.array([0.0, 0.01, 0.05]) * RADIUS, np.full(3, np.pi / 2)
+    stiffness = law.at(-depth, angle)
+    share = stiffness.tangential / stiffness.normal
+    assert share[0] == pytest.approx(2 * (1 - POISSON) / (2 - POISSON))
+    assert share[0] == pytest.approx(law.attributes()["stick_over_normal"])
+    assert np.all(np.diff(share) > 0.02)
 
 
 def test_nothing_presses_across_an_open_gap(law):

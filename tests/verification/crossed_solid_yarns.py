@@ -11,7 +11,7 @@ from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.newton import trace
-from knitstudy.mechanics.polynomial_yarn.patch import LENGTH, PHASE, far
+from knitstudy.mechanics.polynomial_yarn.patch import ACROSS, ALONG, LENGTH, PHASE, far
 from knitstudy.mechanics.polynomial_yarn.space import Space, yarn_space
 from knitstudy.mechanics.polynomial_yarn.span import span_groups
 from knitstudy.mechanics.solids_in_contact import SolidsInContact
@@ -22,7 +22,7 @@ CELL = 0.25
 class CrossedYarns:
     """Yarns of unit radius and modulus, of a degree and spans, whose middles lie at `phase` of a span."""
 
-    def __init__(self, degree, span, angle, poisson, *, friction=0.0, phase=PHASE):
+    def __init__(self, degree, span, angle, poisson, *, friction=0.0, phase=PHASE, cell=CELL):
         breaks = 0.5 * LENGTH + span * (np.arange(-20, 21) - phase)
         breaks = breaks[(breaks > 0.25 * span) & (breaks < LENGTH - 0.25 * span)]
         own = yarn_space(np.concatenate([[0.0], breaks, [LENGTH]]), degree)
@@ -33,9 +33,10 @@ class CrossedYarns:
             [_straight(own, np.array([0, 0, side]), axis) for side, axis in zip((-1, 1), axes, strict=True)]
         )
         law = indentation(degree, span, 3, modulus=1.0, poisson=poisson, radius=1.0, friction=friction)
-        fine = 0.5 * LENGTH + CELL * np.arange(-6, 7)
+        half = round(1.5 / cell)
+        fine = 0.5 * LENGTH + cell * np.arange(-half, half + 1)
         along = np.concatenate([np.linspace(0, fine[0], 4)[:-1], fine, np.linspace(fine[-1], LENGTH, 4)[1:]])
-        surfaces = Cylinders(self.space, 1.0, [along, along], round(2 * np.pi / CELL))
+        surfaces = Cylinders(self.space, 1.0, [along, along], round(2 * np.pi / cell))
         apart = ~np.eye(2, dtype=bool)
         contact = Contact(nodes, surfaces, law, meets=apart, margin=0.3, overlap=1e-6)
         groups = span_groups(self.space, nodes, Material("hencky", 1.0, poisson))
@@ -68,6 +69,17 @@ def converged(angle, poisson, approach):
     """Force of the converged solid: Hertz's indentation, and what yarns give way besides."""
     hertz, elastic, beyond = Crossing.at(np.radians(angle)), 0.5 / (1 - poisson**2), far(poisson)
     return brentq(lambda p: hertz.approach * (p / elastic) ** (2 / 3) + 2 * beyond * p - approach, 0, 1)
+
+
+def stuck(angle, poisson, approach, slide):
+    """Force (2,) of the converged solid, pressed and then slid (2,) while it sticks: Mindlin's share, and the yarns."""
+    turn, force = np.radians(angle), converged(angle, poisson, approach)
+    local = Crossing.at(turn).approach * (force / (0.5 / (1 - poisson**2))) ** (2 / 3) / (1.5 * force)
+    compliance = 0.5 * (2 - poisson) / (1 - poisson) * local * np.eye(2)
+    for axis in ([1.0, 0.0], [np.cos(turn), np.sin(turn)]):
+        along = np.outer(axis, axis)
+        compliance += far(poisson, ALONG) * along + far(poisson, ACROSS) * (np.eye(2) - along)
+    return np.linalg.solve(compliance, slide)
 
 
 def _straight(space, middle, axis):

@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
-from crossed_solid_yarns import CrossedYarns, converged
+from crossed_solid_yarns import CrossedYarns, converged, stuck
 
 CASES = [(90, 0.4), (45, 0.0), (30, 0.45)]
 PRESS = 0.1
+
+FINE_CELL = 0.0625
+"""Of contact points, over the radius: where contact ends the stiffness of sticking begins steeply."""
 
 SPACES = {2: 1.0, 3: 0.9, 4: 0.6}
 """Spans by degree, over the radius."""
@@ -18,6 +21,19 @@ def test_press(angle, poisson, verify):
         force = -CrossedYarns(degree, span, angle, poisson).force([0, 0, -PRESS])[-1, 2]
         name = f"crossing solid yarns, degree {degree}, {angle} degrees, nu {poisson:g}: force"
         verify.within(name, force, converged(angle, poisson, PRESS), 0.03)
+
+
+@pytest.mark.parametrize(("angle", "poisson"), [(90, 0.4), (45, 0.0), (45, 0.4)])
+def test_stick(angle, poisson, verify):
+    """Pressed by half as much, then slid while all sticks: the law where the points resolve the small patch."""
+    press, slide = 0.5 * PRESS, np.array([0.01, 0.0])
+    path = [[0, 0, -press], [*slide, -press]]
+    true = stuck(angle, poisson, press, slide)
+    for degree, span in SPACES.items():
+        yarns = CrossedYarns(degree, span, angle, poisson, friction=np.inf, cell=FINE_CELL)
+        force = yarns.force(path, 2)[-1, :2] @ true / np.linalg.norm(true)
+        name = f"crossing solid yarns that stick, degree {degree}, {angle} degrees, nu {poisson:g}: force"
+        verify.within(name, force, np.linalg.norm(true), 0.04)
 
 
 def test_place_within_a_span(verify):

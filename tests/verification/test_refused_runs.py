@@ -94,7 +94,9 @@ def test_a_remedy_makes_the_run_whole(tmp_path):
     scene, mesh, specimen = pair(changes | {"contact.augmentations": 10})
     partial = tmp_path / "run.nc"
     partial.write_text("of an earlier run")
-    history = dns.run(scene, mesh, specimen, Run(partial=partial))
+    run = Run(partial=partial)
+    history = dns.run(scene, mesh, specimen, run)
+    run.forget()
     assert not partial.exists()
     assert "incomplete" not in history.attrs
     assert history["augmentations"].max() > 0

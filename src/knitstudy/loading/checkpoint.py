@@ -68,17 +68,19 @@ class Checkpoint:
     def load(self, recorder: Recorder) -> Increment | None:
         """Return the increment to go on from and fill the recorder, or None if there is no file.
 
+        Another run of the same scene that has come to its end deletes the file at any moment.
+
         Raises
         ------
         DataFileError
             If the file is damaged or belongs to another scene.
         """
-        if not self.path.exists():
-            return None
         try:
             with np.load(self.path, allow_pickle=False) as archive:
                 data = dict(archive)
             return self._restore(data, recorder)
+        except FileNotFoundError:
+            return None
         except Exception as error:  # whatever bytes are there: readers of archives raise nearly anything
             raise DataFileError(
                 f"{self.path}: this restart file cannot be used ({error or type(error).__name__}); delete it to start "
@@ -104,10 +106,6 @@ class Checkpoint:
             rates=tuple(rates),
             updates=tuple(data["updates"]),
         )
-
-    def remove(self) -> None:
-        """Delete the file: the scene has ended."""
-        self.path.unlink(missing_ok=True)
 
 
 def _require_whole(data: dict[str, np.ndarray]) -> None:

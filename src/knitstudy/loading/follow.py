@@ -76,12 +76,7 @@ def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
         raise ConvergenceError(
             f"{str(error).rstrip('.')}. The history up to load factor {last.load:.4g} is in {run.partial}"
         ) from None
-    history = _history(problem, recorder, last)
-    if checkpoint:
-        checkpoint.remove()
-    if run.partial:
-        run.partial.unlink(missing_ok=True)
-    return history
+    return _history(problem, recorder, last)
 
 
 def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:

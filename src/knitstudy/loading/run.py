@@ -15,10 +15,10 @@ class Run:
     Attributes
     ----------
     restart : Path, optional
-        Restart file, rewritten at every increment and removed at the end. If it exists, the run goes on from it.
+        Restart file, rewritten at every increment. If it exists, the run goes on from it.
     partial : Path, optional
         Where the history of what had converged is written, with the reason as attribute `incomplete`, if full load is
-        not reached; removed when it is.
+        not reached.
     progress : callable
         Called at every converged increment with the load factor and, in words, the place on the load path.
     """
@@ -26,6 +26,12 @@ class Run:
     restart: Path | None = None
     partial: Path | None = None
     progress: ReportProgress = silent
+
+    def forget(self) -> None:
+        """Delete restart file and partial history: for who has written the whole history to disk, not before."""
+        for path in (self.restart, self.partial):
+            if path is not None:
+                path.unlink(missing_ok=True)
 
 
 IN_MEMORY = Run()

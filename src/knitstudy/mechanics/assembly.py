@@ -79,7 +79,6 @@ class Assembly:
         linked = None if links is None else sp.csr_matrix(self._to_kept @ links @ transformation)
         if spans:
             self.indptr, self.indices = _with_links(*span_pattern(groups, nodes), linked)
-            self._untouched = np.empty(0, dtype=np.int64)  # entries of no element; spans see to theirs
             self._sums = self._span_sums([connectivity[:, 0] for connectivity in groups])
         else:
             # Of every group (E a, n): the nodes of its elements on retained nodes.
@@ -140,6 +139,7 @@ class Assembly:
         batches = np.zeros(self.retained, dtype=np.int32)
         for start, width in starts:
             batches[touched_rows(start, width)] += 1
+        self._untouched = np.flatnonzero(np.repeat(batches == 0, np.diff(self.indptr)))
         return [SpanSum(start, width, self.indptr, self.indices, batches == 1) for start, width in starts]
 
     def _pair_sums(self, local: Sequence[sp.csr_matrix]) -> list[PairSum]:

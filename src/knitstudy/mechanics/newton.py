@@ -203,8 +203,9 @@ class _Path:
             if still >= 2 and not balanced:
                 raise ConvergenceError(
                     f"rounding keeps the residual at {residuals[-1]:.1e} (allowed {settings.residual_tolerance:.1e}): "
-                    "some stiffness is too large beside the others. Use a contact.normal_stiffness nearer to its "
-                    "default, or a larger solver.residual_tolerance"
+                    "some stiffness is too large beside the others, or the load next to nothing. Use a "
+                    "contact.normal_stiffness nearer to its default where yarns touch, a larger load.strain or "
+                    "solver.residual_tolerance"
                 )
             # A balanced state needs only the proof that its last correction is small: the tangent of the
             # iteration before serves for that.

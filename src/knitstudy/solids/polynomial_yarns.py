@@ -54,7 +54,31 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
     spans = yarn_spans(scene, specimen)
     space = space_on(scene, spans)
     _require_memory(scene, space)
-    nodes = undeformed(space, specimen)
+    return described(scene, space, undeformed(space, specimen), mesh, specimen, _grips(scene, space, spans))
+
+
+def described(
+    scene: Scene,
+    space: Space,
+    nodes: np.ndarray,
+    mesh: SweptMesh,
+    specimen: Knit | YarnPair,
+    ends: Grips,
+) -> Discretisation:
+    """Return what all that works with solid yarns asks of them, of undeformed nodes (N, 3) [m] of a space.
+
+    Parameters
+    ----------
+    scene : Scene
+    space : Space
+    nodes : ndarray, shape (N, 3)
+    mesh : SweptMesh
+        Sections at which yarns are seen.
+    specimen : Knit or YarnPair
+        Or a part of one: what says where yarns cross.
+    ends : Grips
+        Nodes that are held and driven.
+    """
     surfaces, rings = contact_surfaces(scene, space, specimen)
     yarn = scene.yarn
     material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
@@ -69,7 +93,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
         volume=partial(_volume, space.size),
         surfaces=surfaces,
         rings=rings,
-        ends=_grips(scene, space, spans),
+        ends=ends,
         locate=partial(_locate, space, nodes),
         size=2 * mesh.radius / ACROSS,
         missing=partial(missing, space, mesh.radius, yarn.youngs_modulus, yarn.poisson_ratio),
@@ -89,8 +113,8 @@ def undeformed(space: Space, specimen: Knit | YarnPair) -> np.ndarray:
     curves, radius = specimen.centrelines, specimen.radius
     if isinstance(specimen, YarnPair):
         yarns = zip(space.yarns, curves, strict=True)
-        return np.concatenate([_shape(own, curve, radius) for own, curve in yarns])
-    shapes = {own: _shape(own, curves[0], radius) for own in set(space.yarns)}
+        return np.concatenate([shape(own, curve, radius) for own, curve in yarns])
+    shapes = {own: shape(own, curves[0], radius) for own in set(space.yarns)}
     rise = np.array([0.0, specimen.loop.course_spacing, 0.0])
     nodes = np.concatenate([shapes[own] for own in space.yarns])
     return nodes + (space.unity * space.yarn)[:, None] * rise
@@ -103,7 +127,7 @@ def _require_memory(scene: Scene, space: Space) -> None:
     require_memory(BYTES_A_PAIR * pairs, "mesh.span", scene.mesh.span, what, power=1, unit="yarn radii")
 
 
-def _shape(own: YarnSpace, curve: Curve, radius: float) -> np.ndarray:
+def shape(own: YarnSpace, curve: Curve, radius: float) -> np.ndarray:
     """Return the coefficients (N, 3) of a round yarn along a centreline, with frames that do not twist [m]."""
     low, high = own.spline.spans.T
     share = np.arange(PLACES) / PLACES

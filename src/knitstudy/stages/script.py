@@ -55,6 +55,8 @@ def run_stage(job: Any) -> None:
         target = Path(job.output[0])
         if target.suffix == ".nc":
             write_dataset(stage.make(scene, **needed), target, scene, wanted)
+            if stage.long:
+                needed["run"].forget()
         else:
             stage.load()(scene, path=target, **needed)
 

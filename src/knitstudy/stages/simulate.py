@@ -21,6 +21,7 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.geometry.specimen import read_specimen
 from knitstudy.loading.progress import ReportProgress, silent
 from knitstudy.loading.restart import restart_of, run_with
+from knitstudy.loading.run import IN_MEMORY, Run
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.stages.plan import Plan, digest_or_warning
 from knitstudy.stages.table import STAGES, Stage, stage_of
@@ -158,22 +159,29 @@ class _Keeper:
                 log.info("%s %s: taken from %s", stage.name, scene.name, path)
                 return read_dataset(path)
             log.info("%s %s: %s is not up to date and will be replaced", stage.name, scene.name, path)
-        dataset = self._make(stage, scene, wanted)
+        run = self._run(stage, scene, wanted)
+        dataset = self._make(stage, scene, run)
         if path is not None:
             write_dataset(dataset, path, scene.only(stage.document(scene), stage.reads), wanted)
             log.info("%s %s: written to %s", stage.name, scene.name, path)
+            run.forget()
         return dataset
 
-    def _make(self, stage: Stage, scene: Scene, wanted: str) -> xr.Dataset:
+    def _run(self, stage: Stage, scene: Scene, wanted: str) -> Run:
+        """Return where what takes long keeps what it goes on from when it is killed."""
+        if not stage.long:
+            return IN_MEMORY
+        restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
+        return run_with(restart, self.progress(f"{stage.name} {scene.name}"))
+
+    def _make(self, stage: Stage, scene: Scene, run: Run) -> xr.Dataset:
         if stage.long:
             stage.require_machine(scene)  # before anything is made for it
         needed: dict[str, Any] = {
             name: self.obtain(*step) for name, step in self.plan.needs(stage, scene).items()
         }
         if stage.long:
-            report = self.progress(f"{stage.name} {scene.name}")
-            restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
-            needed["run"] = run_with(restart, report)
+            needed["run"] = run
         return stage.make(scene.only(stage.document(scene), stage.reads), **needed)
 
 

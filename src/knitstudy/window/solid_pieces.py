@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from importlib import import_module
 
 import numpy as np
 
 from knitstudy.crossings.facets import CrossingFacets
 from knitstudy.crossings.tied_crossings import tied_pieces
-from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.polynomial_yarn.patch_compliance import missing
-from knitstudy.mechanics.polynomial_yarn.sampling import Sampling
 from knitstudy.mechanics.polynomial_yarn.space import Space, YarnSpace, yarn_space
-from knitstudy.mechanics.polynomial_yarn.span import span_groups
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.grips import Grips
 from knitstudy.mesh.quality import check_bending, check_overlap
@@ -22,12 +17,9 @@ from knitstudy.mesh.sampled import ACROSS
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing, place_slices
 from knitstudy.mesh.sweep import SweptMesh, sweep
-from knitstudy.solids.contact_cells import contact_surfaces
 from knitstudy.solids.discretisation import Discretisation
 from knitstudy.solids.patch_tie import tie_patches
-
-# The shape of a yarn, its places and its volume are one piece of code, whoever divides the yarn.
-from knitstudy.solids.polynomial_yarns import _locate, _shape, _volume
+from knitstudy.solids.polynomial_yarns import described, shape
 from knitstudy.solids.solid_yarns import SolidYarns
 from knitstudy.solids.yarn_spans import RAMP
 from knitstudy.study.scene import Scene
@@ -67,29 +59,11 @@ def end_sections(parts: Discretisation) -> np.ndarray:
 def _divided(scene: Scene, pieces: Pieces) -> Discretisation:
     """Return pieces, divided as whole solid yarns are; their ends are the sections that beams carry."""
     _require_sound(pieces)
-    yarn, radius, lines = scene.yarn, pieces.radius, pieces.centrelines
+    lines, radius = pieces.centrelines, pieces.radius
     space = Space(tuple(_space(scene, pieces, piece) for piece in range(len(lines))))
-    nodes = np.concatenate([_shape(own, line, radius) for own, line in zip(space.yarns, lines, strict=True)])
-    mesh = _sections(pieces)
-    surfaces, rings = contact_surfaces(scene, space, pieces)
-    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
-    return Discretisation(
-        mesh=mesh,
-        nodes=nodes,
-        unity=space.unity,
-        yarn=space.yarn,
-        station=space.station,
-        bandwidth=max(own.bandwidth for own in space.yarns),
-        groups=partial(span_groups, space, material=material),
-        volume=partial(_volume, space.size),
-        surfaces=surfaces,
-        rings=rings,
-        ends=Grips(*(_carried(space, last) for last in (0, -1))),
-        locate=partial(_locate, space, nodes),
-        size=2 * radius / ACROSS,
-        missing=partial(missing, space, radius, yarn.youngs_modulus, yarn.poisson_ratio),
-        sampling=Sampling(space, mesh.yarn_of_slice, mesh.arc_length, mesh.section.points),
-    )
+    nodes = np.concatenate([shape(own, line, radius) for own, line in zip(space.yarns, lines, strict=True)])
+    ends = Grips(*(_carried(space, last) for last in (0, -1)))
+    return described(scene, space, nodes, _sections(pieces), pieces, ends)
 
 
 def _space(scene: Scene, pieces: Pieces, piece: int) -> YarnSpace:

@@ -11,7 +11,13 @@ A pressure p(g) on it gives the force P = 2 pi R_e' F(D), F the integral of p, R
 F(D(P)) = P / (2 pi R_e'(P)) is the energy of the law, and p = dF/dD. Nothing is fitted. Everything depends on the space
 and on the angle between the axes, at which R_e = R / sin(angle).
 
-Along the surface a patch that sticks gives way as Mindlin's does, (2 - nu) / (2 (1 - nu)) times as much. Stick is
+Along the surface a patch that sticks gives way likewise: by Mindlin's share m = (2 - nu) / (2 (1 - nu)) of
+d delta_H / dP, and by what the yarns give way besides, C_far along and across them; their space shows a part of it, and
+the rest is the compliance of the law. Its stiffness K(D) is spread as the pressure is:
+
+    1 / K = m d delta_H / dP + sum (C_far - C_shown),    t = d/dD (K / (2 pi R_e'))
+
+t is tabulated as its share of the stiffness dp/dD across the surface, 1 / m where the patch is small. Stick is
 remembered as a traction: a growing pressure adds stiffness, but no traction.
 """
 
@@ -24,7 +30,7 @@ from scipy.interpolate import CubicSpline
 
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.hertz import Crossing
-from knitstudy.mechanics.polynomial_yarn.patch import far, patched_yarn
+from knitstudy.mechanics.polynomial_yarn.patch import ACROSS, ALONG, far, patched_yarn
 
 ANGLES = np.radians([15.0, 22.5, 30.0, 45.0, 60.0, 90.0])
 """Angles between the axes for which the law is computed; it is interpolated between, and below it is the first."""
@@ -60,32 +66,33 @@ class Indentation:
     ----------
     modulus, elastic, radius : float
         E and E* = E / (2 (1 - nu^2)) [Pa], and R [m] of the yarns.
-    stick : float
-        Stiffness along the surface over that across it.
     friction : float
         mu; inf for rough contact, 0 for none.
     deepest : ndarray, shape (n,)
         Depth over R, at every angle of `ANGLES`, up to which F is tabulated; beyond it the pressure is linear.
     energy : ndarray, shape (4, PIECES, n)
         F / q^3 over E as cubics in q = sqrt(depth / R), in equal pieces.
+    stick : ndarray, shape (4, PIECES, n)
+        Stiffness along the surface over that across it, in the same pieces.
     """
 
     modulus: float
     elastic: float
     radius: float
-    stick: float
     friction: float
     deepest: np.ndarray
     energy: np.ndarray
+    stick: np.ndarray
 
     directional = True
 
     def attributes(self) -> dict[str, float]:
-        """Return what the law has for numbers, by name: E*, and the depth of its tables at right angles."""
+        """Return what the law has for numbers, by name: E*; at right angles the depth of its tables, and 1 / m."""
+        right = len(ANGLES) - 1
         return {
             "indentation_modulus": self.elastic,
-            "indentation_deepest": float(self.radius * self.deepest[-1]),
-            "stick_over_normal": self.stick,
+            "indentation_deepest": float(self.radius * self.deepest[right]),
+            "stick_over_normal": float(self.stick[-1, 0, right]),
         }
 
     def pressure(self, gap: np.ndarray, multiplier: np.ndarray, angle: np.ndarray) -> np.ndarray:
@@ -95,35 +102,50 @@ class Indentation:
     def at(self, gap: np.ndarray, angle: np.ndarray) -> Coulomb:
         """Return the stiffnesses at gaps (k,) [m] and angles (k,), with the friction."""
         _, _, first, second = self._derivatives(gap, angle)
+        stick, change = self._stick(gap, angle)
         # Where nothing touches the stiffness vanishes; it is divided by.
         normal = self.modulus / self.radius * np.maximum(first, VANISHING)
-        slope = -self.stick * self.modulus / self.radius**2 * second
-        return Coulomb(normal, self.stick * normal, self.friction, slope)
+        slope = -self.modulus / self.radius**2 * (stick * second + change * first)
+        return Coulomb(normal, stick * normal, self.friction, slope)
 
     def stored(self, gap: np.ndarray, pressure: np.ndarray, angle: np.ndarray) -> np.ndarray:
         """Return the energies (k,) of the pressure [J/m2]."""
         return self.modulus * self.radius * self._derivatives(gap, angle)[0]
 
-    def _derivatives(self, gap: np.ndarray, angle: np.ndarray) -> np.ndarray:
-        """Return F over E R and its three derivatives by the depth over R (4, k)."""
+    def _stick(self, gap: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the share of the stiffness along the surface (k,), and its derivative by the depth over R (k,)."""
+        q, slope, *_ = self._root(gap)
+        at = self._piece(q, angle)
+        value, first, *_ = at.of(self.stick)
+        return value, np.where(q > at.last, 0.0, first * slope)
+
+    def _root(self, gap: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return q and its three derivatives by the depth over R: with it the pressure begins as its square."""
         depth = np.where(np.isfinite(gap), np.maximum(-gap / self.radius, 0.0), 0.0)
-        # q = D / sqrt(D + SOFT) and its derivatives: with it the pressure begins as the square of the depth.
         root = (depth + SOFT) ** -0.5
-        q = depth * root
-        q1 = (0.5 * depth + SOFT) * root**3
-        q2 = -(0.25 * depth + SOFT) * root**5
-        q3 = -0.25 * root**5 + 2.5 * (0.25 * depth + SOFT) * root**7
+        return (
+            depth * root,
+            (0.5 * depth + SOFT) * root**3,
+            -(0.25 * depth + SOFT) * root**5,
+            -0.25 * root**5 + 2.5 * (0.25 * depth + SOFT) * root**7,
+        )
+
+    def _piece(self, q: np.ndarray, angle: np.ndarray) -> _Piece:
+        """Return where q (k,) lies in the tables of angles (k,)."""
         place = np.clip(np.interp(angle, ANGLES, np.arange(len(ANGLES))), 0, len(ANGLES) - 1.001)
         low = place.astype(int)
         share = place - low
         last = np.sqrt((1 - share) * self.deepest[low] + share * self.deepest[low + 1])
         x = np.minimum(q, last)
-        piece = np.minimum((x / last * PIECES).astype(int), PIECES - 1)
-        t = x / last * PIECES - piece
-        a, b, c, d = (1 - share) * self.energy[:, piece, low] + share * self.energy[:, piece, low + 1]
-        scale = PIECES / last
-        g = ((a * t + b) * t + c) * t + d
-        g1, g2, g3 = scale * ((3 * a * t + 2 * b) * t + c), scale**2 * (6 * a * t + 2 * b), scale**3 * 6 * a
+        number = np.minimum((x / last * PIECES).astype(int), PIECES - 1)
+        return _Piece(x, last, low, share, number, x / last * PIECES - number)
+
+    def _derivatives(self, gap: np.ndarray, angle: np.ndarray) -> np.ndarray:
+        """Return F over E R and its three derivatives by the depth over R (4, k)."""
+        q, q1, q2, q3 = self._root(gap)
+        at = self._piece(q, angle)
+        x, last = at.x, at.last
+        g, g1, g2, g3 = at.of(self.energy)
         f = np.stack(
             [
                 x**3 * g,
@@ -155,6 +177,30 @@ class Indentation:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    """Places x (k,) in tables that end at `last`: angle, piece, and how far in both."""
+
+    x: np.ndarray
+    last: np.ndarray
+    low: np.ndarray
+    share: np.ndarray
+    number: np.ndarray
+    t: np.ndarray
+
+    def of(self, table: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return the value of a table there (k,), and its three derivatives by q."""
+        low, share, t = self.low, self.share, self.t
+        a, b, c, d = (1 - share) * table[:, self.number, low] + share * table[:, self.number, low + 1]
+        scale = PIECES / self.last
+        return (
+            ((a * t + b) * t + c) * t + d,
+            scale * ((3 * a * t + 2 * b) * t + c),
+            scale**2 * (6 * a * t + 2 * b),
+            scale**3 * 6 * a,
+        )
+
+
 def indentation(
     degree: int,
     span: float,
@@ -166,30 +212,34 @@ def indentation(
     friction: float,
 ) -> Indentation:
     """Return what yarns of a degree over the section and of spans (over the radius) do not show where they cross."""
-    deepest, energy = np.empty(len(ANGLES)), np.empty((4, PIECES, len(ANGLES)))
+    deepest = np.empty(len(ANGLES))
+    energy, stick = np.empty((2, 4, PIECES, len(ANGLES)))
     for number, angle in enumerate(ANGLES):
-        root, values = _curve(float(angle), degree, span, spline_degree, poisson)
+        root, values, sticking = _curve(float(angle), degree, span, spline_degree, poisson)
         deepest[number] = root[-1] ** 2
         # The smooth F / q^3, in equal pieces.
         even = np.linspace(0, root[-1], PIECES + 1)
-        spline = CubicSpline(np.arange(PIECES + 1.0), CubicSpline(root, values)(even))
-        energy[:, :, number] = spline.c
-    stick = 2 * (1 - poisson) / (2 - poisson)
-    return Indentation(modulus, 0.5 * modulus / (1 - poisson**2), radius, stick, friction, deepest, energy)
+        for table, curve in ((energy, values), (stick, sticking)):
+            table[:, :, number] = CubicSpline(np.arange(PIECES + 1.0), CubicSpline(root, curve)(even)).c
+    elastic = 0.5 * modulus / (1 - poisson**2)
+    return Indentation(modulus, elastic, radius, friction, deepest, energy, stick)
 
 
 def _curve(
     angle: float, degree: int, span: float, spline_degree: int, poisson: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return q = sqrt(D / R) and F / (E q^3) for rising forces, from no force on."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return q = sqrt(D / R), F / (E q^3) and the share of sticking t / (dp/dD) for rising forces, from no force on."""
     hertz, yarn = Crossing.at(angle), patched_yarn(degree, span, spline_degree, poisson)
     elastic = 0.5 / (1 - poisson**2)  # E* over E
+    mindlin = 0.5 * (2 - poisson) / (1 - poisson)
     beyond = far(poisson)
+    aside = far(poisson, ALONG) + far(poisson, ACROSS)
     start = elastic / hertz.approach**1.5 / (2 * np.pi * hertz.radius)
-    depths, energies = [0.0], [0.0]
+    depths, energies, sticks = [0.0], [0.0], [0.0]
     for semiaxis in LOADS:
         force = elastic * (semiaxis / hertz.semiaxis) ** 3
-        approach = hertz.approach * (force / elastic) ** (2 / 3) + 2 * beyond * force
+        indented = hertz.approach * (force / elastic) ** (2 / 3)
+        approach = indented + 2 * beyond * force
         patch = semiaxis, semiaxis * hertz.ratio
         for _ in range(3):
             shown = yarn.shown(patch, 0.5 * angle)
@@ -201,14 +251,26 @@ def _curve(
             if max(patch[0] * np.sin(0.5 * angle), patch[1] * np.cos(0.5 * angle)) > WIDEST:
                 break
         else:
+            area = np.sqrt(curvature.prod()) / np.pi  # 1 / (2 pi R_e')
+            slid = sum(yarn.shown(patch, 0.5 * angle, way).mean for way in (ALONG, ACROSS))
+            missing = mindlin * indented / (1.5 * force) + aside - slid
             depths.append(depth)
-            energies.append(force * np.sqrt(curvature.prod()) / np.pi)  # P / (2 pi R_e')
+            energies.append(force * area)
+            sticks.append(area / missing)
             if len(depths) < 4 or _goes_on(depths[-3:], energies[-3:]):
                 continue
-            depths.pop(), energies.pop()
+            depths.pop(), energies.pop(), sticks.pop()
         break
-    root = np.sqrt(depths)
-    return root, np.concatenate([[start], np.array(energies[1:]) / root[1:] ** 3])
+    q = np.sqrt(depths)
+    energy = np.concatenate([[start], np.array(energies[1:]) / q[1:] ** 3])
+    stick = np.concatenate([[1.5 * start / mindlin], np.array(sticks[1:]) / q[1:]])
+    return q, energy, _share(q, energy, stick)
+
+
+def _share(q: np.ndarray, energy: np.ndarray, stick: np.ndarray) -> np.ndarray:
+    """Return t / (dp/dD), where F = q^3 `energy` and K / (2 pi R_e') = q `stick`, both smooth in q = sqrt(D)."""
+    g, h = CubicSpline(q, energy), CubicSpline(q, stick)
+    return 2 * (h(q) + q * h(q, 1)) / (3 * g(q) + 5 * q * g(q, 1) + q**2 * g(q, 2))
 
 
 def _goes_on(depth: list[float], energy: list[float]) -> bool:
