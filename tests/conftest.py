@@ -18,14 +18,14 @@ def pytest_addoption(parser):
 
 @pytest.hookimpl(tryfirst=True)  # before xdist looks at groups
 def pytest_collection_modifyitems(items):
-    """Give every process files as a whole, for what their tests share, and the workflow's tests to the first one.
+    """Give every process files as a whole, for what their tests share, and all that needs a finished study to one.
 
-    These take longest together and share a finished study.
+    These take longest together: they begin first.
     """
-    items.sort(key=lambda item: item.path.parent.name != "workflow")
+    items.sort(key=lambda item: "finished" not in item.fixturenames)
     for item in items:
-        folder = item.path.parent.name
-        item.add_marker(pytest.mark.xdist_group(folder if folder == "workflow" else item.path.name))
+        group = "finished study" if "finished" in item.fixturenames else item.path.name
+        item.add_marker(pytest.mark.xdist_group(group))
 
 
 @pytest.fixture(scope="session")

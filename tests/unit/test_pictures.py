@@ -6,10 +6,13 @@ import subprocess
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from PIL import Image
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures import picture
+from knitstudy.figures.saving import save
 from knitstudy.figures.shapes import arrow, rod, sphere, tube
+from knitstudy.figures.style import resolution
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import FRONT, View
 
@@ -88,6 +91,24 @@ def test_unknown_renderer_is_refused(axes, monkeypatch):
     monkeypatch.setenv(picture.CHOICE, "opengl")
     with pytest.raises(ConfigurationError, match="KNITSTUDY_RENDERER is 'opengl': allowed are 'vtk'"):
         picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
+
+
+@pytest.mark.parametrize("said", ["30", "1e3", "fine", "", "-300", "99999"])
+def test_resolution_out_of_bounds_is_refused(said, monkeypatch):
+    monkeypatch.setenv("KNITSTUDY_DPI", said)
+    with pytest.raises(
+        ConfigurationError, match=rf"KNITSTUDY_DPI is '{said}': allowed are whole numbers from 50"
+    ):
+        resolution()
+
+
+def test_figures_have_the_resolution_that_is_asked_for(tmp_path, monkeypatch):
+    for said, width in (("100", 200), (None, 600)):
+        monkeypatch.delenv("KNITSTUDY_DPI", raising=False)
+        if said:
+            monkeypatch.setenv("KNITSTUDY_DPI", said)
+        save(Figure(figsize=(2, 1)), [tmp_path / "a.png"], {}, "a test")
+        assert Image.open(tmp_path / "a.png").size == (width, width // 2)
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+DOTS_PER_INCH = "75"
+"""Of figures: what is drawn and from what is tested here, not how fine."""
+
 PARTS = ("Snakefile", "config", "profiles", "resources", "src", "workflow", "pyproject.toml")
 
 
@@ -35,7 +38,11 @@ class Checkout:
     def environment(self):
         """Variables under which the copy's own library is used, and nothing outside of it is written."""
         cache = self.folder / ".snakemake" / "cache"
-        own = {"PYTHONPATH": str(self.folder / "src"), "XDG_CACHE_HOME": str(cache)}
+        own = {
+            "PYTHONPATH": str(self.folder / "src"),
+            "XDG_CACHE_HOME": str(cache),
+            "KNITSTUDY_DPI": DOTS_PER_INCH,
+        }
         return os.environ | own
 
     def study(self, *arguments):

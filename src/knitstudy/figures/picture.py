@@ -19,7 +19,7 @@ from matplotlib.image import imread
 import knitstudy
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.painter import paint
-from knitstudy.figures.style import DPI, FAINT, INCH
+from knitstudy.figures.style import FAINT, INCH, resolution
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import View
 from knitstudy.figures.vtk_program import Job
@@ -56,13 +56,14 @@ def show(
     Raises
     ------
     ConfigurationError
-        When the environment variable KNITSTUDY_RENDERER names no renderer.
+        When the environment variable KNITSTUDY_RENDERER names no renderer, or KNITSTUDY_DPI no resolution.
     """
     size = _size(axes)
     window = _fitted(window or bounds(surfaces, view), size)
     axes.set(xlim=window[:2], ylim=window[2:], aspect="equal")
     axes.set_axis_off()
-    image = _rendered(Job(tuple(surfaces), view, window, tuple(int(DPI / INCH * mm) for mm in size)))
+    pixels = tuple(int(resolution() / INCH * mm) for mm in size)
+    image = _rendered(Job(tuple(surfaces), view, window, pixels))
     if image is not None:
         axes.imshow(image, extent=window, interpolation="none", zorder=0)
     else:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.picture import is_fallback
-from knitstudy.figures.style import RC
+from knitstudy.figures.style import RC, resolution
 from knitstudy.files.provenance import code_version
 from knitstudy.files.replacing import replacing
 
@@ -34,7 +34,7 @@ def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Sour
     ----------
     figure : Figure
     paths : iterable of Path or str
-        Where to; the suffix chooses the format, ".png" (300 dpi) or ".pdf".
+        Where to; the suffix chooses the format, ".png" (of `style.resolution`) or ".pdf".
     sources : mapping of str to Source
         What it was drawn from: scene and digest of each are recorded, of a table the code behind it.
     title : str
@@ -43,7 +43,7 @@ def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Sour
     Raises
     ------
     ConfigurationError
-        When a suffix is not known.
+        When a suffix is not known, or KNITSTUDY_DPI is no resolution.
     DataFileError
         When a folder cannot be made.
     """
@@ -61,7 +61,7 @@ def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Sour
             if path.suffix not in metadata:
                 raise ConfigurationError(f"{path}: figures are written as {' and '.join(metadata)}")
             with replacing(path) as temporary:
-                figure.savefig(temporary, metadata=metadata[path.suffix])
+                figure.savefig(temporary, dpi=resolution(), metadata=metadata[path.suffix])
 
 
 def describe(sources: Mapping[str, Source]) -> str:
