@@ -23,6 +23,9 @@ from knitstudy.stages.table import machine_memory
 RESULTS = Path("results")
 REPORT = RESULTS / "report.html"
 LOCK = Path("run/study.lock")
+LOCKS = Path(".snakemake/locks")
+"""Snakemake's own: empty when it has ended."""
+
 INTERRUPTED = 130
 PATIENCE = 10
 """Seconds that Snakemake has to end after an interruption, before it is told again."""
@@ -83,8 +86,9 @@ def run(snakemake: list[str], study: str) -> int:
     if "Nothing to be done" in plan.stdout + plan.stderr:
         print(f"Study {study}: nothing to do, everything is up to date. {places()}")
         return 0
-    # Holding our own lock, we know that Snakemake's is a killed run's.
-    subprocess.run([*snakemake, "--unlock"], capture_output=True)
+    if any(LOCKS.glob("*")):
+        # Holding our own lock, we know that Snakemake's is a killed run's.
+        subprocess.run([*snakemake, "--unlock"], capture_output=True)
     status, explained = execute(snakemake, count_of_steps(plan.stdout + plan.stderr))
     if status and not explained:  # by the stage itself: it was killed, or Snakemake stopped
         logs = sorted(Path(".snakemake/log").glob("*.log"))

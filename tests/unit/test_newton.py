@@ -110,6 +110,30 @@ def test_line_search_tames_a_step_that_overshoots():
     np.testing.assert_allclose(end.state.x, [0, 2.5, 5], atol=1e-6)
 
 
+def test_no_correction_is_longer_than_a_stride():
+    """A soft start: the first tangent would take the node far beyond where the spring grows stiff."""
+
+    class Watched(Chain):
+        lengths = ()
+
+        def advance(self, state, step):
+            self.lengths = (*self.lengths, np.abs(step).max())
+            return super().advance(state, step)
+
+    def corrections(stride):
+        uneven = np.array([1.0, 8.0])
+        chain = Watched(3, lambda e: uneven * (0.01 * e + e**3), lambda e: uneven * (0.01 + 3 * e**2))
+        drive = PrescribedDisplacement(np.array([0, 2]), np.array([0.0, 3.0]))
+        *_, end = trace(chain, drive, Settings(increments=1, stride=stride), LU())
+        first, second = uneven * (0.01 * np.diff(end.state.x) + np.diff(end.state.x) ** 3)
+        assert first == pytest.approx(second, rel=1e-5)
+        return chain.lengths[1:]  # after the prediction
+
+    longest = max(corrections(np.inf))
+    assert longest > 0.1
+    assert max(corrections(longest / 10)) == pytest.approx(longest / 10)
+
+
 def test_a_free_mechanism_is_an_error():
     chain = Chain(3, lambda e: e, np.ones_like)
     loose = PrescribedDisplacement(np.array([], dtype=int), np.array([]))

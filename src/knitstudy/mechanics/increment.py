@@ -91,6 +91,9 @@ class Settings:
         See `growth`.
     predictor : int
         Largest order of the extrapolation from the increments before.
+    stride : float
+        Largest displacement that one correction may make [m]. Long yarns that hardly touch yet give way so easily that
+        a correction, which knows of no contact but that which is there, would take them through each other.
     exact : bool
         Solve every linear system to 1e-12 instead of as far as Newton profits.
     """
@@ -105,6 +108,7 @@ class Settings:
     growth: float = 1.5
     quick: int = 6
     predictor: int = 3
+    stride: float = float("inf")
     exact: bool = False
 
     @classmethod

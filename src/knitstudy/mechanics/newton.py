@@ -338,7 +338,10 @@ class _Path:
         return min(max(eta, floor, 1e-8), 1e-1)
 
     def _search(self, state: Any, response: Response, step: np.ndarray) -> Trial:
-        """Return how far a step is taken."""
+        """Return how far a step is taken: no farther than a stride."""
+        longest = float(np.max(np.abs(step * self.model.scale)[self.free], initial=0.0))
+        cut = min(1.0, self.settings.stride / longest) if longest > 0 else 1.0
+        step = cut * step if cut < 1 else step
 
         def trial(share: float) -> Trial:
             moved = self.model.advance(state, share * step)
@@ -349,7 +352,7 @@ class _Path:
         found = line_search(trial, slope, before, self.settings.residual_tolerance)
         if found is None:
             raise _Failed("the line search found no shorter step that lowers the residual")
-        return found
+        return found if cut == 1 else replace(found, share=cut * found.share)
 
     def _residual(self, response: Response) -> float:
         unbalanced = float(np.max(np.abs(response.force / self.model.scale)[self.free], initial=0.0))

@@ -83,8 +83,9 @@ def problem_of(
     prescribed, driven = _prescribed(yarns, scene, motion)
     settings = Settings.of(scene.solver)
     if touching is not None:
-        # Where contact begins, a parabola through what came before overshoots far into the other yarn.
-        settings = replace(settings, predictor=1)
+        # Where contact begins, a parabola through what came before overshoots far into the other yarn; and no
+        # correction leads farther than contact looks around.
+        settings = replace(settings, predictor=1, stride=touching.model.contact.margin)
     return Problem(
         scene=scene,
         model=model,
