@@ -14,6 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.stages.trees import KeptTrees, Tree
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -45,19 +46,26 @@ def code_digest(*names: str) -> str:
 
 def tree_digest(path: Path) -> str:
     """Return a digest of a file's syntax tree without docstrings: comments and layout do not count."""
-    return _read(path)[0]
+    return _tree(path).digest
 
 
 @cache
-def _read(path: Path) -> tuple[str, tuple[str, ...]]:
-    """Return the digest of a file's syntax tree, and the modules of this package that it imports."""
+def _tree(path: Path) -> Tree:
+    return TREES.of(path)
+
+
+def _read(path: Path) -> Tree:
+    """Return the digest of a file's syntax tree, and the modules of this package that it may import."""
     tree = ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
     imports = tuple(_imported(tree, path))
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             # Wherever a text stands alone it documents: of fields and constants as well.
             node.body = [each for each in node.body if not _is_text(each)] or [ast.Pass()]
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), imports
+    return Tree(hashlib.sha256(ast.dump(tree).encode()).hexdigest(), imports)
+
+
+TREES = KeptTrees(PACKAGE / "__pycache__", _read)
 
 
 def _is_text(node: ast.stmt) -> bool:
@@ -94,7 +102,7 @@ def modules_behind(*names: str) -> list[Path]:
         if path is None:
             raise ConfigurationError(f"the package has no module {name!r}")
         found[name] = path
-        waiting.extend(_read(path)[1])
+        waiting.extend(each for each in _tree(path).imports if _is_module(each))
         waiting.extend(_packages_around(name))
     return sorted(set(found.values()))
 
@@ -105,8 +113,13 @@ def _carries(name: str) -> bool:
     )
 
 
+@cache
+def _is_module(name: str) -> bool:
+    return _path_of(name) is not None
+
+
 def _imported(tree: ast.Module, path: Path) -> Iterator[str]:
-    """Yield the modules of this package that a file imports, on every level but under TYPE_CHECKING."""
+    """Yield what a file imports of this package, on every level but under TYPE_CHECKING: modules, and names in them."""
     for node in _running_statements(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name.split(".")[0] == "knitstudy")
@@ -114,8 +127,7 @@ def _imported(tree: ast.Module, path: Path) -> Iterator[str]:
             base = _absolute(node, path)
             if base.split(".")[0] == "knitstudy":
                 yield base
-                candidates = (f"{base}.{alias.name}" for alias in node.names)
-                yield from (name for name in candidates if _path_of(name) is not None)
+                yield from (f"{base}.{alias.name}" for alias in node.names)
 
 
 def _absolute(node: ast.ImportFrom, path: Path) -> str:
