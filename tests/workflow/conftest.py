@@ -43,7 +43,8 @@ class Checkout:
             "XDG_CACHE_HOME": str(cache),
             "KNITSTUDY_DPI": DOTS_PER_INCH,
         }
-        return os.environ | own
+        # Every job imports the same modules: what is kept of them lies in the copy.
+        return {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"} | own
 
     def study(self, *arguments):
         """Run what `make study` runs."""
