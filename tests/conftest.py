@@ -16,16 +16,9 @@ def pytest_addoption(parser):
     group.addoption("--table", metavar="FILE", help="write the table of verification cases")
 
 
-@pytest.hookimpl(tryfirst=True)  # before xdist looks at groups
 def pytest_collection_modifyitems(items):
-    """Give every process files as a whole, for what their tests share, and all that needs a finished study to one.
-
-    These take longest together: they begin first.
-    """
-    items.sort(key=lambda item: "finished" not in item.fixturenames)
-    for item in items:
-        group = "finished study" if "finished" in item.fixturenames else item.path.name
-        item.add_marker(pytest.mark.xdist_group(group))
+    """Begin with the tests of the workflow: they take longest."""
+    items.sort(key=lambda item: item.path.parent.name != "workflow")
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,8 @@
 """The real workflow in a copy of the checkout, in a folder whose name has a space."""
 
+import fcntl
 import os
+import pickle
 import re
 import shutil
 import signal
@@ -112,9 +114,22 @@ def copied(folder, target):
 
 @pytest.fixture(scope="session")
 def finished(checkout_copy, tmp_path_factory):
-    """Checkout in which the coarsest study was run from nothing: (checkout, ended process)."""
-    checkout = copied(checkout_copy, tmp_path_factory.mktemp("workflow") / "a checkout")
-    return checkout, checkout.study("ci")
+    """Checkout in which the coarsest study was run from nothing: (checkout, ended process).
+
+    It is run once for all processes that share the tests; each gets a copy.
+    """
+    shared = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        shared = shared.parent
+    folder, kept = shared / "a checkout", shared / "ended.pickle"
+    with (shared / "finished.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not kept.exists():
+            kept.write_bytes(pickle.dumps(copied(checkout_copy, folder).study("ci")))
+    ended = pickle.loads(kept.read_bytes())
+    own = copied(folder, tmp_path_factory.mktemp("workflow") / "a checkout")
+    ended.stdout = ended.stdout.replace(str(folder), str(own.folder))
+    return own, ended
 
 
 @pytest.fixture
