@@ -164,7 +164,7 @@ def drawn(results, knit, touching, pairs, scenes, monkeypatch):
     """Function that draws a figure, coarsely and without VTK."""
     monkeypatch.setenv(CHOICE, "matplotlib")
     monkeypatch.setattr(shapes, "AROUND", 12)
-    monkeypatch.setitem(style.RC, "savefig.dpi", 50)
+    monkeypatch.setenv(style.RESOLUTION, "50")
 
     def draw(name):
         stations = {"rom3d": synthetic.history_of(knit)} if name == "fig06_joints" else {}
