@@ -81,6 +81,19 @@ def test_a_small_patch_sticks_as_mindlins_and_a_large_one_gives_way_less_in_the_
     assert np.all(np.diff(share) > 0.02)
 
 
+@pytest.mark.parametrize(
+    ("degree", "span", "poisson"), [(2, 0.3, 0.4999), (6, 0.3, 0.42), (6, 0.6, 0.0), (8, 0.3, 0.42)]
+)
+def test_sticking_is_neither_negative_nor_out_of_all_proportion(degree, span, poisson):
+    """Rich spaces show nearly all of a large patch: what is left is a small difference of compliances."""
+    law = indentation(degree, span, 3, modulus=1.0, poisson=poisson, radius=1.0, friction=0.3)
+    depth = np.linspace(0, 1.2 * law.deepest.max(), 200)
+    for angle in np.radians([15.0, 20.0, 22.5, 30.0, 40.0, 60.0, 90.0]):
+        stiffness = law.at(-depth, np.full(200, angle))
+        share = stiffness.tangential / stiffness.normal
+        assert np.all((share > 0.1) & (share < 10))
+
+
 def test_nothing_presses_across_an_open_gap(law):
     gap, angle = np.array([1e-3, 0.0, np.inf]), np.full(3, 1.0)
     assert not law.pressure(gap, 0.0, angle).any()

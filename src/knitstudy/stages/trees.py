@@ -46,11 +46,12 @@ class KeptTrees:
         if self._known is None:
             self._known = self._load()
         stamp = _stamp(path)
-        kept = self._known.get(str(path))
+        name = os.path.relpath(path, self.folder)  # a copy of all knows its own
+        kept = self._known.get(name)
         if kept is not None and kept[:2] == stamp:
             return Tree(kept[2], tuple(kept[3]))
         tree = self.read(path)
-        self._known[str(path)] = [*stamp, tree.digest, list(tree.imports)]
+        self._known[name] = [*stamp, tree.digest, list(tree.imports)]
         if not self._waits:
             self._waits = True
             atexit.register(self.keep)

@@ -53,6 +53,12 @@ STIFFEST = 15.0
 LEAST = 0.5
 """Smallest slope over pressure by depth, that of half spaces: with less the patch is no paraboloid any more."""
 
+REMAINDER = 0.1
+"""Smallest compliance along the surface that a patch is left with, over that of half spaces."""
+
+STEEPEST = 2.0
+"""Largest power of the depth with which that stiffness rises; a half of half spaces."""
+
 PIECES = 24
 
 VANISHING = 1e-12
@@ -253,7 +259,8 @@ def _curve(
         else:
             area = np.sqrt(curvature.prod()) / np.pi  # 1 / (2 pi R_e')
             slid = sum(yarn.shown(patch, 0.5 * angle, way).mean for way in (ALONG, ACROSS))
-            missing = mindlin * indented / (1.5 * force) + aside - slid
+            local = mindlin * indented / (1.5 * force)
+            missing = max(local + aside - slid, REMAINDER * local)
             depths.append(depth)
             energies.append(force * area)
             sticks.append(area / missing)
@@ -268,9 +275,15 @@ def _curve(
 
 
 def _share(q: np.ndarray, energy: np.ndarray, stick: np.ndarray) -> np.ndarray:
-    """Return t / (dp/dD), where F = q^3 `energy` and K / (2 pi R_e') = q `stick`, both smooth in q = sqrt(D)."""
+    """Return t / (dp/dD), where F = q^3 `energy` and K / (2 pi R_e') = q `stick`, both smooth in q = sqrt(D).
+
+    Both rise with the depth as those of half spaces at least, that along the surface at most with the power `STEEPEST`.
+    """
     g, h = CubicSpline(q, energy), CubicSpline(q, stick)
-    return 2 * (h(q) + q * h(q, 1)) / (3 * g(q) + 5 * q * g(q, 1) + q**2 * g(q, 2))
+    slope = 3 * g(q) + q * g(q, 1)  # 2 p / q
+    normal = np.maximum(0.5 * (3 * g(q) + 5 * q * g(q, 1) + q**2 * g(q, 2)) / slope, LEAST)
+    along = np.clip(0.5 * (1 + q * h(q, 1) / h(q)), LEAST, STEEPEST)
+    return along / normal * 2 * h(q) / slope
 
 
 def _goes_on(depth: list[float], energy: list[float]) -> bool:
