@@ -159,30 +159,26 @@ class _Keeper:
                 log.info("%s %s: taken from %s", stage.name, scene.name, path)
                 return read_dataset(path)
             log.info("%s %s: %s is not up to date and will be replaced", stage.name, scene.name, path)
-        run = self._run(stage, scene, wanted)
-        dataset = self._make(stage, scene, run)
-        if path is not None:
-            write_dataset(dataset, path, scene.only(stage.document(scene), stage.reads), wanted)
-            log.info("%s %s: written to %s", stage.name, scene.name, path)
-            run.forget()
-        return dataset
-
-    def _run(self, stage: Stage, scene: Scene, wanted: str) -> Run:
-        """Return where what takes long keeps what it goes on from when it is killed."""
-        if not stage.long:
-            return IN_MEMORY
-        restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
-        return run_with(restart, self.progress(f"{stage.name} {scene.name}"))
-
-    def _make(self, stage: Stage, scene: Scene, run: Run) -> xr.Dataset:
         if stage.long:
             stage.require_machine(scene)  # before anything is made for it
         needed: dict[str, Any] = {
             name: self.obtain(*step) for name, step in self.plan.needs(stage, scene).items()
         }
+        run = IN_MEMORY
         if stage.long:
-            needed["run"] = run
-        return stage.make(scene.only(stage.document(scene), stage.reads), **needed)
+            run = needed["run"] = self._run(stage, scene, wanted)
+        seen = scene.only(stage.document(scene), stage.reads)
+        dataset = stage.make(seen, **needed)
+        if path is not None:
+            write_dataset(dataset, path, seen, wanted)
+            log.info("%s %s: written to %s", stage.name, scene.name, path)
+            run.forget()
+        return dataset
+
+    def _run(self, stage: Stage, scene: Scene, wanted: str) -> Run:
+        """Return where what takes long keeps what it goes on from when it is killed; its time begins now."""
+        restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
+        return run_with(restart, self.progress(f"{stage.name} {scene.name}"))
 
 
 def _silence(label: str) -> ReportProgress:
