@@ -10,7 +10,6 @@ from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, Coulomb
 from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.surface import Motion
 
 APART = ~np.eye(2, dtype=bool)
 
@@ -106,7 +105,11 @@ def test_friction_remembers_where_points_stuck(pressed):
     assert set(there.status[middle]) == {STICK}
     back = answer.points(nodes, nodes + shift, answer.commit(there))
     still = answer.points(nodes, nodes, history)
-    np.testing.assert_allclose(back.traction[middle], still.traction[middle], atol=1e-9)
+    # Pairs are in one order, but others may be evaluated beside them.
+    one, other = (
+        each.traction[np.isin(each.history.point, there.history.point[middle])] for each in (back, still)
+    )
+    np.testing.assert_allclose(one, other, atol=1e-9)
 
 
 def test_slip_adds_up_and_is_forgotten_when_a_point_opens(pressed):
@@ -134,8 +137,8 @@ def test_slip_adds_up_and_is_forgotten_when_a_point_opens(pressed):
 class Restless(Grids):
     """Grids of which nothing is known but where they are: every pair is searched for and evaluated each time."""
 
-    def motion(self, now, then):
-        return Motion(1.0, np.inf)
+    def controls(self, carriers):
+        return super().controls(carriers) + np.random.default_rng().normal(size=(len(self._skin), 1, 3))
 
 
 def test_pairs_that_are_left_out_do_not_touch():

@@ -8,6 +8,7 @@ from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.contact.motion import WIDTH, Neighbourhoods
 from knitstudy.mechanics.polynomial_yarn.space import Space, yarn_space
 
 RNG = np.random.default_rng(0)
@@ -76,6 +77,27 @@ def test_normals_point_outward_and_points_stand_for_the_area(crossing):
     assert contact.smallest_gap(points) == pytest.approx(0.01, abs=1e-3)
 
 
+def test_no_pair_is_followed_twice():
+    """Long cells beside short ones: rings within reach of a point have others between them that are not."""
+    space = Space((yarn_space(BREAKS, [2] * 5),) * 2)
+    x, y, z = np.eye(3)
+    nodes = np.concatenate(
+        [straight(space.yarns[0], side * (RADIUS + 0.005) * z, along, z) for side, along in ((-1, x), (1, y))]
+    )
+    cells = np.unique(np.concatenate([np.linspace(0, LENGTH, 4), np.linspace(0.4, 0.6, 41) * LENGTH]))
+    contact = Contact(
+        nodes,
+        Cylinders(space, RADIUS, [cells] * 2, 48),
+        Coulomb(1.0, 1.0, 0.0),
+        margin=0.3 * RADIUS,
+        overlap=1e-3,
+    )
+    every = contact.points(nodes, nodes, ContactHistory.empty()).followed
+    pairs = np.stack([every.point, every.surface])
+    assert pairs.shape[1] > 1000
+    assert len(np.unique(pairs, axis=1).T) == pairs.shape[1]
+
+
 def test_rings_lie_on_the_surface(crossing):
     _, nodes, surfaces = crossing
     carriers = surfaces.carry(nodes)
@@ -93,26 +115,39 @@ def test_an_affine_map_leaves_no_way_beside_it(crossing):
     space, nodes, surfaces = crossing
     gradient = np.array([[0.1, 0.2, 0], [0, 0, -0.05], [0.03, 0, 0]])
     moved = nodes + nodes @ gradient + np.multiply.outer(space.unity, [0.3, 0.0, -0.4])
-    motion = surfaces.motion(surfaces.carry(moved), surfaces.carry(nodes))
-    assert motion.way == pytest.approx(0.0, abs=1e-12)
-    assert motion.shrink == pytest.approx(np.linalg.svd(np.eye(3) + gradient, compute_uv=False).min())
+    before = surfaces.carry(nodes)
+    near = Neighbourhoods(surfaces, before, RADIUS)
+    motion = near.motion(surfaces.carry(moved), before)
+    np.testing.assert_allclose(motion.way, 0.0, atol=1e-12)
+    both = near.of_ring[len(CELLS) // 2]
+    least = np.linalg.svd(np.eye(3) + gradient, compute_uv=False).min()
+    assert motion.shrink[both] == pytest.approx(least)
 
 
 def test_no_place_moves_farther_than_is_said(crossing):
+    """In the box of a place's ring, for all places that share its neighbourhood."""
     _, nodes, surfaces = crossing
     generator = np.random.default_rng(5)
     before = surfaces.carry(nodes)
+    near = Neighbourhoods(surfaces, before, RADIUS)
     xi = generator.uniform(0, [surfaces.edges(0)[0][-1], ANGLES], size=(4000, 2))
     surface = generator.integers(0, 2, len(xi))
-    for _ in range(20):
-        now = surfaces.carry(nodes + 0.1 * RADIUS * generator.standard_normal(nodes.shape))
-        motion = surfaces.motion(now, before)
-        there, here = (surfaces.places(surface, xi, carriers)[0] for carriers in (now, before))
-        distance = [
-            np.linalg.norm(place[surface == 0][:500, None] - place[surface == 1][None, :500], axis=2)
-            for place in (here, there)
-        ]
-        assert np.all(distance[1] >= motion.least(distance[0]))
+    one, other = np.flatnonzero(surface == 0)[:500], np.flatnonzero(surface == 1)[:500]
+    ring = np.searchsorted(surfaces.edges(0)[0], xi[one, 0], side="right") - 1
+    smallest = []
+    for size in np.linspace(0.002, 0.1, 20):
+        change = surfaces.carry(size * RADIUS * generator.standard_normal(nodes.shape))
+        # The larger part is of long waves, as in a fabric that shears.
+        change += 0.3 * np.sin(before[:, [1, 2, 0]] / (6 * RADIUS)) * RADIUS
+        motion = near.motion(before + change, before)
+        here, there = (surfaces.places(surface, xi, state)[0] for state in (before, before + change))
+        then, now = (np.linalg.norm(p[one, None] - p[None, other], axis=2) for p in (here, there))
+        shares = then < (WIDTH - 2) * RADIUS
+        bound = motion.least(then, near.of_ring[ring][:, None])
+        assert np.all(now[shares] >= bound[shares])
+        smallest.append((now - bound)[shares].min())
+    assert shares.any()
+    assert min(smallest) < 0.5 * RADIUS
 
 
 def test_matrices_are_expanded_to_coefficients(crossing):

@@ -103,6 +103,25 @@ def test_a_remedy_makes_the_run_whole(tmp_path):
     assert -history["smallest_gap"].min() <= scene.contact.penetration * scene.mesh.size
 
 
+def test_local_indentation_is_not_taken_beyond_its_law(tmp_path):
+    scene = load_scene("pair-slid-90")
+    scene = scene.vary(
+        {
+            "fidelity": "solid_yarns",
+            "pair.support": "ends",
+            "load.path": [[0, 0, -2e-3]],
+            "solver.increments": 4,
+        }
+    )
+    specimen = read_specimen(lay_out(scene))
+    mesh = mesh_specimen(specimen, scene.yarn.radius, 1.0)
+    message = r"penetrate each other by .* 'indentation' is not known beyond.* smaller mesh.crossing_degree"
+    with pytest.raises(ConvergenceError, match=message):
+        dns.run(scene, mesh, specimen, Run(partial=tmp_path / "run.nc"))
+    kept = read_dataset(tmp_path / "run.nc")
+    assert -kept["smallest_gap"].min() <= kept.attrs["indentation_deepest"]
+
+
 def test_a_state_that_hourglass_control_carries_is_in_no_restart_file(tmp_path):
     """A second run meets it again, instead of going on beyond it or ending there as if all were well."""
     scene, mesh, specimen = pair(

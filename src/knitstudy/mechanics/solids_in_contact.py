@@ -50,10 +50,14 @@ class ContactState(SolidState):
 
 @dataclass(frozen=True)
 class Penetration:
-    """What is done about penetration: the largest allowed [m], and how often multipliers may be updated."""
+    """What is done about penetration: the largest allowed [m], and how often multipliers may be updated.
+
+    ``remedy`` says what to change where that does not do.
+    """
 
     limit: float = np.inf
     augmentations: int = 0
+    remedy: str = "Use a larger contact.normal_stiffness or contact.augmentations"
 
 
 class SolidsInContact(SolidModel):
@@ -127,8 +131,7 @@ class SolidsInContact(SolidModel):
             raise ConvergenceError(
                 f"yarns penetrate each other by {deepest:.3g} m; allowed is {self.penetration.limit:.3g} m "
                 f"({deepest / self.length:.2%} and {self.penetration.limit / self.length:.2%} of the element size), "
-                f"after {state.augmentations} updates of the contact pressure. Use a larger "
-                "contact.normal_stiffness or contact.augmentations"
+                f"after {state.augmentations} updates of the contact pressure. {self.penetration.remedy}"
             )
         memory = replace(state.memory, contact=self.contact.augment(points))
         return replace(state, memory=memory, augmentations=state.augmentations + 1)

@@ -14,6 +14,8 @@ from knitstudy.crossings.facets import CrossingFacets
 from knitstudy.crossings.record import crossing_forces, touching_points
 from knitstudy.crossings.rings import Rings
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.contact.indentation import Indentation
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.solids_in_contact import Penetration, SolidsInContact
 from knitstudy.solids.beside_ties import BesideTies
@@ -127,10 +129,11 @@ def touching(
     MeshError
         If yarns overlap before anything moves.
     """
+    contact = yarn_contact(scene, yarns, tie.nodes, pieces)
     model = SolidsInContact(
         *solids,
-        contact=yarn_contact(scene, yarns, tie.nodes, pieces),
-        penetration=_penetration(scene, yarns),
+        contact=contact,
+        penetration=_penetration(scene, contact.law, yarns.size),
         free_bodies=free_yarns(yarns, tie, volume, scene.yarn.youngs_modulus),
     )
     beside = BesideTies(scene, yarns, tie, pieces) if len(tie.joined) else None
@@ -140,11 +143,15 @@ def touching(
     return Touching(model, facets, yarns.rings, around, beside, overlap, allowed_by, widened_by)
 
 
-def _penetration(scene: Scene, yarns: Discretisation) -> Penetration:
-    """Return what is allowed; the depth of a local indentation is no penetration, and nothing takes it away."""
-    if scene.value("contact.law") == "indentation":
-        return Penetration()
-    return Penetration(scene.contact.penetration * yarns.size, scene.contact.augmentations)
+def _penetration(scene: Scene, law: Coulomb | Indentation, size: float) -> Penetration:
+    """Return what is allowed of elements of a size [m]: of local indentation all of it, else what the scene says."""
+    if isinstance(law, Indentation):
+        return Penetration(
+            law.end,
+            remedy="contact.law 'indentation' is not known beyond: use a smaller load, a smaller "
+            "mesh.crossing_degree, or hexahedra",
+        )
+    return Penetration(scene.contact.penetration * size, scene.contact.augmentations)
 
 
 def _overlap(scene: Scene, yarns: Discretisation) -> tuple[str, float]:

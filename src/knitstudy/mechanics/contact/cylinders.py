@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.contact.surface import ALONG, AROUND, Motion, Stencil, affine
+from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil
 from knitstudy.mechanics.polynomial_yarn import disc
 from knitstudy.mechanics.polynomial_yarn.space import Space
 from knitstudy.mechanics.polynomial_yarn.spline import Spline
@@ -59,6 +59,11 @@ class Cylinders:
         self._coefficients = _Coefficients.of(space, degree)
         self._rings = self._values_at(along)
         self._first_ring = np.concatenate([[0], np.cumsum(self.cells[:, 0] + 1)])
+        # Waves of degree p are at most 1 / cos(pi p / n) times what they are at n > 2 p equal angles (Ehlich and Zeller
+        # 1964).
+        controls = 2 * self.block
+        self._control_waves = _waves(self.block, 2 * np.pi * np.arange(controls) / controls, 0)[0]
+        self.overshoot = float(1 / np.cos(np.pi * degree / controls))
 
     def edges(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the parameters of the edges of cells along (m + 1,) and around (n + 1,)."""
@@ -124,20 +129,18 @@ class Cylinders:
         table = _waves(self.block, self._turn * np.arange(self.cells[number, 1] + 1.0), 0)[0]
         return (table @ wave.reshape(-1, self.block, 3))[place]
 
-    def motion(self, now: np.ndarray, then: np.ndarray) -> Motion:
-        """Return how the surfaces have moved: splines add up to 1, so no place goes farther than theirs.
+    def controls(self, carriers: np.ndarray) -> np.ndarray:
+        """Return rings (S, a, 3) of control points: splines add up to 1, so no place goes farther than theirs."""
+        return self._control_waves @ carriers.reshape(-1, self.block, 3)
 
-        Around, waves of degree p are at most 1 / cos(pi p / n) times what they are at n > 2 p equal angles (Ehlich and
-        Zeller 1964).
-        """
-        gradient, shift, shrink = affine(now[:: self.block], then[:: self.block])
-        rest = (now - then - then @ gradient).reshape(-1, self.block, 3)
-        rest[:, 0] -= shift
-        angles = 2 * self.block
-        table = _waves(self.block, 2 * np.pi * np.arange(angles) / angles, 0)[0]
-        way = table @ rest
-        largest = np.sqrt(np.einsum("jni,jni->jn", way, way).max())
-        return Motion(shrink, float(largest / np.cos(np.pi * (self.block // 2) / angles)))
+    def influence(self, carriers: np.ndarray) -> float:
+        """Return how far control points are from rings beside which places depend on them [m]: the next ring's, too."""
+        middle = self.centres(carriers)
+        ring = np.repeat(np.arange(len(middle)), np.diff(self._rings.indptr))
+        control = carriers[:: self.block][self._rings.indices]
+        step = np.linalg.norm(np.diff(middle, axis=0), axis=1)
+        step[self._first_ring[1:-1] - 1] = 0
+        return float(np.linalg.norm(middle[ring] - control, axis=1).max() + step.max())
 
     def _functions(
         self, surface: np.ndarray, xi: np.ndarray, orders: int = 2

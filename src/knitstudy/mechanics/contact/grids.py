@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.contact.surface import ALONG, AROUND, Motion, Stencil, affine, interpolate
+from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil, interpolate
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,10 @@ class Grids:
         self._chords = None
         if any(grid.chords is not None for grid in self.grids):
             self._chords = np.concatenate([_chords(grid).reshape(-1, 2) for grid in self.grids])
-        self._largest_chord = max(float(_chords(grid).max()) for grid in self.grids)
+        # Between nodes that move by w at most, a place moves by at most 1/4 of what a tangent changes by farther: that
+        # is w along, and twice the larger share of a chord times w around.
+        largest_chord = max(float(_chords(grid).max()) for grid in self.grids)
+        self.overshoot = 1.25 * (1 + 0.5 * largest_chord)
 
     def edges(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the parameters of the edges of cells along (m + 1,) and around (n + 1,): slices and angles."""
@@ -166,17 +169,21 @@ class Grids:
         """Return the nodes (k, n, 3) in rows (k,) of one grid."""
         return carriers[self.grids[number].nodes[row]]
 
-    def motion(self, now: np.ndarray, then: np.ndarray) -> Motion:
-        """Return how the surfaces have moved.
+    def controls(self, carriers: np.ndarray) -> np.ndarray:
+        """Return the nodes (S, 1, 3) that the surfaces go through."""
+        return carriers[self._skin, None]
 
-        Between nodes that move by w at most, a place moves by at most 1/4 of what a tangent changes by farther: that
-        is w along, and twice the larger share of a chord times w around.
-        """
-        then = then[self._skin]
-        gradient, shift, shrink = affine(now[self._skin], then)
-        rest = now[self._skin] - then - then @ gradient - shift
-        largest = np.sqrt(np.einsum("ni,ni->n", rest, rest).max())
-        return Motion(shrink, float(largest * 1.25 * (1 + 0.5 * self._largest_chord)))
+    def influence(self, carriers: np.ndarray) -> float:
+        """Return how far nodes are from rings beside which places depend on them [m]: two slices away at most."""
+        farthest = 0.0
+        for grid in self.grids:
+            ring = carriers[grid.nodes]
+            middle = ring.mean(axis=1, keepdims=True)
+            for step in range(min(3, len(ring))):
+                last = len(ring) - step
+                apart = np.concatenate([ring[step:] - middle[:last], ring[:last] - middle[step:]])
+                farthest = max(farthest, float(np.linalg.norm(apart, axis=2).max()))
+        return farthest
 
 
 @dataclass(frozen=True)

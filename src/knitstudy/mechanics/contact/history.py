@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -22,7 +23,8 @@ class ContactHistory:
     xi : ndarray, shape (c, 2)
         Its closest point.
     gap : ndarray, shape (c,)
-        Its gap [m]; inf where the closest point was not within the surface's edges.
+        Its gap [m]; inf where the closest point was not within the surface's edges, -inf where none was looked for:
+        it was open then, and xi is a guess.
     pressure : ndarray, shape (c,)
         Its pressure [Pa], what multipliers carried included; where it is positive, the anchor counts.
     traction : ndarray, shape (c, 3)
@@ -52,8 +54,9 @@ class ContactHistory:
     dissipated: np.ndarray
 
     @classmethod
+    @cache
     def empty(cls) -> ContactHistory:
-        """Return the history of a model in which nothing has touched yet."""
+        """Return the history of a model in which nothing has touched yet, the same one for all."""
         number, value = np.empty(0, dtype=np.int64), np.empty(0)
         places = np.empty((0, 2))
         vectors = np.empty((0, 3))

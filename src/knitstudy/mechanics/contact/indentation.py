@@ -24,6 +24,7 @@ remembered as a traction: a growing pressure adds stiffness, but no traction.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -94,12 +95,16 @@ class Indentation:
 
     def attributes(self) -> dict[str, float]:
         """Return what the law has for numbers, by name: E*; at right angles the depth of its tables, and 1 / m."""
-        right = len(ANGLES) - 1
         return {
             "indentation_modulus": self.elastic,
-            "indentation_deepest": float(self.radius * self.deepest[right]),
-            "stick_over_normal": float(self.stick[-1, 0, right]),
+            "indentation_deepest": self.end,
+            "stick_over_normal": float(self.stick[-1, 0, -1]),
         }
+
+    @property
+    def end(self) -> float:
+        """Depth [m] up to which the law is computed, of axes at right angles."""
+        return float(self.radius * self.deepest[-1])
 
     def pressure(self, gap: np.ndarray, multiplier: np.ndarray, angle: np.ndarray) -> np.ndarray:
         """Return the pressures (k,) [Pa] at gaps (k,) [m] between axes at angles (k,); there are no multipliers."""
@@ -207,6 +212,7 @@ class _Piece:
         )
 
 
+@lru_cache
 def indentation(
     degree: int,
     span: float,

@@ -17,6 +17,7 @@ from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, Coulomb
 from knitstudy.mechanics.contact.history import ContactHistory, joined, same_pair, taken
 from knitstudy.mechanics.contact.indentation import Indentation
+from knitstudy.mechanics.contact.motion import Neighbourhoods
 from knitstudy.mechanics.contact.passes import PASS_SHARE
 from knitstudy.mechanics.contact.points import ContactPoints
 from knitstudy.mechanics.contact.projection import Projection, project
@@ -29,16 +30,38 @@ from knitstudy.mechanics.contact.tangent import stiffness as tangent
 
 @dataclass(frozen=True, eq=False)
 class _Followed:
-    """Pairs of one search: the history asked about, that history over all pairs, where all carriers were then, angles
-    of the pairs, and the least gaps that these had where carriers were seen last.
+    """Pairs of one search: what was asked for, what is known of them, and until when it is all that is needed.
+
+    Attributes
+    ----------
+    source : ContactHistory
+        The history asked about.
+    before : ndarray, shape (M, 3)
+        Where carriers were then [m].
+    history : ContactHistory
+        Of all pairs; what was open is filled in when it is asked for.
+    angle : ndarray, shape (c,)
+        Between their lines then; nan until it is asked for.
+    searched : ndarray, shape (M, 3)
+        Where carriers were at the search [m].
+    least : ndarray, shape (c,)
+        What the gaps were at least where carriers were seen last [m].
+    seen : ndarray, shape (M, 3)
+        Where that was [m].
+    neighbourhoods : Neighbourhoods
+    box : ndarray of int, shape (c,)
+        Which of them pairs lie in.
     """
 
     source: ContactHistory
+    before: np.ndarray
     history: ContactHistory
+    angle: np.ndarray
     searched: np.ndarray
-    angle: np.ndarray | None
     least: np.ndarray
     seen: np.ndarray
+    neighbourhoods: Neighbourhoods
+    box: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,15 +155,14 @@ class Contact:
         history : ContactHistory
             Of that increment.
         """
-        carriers = self.surfaces.carry(nodes)
-        followed = self._follow(carriers, self.surfaces.carry(before), history)
+        carriers, before = self.surfaces.carry(nodes), self.surfaces.carry(before)
+        followed = self._follow(carriers, before, history)
         every = followed.history
-        least = self.surfaces.motion(carriers, followed.seen).least(followed.least)
-        left_out = (least > 0) & (every.pressure <= 0) & (every.multiplier == 0)
-        number = np.flatnonzero(~left_out)
-        apart = float(least[left_out].min(initial=np.inf))
+        least = followed.neighbourhoods.motion(carriers, followed.seen).least(followed.least, followed.box)
+        number = np.flatnonzero(~((least > 0) & (every.pressure <= 0) & (every.multiplier == 0)))
+        self._look_back(followed, number)
         history = taken(every, number)
-        angle = None if followed.angle is None else followed.angle[number]
+        angle = followed.angle[number] if self.law.directional else None
         position = self._search.positions(history.point, carriers)
         projection, gap = self._project(history, position, carriers)
         least[number] = _known(gap)
@@ -171,7 +193,7 @@ class Contact:
             history=history,
             followed=every,
             number=number,
-            apart=apart,
+            least=least,
             carriers=carriers,
             position=position,
             projection=projection,
@@ -245,27 +267,24 @@ class Contact:
         slip = points.slip.copy()
         slip[slips] *= np.divide(limit, size, out=np.zeros_like(size), where=size > 0)[:, None]
         length = law.slipped(points.trial, points.pressure)
-        xi, gap = self.everywhere(points)
-        anchor = xi.copy()
-        anchor[points.number] -= np.where(touches[:, None], slip, 0.0)
-        none = np.zeros(len(gap))
+        xi = _put(every.xi, points.number, points.projection.xi)
+        anchor = _put(xi, points.number, points.projection.xi - np.where(touches[:, None], slip, 0.0))
+        none = np.zeros(len(xi))
         committed = ContactHistory(
             point=every.point,
             surface=every.surface,
             xi=xi,
-            gap=gap,
+            gap=_put(np.full(len(xi), -np.inf), points.number, points.gap),
             pressure=_put(none, points.number, points.pressure),
-            traction=_put(np.zeros((len(gap), 3)), points.number, points.traction),
+            traction=_put(np.zeros((len(xi), 3)), points.number, points.traction),
             # A multiplier stays with its point while contact moves on: kept, it would press across an open gap.
             multiplier=none,
             anchor=anchor,
             slip=_put(none, points.number, np.where(touches, history.slip + length, 0.0)),
-            status=_put(np.full(len(gap), OPEN), points.number, points.status),
+            status=_put(np.full(len(xi), OPEN), points.number, points.status),
             dissipated=np.asarray(history.dissipated + self._dissipation(points)),
         )
-        self._continue(every, committed)
-        if self._followed.history is committed:
-            self._followed = replace(self._followed, least=_known(gap), seen=points.carriers)
+        self._continue(every, committed, points.carriers, np.full(len(xi), np.nan))
         return committed
 
     def augment(self, points: ContactPoints) -> ContactHistory:
@@ -281,7 +300,7 @@ class Contact:
             # Positive from now on, so that the anchor stays where the point touched first.
             pressure=_put(every.pressure, number, np.where(fresh, np.finfo(float).tiny, history.pressure)),
         )
-        self._continue(every, augmented)
+        self._continue(every, augmented, self._followed.before, self._followed.angle)
         return augmented
 
     def reference(self, point: np.ndarray) -> np.ndarray:
@@ -291,28 +310,75 @@ class Contact:
     def smallest_gap(self, points: ContactPoints) -> float:
         """Return the smallest gap of all pairs that are followed [m]; inf if there are none."""
         nearest = float(points.gap.min(initial=np.inf))
-        return nearest if nearest <= points.apart else float(self.everywhere(points)[1].min())
+        rest = self._left_out(points)
+        rest = rest[points.least[rest] < nearest]
+        return min(nearest, float(self._evaluated(points, rest)[1].min(initial=np.inf)))
 
     def everywhere(self, points: ContactPoints) -> tuple[np.ndarray, np.ndarray]:
         """Return closest points (c, 2) and gaps (c,) of all pairs that are followed, those left out included."""
-        every = points.followed
-        xi, gap = np.empty_like(every.xi), np.empty_like(every.gap)
-        xi[points.number], gap[points.number] = points.projection.xi, points.gap
-        rest = np.ones(len(gap), dtype=bool)
-        rest[points.number] = False
-        rest = np.flatnonzero(rest)
-        if len(rest):
-            position = self._search.positions(every.point[rest], points.carriers)
-            projection, gap[rest] = self._project(taken(every, rest), position, points.carriers)
-            xi[rest] = projection.xi
+        every, rest = points.followed, self._left_out(points)
+        xi = _put(every.xi, points.number, points.projection.xi)
+        gap = _put(every.gap, points.number, points.gap)
+        projection, gap[rest] = self._evaluated(points, rest)
+        xi[rest] = projection.xi
         return xi, gap
+
+    def _evaluated(self, points: ContactPoints, rest: np.ndarray) -> tuple[Projection, np.ndarray]:
+        """Return closest places and gaps (k,) of pairs (k,) that are left out."""
+        history = taken(points.followed, rest)
+        return self._project(history, self._search.positions(history.point, points.carriers), points.carriers)
 
     # ---- candidates -----------------------------------------------------------------------------------------
 
-    def _angles(self, history: ContactHistory, before: np.ndarray) -> np.ndarray | None:
-        """Return the angles (c,) between the first parameters' lines at all pairs; None if the law does not ask."""
-        if not self.law.directional:
-            return None
+    def _follow(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> _Followed:
+        """Return the history over all pairs that may touch now; what is kept only saves time."""
+        kept, remembered = self._followed, history
+        angle = np.full(len(history.point), np.nan)
+        if kept is not None and kept.source is history and np.array_equal(kept.before, before):
+            moved = kept.neighbourhoods.motion(carriers, kept.searched).least(self.margin)
+            if moved.min() >= 0 and kept.neighbourhoods.stay_apart(carriers, kept.searched):
+                return kept
+            remembered, angle = kept.history, kept.angle
+        found = self._search.find(carriers, self.margin)
+        same = same_pair(found.point, found.surface, found.guess, remembered)
+        least = np.full(len(angle), -np.inf)
+        least[same[same >= 0]] = found.least[same >= 0]
+        stays = remembered.pressure > 0
+        stays[same[same >= 0]] = True
+        stays, new = np.flatnonzero(stays), np.flatnonzero(same < 0)
+        every = joined(taken(remembered, stays), _open(found, new, history.dissipated))
+        angle = np.append(angle[stays], np.full(len(new), np.nan))
+        least = np.append(least[stays], found.least[new])
+        # In one order, so that sums are the same whenever was searched, after a restart too.
+        order = np.lexsort((every.xi[:, 0], every.surface, every.point))
+        every = taken(every, order)
+        neighbourhoods = Neighbourhoods(self.surfaces, carriers, self._search.reach)
+        self._followed = _Followed(
+            source=history,
+            before=before,
+            history=every,
+            angle=angle[order],
+            searched=carriers,
+            least=least[order],
+            seen=carriers,
+            neighbourhoods=neighbourhoods,
+            box=neighbourhoods.of_ring[self._search.ring(every.point // self.quadrature.per_cell)],
+        )
+        return self._followed
+
+    def _look_back(self, followed: _Followed, number: np.ndarray) -> None:
+        """Fill in what pairs (k,) that nothing was asked of before remember: where they were, and their angles."""
+        history, before = followed.history, followed.before
+        new = number[np.isneginf(history.gap[number])]
+        position = self._search.positions(history.point[new], before)
+        projection, history.gap[new] = self._project(taken(history, new), position, before)
+        history.xi[new] = projection.xi
+        if self.law.directional:
+            new = number[np.isnan(followed.angle[number])]
+            followed.angle[new] = self._angles(taken(history, new), before)
+
+    def _angles(self, history: ContactHistory, before: np.ndarray) -> np.ndarray:
+        """Return the angles (c,) between the first parameters' lines at pairs."""
         cosine = np.empty(len(history.point))
         for low in range(0, len(cosine), CHUNK):
             part = slice(low, low + CHUNK)
@@ -326,80 +392,28 @@ class Contact:
             cosine[part] = np.abs(np.einsum("ki,ki->k", *lines)) / sizes
         return np.arccos(np.minimum(cosine, 1.0))
 
-    def _follow(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> _Followed:
-        """Return the history over all pairs that may touch now; what is kept only saves time."""
-        kept = self._followed
-        if kept is not None and kept.source is history:
-            if kept.angle is None and self.law.directional:
-                self._followed = kept = replace(kept, angle=self._angles(kept.history, before))
-            if self.surfaces.motion(carriers, kept.searched).least(self.margin) >= 0:
-                return kept
-        found = self._search.find(carriers, self.margin)
-        merged, least = self._merge(found, carriers, before, history)
-        self._followed = _Followed(
-            source=history,
-            history=merged,
-            searched=carriers,
-            angle=self._angles(merged, before),
-            least=least,
-            seen=carriers,
-        )
-        return self._followed
-
-    def _continue(self, history: ContactHistory, successor: ContactHistory) -> None:
+    def _continue(
+        self, history: ContactHistory, successor: ContactHistory, before: np.ndarray, angle: np.ndarray
+    ) -> None:
         """Go on with the pairs of one search under the history that follows."""
         if self._followed is not None and self._followed.history is history:
-            self._followed = replace(self._followed, source=successor, history=successor, angle=None)
+            self._followed = replace(
+                self._followed, source=successor, history=successor, before=before, angle=angle
+            )
 
-    def _merge(
-        self, found: Candidates, carriers: np.ndarray, before: np.ndarray, history: ContactHistory
-    ) -> tuple[ContactHistory, np.ndarray]:
-        """Return the history of the pairs found and of those that touch, and the least gaps that they have now.
-
-        New pairs remember where they were.
-        """
-        now = self._search.positions(found.point, carriers)
-        near = project(self.surfaces, carriers, found.surface, now, found.guess)
-        gap = self._gap(found.point, found.surface, near)
-        keep = np.flatnonzero(near.found & (gap < self.margin))
-        point, surface, gap = found.point[keep], found.surface[keep], gap[keep]
-        known = same_pair(point, surface, near.xi[keep], history)
-        stays = history.pressure > 0
-        stays[known[known >= 0]] = True
-        least = np.full(len(history.point), -np.inf)
-        least[known[known >= 0]] = gap[known >= 0]
-        unknown = np.flatnonzero(known < 0)
-        point, surface = point[unknown], surface[unknown]
-        position = self._search.positions(point, before)
-        projection = project(self.surfaces, before, surface, position, near.xi[keep[unknown]])
-        many = len(unknown)
-        new = ContactHistory(
-            point=point,
-            surface=surface,
-            xi=projection.xi,
-            gap=self._gap(point, surface, projection),
-            pressure=np.zeros(many),
-            traction=np.zeros((many, 3)),
-            multiplier=np.zeros(many),
-            anchor=projection.xi,
-            slip=np.zeros(many),
-            status=np.full(many, OPEN),
-            dissipated=history.dissipated,
-        )
-        return joined(taken(history, np.flatnonzero(stays)), new), np.concatenate(
-            [least[stays], gap[unknown]]
-        )
+    def _left_out(self, points: ContactPoints) -> np.ndarray:
+        """Return the pairs (k,) that are followed and not in `points`."""
+        left_out = np.ones(len(points.followed.point), dtype=bool)
+        left_out[points.number] = False
+        return np.flatnonzero(left_out)
 
     def _project(
         self, history: ContactHistory, position: np.ndarray, carriers: np.ndarray
     ) -> tuple[Projection, np.ndarray]:
         projection = project(self.surfaces, carriers, history.surface, position, history.xi)
-        return projection, self._gap(history.point, history.surface, projection)
-
-    def _gap(self, point: np.ndarray, surface: np.ndarray, projection: Projection) -> np.ndarray:
-        offset = self.surfaces.offset
-        gap = projection.distance + offset[surface] + offset[self.quadrature.surface[point]]
-        return np.where(projection.found, gap, np.inf)
+        return projection, self._search.gap(
+            self.quadrature.surface[history.point], history.surface, projection
+        )
 
     # ---- energies -------------------------------------------------------------------------------------------
 
@@ -439,6 +453,24 @@ class Contact:
         history = points.history
         other = self.surfaces.stencil(history.surface[active], points.projection.xi[active])
         return self._search.stencil(history.point[active]), other
+
+
+def _open(found: Candidates, number: np.ndarray, dissipated: np.ndarray) -> ContactHistory:
+    """Return the history of pairs found (k,) that nothing was known of."""
+    none, guess = np.zeros(len(number)), found.guess[number]
+    return ContactHistory(
+        point=found.point[number],
+        surface=found.surface[number],
+        xi=guess,
+        gap=none - np.inf,
+        pressure=none,
+        traction=np.zeros((len(number), 3)),
+        multiplier=none,
+        anchor=guess,
+        slip=none,
+        status=np.full(len(number), OPEN),
+        dissipated=dissipated,
+    )
 
 
 def _known(gap: np.ndarray) -> np.ndarray:

@@ -23,8 +23,8 @@ class ContactPoints:
         Of all pairs that are followed.
     number : ndarray of int, shape (c,)
         Which of those these are.
-    apart : float
-        Least gap that those left out can have [m].
+    least : ndarray, shape (f,)
+        What the gaps of all pairs that are followed are at least [m].
     carriers : ndarray, shape (M, 3)
         Of the surfaces, in this configuration [m].
     position : ndarray, shape (c, 3)
@@ -55,7 +55,7 @@ class ContactPoints:
     history: ContactHistory
     followed: ContactHistory
     number: np.ndarray
-    apart: float
+    least: np.ndarray
     carriers: np.ndarray
     position: np.ndarray
     projection: Projection

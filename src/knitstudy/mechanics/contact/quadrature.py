@@ -27,18 +27,18 @@ class Quadrature:
         Cell that it lies in.
     area : ndarray, shape (P,)
         Undeformed area of the contact surface that it stands for [m2].
-    per_row : ndarray of int, shape (G,)
-        Points in one row of cells (between two rings) of every surface.
-    first : ndarray of int, shape (G + 1,)
-        First point of every surface, then P.
+    per_cell : int
+        Points in one cell; they follow each other.
+    first_cell : ndarray of int, shape (G + 1,)
+        First cell of every surface, then the number of all cells.
     """
 
     surface: np.ndarray
     xi: np.ndarray
     cell: np.ndarray
     area: np.ndarray
-    per_row: np.ndarray
-    first: np.ndarray
+    per_cell: int
+    first_cell: np.ndarray
 
     @cached_property
     def cell_area(self) -> np.ndarray:
@@ -76,8 +76,8 @@ class Quadrature:
             xi=xi,
             cell=cell,
             area=area,
-            per_row=surfaces.cells[:, 1] * points**2,
-            first=np.concatenate([[0], np.cumsum([len(part[1]) for part in parts])]),
+            per_cell=points**2,
+            first_cell=np.concatenate([[0], np.cumsum(surfaces.cells.prod(axis=1))]),
         )
 
 
@@ -86,8 +86,7 @@ def _stretch(surfaces: Surfaces, surface: np.ndarray, xi: np.ndarray, carriers: 
 
     At a depth o below the interpolated surface it is (1 + o tr(m^-1 k)) times as large, k the curvature form.
     """
-    stencil = surfaces.stencil(surface, xi)
-    _, tangent, second = stencil.places(carriers)
+    _, tangent, second = surfaces.places(surface, xi, carriers)
     normal = np.cross(tangent[:, 1], tangent[:, 0])
     area = np.linalg.norm(normal, axis=1)
     curvature = np.einsum("kai,ki->ka", second, normal / area[:, None])

@@ -1,27 +1,44 @@
-"""Which Gauss points can touch which surface: all pairs nearer than a margin, so that no crossing escapes."""
+"""Which Gauss points can touch which surface: all pairs nearer than a margin, so that no crossing escapes.
+
+Cells are searched for, a ninth as many as points. The closest place of a cell's middle says nearly all of its points: a
+distance changes by no more than the way between two points, and where their closest places are follows to first order.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from knitstudy.mechanics.contact.history import SAME_PIECE
+from knitstudy.mechanics.contact.projection import Projection, project
 from knitstudy.mechanics.contact.quadrature import CHUNK, Quadrature
 from knitstudy.mechanics.contact.surface import Stencil, Surfaces
 
 AT_ONCE = 16_384
-"""Points or rings whose neighbours are held at a time: of each some tens are near, nearly all on its own yarn."""
+"""Cells or rings whose neighbours are held at a time: of each some tens are near, nearly all on its own yarn."""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Pairs that may touch: points (c,), surfaces (c,) that they face, and guesses (c, 2) of the closest places."""
+    """Pairs that may touch, by point, surface and place.
+
+    Attributes
+    ----------
+    point, surface : ndarray of int, shape (c,)
+        Gauss points, and surfaces that they face.
+    guess : ndarray, shape (c, 2)
+        Guesses of the closest places.
+    least : ndarray, shape (c,)
+        What the gaps are at least [m].
+    """
 
     point: np.ndarray
     surface: np.ndarray
     guess: np.ndarray
+    least: np.ndarray
 
 
 class Search:
@@ -41,6 +58,11 @@ class Search:
         Which surfaces may touch; symmetric.
     pieces : ndarray of int, shape (R,), optional
         A number for every ring: those with the same one, unless it is negative, do not touch.
+
+    Attributes
+    ----------
+    reach : float
+        Largest distance of a ring's places from its middle [m].
     """
 
     def __init__(
@@ -57,28 +79,48 @@ class Search:
         self._surface = np.repeat(np.arange(len(rows)), rows)
         self._row = np.concatenate([np.arange(count) for count in rows])
         self._first = np.concatenate([[0], np.cumsum(rows)])
-        centres = surfaces.centres(carriers)
-        self._reach = np.array([self._farthest(number, carriers, centres) for number in range(len(rows))])
-        steps = np.linalg.norm(np.diff(centres, axis=0), axis=1)
-        steps[self._first[1:-1] - 1] = 0
-        self._arc = np.concatenate([[0], np.cumsum(steps)])
-        self._step = float(steps.max())
+        self._arc = np.concatenate([[0], np.cumsum(self._steps(surfaces.centres(carriers)))])
+        sizes = np.array([self._ring_sizes(number, carriers) for number in range(len(rows))])
+        self._reach, self._chord = sizes.T
+        self.reach = float(self._reach.max())
+        self._cell_surface = quadrature.surface[:: quadrature.per_cell]
+        self._cell_row = quadrature.cell[:: quadrature.per_cell, 0]
+        self._middle = quadrature.xi.reshape(-1, quadrature.per_cell, 2).mean(axis=1)
 
     def find(self, carriers: np.ndarray, margin: float) -> Candidates:
         """Return all pairs whose distance may be below `margin` [m] where the carriers (M, 3) are now."""
-        tree = cKDTree(self.surfaces.centres(carriers))
-        point = self._points_of(self._near_rows(tree, margin))
-        position = self.positions(point, carriers)
-        parts = _parts(len(point))
-        near = [self._nearest(point[part], position[part], tree, margin) for part in parts]
-        which = _joined(part.start + i for part, (i, _) in zip(parts, near, strict=True))
-        row = _joined(j for _, j in near)
-        surface = self._surface[row]
+        cell, size, row = self._near_cells(carriers, margin)
+        surface, middle = self._surface[row], self._middles(cell, carriers)
         guess = np.empty((len(row), 2))
         for number in np.unique(surface):
             here = np.flatnonzero(surface == number)
-            guess[here] = self._place(number, self._row[row[here]], position[which[here]], carriers)
-        return Candidates(point[which], surface, guess)
+            guess[here] = self._place(number, self._row[row[here]], middle[here], carriers)
+        closest = project(self.surfaces, carriers, surface, middle, guess)
+        gap = self.gap(self._cell_surface[cell], surface, closest)
+        # Beyond an edge of the surface nothing is known of the points beside the middle.
+        near = (gap - size < margin) | ~closest.found
+        near &= self._may_meet(self.ring(cell), self._ring_at(surface, closest.xi[:, 0]))
+        near = np.flatnonzero(near)
+        found = [
+            self._points_of(
+                cell[part], surface[part], middle[part], _part(closest, part), gap[part], carriers
+            )
+            for part in ([near[part] for part in _parts(len(near))] or [near])
+        ]
+        point, surface, guess, least = (np.concatenate(values) for values in zip(*found, strict=True))
+        near = np.flatnonzero(least < margin)
+        near = near[np.lexsort((guess[near, 0], surface[near], point[near]))]
+        # Two pieces that meet have one closest place.
+        new = np.ones(len(near), dtype=bool)
+        new[1:] = (np.diff(point[near]) != 0) | (np.diff(surface[near]) != 0)
+        new[1:] |= np.diff(guess[near, 0]) >= SAME_PIECE
+        near = near[new]
+        return Candidates(point[near], surface[near], guess[near], least[near])
+
+    def gap(self, own: np.ndarray, surface: np.ndarray, closest: Projection) -> np.ndarray:
+        """Return the gaps (k,) [m] of points of surfaces (k,) over others (k,); inf where there is no closest place."""
+        offset = self.surfaces.offset
+        return np.where(closest.found, closest.distance + offset[surface] + offset[own], np.inf)
 
     def positions(self, point: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return where points (k,) are [m], for current carriers (M, 3)."""
@@ -89,15 +131,35 @@ class Search:
             position[part] = self.surfaces.positions(surface[point[part]], xi[point[part]], carriers)
         return position
 
+    def ring(self, cell: np.ndarray) -> np.ndarray:
+        """Return the first of the two rings (k,) that cells (k,) lie between."""
+        return self._first[self._cell_surface[cell]] + self._cell_row[cell]
+
     def stencil(self, point: np.ndarray) -> Stencil:
         """Return the stencils of points (k,)."""
         return self.surfaces.stencil(self.quadrature.surface[point], self.quadrature.xi[point])
 
-    def _farthest(self, number: int, carriers: np.ndarray, centres: np.ndarray) -> float:
-        """Return the largest distance of a surface's rings from their middles [m]."""
+    def _ring_sizes(self, number: int, carriers: np.ndarray) -> tuple[float, float]:
+        """Return the largest distances of a surface's rings from their middles and between neighbours on them [m]."""
         row = np.arange(self.surfaces.cells[number, 0] + 1)
-        apart = self.surfaces.ring(number, row, carriers) - centres[self._first[number] + row, None]
-        return float(np.linalg.norm(apart, axis=2).max())
+        ring = self.surfaces.ring(number, row, carriers)
+        middle = self.surfaces.centres(carriers)[self._first[number] + row, None]
+        chords = (
+            np.diff(ring, axis=1, append=ring[:, :1])
+            if self.surfaces.closed[number]
+            else np.diff(ring, axis=1)
+        )
+        return tuple(float(np.linalg.norm(apart, axis=2).max()) for apart in (ring - middle, chords))
+
+    def _steps(self, centres: np.ndarray) -> np.ndarray:
+        """Return the distances (R - 1,) of rings from the next ones [m]; 0 from one surface to another."""
+        steps = np.linalg.norm(np.diff(centres, axis=0), axis=1)
+        steps[self._first[1:-1] - 1] = 0
+        return steps
+
+    def _middles(self, cell: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+        """Return the middles (k, 3) of cells (k,) [m]."""
+        return self.surfaces.positions(self._cell_surface[cell], self._middle[cell], carriers)
 
     def _may_meet(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """Return whether rings may touch: different surfaces that meet, or far pieces of the same one."""
@@ -106,9 +168,26 @@ class Search:
         apart = (self._pieces[one] < 0) | (self._pieces[one] != self._pieces[other])
         return self.meets[a, b] & ((a != b) | far) & apart
 
-    def _near_rows(self, tree: cKDTree, margin: float) -> np.ndarray:
-        """Return the rings with another one that may touch them."""
-        reach = 2 * self._reach.max() + margin + 2 * self._step
+    def _near_cells(self, carriers: np.ndarray, margin: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return cells (k,), the ways (k,) from their middles to their points at most [m], and rings (k,) near them.
+
+        There is one ring for every cell and connected piece of a surface, the nearest one.
+        """
+        centres = self.surfaces.centres(carriers)
+        step = self._steps(centres)
+        tree = cKDTree(centres)
+        cell = self._cells_of(self._near_rows(tree, margin, step.max()))
+        # Outside of a bend a yarn is at most twice as long as in its middle: none is bent to less than its radius.
+        size = step[self.ring(cell)] + 0.5 * self._chord[self._cell_surface[cell]]
+        reach = self._reach[self._surface] + margin + 0.5 * np.maximum(np.append(step, 0), np.append(0, step))
+        parts = _parts(len(cell))
+        near = [self._nearest(cell[part], size[part], tree, reach, carriers) for part in parts]
+        which = _joined(part.start + i for part, (i, _) in zip(parts, near, strict=True))
+        return cell[which], size[which], _joined(j for _, j in near)
+
+    def _near_rows(self, tree: cKDTree, margin: float, step: float) -> np.ndarray:
+        """Return the rings with another one that may touch them; none are farther apart than `step` [m]."""
+        reach = 2 * self.reach + margin + 2 * step
         near = np.zeros(tree.n, dtype=bool)
         for rows in _parts(tree.n):
             pairs = cKDTree(tree.data[rows]).sparse_distance_matrix(tree, reach, output_type="ndarray")
@@ -116,33 +195,28 @@ class Search:
             near[one[self._may_meet(one, pairs["j"])]] = True
         return np.flatnonzero(near)
 
-    def _points_of(self, rows: np.ndarray) -> np.ndarray:
-        """Return the points (k,) of the cells beside rings."""
+    def _cells_of(self, rows: np.ndarray) -> np.ndarray:
+        """Return the cells (k,) beside rings."""
         surface = self._surface[rows]
         layer = np.concatenate([self._row[rows] - 1, self._row[rows]])
         surface = np.concatenate([surface, surface])
         inside = (layer >= 0) & (layer < self.surfaces.cells[surface, 0])
-        key = np.unique(np.stack([surface[inside], layer[inside]], axis=1), axis=0)
-        if not len(key):
-            return np.empty(0, dtype=np.int64)
-        surface, layer = key.T
-        quadrature = self.quadrature
-        count = quadrature.per_row[surface]
-        start = quadrature.first[surface] + layer * count
+        surface, layer = np.unique(np.stack([surface[inside], layer[inside]]), axis=1)
+        count = self.surfaces.cells[surface, 1]
+        start = self.quadrature.first_cell[surface] + layer * count
         within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
         return np.repeat(start, count) + within
 
     def _nearest(
-        self, point: np.ndarray, position: np.ndarray, tree: cKDTree, margin: float
+        self, cell: np.ndarray, size: np.ndarray, tree: cKDTree, reach: np.ndarray, carriers: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the numbers (k,) of points and rings, one pair for every point and connected piece of a surface."""
-        reach = self._reach + margin + 0.5 * self._step
-        pairs = cKDTree(position).sparse_distance_matrix(tree, reach.max(), output_type="ndarray")
-        mine, row = point[pairs["i"]], pairs["j"]
-        own_row = self._first[self.quadrature.surface[mine]] + self.quadrature.cell[mine, 0]
-        allowed = self._may_meet(own_row, row)
-        allowed &= pairs["v"] <= reach[self._surface[row]]
-        pairs = pairs[allowed]
+        """Return the numbers (k,) of cells and rings whose middles are nearer than reach (R,) and size (c,) [m]."""
+        middle = cKDTree(self._middles(cell, carriers))
+        pairs = middle.sparse_distance_matrix(tree, reach.max() + size.max(), output_type="ndarray")
+        i, row = pairs["i"], pairs["j"]
+        near = pairs["v"] <= reach[row] + size[i]
+        near[near] = self._may_meet(self.ring(cell[i[near]]), row[near])
+        pairs = pairs[near]
         if not len(pairs):
             return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
         pairs = pairs[np.lexsort((pairs["j"], pairs["i"]))]
@@ -156,6 +230,38 @@ class Search:
         best = at_closest[np.unique(piece, return_index=True)[1]]
         return i[best], j[best]
 
+    def _ring_at(self, surface: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """Return the last rings (k,) before parameters along (k,) of surfaces (k,)."""
+        ring = np.empty(len(along), dtype=np.int64)
+        for number in np.unique(surface):
+            here = surface == number
+            row = np.searchsorted(self.surfaces.edges(number)[0], along[here], side="right") - 1
+            ring[here] = self._first[number] + np.clip(row, 0, None)
+        return ring
+
+    def _points_of(
+        self,
+        cell: np.ndarray,
+        surface: np.ndarray,
+        middle: np.ndarray,
+        closest: Projection,
+        gap: np.ndarray,
+        carriers: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return what `Candidates` has, of all points of cells (k,) whose middles' closest places are known."""
+        many = self.quadrature.per_cell
+        number = np.repeat(np.arange(len(cell)), many)
+        point = many * cell[number] + np.tile(np.arange(many), len(cell))
+        surface, position = surface[number], self.positions(point, carriers)
+        way = position - middle[number]
+        guess = closest.xi[number] + _follows(closest.tangent[number], way)
+        least = gap[number] - np.linalg.norm(way, axis=1)
+        alone = np.flatnonzero(~closest.found[number])
+        own = project(self.surfaces, carriers, surface[alone], position[alone], closest.xi[number[alone]])
+        guess[alone] = own.xi
+        least[alone] = self.gap(self.quadrature.surface[point[alone]], surface[alone], own)
+        return point, surface, guess, least
+
     def _place(self, number: int, row: np.ndarray, position: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return the place (k, 2) on rings of a surface that is nearest to positions (k, 3)."""
         along, around = self.surfaces.edges(number)
@@ -166,6 +272,17 @@ class Search:
             apart = self.surfaces.ring(number, row[part], carriers) - position[part, None]
             nearest[part] = np.argmin(np.einsum("kai,kai->ka", apart, apart), axis=1)
         return np.stack([along[row], around[nearest]], axis=1)
+
+
+def _follows(tangent: np.ndarray, way: np.ndarray) -> np.ndarray:
+    """Return how closest places with tangents (k, 2, 3) follow points that move by ways (k, 3): parameters (k, 2)."""
+    m11, m12, m22 = np.einsum("kai,kbi->abk", tangent, tangent).reshape(4, -1)[[0, 1, 3]]
+    s1, s2 = np.einsum("kai,ki->ak", tangent, way)
+    return np.stack([m22 * s1 - m12 * s2, m11 * s2 - m12 * s1], axis=1) / (m11 * m22 - m12**2)[:, None]
+
+
+def _part(closest: Projection, part: np.ndarray) -> Projection:
+    return Projection(*(getattr(closest, field.name)[part] for field in fields(Projection)))
 
 
 def _parts(count: int) -> list[slice]:

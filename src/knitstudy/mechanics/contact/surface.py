@@ -56,26 +56,6 @@ class Stencil:
         return all_six[:, 0], all_six[:, 1:3], all_six[:, 3:]
 
 
-@dataclass(frozen=True)
-class Motion:
-    """How surfaces have moved: by one affine map, and every place on top of that by at most `way`.
-
-    Attributes
-    ----------
-    shrink : float
-        Smallest stretch of the affine map.
-    way : float
-        Largest distance [m] of a place from where that map takes it.
-    """
-
-    shrink: float
-    way: float
-
-    def least(self, gap: np.ndarray | float) -> np.ndarray | float:
-        """Return the least gaps [m] that gaps [m] from before can have become; what is farther moves no nearer."""
-        return self.shrink * gap - 2 * self.way
-
-
 class Surfaces(Protocol):
     """All smooth surfaces of a model.
 
@@ -92,12 +72,15 @@ class Surfaces(Protocol):
         How far inside of the interpolated surface the contact surface lies [m].
     block : int
         Carriers come in runs of so many; a run is in a stencil as a whole.
+    overshoot : float
+        How many times as far as the farthest of the control points that it depends on a place may move.
     """
 
     cells: np.ndarray
     closed: np.ndarray
     offset: np.ndarray
     block: int
+    overshoot: float
 
     def edges(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the parameters of one surface's edges of cells, along (m + 1,) and around (n + 1,)."""
@@ -139,28 +122,11 @@ class Surfaces(Protocol):
     def ring(self, number: int, row: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return places (k, n, 3) on rings (k,) of one surface, at the edges of cells around."""
 
-    def motion(self, now: np.ndarray, then: np.ndarray) -> Motion:
-        """Return how the surfaces have moved between two states of the carriers (M, 3)."""
+    def controls(self, carriers: np.ndarray) -> np.ndarray:
+        """Return control points (S, a, 3): an affine map of all of them is one of the surfaces."""
 
-
-def affine(now: np.ndarray, then: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return the affine map x -> x + G x + g that takes points (k, 3) nearest to where they are now.
-
-    Returns
-    -------
-    gradient : ndarray, shape (3, 3)
-        G transposed.
-    shift : ndarray, shape (3,)
-        g [m].
-    shrink : float
-        Smallest singular value of 1 + G.
-    """
-    middle = then.mean(axis=0)
-    way = now - then
-    mean = way.mean(axis=0)
-    gradient = np.linalg.lstsq(then - middle, way - mean, rcond=None)[0]
-    shrink = float(np.linalg.svd(np.eye(3) + gradient, compute_uv=False)[-1])
-    return gradient, mean - middle @ gradient, shrink
+    def influence(self, carriers: np.ndarray) -> float:
+        """Return how far control points are from rings beside which places depend on them [m]."""
 
 
 def interpolate(weight: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
