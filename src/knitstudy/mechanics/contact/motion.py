@@ -96,7 +96,7 @@ class Neighbourhoods:
     def _motion(
         self, now: np.ndarray, then: np.ndarray, member: np.ndarray, first: np.ndarray, box: np.ndarray
     ) -> Motion:
-        """Return the motion of boxes from controls (S, a, 3), with their members (m,), box after box from `first` on."""
+        """Return the motion of boxes from controls (S, a, 3): members (m,), box after box from `first` on."""
         count = np.diff(np.append(first, len(member)))[:, None]
         place, way = then.mean(axis=1)[member], (now - then).mean(axis=1)[member]
         middle, shift = (np.add.reduceat(values, first) / count for values in (place, way))
