@@ -49,7 +49,7 @@ promise: environment  ## try on other knits what models are chosen for (an hour)
 
 .PHONY: test
 test: environment  ## pass all tests, in two processes
-	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile $(TESTS)
+	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(TESTS)
 
 .PHONY: verify
 verify: environment  ## verify at full resolution; resources/verification.csv

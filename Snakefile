@@ -15,6 +15,11 @@ include: "workflow/rules/tables.smk"
 include: "workflow/rules/report.smk"
 
 
+# workflow/study.py counts the jobs that are done beside it.
+onstart:
+    print(f"planned {len(list(workflow.dag.needrun_jobs()))} jobs", file=sys.stderr, flush=True)
+
+
 rule all:
     default_target: True
     input:

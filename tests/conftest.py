@@ -17,8 +17,14 @@ def pytest_addoption(parser):
 
 
 def pytest_collection_modifyitems(items):
-    """Begin with the tests of the workflow: they take longest."""
-    items.sort(key=lambda item: item.path.parent.name != "workflow")
+    """Begin with the study that tests of the workflow look at; what waits for it comes last, other long tests first."""
+    waiting = {item.path for item in items if {"finished", "finished_copy"} & set(item.fixturenames)}
+
+    def place(item):
+        longest = item.path.parent.name != "workflow"
+        return item.path.name != "test_chain.py", item.path in waiting, longest
+
+    items.sort(key=place)
 
 
 @pytest.fixture(scope="session")

@@ -78,44 +78,48 @@ def alone() -> Iterator[str]:
 
 
 def run(snakemake: list[str], study: str) -> int:
-    """Plan, unlock and run; return the exit status."""
+    """Unlock, run and say how it ended; return the exit status."""
     started = time.monotonic()
-    plan = subprocess.run([*snakemake, "--dry-run"], capture_output=True, text=True)
-    if plan.returncode:
-        return fail(reason(plan.stdout + plan.stderr))
-    if "Nothing to be done" in plan.stdout + plan.stderr:
-        print(f"Study {study}: nothing to do, everything is up to date. {places()}")
-        return 0
     if any(LOCKS.glob("*")):
         # Holding our own lock, we know that Snakemake's is a killed run's.
         subprocess.run([*snakemake, "--unlock"], capture_output=True)
-    status, explained = execute(snakemake, count_of_steps(plan.stdout + plan.stderr))
+    status, steps, explained = execute(snakemake)
+    if status and steps is None:
+        plan = subprocess.run([*snakemake, "--dry-run"], capture_output=True, text=True)
+        return fail(reason(plan.stdout + plan.stderr))
     if status and not explained:  # by the stage itself: it was killed, or Snakemake stopped
         logs = sorted(Path(".snakemake/log").glob("*.log"))
         return fail(f"the study stopped without a word of its stages; see {logs[-1] if logs else 'logs/'}")
     if status:
         return status
+    if steps is None:
+        print(f"Study {study}: nothing to do, everything is up to date. {places()}")
+        return 0
     minutes, seconds = divmod(round(time.monotonic() - started), 60)
     print(f"Study {study}: complete in {minutes} min {seconds} s. {places()}")
     return 0
 
 
-def execute(snakemake: list[str], steps: int) -> tuple[int, bool]:
+def execute(snakemake: list[str]) -> tuple[int, int | None, bool]:
     """Run Snakemake, itself silent, and show what the stages say after the number of steps done.
 
     Returns
     -------
     status : int
         Exit status of Snakemake.
+    steps : int or None
+        Jobs that it planned, the one that only collects results apart; None if it ended before there was one.
     explained : bool
         Whether a stage said why it failed.
     """
-    done, explained = 0, False
+    done, steps, explained = 0, None, False
     silent = [*snakemake, "--quiet", "all"]
     with subprocess.Popen(silent, stderr=subprocess.PIPE, text=True, bufsize=1) as process:
         try:
             for line in process.stderr:
-                if line.startswith("Using workflow specific profile"):
+                if steps is None:  # still planning
+                    planned = re.fullmatch(r"planned (\d+) jobs\n", line)
+                    steps = int(planned[1]) - 1 if planned else None
                     continue
                 done += bool(re.search(r"  done in \d+ s$", line))
                 explained |= line.startswith("error")
@@ -123,7 +127,7 @@ def execute(snakemake: list[str], steps: int) -> tuple[int, bool]:
         except KeyboardInterrupt:
             end(process)
             raise
-    return process.returncode, explained
+    return process.returncode, steps, explained
 
 
 def end(process: subprocess.Popen) -> None:
@@ -141,12 +145,6 @@ def end(process: subprocess.Popen) -> None:
             continue
         except KeyboardInterrupt:
             process.kill()
-
-
-def count_of_steps(plan: str) -> int:
-    """Return the number of jobs in a plan, the one that only collects results apart."""
-    totals = re.findall(r"^total\s+(\d+)$", plan, flags=re.MULTILINE)
-    return int(totals[0]) - 1 if totals else 0
 
 
 def reason(output: str) -> str:
