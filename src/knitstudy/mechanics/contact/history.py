@@ -8,9 +8,6 @@ from functools import cache
 import numpy as np
 from scipy.spatial import cKDTree
 
-SAME_PIECE = 4.0
-"""Slices that the closest point of one pair may lie apart in two searches; another piece of a yarn is farther."""
-
 
 @dataclass(frozen=True, eq=False)
 class ContactHistory:
@@ -79,21 +76,25 @@ def joined(one: ContactHistory, other: ContactHistory) -> ContactHistory:
     return ContactHistory(**arrays, dissipated=one.dissipated)
 
 
-def same_pair(point: np.ndarray, surface: np.ndarray, xi: np.ndarray, old: ContactHistory) -> np.ndarray:
+def same_pair(
+    point: np.ndarray, surface: np.ndarray, arc: np.ndarray, old: ContactHistory, old_arc: np.ndarray
+) -> np.ndarray:
     """Return for pairs found anew the same pair of an older history, or -1: the same point on the same piece.
 
     Parameters
     ----------
     point, surface : ndarray of int, shape (k,)
-    xi : ndarray, shape (k, 2)
-        Their closest points.
+    arc : ndarray, shape (k,)
+        Arc lengths of their closest points, in units of what two pieces of a surface are apart at least.
     old : ContactHistory
+    old_arc : ndarray, shape (c,)
+        Arc lengths of its closest points likewise.
     """
     if not len(old.point) or not len(point):
         return np.full(len(point), -1)
     count = 1 + max(surface.max(), old.surface.max())
     # Pairs of different points or surfaces lie farther apart in this plane than any two places of one surface.
-    new = np.stack([1e6 * (point * count + surface), xi[:, 0]], axis=1)
-    known = np.stack([1e6 * (old.point * count + old.surface), old.xi[:, 0]], axis=1)
-    distance, index = cKDTree(known).query(new, distance_upper_bound=SAME_PIECE)
+    new = np.stack([1e6 * (point * count + surface), arc], axis=1)
+    known = np.stack([1e6 * (old.point * count + old.surface), old_arc], axis=1)
+    distance, index = cKDTree(known).query(new, distance_upper_bound=1.0)
     return np.where(np.isfinite(distance), index, -1)

@@ -332,22 +332,21 @@ class Contact:
 
     def _follow(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> _Followed:
         """Return the history over all pairs that may touch now; what is kept only saves time."""
-        kept, remembered = self._followed, history
-        angle = np.full(len(history.point), np.nan)
+        kept = self._followed
         if kept is not None and kept.source is history and np.array_equal(kept.before, before):
             moved = kept.neighbourhoods.motion(carriers, kept.searched).least(self.margin)
             if moved.min() >= 0 and kept.neighbourhoods.stay_apart(carriers, kept.searched):
                 return kept
-            remembered, angle = kept.history, kept.angle
+        # What was found for trial states, however wild, is forgotten.
         found = self._search.find(carriers, self.margin)
-        same = same_pair(found.point, found.surface, found.guess, remembered)
-        least = np.full(len(angle), -np.inf)
+        arc = self._search.arc(history.surface, history.xi[:, 0])
+        same = same_pair(found.point, found.surface, found.arc, history, arc)
+        least = np.full(len(history.point), -np.inf)
         least[same[same >= 0]] = found.least[same >= 0]
-        stays = remembered.pressure > 0
+        stays = history.pressure > 0
         stays[same[same >= 0]] = True
         stays, new = np.flatnonzero(stays), np.flatnonzero(same < 0)
-        every = joined(taken(remembered, stays), _open(found, new, history.dissipated))
-        angle = np.append(angle[stays], np.full(len(new), np.nan))
+        every = joined(taken(history, stays), _open(found, new, history.dissipated))
         least = np.append(least[stays], found.least[new])
         # In one order, so that sums are the same whenever was searched, after a restart too.
         order = np.lexsort((every.xi[:, 0], every.surface, every.point))
@@ -357,7 +356,7 @@ class Contact:
             source=history,
             before=before,
             history=every,
-            angle=angle[order],
+            angle=np.full(len(order), np.nan),
             searched=carriers,
             least=least[order],
             seen=carriers,

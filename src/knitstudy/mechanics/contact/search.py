@@ -12,13 +12,16 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.mechanics.contact.history import SAME_PIECE
 from knitstudy.mechanics.contact.projection import Projection, project
 from knitstudy.mechanics.contact.quadrature import CHUNK, Quadrature
 from knitstudy.mechanics.contact.surface import Stencil, Surfaces
 
 AT_ONCE = 16_384
 """Cells or rings whose neighbours are held at a time: of each some tens are near, nearly all on its own yarn."""
+
+
+FARTHEST = 2.0
+"""Parameters by which closest places of a cell's points may be guessed apart from that of its middle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +34,8 @@ class Candidates:
         Gauss points, and surfaces that they face.
     guess : ndarray, shape (c, 2)
         Guesses of the closest places.
+    arc : ndarray, shape (c,)
+        What `Search.arc` is there.
     least : ndarray, shape (c,)
         What the gaps are at least [m].
     """
@@ -38,6 +43,7 @@ class Candidates:
     point: np.ndarray
     surface: np.ndarray
     guess: np.ndarray
+    arc: np.ndarray
     least: np.ndarray
 
 
@@ -109,18 +115,31 @@ class Search:
         ]
         point, surface, guess, least = (np.concatenate(values) for values in zip(*found, strict=True))
         near = np.flatnonzero(least < margin)
-        near = near[np.lexsort((guess[near, 0], surface[near], point[near]))]
+        arc = self.arc(surface, guess[:, 0])
+        near = near[np.lexsort((arc[near], surface[near], point[near]))]
         # Two pieces that meet have one closest place.
         new = np.ones(len(near), dtype=bool)
         new[1:] = (np.diff(point[near]) != 0) | (np.diff(surface[near]) != 0)
-        new[1:] |= np.diff(guess[near, 0]) >= SAME_PIECE
+        new[1:] |= np.diff(arc[near]) >= 1
         near = near[new]
-        return Candidates(point[near], surface[near], guess[near], least[near])
+        return Candidates(point[near], surface[near], guess[near], arc[near], least[near])
 
     def gap(self, own: np.ndarray, surface: np.ndarray, closest: Projection) -> np.ndarray:
         """Return the gaps (k,) [m] of points of surfaces (k,) over others (k,); inf where there is no closest place."""
         offset = self.surfaces.offset
         return np.where(closest.found, closest.distance + offset[surface] + offset[own], np.inf)
+
+    def arc(self, surface: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """Return undeformed arc lengths (k,) of parameters along (k,) on surfaces (k,), over the reach of a ring.
+
+        Of two pieces of a surface that a point is near, places are farther apart than that.
+        """
+        found = np.empty(len(along))
+        for number in np.unique(surface):
+            here = np.flatnonzero(surface == number)
+            rings = slice(self._first[number], self._first[number + 1])
+            found[here] = np.interp(along[here], self.surfaces.edges(number)[0], self._arc[rings])
+        return found / self.reach
 
     def positions(self, point: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return where points (k,) are [m], for current carriers (M, 3)."""
@@ -254,7 +273,7 @@ class Search:
         point = many * cell[number] + np.tile(np.arange(many), len(cell))
         surface, position = surface[number], self.positions(point, carriers)
         way = position - middle[number]
-        guess = closest.xi[number] + _follows(closest.tangent[number], way)
+        guess = closest.xi[number] + np.clip(_follows(closest.tangent[number], way), -FARTHEST, FARTHEST)
         least = gap[number] - np.linalg.norm(way, axis=1)
         alone = np.flatnonzero(~closest.found[number])
         own = project(self.surfaces, carriers, surface[alone], position[alone], closest.xi[number[alone]])
