@@ -175,6 +175,19 @@ def test_pairs_that_are_left_out_do_not_touch():
     assert 0 < np.mean(evaluated) < 0.8
 
 
+def test_a_wild_trial_state_leaves_nothing_behind(pressed):
+    """Crumpled surfaces have closest places anywhere; what was found there is not followed any more."""
+    answer, before, nodes, _ = pressed
+    history = answer.commit(answer.points(nodes, before, ContactHistory.empty()))
+    still = answer.respond(nodes, nodes, history, stiffness=False)
+    for seed in range(5):
+        crumple = np.random.default_rng(seed).normal(scale=0.5, size=nodes.shape)
+        assert answer.points(nodes + crumple, nodes, history).number.size > 0
+        again = answer.respond(nodes, nodes, history, stiffness=False)
+        np.testing.assert_array_equal(again.points.signature(), still.points.signature())
+        np.testing.assert_allclose(again.node_force, still.node_force, atol=1e-12)
+
+
 def test_a_rotation_of_both_changes_no_pair(pressed):
     answer, before, nodes, _ = pressed
     history = answer.commit(answer.points(nodes, before, ContactHistory.empty()))
