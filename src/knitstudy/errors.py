@@ -24,5 +24,19 @@ class ConvergenceError(KnitstudyError):
     """An iteration that did not reach its tolerance; what had converged is kept."""
 
 
+class CoarseIncrement(ConvergenceError):
+    """An increment that is balanced but too large for what is summed over increments; a smaller one may do.
+
+    Attributes
+    ----------
+    gap : float
+        What it has added to what the sums are off by [J].
+    """
+
+    def __init__(self, message: str, gap: float) -> None:
+        super().__init__(message)
+        self.gap = gap
+
+
 class DataFileError(KnitstudyError):
     """A file that is missing, truncated, or not what its reader expects."""

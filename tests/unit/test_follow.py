@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.errors import ConvergenceError, DataFileError
+from knitstudy.errors import CoarseIncrement, ConvergenceError, DataFileError
 from knitstudy.files.netcdf import read_dataset
+from knitstudy.gates.ledger import require_closed_ledger
 from knitstudy.loading.follow import follow
 from knitstudy.loading.history import Stations
 from knitstudy.loading.load_path import Motion
@@ -132,6 +133,36 @@ def test_an_interrupted_run_goes_on(problem, tmp_path, caplog):
     assert [done for done, _ in reports] == [1.0]
     run.forget()
     assert not restart.exists()
+
+
+def test_an_increment_too_coarse_for_the_ledger_is_halved(problem, tmp_path):
+    def closed(increment, recorder):
+        require_closed_ledger(recorder, increment.index, 0.01)
+
+    problem = replace(problem, settings=Settings(increments=2), checks=(closed,))
+    history = follow(problem)
+    work, stored = history["energy"][-1, :2]
+    assert abs(work - stored) <= 0.01 * work
+    assert history["load"][-1] == 1
+    assert np.all(np.diff(history["load"]) > 0)
+    assert 4 <= history.sizes["increment"] - 1 <= 16
+    with pytest.raises(KeyboardInterrupt):
+        follow(problem, Run(restart=tmp_path / "a.npz", progress=Reports(ends_at=0.5)))
+    assert alike(history, follow(problem, Run(restart=tmp_path / "a.npz")))
+
+
+def test_halves_that_close_no_ledger_are_not_gone_on_with(problem, tmp_path):
+    tried = []
+
+    def open_beyond_the_middle(increment, recorder):
+        if increment.load > 0.5:
+            tried.append(increment.load)
+            raise CoarseIncrement("the ledger is open", 1.0)
+
+    with pytest.raises(ConvergenceError, match="the ledger is open"):
+        follow(replace(problem, checks=(open_beyond_the_middle,)), Run(partial=tmp_path / "a.nc"))
+    assert tried == [0.75, 0.625]
+    assert read_dataset(tmp_path / "a.nc")["load"][-2] == 0.5
 
 
 def test_what_had_converged_before_a_failure_is_kept(problem, tmp_path):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knitstudy.errors import ConvergenceError
+from knitstudy.errors import CoarseIncrement, ConvergenceError
 from knitstudy.gates.wording import times
 
 if TYPE_CHECKING:
@@ -43,17 +43,24 @@ def require_closed_ledger(recorder: Recorder, index: int, limit: float, unloaded
 
     Raises
     ------
+    CoarseIncrement
+        If the gap is larger, and this increment made it so.
     ConvergenceError
-        If the gap is larger.
+        If it is larger without it: the work that was expected has not been done.
     """
-    energy = recorder.columns["energy"][-1]
-    gap, work = abs(2 * energy[0] - energy.sum()), expected_work(recorder)
-    if gap > max(limit * work, unloaded):
-        raise ConvergenceError(
+    missing = [2 * energy[0] - energy.sum() for energy in recorder.columns["energy"][-2:]]
+    gap, work = abs(missing[-1]), expected_work(recorder)
+    allowed = max(limit * work, unloaded)
+    if gap > allowed:
+        message = (
             f"increment {index}: the ledger of energies is open by {gap:.3g} J, {times(gap, work)} the external work; "
             f"gates.ledger allows {limit:.1%}. Sums over increments are too coarse for how the force changes: use "
             "more solver.increments, then a smaller solver.stabilisation; gates.ledger raises the limit"
         )
+        before = sum(missing[:-1])
+        if abs(before) > allowed:
+            raise ConvergenceError(message)
+        raise CoarseIncrement(message, abs(missing[-1] - before))
 
 
 def expected_work(recorder: Recorder) -> float:

@@ -57,6 +57,7 @@ class Checkpoint:
             "index": increment.index,
             "load": increment.load,
             "size": increment.size,
+            "largest": increment.largest,
             "rate_sizes": np.array([rate.increment for rate in increment.rates]),
             "updates": np.array(increment.updates),
             "force": increment.response.force,
@@ -103,6 +104,7 @@ class Checkpoint:
             state=_value(self.state_type, data, "state"),
             response=Response(data["force"], float(data["mean_force"])),
             size=float(data["size"]),
+            largest=float(data["largest"]),
             rates=tuple(rates),
             updates=tuple(data["updates"]),
         )
@@ -116,7 +118,7 @@ def _require_whole(data: dict[str, np.ndarray]) -> None:
     increments = int(data["index"]) + 1
     for name, values in data.items():
         judged = name.startswith(
-            ("state.", "rate", "updates", "force", "mean_force", "load", "size", *_JUDGED)
+            ("state.", "rate", "updates", "force", "mean_force", "load", "size", "largest", *_JUDGED)
         )
         if judged and values.dtype.kind == "f" and np.isnan(values).any():
             raise ValueError(f"{name} holds values that are not numbers")

@@ -7,7 +7,7 @@ import logging
 import numpy as np
 import xarray as xr
 
-from knitstudy.errors import ConvergenceError, DataFileError
+from knitstudy.errors import CoarseIncrement, ConvergenceError, DataFileError
 from knitstudy.files.netcdf import write_dataset
 from knitstudy.loading.checkpoint import Checkpoint
 from knitstudy.loading.history import Recorder
@@ -19,12 +19,18 @@ from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.parallel import serial_blas
 
 log = logging.getLogger(__name__)
+WORTHWHILE = 0.75
+"""Share of what an increment adds to what sums are off by, above which half of it is no better: 1/8 is expected."""
+
 resumed = logging.getLogger(f"{__name__}.resumed")
 """Says whether a run goes on where another one ended: of use to who has no wish for every increment."""
 
 
 def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     """Drive a model to full load and return its history.
+
+    An increment after which a check finds sums over increments too coarse is tried again in halves, as one that does
+    not converge is.
 
     Parameters
     ----------
@@ -57,16 +63,26 @@ def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     path = trace(problem.model, problem.prescribed, problem.settings, problem.solver, last)
     try:
         with serial_blas():
-            for increment in path:
+            increment, gap = next(path, None), np.inf
+            while increment is not None:
                 _record(problem, recorder, increment)
-                last = increment
-                for check in problem.checks:
-                    check(last, recorder)
+                before, last = last, increment
+                try:
+                    for check in problem.checks:
+                        check(last, recorder)
+                except CoarseIncrement as coarse:
+                    if before is None or coarse.gap > WORTHWHILE * gap:
+                        raise
+                    last, gap = before, coarse.gap
+                    recorder.drop()
+                    increment = path.send(str(coarse))
+                    continue
                 if checkpoint:
                     # A tenth of a reduced model's time, which is not its own.
                     with problem.meter.paused():
                         checkpoint.save(last, recorder)
                 run.progress(last.load, place(scene.load, last.load))
+                increment, gap = next(path, None), np.inf
     except ConvergenceError as error:
         if run.partial is None or last is None:
             raise

@@ -109,6 +109,11 @@ class Recorder:
         for name, values in (points or {}).items():
             self.flat.setdefault(name, []).append(values)
 
+    def drop(self) -> None:
+        """Take the last increment away."""
+        for values in (*self.columns.values(), *self.flat.values()):
+            values.pop()
+
     def _ledger(self, increment: Increment, displacement: np.ndarray, reaction: np.ndarray) -> np.ndarray:
         ledger = np.array([increment.response.energy.get(form, 0.0) for form in FORMS])
         if self.columns:

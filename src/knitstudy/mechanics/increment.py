@@ -143,8 +143,8 @@ class Increment:
         The model's state.
     response : Response
         Forces and energies in this state, without tangent.
-    size : float
-        Increment of the load factor to try next.
+    size, largest : float
+        Increment of the load factor to try next, and the largest one to try from there on.
     rates : tuple of Rate
         The last converged increments, newest first, for the predictor.
     updates : tuple of ndarray, shape (size,)
@@ -170,5 +170,6 @@ class Increment:
     krylov_iterations: int = 0
     residual: float = 0.0
     correction: float = 0.0
+    largest: float = 1.0
     residuals: tuple[float, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -57,8 +57,11 @@ def trace(
     settings: Settings,
     solver: LinearSolver,
     resume: Increment | None = None,
-) -> Iterator[Increment]:
+) -> Generator[Increment, str | None, None]:
     """Follow the load path from the undeformed state (or from `resume`) to full load.
+
+    Whoever takes an increment may send why it is too large: it is forgotten then, half of it is tried, and none is
+    larger from there on.
 
     Yields
     ------
@@ -71,63 +74,62 @@ def trace(
         If halving the increment `settings.cutbacks` times does not help, `settings.waste` iterations were in vain, or
         rounding keeps the residual up; what was yielded stays valid.
     """
-    largest = 1.0 / settings.increments
-    now = resume
+    share, now = 1.0 / settings.increments, resume
     if now is None:
         state = model.start()
-        now = Increment(0, 0.0, state, model.respond(state, stiffness=False), largest)
+        now = Increment(0, 0.0, state, model.respond(state, stiffness=False), share)
         yield now
     path = _Path(model, prescribed, settings, solver)
-    cutbacks, reason, since = 0, "", now.load
-    spent, failed = _Spent(), _Spent()
-    size = now.size
+    attempts = _Attempts(settings, now.load)
+    size, largest = now.size, min(now.largest, share)
     while now.load < 1.0:
-        target = now.load + size
-        # Whole shares of the load stay free of rounding.
-        whole = round(target * settings.increments) / settings.increments
-        if abs(target - whole) < 1e-9:
-            target = whole
-        stop = prescribed.next_stop(now.load)
-        if target > stop - 1e-9:
-            target = stop
+        target = _target(now.load, size, prescribed, settings)
         if not target - now.load > SMALLEST:
-            raise ConvergenceError(
-                f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {reason}; the "
-                f"increment has become too small. {REMEDY}"
-            )
+            raise ConvergenceError(f"{attempts.reason}; the increment has become too small. {REMEDY}")
         try:
             done = path.increment(now, target)
         except ConvergenceError as error:
             raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
         except _Failed as failure:
-            cutbacks, reason = cutbacks + 1, str(failure)
-            spent, failed = spent.after(path), failed.after(path)
-            if cutbacks > settings.cutbacks:
-                raise ConvergenceError(
-                    f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {reason}; "
-                    f"the increment was halved {settings.cutbacks} times. {REMEDY}"
-                ) from None
-            if failed.newton > settings.waste:
-                raise ConvergenceError(
-                    f"increment {now.index + 1} makes no headway beyond load factor {now.load:.6g}: {failed.newton} "
-                    f"iterations were in vain since load factor {since:.6g}; at last, {reason}. {REMEDY}"
-                ) from None
-            size = 0.5 * (target - now.load)
-            log.warning("increment %d failed (%s); trying %.3g of the load", now.index + 1, failure, size)
-            continue
-        cutbacks = 0
-        if target - since >= min(largest, HEADWAY):
-            since, failed = target, _Spent()
-        if done.newton_iterations <= settings.quick:
-            size = min(largest, size * settings.growth)
-        now = replace(
-            done,
-            size=size,
-            newton_iterations=done.newton_iterations + spent.newton,
-            krylov_iterations=done.krylov_iterations + spent.krylov,
-        )
-        spent = _Spent()
-        yield now
+            attempts.add(
+                now,
+                path,
+                f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}",
+            )
+        else:
+            next_size = size
+            if done.newton_iterations <= settings.quick:
+                next_size = min(largest, size * settings.growth)
+            done = replace(
+                done,
+                size=next_size,
+                largest=largest,
+                newton_iterations=done.newton_iterations + attempts.spent.newton,
+                krylov_iterations=done.krylov_iterations + attempts.spent.krylov,
+            )
+            coarse = yield done
+            if not coarse:
+                attempts.end(target, largest)
+                now, size = done, next_size
+                continue
+            attempts.add(now, path, coarse)
+            # The next ones would be too large as well.
+            largest = 0.5 * (target - now.load)
+        size = 0.5 * (target - now.load)
+        log.warning("%s; trying %.3g of the load", attempts.reason, size)
+
+
+def _target(load: float, size: float, prescribed: PrescribedDisplacement, settings: Settings) -> float:
+    """Return the load factor at which an increment of a size ends: at a stop on the way, or where it is a share."""
+    target = load + size
+    # Whole shares of the load stay free of rounding.
+    whole = round(target * settings.increments) / settings.increments
+    if abs(target - whole) < SMALLEST:
+        target = whole
+    stop = prescribed.next_stop(load + SMALLEST)
+    if target > stop - SMALLEST:
+        target = stop
+    return target if target < 1.0 - SMALLEST else 1.0
 
 
 @dataclass(frozen=True)
@@ -139,6 +141,42 @@ class _Spent:
 
     def after(self, path: _Path) -> _Spent:
         return _Spent(self.newton + path.newton_iterations, self.krylov + path.krylov_iterations)
+
+
+class _Attempts:
+    """What was tried in vain since the last increment, and since the path last made headway."""
+
+    def __init__(self, settings: Settings, load: float) -> None:
+        self.settings = settings
+        self.reason = ""
+        self.spent = _Spent()
+        self._cutbacks, self._since, self._failed = 0, load, _Spent()
+
+    def add(self, now: Increment, path: _Path, reason: str) -> None:
+        """Count a failed attempt beyond an increment.
+
+        Raises
+        ------
+        ConvergenceError
+            If another one is of no use.
+        """
+        self._cutbacks, self.reason = self._cutbacks + 1, reason
+        self.spent, self._failed = self.spent.after(path), self._failed.after(path)
+        if self._cutbacks > self.settings.cutbacks:
+            raise ConvergenceError(
+                f"{reason}; the increment was halved {self.settings.cutbacks} times. {REMEDY}"
+            )
+        if self._failed.newton > self.settings.waste:
+            raise ConvergenceError(
+                f"increment {now.index + 1} makes no headway beyond load factor {now.load:.6g}: {self._failed.newton} "
+                f"iterations were in vain since load factor {self._since:.6g}; at last, {reason}. {REMEDY}"
+            )
+
+    def end(self, load: float, largest: float) -> None:
+        """Begin anew at a load factor that was reached."""
+        self._cutbacks, self.spent = 0, _Spent()
+        if load - self._since >= min(largest, HEADWAY):
+            self._since, self._failed = load, _Spent()
 
 
 class _Path:
