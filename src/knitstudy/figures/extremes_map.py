@@ -39,7 +39,7 @@ def draw(table: pd.DataFrame) -> Figure:
     """
     groups, models = list(dict.fromkeys(table["group"])), list(dict.fromkeys(table["model"]))
     page = figure(DOUBLE, HEAD + FOOT + ROW * len(groups))
-    axes = page.add_axes((0.28, FOOT / _height(page), 0.71, 1 - (HEAD + FOOT) / _height(page)))
+    axes = page.add_axes((0.3, FOOT / _height(page), 0.69, 1 - (HEAD + FOOT) / _height(page)))
     widest = int(table["number"].max()) + 1
     x = widest * table["model"].map(models.index) + table["number"]
     y = table["group"].map(groups.index)
