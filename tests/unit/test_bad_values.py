@@ -14,13 +14,13 @@ from knitstudy.cli.main import main
 from knitstudy.errors import ConfigurationError
 from knitstudy.study.campaign import load_campaign
 
-STRAIN = "a number > 0 and <= 0.5 (0.05 is 5 %)"
+STRAIN = "a number from -0.2 to 0.5, not 0 (0.05 is 5 %, -0.05 a compression)"
 LENGTH = "a number > 0 and <= 1e6, in m"
 COUNT = "a whole number from 1 to 10000"
 NAME = "a name of at most 200 small letters, digits, - and _, that starts with a letter"
 LABEL = "one geometry (at most 200 small letters, digits, - and _)"
 POINTS = "a list of at least 4 points x, y, z in m"
-STOPS = "a list of strains that rise, for example [0.01, 0.02], or []"
+STOPS = "a list of strains on the way, for example [0.01, 0.02], or []"
 
 
 @pytest.fixture
@@ -56,7 +56,7 @@ def message(config, monkeypatch):
         ("load.strain", "[0.1]", "[0.1]", STRAIN),
         ("load.strain", "{a: 1}", "{'a': 1}", STRAIN),
         ("load.strain", "on", "True", STRAIN),
-        ("load.strain", "-0.05", "-0.05", STRAIN),
+        ("load.strain", "-0.5", "-0.5", STRAIN),
         ("load.strain", "5", "5", STRAIN),
         ("load.strain", "1e400", "inf", "a finite number"),
         ("load.strain", "-.inf", "-inf", "a finite number"),
@@ -123,8 +123,8 @@ def test_value_that_is_none(message, key, text, value, allowed):
             ["mesh.size=3e-4", "mesh.size=4e-4"],
             ("--set mesh.size is given 2 times, 0.0003 and 0.0004; once",),
         ),
-        (["load.stops=[0.02, 0.01]"], ("load.stops is [0.02, 0.01]", "rise between 0 and load.strain, 0.05")),
-        (["load.stops=[0.01, 0.01]"], ("load.stops is [0.01, 0.01]", "rise between 0 and load.strain")),
+        (["load.stops=[0.02, 0.01]"], ("load.stops is [0.02, 0.01]", "between 0 and load.strain, 0.05")),
+        (["load.stops=[0.01, 0.01]"], ("load.stops is [0.01, 0.01]", "go on from one to the next between 0")),
         (["load.stops=[0.02]", "load.strain=0.01"], ("load.stops is [0.02]", "load.strain, 0.01")),
         (["yarn.diameter=0.02"], ("pattern.course_spacing is 0.0104 m", "exceed yarn.diameter, 0.02 m")),
         (

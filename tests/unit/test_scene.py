@@ -84,15 +84,16 @@ def test_is_frozen_to_the_last_number(scene):
         ("pattern.loops", 0, "a whole number from 1 to 10000"),
         ("pattern.rows", 1.5, "a whole number from 1 to 10000"),
         ("pattern.clearance", -0.1, "a number from 0 to 1, in yarn radii"),
-        ("load.strain", 0, "a number > 0"),
-        ("load.strain", "0.05", "a number > 0"),
-        ("load.strain", True, "a number > 0"),
+        ("load.strain", 0, "a number from -0.2 to 0.5, not 0"),
+        ("load.strain", -0.21, "a number from -0.2 to 0.5, not 0"),
+        ("load.strain", "0.05", "a number from -0.2"),
+        ("load.strain", True, "a number from -0.2"),
         ("load.strain", float("nan"), "a finite number"),
         ("pair.angle", 0, "a number > 0 and <= 90, in degrees"),
         ("pair.angle", 91, "a number > 0 and <= 90, in degrees"),
         ("pair.length", 0, "a number > 0 and <= 1e6, in m"),
         ("pair.support", "middle", "ends or back"),
-        ("load.stops", [0], "has the entry 0 but must be a list of strains that rise"),
+        ("load.stops", [True], "has the entry True but must be a list of strains on the way"),
         (
             "load.path",
             [[0.0, 1.0]],
@@ -153,9 +154,9 @@ def test_unknown_kind(scene, key, value, allowed):
         ("mesh.size", [[1e-3]], "a number > 0 and <= 1e6, in m"),
         ("mesh.size", {"size": 1e-3}, "a number > 0 and <= 1e6, in m"),
         ("mesh.element", 8, ELEMENTS.allowed()),
-        ("load.stops", [[0.01]], "has the entry [0.01] but must be a list of strains that rise"),
+        ("load.stops", [[0.01]], "has the entry [0.01] but must be a list of strains on the way"),
         ("load.stops", [0.01, float("nan")], "has the entry nan but must be a finite number"),
-        ("load.stops", 0.01, "a list of strains that rise"),
+        ("load.stops", 0.01, "a list of strains on the way"),
         ("load.path", [[0.0, 0.0, 1e-3, 0.0]], "has the entry [0.0, 0.0, 0.001, 0.0] but must be a list"),
         ("pattern.control_points", [[0, 0, "x"]] * 4, "has the entry 'x' but must be a list of at least 4"),
         ("geometry.free", ["z", 3], "has the entry 3 but must be a list of the components that may move"),
@@ -292,15 +293,25 @@ def test_key_that_another_kind_of_scene_needs(scene):
         (
             "load.stops",
             [0.02, 0.01],
-            r"load\.stops is \[0\.02, 0\.01\] but must rise between 0 and load\.strain",
+            r"load\.stops is \[0\.02, 0\.01\] but must go on from one to the next between 0 and load\.strain, 0\.05",
         ),
-        ("load.stops", [0.02, 0.02], r"load\.stops .* must rise"),
-        ("load.stops", [0.01, 0.05], r"load\.stops .* must rise between 0 and load\.strain, 0\.05"),
+        ("load.stops", [0.02, 0.02], r"load\.stops .* must go on"),
+        ("load.stops", [0.01, 0.05], r"load\.stops .* must go on .* between 0 and load\.strain, 0\.05"),
+        ("load.stops", [-0.01], r"load\.stops .* must go on .* between 0 and load\.strain, 0\.05"),
     ],
 )
 def test_load_that_is_not_one_of_a_knit(scene, key, value, message):
     with pytest.raises(ConfigurationError, match=message):
         scene.replace(key, value)
+
+
+def test_stops_of_a_compression_go_down(scene):
+    pressed = scene.vary({"load.strain": -0.05, "load.stops": [-0.01, -0.02]})
+    assert pressed.load.stops == (-0.01, -0.02)
+    with pytest.raises(
+        ConfigurationError, match=r"load\.stops .* must go on .* between 0 and load\.strain, -0\.05"
+    ):
+        scene.replace("load.strain", -0.05).replace("load.stops", [0.01])
 
 
 @pytest.mark.parametrize(

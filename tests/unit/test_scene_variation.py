@@ -25,7 +25,7 @@ def test_a_scene_of_another_kind_takes_its_sections_from_the_defaults(config):
     [
         ("load.strane", 0.1, r"scene 'dns-a': unknown key 'load\.strane' \(did you mean 'strain'\?\)"),
         ("lode.strain", 0.1, r"unknown key 'lode\.strain' \(did you mean 'load'\?\)"),
-        ("load.strain", "much", r"load\.strain is 'much' but must be a number > 0"),
+        ("load.strain", "much", r"load\.strain is 'much' but must be a number from -0\.2"),
     ],
 )
 def test_wrong_changes(config, key, value, message):

@@ -22,13 +22,17 @@ if TYPE_CHECKING:
 UNLOADED = 1e-12
 """Energy over E d^3 up to which yarns of diameter d count as unloaded: a cell at 0.1 % stores 100,000 times as much."""
 
+ONE, BEGINNING = 0.5, 0.2
+"""Shares of what is allowed that one increment may add: of its own work, and of all while hardly any is done."""
+
 
 def require_closed_ledger(recorder: Recorder, index: int, limit: float, unloaded: float = 0.0) -> None:
     """Refuse an increment after which the ledger is open.
 
-    Where contact has only begun hardly any work is done, and the first increment's share in it is as good as arbitrary.
-    The gap is therefore held against the work that will have been done at full load if the force goes on as it does
-    now (`expected_work`): at full load that is the external work itself.
+    What an increment adds to the gap is held against half of the work that is done in it, so that none uses up what is
+    allowed to others. Where contact has only begun hardly any work is done, and the first increment's share in it is as
+    good as arbitrary: there, and of the whole gap, the work counts that will have been done at full load if the force
+    goes on as it does now (`expected_work`); at full load that is the external work itself.
 
     Parameters
     ----------
@@ -44,23 +48,29 @@ def require_closed_ledger(recorder: Recorder, index: int, limit: float, unloaded
     Raises
     ------
     CoarseIncrement
-        If the gap is larger, and this increment made it so.
+        If this increment adds too much.
     ConvergenceError
-        If it is larger without it: the work that was expected has not been done.
+        If the gap is too large though none did: the work that was expected has not been done.
     """
-    missing = [2 * energy[0] - energy.sum() for energy in recorder.columns["energy"][-2:]]
-    gap, work = abs(missing[-1]), expected_work(recorder)
-    allowed = max(limit * work, unloaded)
-    if gap > allowed:
-        message = (
-            f"increment {index}: the ledger of energies is open by {gap:.3g} J, {times(gap, work)} the external work; "
-            f"gates.ledger allows {limit:.1%}. Sums over increments are too coarse for how the force changes: use "
-            "more solver.increments, then a smaller solver.stabilisation; gates.ledger raises the limit"
-        )
-        before = sum(missing[:-1])
-        if abs(before) > allowed:
-            raise ConvergenceError(message)
-        raise CoarseIncrement(message, abs(missing[-1] - before))
+    energy = np.array(recorder.columns["energy"][-2:])
+    if len(energy) < 2:
+        return  # at rest no work is done
+    missing, work = 2 * energy[:, 0] - energy.sum(axis=1), expected_work(recorder)
+    added, done = abs(missing[1] - missing[0]), abs(energy[1, 0] - energy[0, 0])
+    if added > max(limit * max(ONE * done, BEGINNING * work), unloaded):
+        how = f"opens further by {added:.3g} J, {times(added, done)} the work that is done in it"
+        raise CoarseIncrement(_said(index, how, f"allows {limit:.1%}, and one increment half of that"), added)
+    if (gap := abs(missing[1])) > max(limit * work, unloaded):
+        how = f"is open by {gap:.3g} J, {times(gap, work)} the external work"
+        raise ConvergenceError(_said(index, how, f"allows {limit:.1%}"))
+
+
+def _said(index: int, how: str, allowed: str) -> str:
+    return (
+        f"increment {index}: the ledger of energies {how}; gates.ledger {allowed}. Sums over increments are too coarse "
+        "for how the force changes: use more solver.increments, then a smaller solver.stabilisation; gates.ledger "
+        "raises the limit"
+    )
 
 
 def expected_work(recorder: Recorder) -> float:

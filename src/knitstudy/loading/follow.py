@@ -20,7 +20,8 @@ from knitstudy.mechanics.parallel import serial_blas
 
 log = logging.getLogger(__name__)
 WORTHWHILE = 0.75
-"""Share of what an increment adds to what sums are off by, above which half of it is no better: 1/8 is expected."""
+"""Share of what an increment adds to what sums are off by, above which a quarter of it is no better: 1/64 is expected,
+but where the force jumps within it a half may add as much."""
 
 resumed = logging.getLogger(f"{__name__}.resumed")
 """Says whether a run goes on where another one ended: of use to who has no wish for every increment."""
@@ -63,7 +64,7 @@ def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     path = trace(problem.model, problem.prescribed, problem.settings, problem.solver, last)
     try:
         with serial_blas():
-            increment, gap = next(path, None), np.inf
+            increment, gaps = next(path, None), []
             while increment is not None:
                 _record(problem, recorder, increment)
                 before, last = last, increment
@@ -71,9 +72,10 @@ def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
                     for check in problem.checks:
                         check(last, recorder)
                 except CoarseIncrement as coarse:
-                    if before is None or coarse.gap > WORTHWHILE * gap:
+                    gaps.append(coarse.gap)
+                    if before is None or (len(gaps) > 2 and gaps[-1] > WORTHWHILE * gaps[-3]):
                         raise
-                    last, gap = before, coarse.gap
+                    last = before
                     recorder.drop()
                     increment = path.send(str(coarse))
                     continue
@@ -82,7 +84,7 @@ def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
                     with problem.meter.paused():
                         checkpoint.save(last, recorder)
                 run.progress(last.load, place(scene.load, last.load))
-                increment, gap = next(path, None), np.inf
+                increment, gaps = next(path, None), []
     except ConvergenceError as error:
         if run.partial is None or last is None:
             raise

@@ -12,6 +12,10 @@ from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mechanics.spring import LinearSprings
 
+UNLOADED = 1e-8
+"""Force over the axial stiffness of elements up to which a network counts as unloaded: rounding of where its nodes are
+makes 1e-14 of it."""
+
 
 @dataclass(frozen=True)
 class BeamState:
@@ -79,6 +83,10 @@ class BeamModel(Memoryless):
         self.length = float(np.mean(self.elements.length))
         self.radius = float(radius)
         self.scale = np.tile(np.repeat([1.0, self.radius], 3), len(self.nodes))
+        # Where nothing resists yet, rounding is no measure of a residual.
+        axis = self.elements.axis
+        along = np.einsum("ei,eij,ej->e", axis, self.elements.law[:, :3, :3], axis)
+        self._least_force = UNLOADED * float(along.mean())
         self._assembly = Assembly([self.ends], len(self.nodes), block=self.block, pairs=4 * len(self.ends))
 
     def start(self) -> BeamState:
@@ -100,7 +108,7 @@ class BeamModel(Memoryless):
         stored = np.sum(beam.energy(self.elements, now)) + np.sum(self.springs.energy(stretch))
         return Response(
             force=self._assembly.sum_forces([at_nodes]),
-            mean_force=self._mean(at_ends[: self.beams]),
+            mean_force=max(self._mean(at_ends[: self.beams]), self._least_force),
             energy={"internal": float(stored)},
             stiffness=self._tangent(now, at_ends, arm) if stiffness else None,
         )

@@ -7,6 +7,7 @@ below ``results``, so that the same command goes on), and keeps in ``resources/t
 
 from __future__ import annotations
 
+import argparse
 import logging
 import sys
 import time
@@ -226,8 +227,14 @@ def keep(seconds: float) -> pd.DataFrame:
 
 if __name__ == "__main__":
     logging.basicConfig(level=logging.WARNING)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "seconds", nargs="?", type=float, default=inf, help="begin no simulation after so many"
+    )
     try:
-        kept = keep(float(sys.argv[1]) if len(sys.argv) > 1 else float("inf"))
+        kept = keep(parser.parse_args().seconds)
     except KnitstudyError as error:
         sys.exit(f"error: {error}")
     print(

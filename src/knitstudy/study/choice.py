@@ -144,6 +144,11 @@ def choose(
         raise ConfigurationError(
             f"{where}: fidelity is auto but must be named where specimen is {scene.specimen}"
         )
+    if scene.load.strain < 0:
+        raise ConfigurationError(
+            f"{where}: fidelity is auto but must be named where load.strain is {scene.load.strain:g}: what accuracy "
+            "costs was measured in tension"
+        )
     cells = (scene.pattern.loops * scene.pattern.rows) ** 0.5
     measured = SMALL if cells == SMALL else LARGE
     of_problem = [row for row in _rows(kept) if _fits(row, scene, measured)]

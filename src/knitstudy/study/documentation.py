@@ -5,10 +5,10 @@
 
 from __future__ import annotations
 
+import argparse
 import csv
 import io
 import json
-import sys
 from collections.abc import Collection, Iterator
 from inspect import cleandoc, get_annotations
 from pathlib import Path
@@ -184,11 +184,18 @@ def _write(path: Path, text: str) -> None:
         Path(partial).write_text(text, encoding="utf-8")
 
 
-def main(arguments: list[str]) -> None:
+def main(arguments: list[str] | None = None) -> None:
     """Write both files, and the schema of every kind of scene into a folder if one is named."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "schemas", nargs="?", type=Path, help="folder for the JSON schema of every kind of scene"
+    )
+    folder = parser.parse_args(arguments).schemas
     _write(INPUTS, inputs_table())
     _write(KEYS, keys_page())
-    for folder in map(Path, arguments[:1]):
+    if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
         for kind in all_kinds():
             name = "-".join((kind.specimen.name, kind.fidelity.name, kind.interaction.name))
@@ -196,4 +203,4 @@ def main(arguments: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

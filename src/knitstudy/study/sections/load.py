@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, ClassVar, Literal
+from typing import ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import field_validator, model_validator
 
 from knitstudy.study.keys import Section, key
 
 
 class Tension(Section):
-    """A specimen is deformed to an engineering `strain`.
+    """A specimen is deformed to an engineering `strain`, compressed if it is negative.
 
     `lateral`: what goes with it held or free; `stops`: strains at which an increment has to end.
     """
 
     strain: float = key(
-        "a number > 0 and <= 0.5 (0.05 is 5 %)",
+        "a number from -0.2 to 0.5, not 0 (0.05 is 5 %, -0.05 a compression)",
         standing="stated",
         source="section 3.1: 5 % course strain",
-        checked="0 to 5 %",
-        gt=0,
+        checked="-5 to 5 %",
+        ge=-0.2,
         le=0.5,
     )
 
@@ -34,19 +34,27 @@ class Tension(Section):
         checked="fixed; free: force -3.3 % (docs/sensitivity.md)",
     )
 
-    stops: tuple[Annotated[float, Field(gt=0)], ...] = key(
-        "a list of strains that rise, for example [0.01, 0.02], or []",
+    stops: tuple[float, ...] = key(
+        "a list of strains on the way, for example [0.01, 0.02], or []",
         standing="choice",
         source="numerical; where increments end, so that figures show the strains of Fig. 7c",
         checked="none",
     )
 
+    @field_validator("strain")
+    @classmethod
+    def _goes_somewhere(cls, strain: float) -> float:
+        if strain == 0:
+            raise ValueError("nothing is deformed")
+        return strain
+
     @model_validator(mode="after")
-    def _stops_rise(self) -> Tension:
-        bounds = (0.0, *self.stops, self.strain)
-        if any(later <= earlier for earlier, later in pairwise(bounds)):
+    def _stops_are_on_the_way(self) -> Tension:
+        shares = (0.0, *(stop / self.strain for stop in self.stops), 1.0)
+        if any(later <= earlier for earlier, later in pairwise(shares)):
             raise ValueError(
-                f"stops is {list(self.stops)} but must rise between 0 and load.strain, {self.strain:g}"
+                f"stops is {list(self.stops)} but must go on from one to the next between 0 and load.strain, "
+                f"{self.strain:g}"
             )
         return self
 

@@ -20,21 +20,21 @@ class Newton(Section):
     )
 
     residual_tolerance: float = key(
-        "a number > 0 and <= 1e-3, relative to the mean internal force",
+        "a number > 0 and <= 1e-2, relative to the mean internal force",
         standing="choice",
         source="numerical; of the mean internal force",
         checked="1e-6",
         gt=0,
-        le=1e-3,
+        le=1e-2,
     )
 
     correction_tolerance: float = key(
-        "a number > 0 and <= 1e-3, relative to the mesh size",
+        "a number > 0 and <= 1e-2, relative to the mesh size",
         standing="choice",
         source="numerical; of the element size",
         checked="1e-6",
         gt=0,
-        le=1e-3,
+        le=1e-2,
     )
 
 
