@@ -31,11 +31,13 @@ class CoarseIncrement(ConvergenceError):
     ----------
     gap : float
         What it has added to what the sums are off by [J].
+    bearable : bool
+        Whether the sums are still good enough, if a smaller one adds as much.
     """
 
-    def __init__(self, message: str, gap: float) -> None:
+    def __init__(self, message: str, gap: float, bearable: bool = False) -> None:
         super().__init__(message)
-        self.gap = gap
+        self.gap, self.bearable = gap, bearable
 
 
 class DataFileError(KnitstudyError):

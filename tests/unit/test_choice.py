@@ -125,7 +125,9 @@ def test_a_model_that_cannot_answer_is_refused_with_the_reason(choice):
 def test_what_was_not_measured_is_said(choice):
     with pytest.raises(ConfigurationError, match="nothing was measured of tie constraint in wale tension"):
         choice({"load.direction": "wale"}, question="force", accuracy=0.5)
-    with pytest.raises(ConfigurationError, match=r"must be named where load\.strain is -0\.01: .* in tension"):
+    with pytest.raises(
+        ConfigurationError, match=r"must be named where load\.strain is -0\.01: .* in tension"
+    ):
         choice({"load.strain": -0.01}, question="force", accuracy=0.5)
 
 

@@ -119,7 +119,7 @@ def test_check_folder(knitstudy, config):
         )
     path = config / "scenes" / "small.yaml"
     path.write_text(path.read_text().replace("2e-2", "-1"))
-    assert "small.yaml, scene 'rom3d-a': load.strain is -1 but must be a number > 0" in message(
+    assert "small.yaml, scene 'rom3d-a': load.strain is -1 but must be a number from -0.2" in message(
         knitstudy("check", config)
     )
 

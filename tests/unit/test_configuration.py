@@ -58,8 +58,12 @@ def test_number_without_point_or_sign_is_a_number(config):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("2e-2", "much", r"small\.yaml, scene 'rom3d-a': load\.strain is 'much' but must be a number > 0"),
-        ("2e-2", "0", r"scene 'rom3d-a': load\.strain is 0 but must be a number > 0"),
+        (
+            "2e-2",
+            "much",
+            r"small\.yaml, scene 'rom3d-a': load\.strain is 'much' but must be a number from -0\.2",
+        ),
+        ("2e-2", "0", r"scene 'rom3d-a': load\.strain is 0 but must be a number from -0\.2"),
         ("2e-2", "[", r"small\.yaml: is not YAML: line 14"),
         ("load.strain", "load.stress", r"scene 'rom3d-a': unknown key 'load\.stress'"),
         (

@@ -13,7 +13,9 @@ from knitstudy.exchange.deck import Interaction, facet_faces, specimen_deck
 from knitstudy.exchange.dialects import dialect
 from knitstudy.exchange.inp import write_inp
 from knitstudy.mechanics.materials import Material
-from knitstudy.mesh import Section, Spacing, sweep
+from knitstudy.mesh.section import Section
+from knitstudy.mesh.spacing import Spacing
+from knitstudy.mesh.sweep import sweep
 from knitstudy.solids.facet_tie import FacetTie
 from knitstudy.study.kinds import INTERACTIONS
 

@@ -43,7 +43,11 @@ def fails(error):
 @pytest.mark.parametrize(
     ("error", "outcome", "why"),
     [
-        (ConfigurationError("scene 'a': load.strain is 1 but must be a number > 0"), "refused", "bounds"),
+        (
+            ConfigurationError("scene 'a': load.strain is 1 but must be a number from -0.2"),
+            "refused",
+            "bounds",
+        ),
         (ConfigurationError("load.strain is 1 but must be 2 as in yarn.diameter"), "refused", "keys"),
         (GeometryError("yarn.diameter 1 m: no loop"), "refused", "loop"),
         (ConvergenceError("increment 2: open; gates.ledger allows 5%"), "stopped", "gate"),

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry import CatmullRom
 from knitstudy.geometry.calibrate import main, read_problem
 from knitstudy.geometry.calibration import UNUSABLE, Candidate, first_guess, residuals, whole_loop
+from knitstudy.geometry.spline import CatmullRom
 from knitstudy.geometry.symmetry import symmetries
 from knitstudy.study.configuration import CONFIG
 

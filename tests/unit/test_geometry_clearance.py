@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from knitstudy.geometry import Loop
 from knitstudy.geometry.clearance import approaches, smallest_radius_of_curvature
+from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.spline import CatmullRom
 from knitstudy.geometry.survey import survey
 

@@ -7,8 +7,8 @@ import pytest
 
 from knitstudy.errors import DataFileError, GeometryError
 from knitstudy.files.netcdf import read_dataset, write_dataset
-from knitstudy.geometry import Knit
 from knitstudy.geometry.lay_out import initial_loop
+from knitstudy.geometry.pattern import Knit
 
 
 @pytest.fixture(scope="module")

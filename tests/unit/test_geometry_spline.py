@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry import CatmullRom, Centreline
+from knitstudy.geometry.spline import CatmullRom, Centreline
 
 EPS = 1e-12  # rounding of a few dozen operations on numbers of order ten
 

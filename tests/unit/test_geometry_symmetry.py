@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry import CatmullRom
+from knitstudy.geometry.spline import CatmullRom
 from knitstudy.geometry.symmetry import symmetric_motions, symmetries
 
 WALE = 12.0

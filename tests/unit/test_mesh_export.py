@@ -4,7 +4,9 @@ import pytest
 
 from knitstudy.errors import DataFileError, MeshError
 from knitstudy.exchange.vtu import write_vtu
-from knitstudy.mesh import Section, Spacing, sweep
+from knitstudy.mesh.section import Section
+from knitstudy.mesh.spacing import Spacing
+from knitstudy.mesh.sweep import sweep
 
 
 class Straight:

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import MeshError
-from knitstudy.mesh import Section, Spacing, quality, sweep
+from knitstudy.mesh import quality
+from knitstudy.mesh.section import Section
+from knitstudy.mesh.spacing import Spacing
+from knitstudy.mesh.sweep import sweep
 
 CUBE = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float

@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import MeshError
-from knitstudy.mesh import Section, Spacing, sweep
 from knitstudy.mesh.roll import Targets, roll_towards, rolled
-from knitstudy.mesh.spacing import place_slices
+from knitstudy.mesh.section import Section
+from knitstudy.mesh.spacing import Spacing, place_slices
+from knitstudy.mesh.sweep import sweep
 
 ANGLES = Section.butterfly(4, 1).angles
 STEP = 2 * np.pi / ANGLES.size

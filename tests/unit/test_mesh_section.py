@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import MeshError
-from knitstudy.mesh import Section
+from knitstudy.mesh.section import Section
 
 
 def corner_sines(section):

@@ -5,9 +5,10 @@ import pytest
 
 from knitstudy.errors import DataFileError, MeshError
 from knitstudy.files.netcdf import read_dataset, write_dataset
-from knitstudy.mesh import Section, Spacing, SweptMesh, sweep
 from knitstudy.mesh.frames import rotation_minimising
-from knitstudy.mesh.spacing import place_slices
+from knitstudy.mesh.section import Section
+from knitstudy.mesh.spacing import Spacing, place_slices
+from knitstudy.mesh.sweep import SweptMesh, sweep
 
 
 @dataclass

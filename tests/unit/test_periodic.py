@@ -186,7 +186,7 @@ def test_tables_of_cells():
             {"solver.stabilisation": 1e-8},
             "solver.stabilisation is 1e-08 but must be 0 where specimen is cell",
         ),
-        ({"load.strain": 0}, "load.strain is 0 but must be a number > 0"),
+        ({"load.strain": 0}, "load.strain is 0 but must be a number from -0.2"),
         ({"contact.tied_edges": "outer"}, "contact.tied_edges is no key of a scene whose specimen is cell"),
     ],
 )

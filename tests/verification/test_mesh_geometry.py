@@ -5,7 +5,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from knitstudy.mesh import Section, Spacing, sweep
+from knitstudy.mesh.section import Section
+from knitstudy.mesh.spacing import Spacing
+from knitstudy.mesh.sweep import sweep
 
 RADIUS = 0.9
 

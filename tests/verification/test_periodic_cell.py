@@ -200,7 +200,9 @@ def test_held_across_it_is_stiffer_by_what_contraction_is_worth(at_rest, scene, 
 @pytest.fixture(scope="module")
 def touching(scene):
     changes = {"interaction": "isotropic", "contact.tied_edges": "none", "load.lateral": "fixed"}
-    return scene.vary(changes | {"outputs": [], "load.strain": 0.01, "solver.increments": 5})
+    # The first increment opens the ledger: halved or not, friction has to see the same ones in all cells.
+    few = {"load.strain": 0.01, "solver.increments": 5, "gates.ledger": 1.0}
+    return scene.vary(changes | few | {"outputs": []})
 
 
 @pytest.fixture(scope="module")

@@ -28,7 +28,7 @@ def one_message(ended):
 @pytest.mark.parametrize(
     ("file", "old", "new", "message"),
     [
-        ("defaults.yaml", "strain: 0.05", "strain: 0", "load.strain is 0 but must be a number > 0"),
+        ("defaults.yaml", "strain: 0.05", "strain: 0", "load.strain is 0 but must be a number from -0.2"),
         ("defaults.yaml", "loops: 3", "loops: three", "pattern.loops is 'three' but must be a whole number"),
         ("defaults.yaml", "strain:", "strane:", "unknown key 'load.strane' (did you mean 'strain'?)"),
         (

@@ -56,11 +56,13 @@ def require_closed_ledger(recorder: Recorder, index: int, limit: float, unloaded
     if len(energy) < 2:
         return  # at rest no work is done
     missing, work = 2 * energy[:, 0] - energy.sum(axis=1), expected_work(recorder)
+    gap, allowed = abs(missing[1]), max(limit * work, unloaded)
     added, done = abs(missing[1] - missing[0]), abs(energy[1, 0] - energy[0, 0])
     if added > max(limit * max(ONE * done, BEGINNING * work), unloaded):
         how = f"opens further by {added:.3g} J, {times(added, done)} the work that is done in it"
-        raise CoarseIncrement(_said(index, how, f"allows {limit:.1%}, and one increment half of that"), added)
-    if (gap := abs(missing[1])) > max(limit * work, unloaded):
+        said = _said(index, how, f"allows {limit:.1%}, and one increment half of that")
+        raise CoarseIncrement(said, added, bearable=gap <= allowed)
+    if gap > allowed:
         how = f"is open by {gap:.3g} J, {times(gap, work)} the external work"
         raise ConvergenceError(_said(index, how, f"allows {limit:.1%}"))
 

@@ -31,7 +31,7 @@ def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     """Drive a model to full load and return its history.
 
     An increment after which a check finds sums over increments too coarse is tried again in halves, as one that does
-    not converge is.
+    not converge is, as long as that helps.
 
     Parameters
     ----------
@@ -68,17 +68,16 @@ def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
             while increment is not None:
                 _record(problem, recorder, increment)
                 before, last = last, increment
-                try:
-                    for check in problem.checks:
-                        check(last, recorder)
-                except CoarseIncrement as coarse:
+                coarse = _checked(problem, last, recorder)
+                if coarse is not None:
                     gaps.append(coarse.gap)
-                    if before is None or (len(gaps) > 2 and gaps[-1] > WORTHWHILE * gaps[-3]):
-                        raise
-                    last = before
-                    recorder.drop()
-                    increment = path.send(str(coarse))
-                    continue
+                    if _falls(gaps):
+                        last = before
+                        recorder.drop()
+                        increment = path.send(str(coarse))
+                        continue
+                    if not coarse.bearable:
+                        raise coarse
                 if checkpoint:
                     # A tenth of a reduced model's time, which is not its own.
                     with problem.meter.paused():
@@ -95,6 +94,22 @@ def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
             f"{str(error).rstrip('.')}. The history up to load factor {last.load:.4g} is in {run.partial}"
         ) from None
     return _history(problem, recorder, last)
+
+
+def _checked(problem: Problem, increment: Increment, recorder: Recorder) -> CoarseIncrement | None:
+    """Let all checks see a converged increment; return what the one says that finds it too coarse."""
+    coarse = None
+    for check in problem.checks:
+        try:
+            check(increment, recorder)
+        except CoarseIncrement as error:
+            coarse = error
+    return coarse
+
+
+def _falls(gaps: list[float]) -> bool:
+    """Return whether halves of an increment may add less and less to what sums are off by."""
+    return len(gaps) < 3 or gaps[-1] <= WORTHWHILE * gaps[-3]
 
 
 def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:

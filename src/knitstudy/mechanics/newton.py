@@ -60,8 +60,8 @@ def trace(
 ) -> Generator[Increment, str | None, None]:
     """Follow the load path from the undeformed state (or from `resume`) to full load.
 
-    Whoever takes an increment may send why it is too large: it is forgotten then, half of it is tried, and none is
-    larger from there on.
+    Whoever takes an increment may send why it is too large: it is forgotten then, half of it is tried, and those that
+    follow grow from there.
 
     Yields
     ------
@@ -97,20 +97,21 @@ def trace(
                 f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}",
             )
         else:
-            next_size = size
+            # One increment that was too coarse for what is summed says little about those far behind it.
+            most, next_size = min(share, largest * settings.growth), size
             if done.newton_iterations <= settings.quick:
-                next_size = min(largest, size * settings.growth)
+                next_size = min(most, size * settings.growth)
             done = replace(
                 done,
                 size=next_size,
-                largest=largest,
+                largest=most,
                 newton_iterations=done.newton_iterations + attempts.spent.newton,
                 krylov_iterations=done.krylov_iterations + attempts.spent.krylov,
             )
             coarse = yield done
             if not coarse:
                 attempts.end(target, largest)
-                now, size = done, next_size
+                now, size, largest = done, next_size, most
                 continue
             attempts.add(now, path, coarse)
             # The next ones would be too large as well.

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from scipy.special import eval_jacobi
+import scipy
 
 LARGEST_DEGREE = 12
 """Beyond it nothing has been verified, and a span costs more than those that it saves."""
@@ -57,7 +57,9 @@ def gradients(degree: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     power, radial = _power(degree, x), _radial(kind, x)
     j, m = (kind.degree - kind.wave) // 2, kind.wave
     squared = np.einsum("kc,kc->k", x, x)[:, None]
-    slope = np.where(j > 0, (j + m + 1) * eval_jacobi(np.maximum(j - 1, 0), 1, m + 1, 2 * squared - 1), 0.0)
+    slope = np.where(
+        j > 0, (j + m + 1) * scipy.special.eval_jacobi(np.maximum(j - 1, 0), 1, m + 1, 2 * squared - 1), 0.0
+    )
     wave = _part(power[:, m], kind)
     turned = m * power[:, np.maximum(m - 1, 0)]  # d z^m / d x1; times i: d / d x2
     first = _part(turned, kind) * radial + wave * slope * 2 * x[:, :1]
@@ -92,4 +94,4 @@ def _part(power: np.ndarray, kind: Modes) -> np.ndarray:
 
 def _radial(kind: Modes, x: np.ndarray) -> np.ndarray:
     squared = np.einsum("kc,kc->k", x, x)[:, None]
-    return eval_jacobi((kind.degree - kind.wave) // 2, 0, kind.wave, 2 * squared - 1)
+    return scipy.special.eval_jacobi((kind.degree - kind.wave) // 2, 0, kind.wave, 2 * squared - 1)
