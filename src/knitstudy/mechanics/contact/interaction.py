@@ -14,54 +14,18 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError, MeshError
+from knitstudy.mechanics.contact.following import Following
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, Coulomb
-from knitstudy.mechanics.contact.history import ContactHistory, joined, same_pair, taken
+from knitstudy.mechanics.contact.history import ContactHistory, taken
 from knitstudy.mechanics.contact.indentation import Indentation
-from knitstudy.mechanics.contact.motion import Neighbourhoods
 from knitstudy.mechanics.contact.passes import PASS_SHARE
 from knitstudy.mechanics.contact.points import ContactPoints
-from knitstudy.mechanics.contact.projection import Projection, project
-from knitstudy.mechanics.contact.quadrature import CHUNK, Quadrature
-from knitstudy.mechanics.contact.search import Candidates, Search
+from knitstudy.mechanics.contact.projection import Projection
+from knitstudy.mechanics.contact.quadrature import Quadrature
+from knitstudy.mechanics.contact.search import Search
 from knitstudy.mechanics.contact.surface import Stencil, Surfaces
 from knitstudy.mechanics.contact.tangent import CellPairs
 from knitstudy.mechanics.contact.tangent import stiffness as tangent
-
-
-@dataclass(frozen=True, eq=False)
-class _Followed:
-    """Pairs of one search: what was asked for, what is known of them, and until when it is all that is needed.
-
-    Attributes
-    ----------
-    source : ContactHistory
-        The history asked about.
-    before : ndarray, shape (M, 3)
-        Where carriers were then [m].
-    history : ContactHistory
-        Of all pairs; what was open is filled in when it is asked for.
-    angle : ndarray, shape (c,)
-        Between their lines then; nan until it is asked for.
-    searched : ndarray, shape (M, 3)
-        Where carriers were at the search [m].
-    least : ndarray, shape (c,)
-        What the gaps were at least where carriers were seen last [m].
-    seen : ndarray, shape (M, 3)
-        Where that was [m].
-    neighbourhoods : Neighbourhoods
-    box : ndarray of int, shape (c,)
-        Which of them pairs lie in.
-    """
-
-    source: ContactHistory
-    before: np.ndarray
-    history: ContactHistory
-    angle: np.ndarray
-    searched: np.ndarray
-    least: np.ndarray
-    seen: np.ndarray
-    neighbourhoods: Neighbourhoods
-    box: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +96,7 @@ class Contact:
         if meets is None:
             meets = np.ones((len(surfaces.cells), len(surfaces.cells)), dtype=bool)
         self._search = Search(surfaces, self.quadrature, self._undeformed, meets, pieces)
-        self._followed: _Followed | None = None
+        self._following = Following(self._search, margin, angles=law.directional)
         self._pairs: CellPairs | None = None
         deepest = -self.smallest_gap(self.points(nodes, nodes, ContactHistory.empty()))
         if deepest > overlap:
@@ -156,38 +120,19 @@ class Contact:
             Of that increment.
         """
         carriers, before = self.surfaces.carry(nodes), self.surfaces.carry(before)
-        followed = self._follow(carriers, before, history)
+        followed, number, least = self._following.may_touch(carriers, before, history)
         every = followed.history
-        least = followed.neighbourhoods.motion(carriers, followed.seen).least(followed.least, followed.box)
-        number = np.flatnonzero(~((least > 0) & (every.pressure <= 0) & (every.multiplier == 0)))
-        self._look_back(followed, number)
         history = taken(every, number)
         angle = followed.angle[number] if self.law.directional else None
         position = self._search.positions(history.point, carriers)
-        projection, gap = self._project(history, position, carriers)
+        projection, gap = self._search.closest(history, position, carriers)
         least[number] = _known(gap)
-        self._followed = replace(followed, least=least, seen=carriers)
-        law = self.law
-        # A point that has closed within this increment has slid in contact only for the rest of it.
-        fresh = history.pressure <= 0
-        closes = fresh & (gap < 0) & np.isfinite(history.gap) & (history.gap > 0)
-        ends = np.where(closes, gap, 0.0), np.where(closes, history.gap, 0.0)
-        span = np.where(closes, ends[0] - ends[1], 1.0)
-        share = np.where(closes, ends[0] / span, 1.0)
-        moved = projection.xi - np.where(fresh[:, None], history.xi, history.anchor)
-        rate = (-ends[1] / span**2)[:, None] * moved
-        slip = share[:, None] * moved
-        local = law.at(gap, angle)
-        if law.directional:
-            # Stiffness that is gained carries nothing at first; what is lost takes its share of the traction along.
-            carried = np.where(fresh[:, None], 0.0, history.xi - history.anchor)
-            kept = np.minimum(law.at(history.gap, angle).tangential / local.tangential, 1.0)
-            slip -= (1 - kept)[:, None] * carried
-            step = share[:, None] * (projection.xi - history.xi) + (kept == 1)[:, None] * carried
-            rate += (local.slope / local.tangential)[:, None] * step
+        self._following.saw(carriers, least)
+        local = self.law.at(gap, angle)
+        slip, rate, share = self._slip(history, projection.xi, gap, local, angle)
         trial = np.einsum("ka,kai->ki", slip, projection.tangent)
         trial *= np.reshape(local.tangential, (-1, 1))
-        pressure = law.pressure(gap, history.multiplier, angle)
+        pressure = self.law.pressure(gap, history.multiplier, angle)
         traction, status = local.traction(trial, pressure)
         return ContactPoints(
             history=history,
@@ -208,6 +153,33 @@ class Contact:
             law=local,
             angle=angle,
         )
+
+    def _slip(
+        self,
+        history: ContactHistory,
+        xi: np.ndarray,
+        gap: np.ndarray,
+        local: Coulomb,
+        angle: np.ndarray | None,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return s (k, 2), ds/dg (k, 2) and ds/dxi (k,) of pairs with closest places (k, 2) and gaps (k,) [m]."""
+        # A point that has closed within this increment has slid in contact only for the rest of it.
+        fresh = history.pressure <= 0
+        closes = fresh & (gap < 0) & np.isfinite(history.gap) & (history.gap > 0)
+        ends = np.where(closes, gap, 0.0), np.where(closes, history.gap, 0.0)
+        span = np.where(closes, ends[0] - ends[1], 1.0)
+        share = np.where(closes, ends[0] / span, 1.0)
+        moved = xi - np.where(fresh[:, None], history.xi, history.anchor)
+        rate = (-ends[1] / span**2)[:, None] * moved
+        slip = share[:, None] * moved
+        if self.law.directional:
+            # Stiffness that is gained carries nothing at first; what is lost takes its share of the traction along.
+            carried = np.where(fresh[:, None], 0.0, history.xi - history.anchor)
+            kept = np.minimum(self.law.at(history.gap, angle).tangential / local.tangential, 1.0)
+            slip -= (1 - kept)[:, None] * carried
+            step = share[:, None] * (xi - history.xi) + (kept == 1)[:, None] * carried
+            rate += (local.slope / local.tangential)[:, None] * step
+        return slip, rate, share
 
     def respond(
         self, nodes: np.ndarray, before: np.ndarray, history: ContactHistory, stiffness: bool
@@ -284,7 +256,7 @@ class Contact:
             status=_put(np.full(len(xi), OPEN), points.number, points.status),
             dissipated=np.asarray(history.dissipated + self._dissipation(points)),
         )
-        self._continue(every, committed, points.carriers, np.full(len(xi), np.nan))
+        self._following.go_on(every, committed, points.carriers)
         return committed
 
     def augment(self, points: ContactPoints) -> ContactHistory:
@@ -300,7 +272,7 @@ class Contact:
             # Positive from now on, so that the anchor stays where the point touched first.
             pressure=_put(every.pressure, number, np.where(fresh, np.finfo(float).tiny, history.pressure)),
         )
-        self._continue(every, augmented, self._followed.before, self._followed.angle)
+        self._following.go_on(every, augmented)
         return augmented
 
     def reference(self, point: np.ndarray) -> np.ndarray:
@@ -326,93 +298,15 @@ class Contact:
     def _evaluated(self, points: ContactPoints, rest: np.ndarray) -> tuple[Projection, np.ndarray]:
         """Return closest places and gaps (k,) of pairs (k,) that are left out."""
         history = taken(points.followed, rest)
-        return self._project(history, self._search.positions(history.point, points.carriers), points.carriers)
-
-    # ---- candidates -----------------------------------------------------------------------------------------
-
-    def _follow(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> _Followed:
-        """Return the history over all pairs that may touch now; what is kept only saves time."""
-        kept = self._followed
-        if kept is not None and kept.source is history and np.array_equal(kept.before, before):
-            moved = kept.neighbourhoods.motion(carriers, kept.searched).least(self.margin)
-            if moved.min() >= 0 and kept.neighbourhoods.stay_apart(carriers, kept.searched):
-                return kept
-        # What was found for trial states, however wild, is forgotten.
-        found = self._search.find(carriers, self.margin)
-        arc = self._search.arc(history.surface, history.xi[:, 0])
-        same = same_pair(found.point, found.surface, found.arc, history, arc)
-        least = np.full(len(history.point), -np.inf)
-        least[same[same >= 0]] = found.least[same >= 0]
-        stays = history.pressure > 0
-        stays[same[same >= 0]] = True
-        stays, new = np.flatnonzero(stays), np.flatnonzero(same < 0)
-        every = joined(taken(history, stays), _open(found, new, history.dissipated))
-        least = np.append(least[stays], found.least[new])
-        # In one order, so that sums are the same whenever was searched, after a restart too.
-        order = np.lexsort((every.xi[:, 0], every.surface, every.point))
-        every = taken(every, order)
-        neighbourhoods = Neighbourhoods(self.surfaces, carriers, self._search.reach)
-        self._followed = _Followed(
-            source=history,
-            before=before,
-            history=every,
-            angle=np.full(len(order), np.nan),
-            searched=carriers,
-            least=least[order],
-            seen=carriers,
-            neighbourhoods=neighbourhoods,
-            box=neighbourhoods.of_ring[self._search.ring(every.point // self.quadrature.per_cell)],
+        return self._search.closest(
+            history, self._search.positions(history.point, points.carriers), points.carriers
         )
-        return self._followed
-
-    def _look_back(self, followed: _Followed, number: np.ndarray) -> None:
-        """Fill in what pairs (k,) that nothing was asked of before remember: where they were, and their angles."""
-        history, before = followed.history, followed.before
-        new = number[np.isneginf(history.gap[number])]
-        position = self._search.positions(history.point[new], before)
-        projection, history.gap[new] = self._project(taken(history, new), position, before)
-        history.xi[new] = projection.xi
-        if self.law.directional:
-            new = number[np.isnan(followed.angle[number])]
-            followed.angle[new] = self._angles(taken(history, new), before)
-
-    def _angles(self, history: ContactHistory, before: np.ndarray) -> np.ndarray:
-        """Return the angles (c,) between the first parameters' lines at pairs."""
-        cosine = np.empty(len(history.point))
-        for low in range(0, len(cosine), CHUNK):
-            part = slice(low, low + CHUNK)
-            point = history.point[part]
-            both = (
-                (self.quadrature.surface[point], self.quadrature.xi[point]),
-                (history.surface[part], history.xi[part]),
-            )
-            lines = [self.surfaces.places(*place, before)[1][:, 0] for place in both]
-            sizes = np.prod([np.linalg.norm(line, axis=1) for line in lines], axis=0)
-            cosine[part] = np.abs(np.einsum("ki,ki->k", *lines)) / sizes
-        return np.arccos(np.minimum(cosine, 1.0))
-
-    def _continue(
-        self, history: ContactHistory, successor: ContactHistory, before: np.ndarray, angle: np.ndarray
-    ) -> None:
-        """Go on with the pairs of one search under the history that follows."""
-        if self._followed is not None and self._followed.history is history:
-            self._followed = replace(
-                self._followed, source=successor, history=successor, before=before, angle=angle
-            )
 
     def _left_out(self, points: ContactPoints) -> np.ndarray:
         """Return the pairs (k,) that are followed and not in `points`."""
         left_out = np.ones(len(points.followed.point), dtype=bool)
         left_out[points.number] = False
         return np.flatnonzero(left_out)
-
-    def _project(
-        self, history: ContactHistory, position: np.ndarray, carriers: np.ndarray
-    ) -> tuple[Projection, np.ndarray]:
-        projection = project(self.surfaces, carriers, history.surface, position, history.xi)
-        return projection, self._search.gap(
-            self.quadrature.surface[history.point], history.surface, projection
-        )
 
     # ---- energies -------------------------------------------------------------------------------------------
 
@@ -452,24 +346,6 @@ class Contact:
         history = points.history
         other = self.surfaces.stencil(history.surface[active], points.projection.xi[active])
         return self._search.stencil(history.point[active]), other
-
-
-def _open(found: Candidates, number: np.ndarray, dissipated: np.ndarray) -> ContactHistory:
-    """Return the history of pairs found (k,) that nothing was known of."""
-    none, guess = np.zeros(len(number)), found.guess[number]
-    return ContactHistory(
-        point=found.point[number],
-        surface=found.surface[number],
-        xi=guess,
-        gap=none - np.inf,
-        pressure=none,
-        traction=np.zeros((len(number), 3)),
-        multiplier=none,
-        anchor=guess,
-        slip=none,
-        status=np.full(len(number), OPEN),
-        dissipated=dissipated,
-    )
 
 
 def _known(gap: np.ndarray) -> np.ndarray:

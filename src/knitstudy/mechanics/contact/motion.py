@@ -114,26 +114,32 @@ class Neighbourhoods:
         What lies in a box is seen from the map of its own surroundings, and from there the map of a box beside it is
         off by as much as at a corner of what lies there.
         """
-        then, way = self._seen(now, then)
-        moments = self._sum @ _moments(then, way).reshape(len(then), -1)
+        return self._motion(*self._seen(now, then))
+
+    def keeps_apart(self, now: np.ndarray, then: np.ndarray, margin: float) -> bool:
+        """Return whether what was farther apart than a margin [m] then cannot have met between two states."""
+        place, way = self._seen(now, then)
+        if self._motion(place, way).least(margin).min() < 0:
+            return False
+        # What was too far apart for one neighbourhood follows the map of the whole.
+        whole = _Maps.of(_moments(place, way).sum(axis=0, keepdims=True))
+        rest = _farthest(way - whole.at(np.zeros(len(place), dtype=np.int64), place)).max(keepdims=True)
+        return bool(Motion(whole.shrink, self._surfaces.overshoot * rest).least(self._apart)[0] >= 0)
+
+    def _motion(self, place: np.ndarray, way: np.ndarray) -> Motion:
+        """Return how boxes have moved, of control points (S, a, 3) with places and ways [m]."""
+        moments = self._sum @ _moments(place, way).reshape(len(place), -1)
         maps = _Maps.of((self._beside @ moments).reshape(-1, 4, 7))
         many = len(moments)
         own, low, high = np.zeros(many), np.full((many, 3), np.inf), np.full((many, 3), -np.inf)
-        np.maximum.at(own, self._box, _farthest(way - maps.at(self._box, then)))
-        np.minimum.at(low, self._box, then.min(axis=1))
-        np.maximum.at(high, self._box, then.max(axis=1))
+        np.maximum.at(own, self._box, _farthest(way - maps.at(self._box, place)))
+        np.minimum.at(low, self._box, place.min(axis=1))
+        np.maximum.at(high, self._box, place.max(axis=1))
         corners = np.where(CORNERS, high[:, None], low[:, None])[self._other]
         apart = _farthest(maps.at(self._other, corners) - maps.at(self._one, corners))
         largest = np.zeros(many)
         np.maximum.at(largest, self._one, own[self._other] + apart)
         return Motion(maps.shrink, self._surfaces.overshoot * largest)
-
-    def stay_apart(self, now: np.ndarray, then: np.ndarray) -> bool:
-        """Return whether what was too far apart for one neighbourhood has not met since."""
-        then, way = self._seen(now, then)
-        whole = _Maps.of(_moments(then, way).sum(axis=0, keepdims=True))
-        rest = _farthest(way - whole.at(np.zeros(len(then), dtype=np.int64), then)).max(keepdims=True)
-        return bool(Motion(whole.shrink, self._surfaces.overshoot * rest).least(self._apart)[0] >= 0)
 
     def _seen(self, now: np.ndarray, then: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return where control points (S, a, 3) were, from the middle of all, and their ways since [m]."""

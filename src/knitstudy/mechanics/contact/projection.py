@@ -119,6 +119,19 @@ def _step(
     h11, h12, h22 = m11 - b11, m12 - b12, m22 - b22
     convex = (h11 > 0.05 * m11) & (h11 * h22 - h12**2 > 0.05 * (m11 * m22 - m12**2))
     h11, h12, h22 = np.where(convex, h11, m11), np.where(convex, h12, m12), np.where(convex, h22, m22)
-    step = np.stack([h22 * slope[0] - h12 * slope[1], h11 * slope[1] - h12 * slope[0]], axis=1)
-    step /= (h11 * h22 - h12**2)[:, None]
-    return np.clip(step, -1.0, 1.0), convex
+    return np.clip(_solved(h11, h12, h22, slope), -1.0, 1.0), convex
+
+
+def follows(tangent: np.ndarray, way: np.ndarray) -> np.ndarray:
+    """Return how closest places with tangents (k, 2, 3) follow points that move by ways (k, 3): parameters (k, 2).
+
+    To first order, of surfaces that are flat beside the way.
+    """
+    metric = np.einsum("kai,kbi->abk", tangent, tangent)
+    return _solved(metric[0, 0], metric[0, 1], metric[1, 1], np.einsum("kai,ki->ak", tangent, way))
+
+
+def _solved(h11: np.ndarray, h12: np.ndarray, h22: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Return the solutions (k, 2) of symmetric 2 x 2 systems with right-hand sides (2, k)."""
+    solution = np.stack([h22 * right[0] - h12 * right[1], h11 * right[1] - h12 * right[0]], axis=1)
+    return solution / (h11 * h22 - h12**2)[:, None]

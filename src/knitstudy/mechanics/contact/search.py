@@ -12,7 +12,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.mechanics.contact.projection import Projection, project
+from knitstudy.mechanics.contact.history import ContactHistory
+from knitstudy.mechanics.contact.projection import Projection, follows, project
 from knitstudy.mechanics.contact.quadrature import CHUNK, Quadrature
 from knitstudy.mechanics.contact.surface import Stencil, Surfaces
 
@@ -114,15 +115,16 @@ class Search:
             for part in ([near[part] for part in _parts(len(near))] or [near])
         ]
         point, surface, guess, least = (np.concatenate(values) for values in zip(*found, strict=True))
-        near = np.flatnonzero(least < margin)
         arc = self.arc(surface, guess[:, 0])
-        near = near[np.lexsort((arc[near], surface[near], point[near]))]
-        # Two pieces that meet have one closest place.
-        new = np.ones(len(near), dtype=bool)
-        new[1:] = (np.diff(point[near]) != 0) | (np.diff(surface[near]) != 0)
-        new[1:] |= np.diff(arc[near]) >= 1
-        near = near[new]
-        return Candidates(point[near], surface[near], guess[near], arc[near], least[near])
+        once = _one_a_piece(np.flatnonzero(least < margin), point, surface, arc)
+        return Candidates(point[once], surface[once], guess[once], arc[once], least[once])
+
+    def closest(
+        self, pairs: ContactHistory, position: np.ndarray, carriers: np.ndarray
+    ) -> tuple[Projection, np.ndarray]:
+        """Return the closest places and the gaps (c,) [m] of pairs whose points are at positions (c, 3) [m]."""
+        found = project(self.surfaces, carriers, pairs.surface, position, pairs.xi)
+        return found, self.gap(self.quadrature.surface[pairs.point], pairs.surface, found)
 
     def gap(self, own: np.ndarray, surface: np.ndarray, closest: Projection) -> np.ndarray:
         """Return the gaps (k,) [m] of points of surfaces (k,) over others (k,); inf where there is no closest place."""
@@ -273,7 +275,7 @@ class Search:
         point = many * cell[number] + np.tile(np.arange(many), len(cell))
         surface, position = surface[number], self.positions(point, carriers)
         way = position - middle[number]
-        guess = closest.xi[number] + np.clip(_follows(closest.tangent[number], way), -FARTHEST, FARTHEST)
+        guess = closest.xi[number] + np.clip(follows(closest.tangent[number], way), -FARTHEST, FARTHEST)
         least = gap[number] - np.linalg.norm(way, axis=1)
         alone = np.flatnonzero(~closest.found[number])
         own = project(self.surfaces, carriers, surface[alone], position[alone], closest.xi[number[alone]])
@@ -293,11 +295,12 @@ class Search:
         return np.stack([along[row], around[nearest]], axis=1)
 
 
-def _follows(tangent: np.ndarray, way: np.ndarray) -> np.ndarray:
-    """Return how closest places with tangents (k, 2, 3) follow points that move by ways (k, 3): parameters (k, 2)."""
-    m11, m12, m22 = np.einsum("kai,kbi->abk", tangent, tangent).reshape(4, -1)[[0, 1, 3]]
-    s1, s2 = np.einsum("kai,ki->ak", tangent, way)
-    return np.stack([m22 * s1 - m12 * s2, m11 * s2 - m12 * s1], axis=1) / (m11 * m22 - m12**2)[:, None]
+def _one_a_piece(pairs: np.ndarray, point: np.ndarray, surface: np.ndarray, arc: np.ndarray) -> np.ndarray:
+    """Return which of some pairs (k,) to keep, in order: two pieces that meet have one closest place."""
+    pairs = pairs[np.lexsort((arc[pairs], surface[pairs], point[pairs]))]
+    new = np.ones(len(pairs), dtype=bool)
+    new[1:] = (np.diff(point[pairs]) != 0) | (np.diff(surface[pairs]) != 0) | (np.diff(arc[pairs]) >= 1)
+    return pairs[new]
 
 
 def _part(closest: Projection, part: np.ndarray) -> Projection:
