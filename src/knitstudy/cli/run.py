@@ -8,12 +8,18 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from knitstudy.cli.options import changed_scene, config_option, output_option, set_option
 from knitstudy.cli.output import print_table
 from knitstudy.loading.progress import Progress
+from knitstudy.study.configuration import asks, load_scenes, plan_of
+from knitstudy.study.planning import Planned, compared
+
+if TYPE_CHECKING:
+    from knitstudy.stages.simulate import Results
 
 STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.follow.resumed")
 """Loggers that say which stages ran, and whether a run goes on where another one ended."""
@@ -27,6 +33,11 @@ STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.follow.resumed")
     "--threads", type=click.IntRange(min=1), help="Threads of a direct simulation; all cores by default."
 )
 @click.option("--anew", is_flag=True, help="Simulate the scene even if its result is there.")
+@click.option(
+    "--compare/--no-compare",
+    default=True,
+    help="Run a scene that asks by a second model too, and say how far off it is.",
+)
 @click.option("-v", "--verbose", is_flag=True, help="Also print what the solver says.")
 @config_option
 def run(
@@ -35,6 +46,7 @@ def run(
     output: Path,
     threads: int | None,
     anew: bool,
+    compare: bool,
     verbose: bool,
     config: Path,
 ) -> None:
@@ -52,6 +64,9 @@ def run(
     knitstudy run dns-tie-course --set pattern.loops=2 --set pattern.rows=2 --output small
     knitstudy run pair-slid-90 --set name=pair-smooth --set contact.friction=0.1
 
+    A scene that leaves its model open (`fidelity: auto`) says what is taken and at what price before it runs.
+    Afterwards another model of at most twice the price says how far off the result is; --no-compare leaves that out.
+
     Times and forces are printed in SI units; `knitstudy show` tells more about a file.
     """
     if threads is not None:
@@ -61,9 +76,11 @@ def run(
     from knitstudy.stages.simulate import simulate
 
     chosen = changed_scene(scene, changes, config)
+    planned = _planned(scene, dict(changes), config)
     try:
         with _log_on_console(verbose):
             results = simulate(chosen, output, config=config, progress=Progress, anew=anew)
+            said = _compared(planned, results, output, config) if compare and planned is not None else ""
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"stopped; stages that were done and the last converged increment are kept in {output}: the same command "
@@ -71,6 +88,41 @@ def run(
         ) from None
     click.echo(f"{results.path}:", err=True)
     print_table(("quantity", "value", "unit"), summarise(results.history))
+    if said:
+        click.echo(said, err=True)
+
+
+def _planned(scene: str, changes: dict[str, Any], config: Path) -> Planned | None:
+    """Return what was chosen for a scene that leaves its model open, and print it."""
+    if not asks(scene, changes, config):
+        return None
+    found = plan_of(scene, changes, config)
+    click.echo(
+        f"{found.choice.ask.question} within {found.choice.ask.accuracy:.2g}: take {found.choice}", err=True
+    )
+    return found
+
+
+def _compared(planned: Planned, results: Results, output: Path, config: Path) -> str:
+    """Return how far off a result is, by a second model of the same scene."""
+    from knitstudy.measures.comparison import compare
+    from knitstudy.stages.simulate import simulate
+
+    ask, other = planned.choice.ask, compared(planned, load_scenes(config))
+    if other is None:
+        return "how far off that is was not tried: no other model that is known costs at most twice as much"
+    click.echo(f"compared with {other.choice}", err=True)
+    there = simulate(other.scene, output, config=config, progress=Progress)
+    sides = ((each.scene, each.history, each.contacts) for each in (results, there))
+    found = compare(ask.question, *sides, other.choice.rung.error)
+    if found is None:
+        return f"how far off that is cannot be told by {other.choice.rung}, which answers it otherwise"
+    said = f"{found.quantity} is off by {found.least:.1%} to {found.most:.1%}, by {other.choice.rung}"
+    if found.least > ask.accuracy:
+        return f"warning: {said}: more than the {ask.accuracy:.2g} that was asked for; ask for less, or name a model"
+    return f"{said}: " + (
+        "as asked for" if found.most <= ask.accuracy else "as asked for, but not for certain"
+    )
 
 
 @contextmanager

@@ -45,6 +45,9 @@ SHARED = (
 INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
 """As tables call them."""
 
+AGAIN = 2.0
+"""Price over that of the model chosen, up to which another one is worth running to compare with."""
+
 SMALL, LARGE = 1, 3
 """Cells in a row of the knits that models are compared on; all that have more than `SMALL` count as `LARGE`."""
 
@@ -153,7 +156,7 @@ def choose(
     measured = SMALL if cells == SMALL else LARGE
     of_problem = [row for row in _rows(kept) if _fits(row, scene, measured)]
     rungs = [_rung(row, cells / measured, templates) for row in of_problem if row["question"] == ask.question]
-    rungs = [rung for rung in rungs if rung is not None and _can_be_made(rung, scene, templates, own_source)]
+    rungs = [rung for rung in rungs if rung is not None and can_be_made(rung, scene, templates, own_source)]
     rungs = _among(rungs, ask, where)
     if not rungs:
         raise ConfigurationError(
@@ -198,6 +201,24 @@ def resolved(
     if source is not None and template.value("rom.contacts_from"):
         keys["rom.contacts_from"] = source
     return keys
+
+
+def second(choice: Choice, scene: Scene, templates: Mapping[str, Scene]) -> Rung | None:
+    """Return the surest other model that costs at most `AGAIN` times what the one chosen does, if there is one."""
+    others = (
+        rung for rung in choice.others if rung != choice.rung and rung.seconds <= AGAIN * choice.rung.seconds
+    )
+    found = [rung for rung in others if can_be_made(rung, scene, templates, own_source=False)]
+    return nearest(found, _error)
+
+
+def can_be_made(rung: Rung, scene: Scene, templates: Mapping[str, Scene], own_source: bool) -> bool:
+    """Return whether a model can be made of a scene: it takes but contacts, of a simulation that goes with it."""
+    template = templates[rung.scene]
+    if any(template.value(key) for key in template.kind.fidelity.sources if key != "rom.contacts_from"):
+        return False
+    source = templates.get(template.value("rom.contacts_from"))
+    return source is None or own_source or all(source.value(key) == scene.value(key) for key in SHARED)
 
 
 def numerics(scene: Scene) -> dict[str, Any]:
@@ -292,15 +313,6 @@ def _growth(fidelity: str, growth: float) -> tuple[float, float]:
     """Return by what time and memory of a model rise on a knit that is so many times as wide; none falls."""
     time, memory = _exponents(GROWTH_KEPT).get("rom3d" if fidelity == "beam" else fidelity, (0.0, 0.0))
     return (growth**time, growth**memory) if growth > 1 else (1.0, 1.0)
-
-
-def _can_be_made(rung: Rung, scene: Scene, templates: Mapping[str, Scene], own_source: bool) -> bool:
-    """Whether a model can be made of a scene: it takes nothing but contacts, of a simulation that goes with it."""
-    template = templates[rung.scene]
-    if any(template.value(key) for key in template.kind.fidelity.sources if key != "rom.contacts_from"):
-        return False
-    source = templates.get(template.value("rom.contacts_from"))
-    return source is None or own_source or all(source.value(key) == scene.value(key) for key in SHARED)
 
 
 @cache

@@ -145,9 +145,14 @@ def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -
         As `load_scenes`, and when a key is unknown or a value is not allowed.
     """
     scene = load_scene(name, config)
-    if not changes or not is_open(load_families(config)[name].keys | changes):
+    if not changes or not asks(name, changes, config):
         return scene.vary(changes)
     return plan_of(name, changes, config).scene
+
+
+def asks(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> bool:
+    """Return whether a scene with changed keys leaves its model open."""
+    return is_open(load_families(config)[name].keys | changes)
 
 
 def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Planned:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.choice import MODEL_SECTIONS, OF_THE_PROBLEM, Choice, choose, numerics, resolved
+from knitstudy.study.choice import MODEL_SECTIONS, OF_THE_PROBLEM, Choice, choose, numerics, resolved, second
 from knitstudy.study.scene import Scene, set_dotted
 from knitstudy.study.sections.ask import AUTO, Ask, asked
 
@@ -23,12 +23,15 @@ class Planned:
     ----------
     scene : Scene
     choice : Choice
+    problem : Scene
+        What is simulated, by any model.
     source : Scene or None
         What a reduced model takes its contacts from, under the name of the scene and ``-source``.
     """
 
     scene: Scene
     choice: Choice
+    problem: Scene
     source: Scene | None = None
 
 
@@ -95,13 +98,29 @@ def planned(
     ConfigurationError
         As `knitstudy.study.choice.choose`.
     """
-    choice = choose(problem, ask, templates, where, own_source=not changed)
+    return _made(problem, choose(problem, ask, templates, where, own_source=not changed), templates, changed)
+
+
+def compared(found: Planned, templates: Mapping[str, Scene]) -> Planned | None:
+    """Return a scene by the model that its result can be compared with, if there is one (`study.choice.second`)."""
+    rung = second(found.choice, found.scene, templates)
+    if rung is None:
+        return None
+    name = f"{found.scene.name}-compared"
+    choice = replace(found.choice, rung=rung)
+    return _made(
+        found.scene.vary({"name": name, "fidelity": ANY, "outputs": []}), choice, templates, changed=True
+    )
+
+
+def _made(problem: Scene, choice: Choice, templates: Mapping[str, Scene], changed: bool) -> Planned:
+    """Return a scene by the model of a choice."""
     template = templates[choice.rung.scene]
     source = templates.get(template.value("rom.contacts_from"))
     if source is not None and changed and source.geometry_key == problem.geometry_key:
         problem = problem.vary({"knit": source.knit})
     if source is None or changed:
-        return Planned(problem.vary(resolved(problem, choice, templates)), choice)
+        return Planned(problem.vary(resolved(problem, choice, templates)), choice, problem)
     name = f"{problem.name}-source"
     part = (
         {}
@@ -109,4 +128,4 @@ def planned(
         else {"load.strain": source.load.strain, "load.stops": []}
     )
     made = problem.vary({"name": name, "outputs": [], "fidelity": source.fidelity} | part | numerics(source))
-    return Planned(problem.vary(resolved(problem, choice, templates, name)), choice, made)
+    return Planned(problem.vary(resolved(problem, choice, templates, name)), choice, problem, made)

@@ -1,0 +1,92 @@
+"""How far off a result is, by a second model of the same scene: bounds, choice of the model, what is printed."""
+
+import re
+
+import pytest
+import study
+from click.testing import CliRunner
+
+from knitstudy.cli.main import main
+from knitstudy.measures.comparison import compare
+from knitstudy.measures.quantities import FORCE
+from knitstudy.stages.simulate import Results
+from knitstudy.study.choice import AGAIN, Choice, Rung, second
+from knitstudy.study.sections.ask import Ask
+
+ASKS = ("--set", "fidelity=auto", "--set", "ask.question=force", "--set", "ask.accuracy=0.05")
+
+
+def result(scene, force):
+    """Scene, history with a force at full load, and no contacts."""
+    return scene, study.history(force=(0, force / 2, force)), None
+
+
+@pytest.fixture
+def scene(plain_scene):
+    return plain_scene.vary({"name": "mine", "fidelity": "rom3d"})
+
+
+@pytest.mark.parametrize(
+    ("mine", "theirs", "error"), [(11.0, 10.0, 0.02), (9.0, 10.0, 0.3), (10.0, 10.0, 0.01)]
+)
+def test_bounds_hold_wherever_the_truth_is(scene, mine, theirs, error):
+    found = compare("force", result(scene, mine), result(scene, theirs), error)
+    assert found.quantity == FORCE
+    off = [abs(mine / true - 1) for true in (theirs / (1 + error), theirs / (1 - error))]
+    assert found.least <= min(off) + 1e-12
+    assert found.most >= max(off[0], 0.0) - 1e-12
+    assert found.most == pytest.approx(abs(mine / theirs - 1) * (1 + error) + error)
+    assert found.least >= 0
+
+
+def test_models_that_answer_nothing_alike_are_not_compared(scene):
+    assert compare("stress", result(scene, 1.0), result(scene, 1.0), 0.01) is None
+
+
+def rung(scene, error, seconds):
+    return Rung(scene, scene, "solid_yarns", error, seconds, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "error", "taken"),
+    [(AGAIN, 0.01, "other"), (1.01 * AGAIN, 0.01, "coarse"), (0.5, 0.2, "coarse")],
+)
+def test_the_surest_of_what_costs_little_more_is_compared_with(plain_scene, seconds, error, taken):
+    mine, coarse, other = rung("mine", 0.05, 1.0), rung("coarse", 0.1, 0.3), rung("other", error, seconds)
+    choice = Choice(Ask(question="force", accuracy=0.05), mine, (coarse, mine, other), 3, 3)
+    templates = {each.scene: plain_scene for each in choice.others}
+    assert second(choice, plain_scene, templates).scene == taken
+    alone = Choice(choice.ask, mine, (mine,), 3, 3)
+    assert second(alone, plain_scene, templates) is None
+
+
+@pytest.mark.parametrize(
+    ("force", "said"),
+    [
+        ((10.0, 10.1), r"^force is off by 0\.0% to [\d.]+%, by .*: as asked for$"),
+        ((10.0, 10.45), r"^force is off by [\d.]+% to [\d.]+%, by .*: as asked for, but not for certain$"),
+        (
+            (10.0, 12.0),
+            r"^warning: force is off by [\d.]+% to [\d.]+%, by .*: more than the 0\.05 that was asked for",
+        ),
+    ],
+)
+def test_the_command_says_what_came_out(monkeypatch, force, said):
+    forces = iter(force)
+    histories = []
+
+    def simulate(scene, folder, **options):
+        histories.append(study.history(force=(0, 1, next(forces))))
+        return Results(scene, None, histories[-1], path=folder / "a.nc")
+
+    monkeypatch.setattr("knitstudy.stages.simulate.simulate", simulate)
+    monkeypatch.setattr("knitstudy.measures.summary.summarise", lambda history: [])
+    ended = CliRunner().invoke(main, ["run", "yarns-tie-course", *ASKS])
+    assert ended.exit_code == 0, ended.output
+    assert "force within 0.05: take " in ended.stderr
+    assert re.search(said, ended.stderr, flags=re.MULTILINE)
+    assert len(histories) == 2
+    forces = iter(force)
+    alone = CliRunner().invoke(main, ["run", "yarns-tie-course", *ASKS, "--no-compare"])
+    assert "off by" not in alone.stderr.replace("off by at most", "")
+    assert len(histories) == 3
