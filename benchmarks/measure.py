@@ -15,6 +15,7 @@ import sys
 from pathlib import Path
 
 from knitstudy.loading.cost import Meter
+from knitstudy.stages.parent import end_with_parent
 
 HERE = Path(__file__).resolve().parent
 
@@ -50,6 +51,7 @@ def ready() -> None:
 
 def main(function: str, options: str) -> None:
     """Call the function and print one line of JSON."""
+    end_with_parent()
     module, name = function.split(":")
     sys.modules["measure"] = sys.modules["__main__"]
     call = getattr(importlib.import_module(module), name)

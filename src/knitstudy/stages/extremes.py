@@ -49,6 +49,7 @@ from knitstudy.measures.soundness import (
 from knitstudy.report.screen import save_for_screen
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.kept import stamped
+from knitstudy.stages.parent import end_with_parent
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES, stage_of
@@ -142,6 +143,7 @@ def _took_more_than(limit: float) -> str:
 
 def _tried(trial: Trial, limit: float, cheap: float, plan: Plan, folder: Path, there: Connection) -> None:
     """Send the row of a trial to the process that began this one."""
+    end_with_parent()
     resource.setrlimit(resource.RLIMIT_CPU, (int(np.ceil(limit)), int(np.ceil(limit)) + 5))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     logging.getLogger("knitstudy").setLevel(logging.ERROR)

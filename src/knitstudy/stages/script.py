@@ -5,9 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import resource
-import signal
 import sys
-import threading
 import time
 import traceback
 from collections.abc import Iterator
@@ -21,6 +19,7 @@ from knitstudy.files.provenance import provenance
 from knitstudy.loading.progress import Progress
 from knitstudy.loading.restart import restart_of, run_with
 from knitstudy.registry import load_plugins
+from knitstudy.stages.parent import end_with_parent
 from knitstudy.stages.plan import digest_of, digest_or_warning
 from knitstudy.stages.table import STAGES
 from knitstudy.study.scene import Scene
@@ -86,7 +85,7 @@ def frame(job: Any, restart: Path | None = None) -> Iterator[Progress]:
     Progress
         To be handed to the stage's function.
     """
-    _end_with_parent()
+    end_with_parent()
     label = " ".join([job.rule, *job.wildcards])
     path = Path(job.log[0])
     started = time.monotonic()
@@ -104,21 +103,6 @@ def frame(job: Any, restart: Path | None = None) -> Iterator[Progress]:
             _fail(f"error in {label}: {type(error).__name__}: {error}", path, console)
         _log_footer(started)
         print(f"{label}  done in {time.monotonic() - started:.0f} s", file=console)
-
-
-def _end_with_parent() -> None:
-    """End this process when the workflow engine that started it is killed.
-
-    An orphan would go on writing the restart file that the next run goes on from.
-    """
-    parent = os.getppid()
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(0.5)
-        os.kill(os.getpid(), signal.SIGKILL)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 @contextmanager
