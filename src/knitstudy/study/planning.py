@@ -103,14 +103,11 @@ def planned(
 
 def compared(found: Planned, templates: Mapping[str, Scene]) -> Planned | None:
     """Return a scene by the model that its result can be compared with, if there is one (`study.choice.second`)."""
-    rung = second(found.choice, found.scene, templates)
+    rung = second(found.choice, found.problem, templates)
     if rung is None:
         return None
-    name = f"{found.scene.name}-compared"
-    choice = replace(found.choice, rung=rung)
-    return _made(
-        found.scene.vary({"name": name, "fidelity": ANY, "outputs": []}), choice, templates, changed=True
-    )
+    problem = found.problem.vary({"outputs": []})
+    return _made(problem, replace(found.choice, rung=rung), templates, changed=True)
 
 
 def _made(problem: Scene, choice: Choice, templates: Mapping[str, Scene], changed: bool) -> Planned:
