@@ -1,60 +1,66 @@
-"""How far off a result is, by another model of the same scene whose own error is known to be bounded."""
+"""A model beside the reference, by the columns that tables have in common."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-import numpy as np
 import xarray as xr
 
-from knitstudy.measures.questions import QUESTIONS, answers
-from knitstudy.study.scene import Scene
+from knitstudy.measures.quantities import RMS_U_Z, rms_out_of_plane
+from knitstudy.measures.reference import Reference
+from knitstudy.measures.response import largest_out_of_plane, out_of_plane_agreement, secant_stiffness
 
-Result = tuple[Scene, xr.Dataset, xr.Dataset | None]
-"""Scene, history, and contacts of a direct simulation."""
+OVER_REFERENCE, DISTANCE = "force over the reference's [1]", "L2 distance of force to the reference [1]"
+AMPLITUDE = "amplitude of u_z over the reference's [1]"
+SHAPE = "correlation of u_z with DNS [1]"
+
+UNCERTAIN = {
+    OVER_REFERENCE: "uncertainty of that ratio [1]",
+    DISTANCE: "uncertainty of that distance [1]",
+    AMPLITUDE: "uncertainty of that amplitude [1]",
+}
+"""Columns of the uncertainties that the reference brings, by what they belong to."""
+
+COLUMNS = [
+    "strain [1]",
+    "force [N]",
+    "secant stiffness [N/m]",
+    OVER_REFERENCE,
+    UNCERTAIN[OVER_REFERENCE],
+    DISTANCE,
+    UNCERTAIN[DISTANCE],
+    "largest |u_z| [m]",
+    AMPLITUDE,
+    UNCERTAIN[AMPLITUDE],
+    SHAPE,
+]
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """What two results of one scene say of the first one's error.
+def comparison(history: xr.Dataset, dns: xr.Dataset, reference: Reference) -> dict[str, float]:
+    """Return what a model does at its largest strain and how far from the reference it is, by column.
 
-    Attributes
-    ----------
-    quantity : str
-        In which they differ most.
-    least, most : float
-        Between which the error of the first lies, if that of the second is bounded as assumed [1].
-    """
-
-    quantity: str
-    least: float
-    most: float
-
-
-def compare(question: str, one: Result, other: Result, error: float) -> Comparison | None:
-    """Return between which bounds the error of one result lies, or None where both answer nothing alike.
-
-    With d = |a / b - 1| and b off the truth by at most e, a is off by at most d (1 + e) + e, and at least by
-    d (1 - e) - e.
+    Ratios are at the largest strain that both reach. The reference is of numbers: shapes of u_z are compared with the
+    direct simulation.
 
     Parameters
     ----------
-    question : str
-        One of `questions.QUESTIONS`.
-    one, other : tuple of Scene, Dataset, Dataset or None
-        The result to judge, and the one that it is compared with.
-    error : float
-        What the other one is off by at most [1].
+    history : Dataset
+        Of the model (see docs/architecture.md).
+    dns : Dataset
+        Of the direct simulation of its case.
+    reference : Reference
+        Of the problem.
     """
-    strain = one[0].load.strain
-    mine, theirs = (answers(QUESTIONS[question], *result, strain) for result in (one, other))
-    apart = {
-        quantity: abs(value / theirs[quantity] - 1)
-        for quantity, value in mine.items()
-        if theirs.get(quantity, 0.0) > 0 and np.isfinite(value)
+    row = {
+        "strain [1]": float(history["strain"][-1]),
+        "force [N]": float(history["force"][-1]),
+        "secant stiffness [N/m]": secant_stiffness(history),
+        "largest |u_z| [m]": largest_out_of_plane(history),
+        SHAPE: out_of_plane_agreement(history, dns).correlation,
     }
-    if not apart:
-        return None
-    quantity = max(apart, key=apart.__getitem__)
-    d = apart[quantity]
-    return Comparison(quantity, max(0.0, d * (1 - error) - error), d * (1 + error) + error)
+    estimates = {
+        OVER_REFERENCE: reference.force_ratio(history),
+        DISTANCE: reference.force_distance(history),
+        AMPLITUDE: reference.ratio(history, RMS_U_Z, rms_out_of_plane(history)),
+    }
+    for column, estimate in estimates.items():
+        row |= {column: estimate.value, UNCERTAIN[column]: estimate.uncertainty}
+    return row

@@ -7,7 +7,7 @@ import study
 from click.testing import CliRunner
 
 from knitstudy.cli.main import main
-from knitstudy.measures.comparison import compare
+from knitstudy.measures.second_model import compare
 from knitstudy.measures.quantities import FORCE
 from knitstudy.stages.simulate import Results
 from knitstudy.study.choice import AGAIN, Choice, Rung, second
