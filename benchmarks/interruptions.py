@@ -53,6 +53,9 @@ WAYS = (*SIGNALS, "disk full", "two at once")
 LEFT_FULL = (500, 200_000)
 """Smallest and largest length that a file may have where the disk is full [bytes]."""
 
+STUCK = 120.0
+"""Time after which a run of seconds counts as one that will not end [s]."""
+
 TIMES = ("seconds", "wall_seconds", "memory_growth", "memory_peak")
 """What two runs differ in: measured, not computed."""
 
@@ -129,6 +132,7 @@ def disturbed(bench: Bench, way: str, random: np.random.Generator, plan: Plan, f
         finished = (folder / stage_of(bench.scene).path(bench.scene)).exists()
         lost = 0 if finished else row["reported"] - max(row["kept"], 0)
         wrong = [f"{lost} increments lost"] if lost > 1 else []
+        wrong += [row["said"]] if f"{STUCK:g} s" in row["said"] else []
     wrong += _unreadable(folder)
     again = _started(bench.scene, plan, folder)
     if said := again.ended():
@@ -155,7 +159,11 @@ class Started:
 
     def ended(self) -> str:
         """Wait for the end and return what was said of a failure, nothing where there was none."""
-        self._process.join()
+        self._process.join(STUCK)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+            return f"did not end within {STUCK:g} s"
         text = self._said.read_text(encoding="utf-8") if self._said.exists() else ""
         died = f"status {self._process.exitcode}" if self._process.exitcode else ""
         return text or died

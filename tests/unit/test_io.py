@@ -2,8 +2,10 @@
 
 import errno
 import os
+import signal
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pandas as pd
@@ -159,3 +161,29 @@ def test_table_round_trip_and_its_errors(tmp_path):
     path.write_text("")
     with pytest.raises(DataFileError, match="is not a CSV table"):
         read_table(path)
+
+
+def test_an_interruption_is_put_off_until_a_file_is_written(tmp_path, monkeypatch):
+    """Between the taking of a lock and its use it would leave the lock taken."""
+    written = xr.Dataset.to_netcdf
+
+    def interrupted(self, path, **options):
+        signal.raise_signal(signal.SIGINT)
+        return written(self, path, **options)
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", interrupted)
+    before = signal.getsignal(signal.SIGINT)
+    data = xr.Dataset({"a": ("x", np.arange(3.0))})
+    with pytest.raises(KeyboardInterrupt):
+        write_dataset(data, tmp_path / "a.nc")
+    assert signal.getsignal(signal.SIGINT) is before
+    assert not list(tmp_path.iterdir())  # not replaced: who interrupts does not want it
+    monkeypatch.undo()
+    write_dataset(data, tmp_path / "a.nc")
+    np.testing.assert_array_equal(read_dataset(tmp_path / "a.nc")["a"], [0, 1, 2])
+
+
+def test_other_threads_are_not_interrupted(tmp_path):
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(write_dataset, xr.Dataset({"a": 1.0}), tmp_path / "a.nc").result()
+    assert read_dataset(tmp_path / "a.nc")["a"] == 1.0

@@ -9,6 +9,7 @@ import netCDF4
 import xarray as xr
 
 from knitstudy.errors import DataFileError
+from knitstudy.files.interruption import uninterrupted
 from knitstudy.files.provenance import provenance
 from knitstudy.files.replacing import replacing
 
@@ -48,7 +49,8 @@ def write_dataset(
     }
     with replacing(path) as temporary:
         try:
-            dataset.to_netcdf(temporary, format="NETCDF4", engine="netcdf4", encoding=encoding)
+            with uninterrupted():
+                dataset.to_netcdf(temporary, format="NETCDF4", engine="netcdf4", encoding=encoding)
         except (OSError, RuntimeError) as error:
             raise DataFileError(
                 f"{path}: cannot be written: {error}; make room on the disk, or name another folder"
@@ -75,7 +77,8 @@ def read_dataset(path: Path | str) -> xr.Dataset:
     if not path.is_file():
         raise DataFileError(f"{path}: there is no such file; make it with `make study`")
     try:
-        return xr.load_dataset(path, engine="netcdf4")
+        with uninterrupted():
+            return xr.load_dataset(path, engine="netcdf4")
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise DataFileError(f"{path}: is truncated or is not netCDF ({error}); {remedy}") from error
 
