@@ -200,6 +200,7 @@ class _Path:
         self.newton_iterations = self.krylov_iterations = 0
         self.seconds = dict.fromkeys(PHASES, 0.0)
         change = target - now.load
+        self.solver.begin()
         begun = model.begin(now.state, target, change)
         rates = () if self.prescribed.turns(now.load) else now.rates[: settings.predictor]
         state, total, response = self._predicted(now, begun, target, rates)

@@ -42,6 +42,10 @@ class InTurn:
         """How often it was made."""
         return self._krylov.setups
 
+    def begin(self) -> None:
+        """Begin an increment."""
+        self._krylov.begin()
+
     def use(
         self,
         matrix: sp.bsr_matrix,

@@ -50,9 +50,9 @@ class Preconditioner(Protocol):
 class Krylov:
     """A `LinearSolver`: conjugate gradients for symmetric matrices, minimal residuals for others.
 
-    The preconditioner, of the symmetric positive part, serves on for later matrices until the iterations that it
-    costs more than a fresh one add up to `WASTE`, or contact acts on nodes that it does not know; the decision depends
-    on counts only, so that runs repeat.
+    The preconditioner, of the symmetric positive part, serves on for later matrices of an increment until the
+    iterations that it costs more than a fresh one add up to `WASTE`, or contact acts on nodes that it does not know.
+    The decision depends on counts only, so that runs repeat, also those that go on from a restart file.
 
     Parameters
     ----------
@@ -74,6 +74,10 @@ class Krylov:
         self._moved: np.ndarray | None = None
         self._fresh = False
         self._rate = 0.0  # decades an iteration of the fresh preconditioner
+        self._waste = np.inf
+
+    def begin(self) -> None:
+        """Begin an increment: the next solve makes the preconditioner anew."""
         self._waste = np.inf
 
     def use(

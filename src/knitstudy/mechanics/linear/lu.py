@@ -23,6 +23,9 @@ class LU:
         self._matrix: sp.csc_matrix | None = None
         self._factors = None
 
+    def begin(self) -> None:
+        """Begin an increment: nothing is kept anyway."""
+
     def use(
         self,
         matrix: sp.bsr_matrix | sp.csr_matrix,

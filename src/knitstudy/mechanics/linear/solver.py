@@ -44,6 +44,10 @@ class LinearSolver(Protocol):
 
     setup_seconds: float
 
+    def begin(self) -> None:
+        """Begin an increment: a run that goes on from a file knows nothing of the matrices of those before."""
+        ...
+
     def use(
         self,
         matrix: sp.bsr_matrix | sp.csr_matrix,
