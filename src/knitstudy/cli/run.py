@@ -117,12 +117,7 @@ def _compared(planned: Planned, results: Results, output: Path, config: Path) ->
     found = compare(ask.question, *sides, other.choice.rung.error)
     if found is None:
         return f"how far off that is cannot be told by {other.choice.rung}, which answers it otherwise"
-    said = f"{found.quantity} is off by {found.least:.1%} to {found.most:.1%}, by {other.choice.rung}"
-    if found.least > ask.accuracy:
-        return f"warning: {said}: more than the {ask.accuracy:.2g} that was asked for; ask for less, or name a model"
-    return f"{said}: " + (
-        "as asked for" if found.most <= ask.accuracy else "as asked for, but not for certain"
-    )
+    return found.judged(ask.accuracy, str(other.choice.rung))
 
 
 @contextmanager

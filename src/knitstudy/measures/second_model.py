@@ -30,6 +30,13 @@ class Comparison:
     least: float
     most: float
 
+    def judged(self, accuracy: float, by: str) -> str:
+        """Return in words whether an accuracy was kept, by what model that was seen."""
+        said = f"{self.quantity} is off by {self.least:.1%} to {self.most:.1%}, by {by}"
+        if self.least > accuracy:
+            return f"warning: {said}: more than the {accuracy:.2g} that was asked for; ask for less, or name a model"
+        return f"{said}: as asked for" + ("" if self.most <= accuracy else ", but not for certain")
+
 
 def compare(question: str, one: Result, other: Result, error: float) -> Comparison | None:
     """Return between which bounds the error of one result lies, or None where both answer nothing alike.
