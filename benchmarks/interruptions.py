@@ -56,6 +56,9 @@ LEFT_FULL = (500, 200_000)
 STUCK = 120.0
 """Time after which a run of seconds counts as one that will not end [s]."""
 
+UNENDED = f"did not end within {STUCK:g} s"
+"""What is said of such a run."""
+
 TIMES = ("seconds", "wall_seconds", "memory_growth", "memory_peak")
 """What two runs differ in: measured, not computed."""
 
@@ -132,7 +135,7 @@ def disturbed(bench: Bench, way: str, random: np.random.Generator, plan: Plan, f
         finished = (folder / stage_of(bench.scene).path(bench.scene)).exists()
         lost = 0 if finished else row["reported"] - max(row["kept"], 0)
         wrong = [f"{lost} increments lost"] if lost > 1 else []
-        wrong += [row["said"]] if f"{STUCK:g} s" in row["said"] else []
+        wrong += [UNENDED] if row["said"] == UNENDED else []
     wrong += _unreadable(folder)
     again = _started(bench.scene, plan, folder)
     if said := again.ended():
@@ -163,7 +166,7 @@ class Started:
         if self._process.is_alive():
             self._process.kill()
             self._process.join()
-            return f"did not end within {STUCK:g} s"
+            return UNENDED
         text = self._said.read_text(encoding="utf-8") if self._said.exists() else ""
         died = f"status {self._process.exitcode}" if self._process.exitcode else ""
         return text or died

@@ -126,7 +126,11 @@ def knits_of(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
 
 def load_scene(name: str, config: Path = CONFIG) -> Scene:
     """Return one scene by its name; see `load_scenes`."""
-    scenes = load_scenes(config)
+    return _named(name, load_scenes(config), config)
+
+
+def _named(name: str, scenes: Mapping[str, Scene], config: Path) -> Scene:
+    """Return the scene of a name, or say which names are like it."""
     if name not in scenes:
         raise ConfigurationError(
             f"{Path(config) / FAMILIES}: {unknown_choice('unknown scene', name, name, sorted(scenes))}"
@@ -167,7 +171,7 @@ def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Pla
     """
     config = Path(config)
     scenes, members = load_scenes(config), load_families(config)
-    load_scene(name, config)
+    _named(name, scenes, config)
     member, where = members[name], members[name].where
     keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
     defaults = _over_loop(read_yaml(config / "defaults.yaml"), config)
