@@ -85,8 +85,21 @@ def test_rows_give_the_product_of_the_matrix(monkeypatch):
     matrix = sp.random(900, 300, density=0.5, random_state=0).tobsr(blocksize=(3, 6))
     vector = rng.normal(size=300)
     monkeypatch.setattr("knitstudy.mechanics.linear.rows.ENTRIES", 5000)
-    np.testing.assert_array_equal(Rows(matrix) @ vector, matrix @ vector)
-    np.testing.assert_array_equal(Rows(sp.bsr_matrix((6, 6), blocksize=(3, 3))) @ np.ones(6), np.zeros(6))
+    np.testing.assert_array_equal(Rows.of(matrix) @ vector, matrix @ vector)
+    np.testing.assert_array_equal(Rows.of(sp.bsr_matrix((6, 6), blocksize=(3, 3))) @ np.ones(6), np.zeros(6))
+
+
+def test_ranges_of_rows_form_a_coarse_matrix(monkeypatch):
+    monkeypatch.setenv(VARIABLE, "2")
+    monkeypatch.setattr("knitstudy.mechanics.linear.rows.ENTRIES", 5000)
+    matrix = sp.random(300, 300, density=0.5, random_state=0).tobsr(blocksize=(3, 3))
+    basis = sp.random(300, 60, density=0.1, random_state=1).tobsr(blocksize=(3, 6))
+    image, coarse = Rows.of(matrix).galerkin(basis, np.float32)
+    expected = (matrix @ basis).toarray()
+    np.testing.assert_allclose(image @ np.eye(60, 1, -7, dtype=np.float32)[:, 0], expected[:, 7], rtol=1e-6)
+    np.testing.assert_allclose(coarse.toarray(), basis.T @ expected, rtol=1e-12)
+    assert image.dtype == np.float32
+    assert coarse.dtype == np.float64
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])

@@ -41,8 +41,9 @@ def lay_out(scene):
         )
     except GeometryError as error:
         raise GeometryError(
-            f"yarn.diameter {scene.yarn.diameter:g} m, pattern.course_ratio {pattern.course_ratio:g}, pattern.keep "
-            f"{pattern.keep!r}: {error}; or a pattern.course_ratio nearer to 1: docs/geometry.md lists what is found"
+            f"yarn.diameter {scene.yarn.diameter:g} m, pattern.clearance {pattern.clearance:g} radii, "
+            f"pattern.course_ratio {pattern.course_ratio:g}, pattern.keep {pattern.keep!r}: {error}; or a "
+            "pattern.course_ratio nearer to 1, or a smaller pattern.clearance: docs/geometry.md lists what is found"
         ) from error
     knit = Knit(loop, pattern.loops, pattern.rows)
     return knit.to_dataset().merge(report(initial, optimum, surveys))

@@ -107,9 +107,8 @@ class Following:
         """
         if self._kept is None or self._kept.history is not history:
             return
-        self._kept = replace(self._kept, source=successor, history=successor)
-        if before is not None:
-            self._kept = replace(self._kept, before=before, angle=np.full(len(successor.xi), np.nan))
+        anew = {} if before is None else {"before": before, "angle": np.full(len(successor.xi), np.nan)}
+        self._kept = replace(self._kept, source=successor, history=successor, **anew)
 
     def _all(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> Followed:
         """Return the history over all pairs that may touch now."""

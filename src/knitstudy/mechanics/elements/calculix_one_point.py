@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knitstudy.mechanics.elements.one_point import HOURGLASS, OnePointHexahedron
+from knitstudy.mechanics.elements.one_point import OnePointHexahedron
 from knitstudy.mechanics.materials import Material
 
 COEFFICIENT = 0.0005
@@ -27,8 +27,7 @@ class CalculixHexahedron(OnePointHexahedron):
 
     def __init__(self, corners: np.ndarray, material: Material) -> None:
         super().__init__(corners, material)
-        height = HOURGLASS @ corners[:, :, 2, None]  # (E, 4, 1)
-        self.gamma = (HOURGLASS - height * self.gradient[:, None, :, 2]) / np.sqrt(8)
+        self.tilt[:, :, :2] = 0
         size = np.einsum("eai,eai->e", self.gradient, self.gradient)
         # CalculiX does not divide the vectors by sqrt(8): the 8 makes up for it.
         self.hourglass_stiffness = 8 * COEFFICIENT * material.youngs_modulus * self.volume * size

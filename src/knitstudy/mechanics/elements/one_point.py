@@ -54,9 +54,9 @@ class OnePointHexahedron:
             self.volume += determinant
             self.gradient += determinant[:, None, None] * spatial
         self.gradient /= self.volume[:, None, None]
-        # gamma_m = (Gamma_m - (Gamma_m . X_i) dN_i) / sqrt(8): orthogonal to all linear fields
-        gamma = HOURGLASS - (HOURGLASS @ corners) @ np.swapaxes(self.gradient, 1, 2)
-        self.gamma = gamma / np.sqrt(8)
+        self.tilt = HOURGLASS @ corners
+        """Shares (E, 4, 3) of linear fields in the hourglass patterns [m]: the vectors take 2.7 times as much memory,
+        and next to no time to be formed."""
         size = np.einsum("eai,eai->e", self.gradient, self.gradient)
         self.hourglass_stiffness = coefficient * material.shear_modulus * self.volume * size
 
@@ -65,7 +65,7 @@ class OnePointHexahedron:
     ) -> ElementResponse:
         """Return the response of the elements `batch` to their displacements (e, 8, 3) [m]."""
         gradient, volume = self.gradient[batch], self.volume[batch]
-        gamma, hourglass = self.gamma[batch], self.hourglass_stiffness[batch]
+        gamma, hourglass = self._hourglass_vectors(batch), self.hourglass_stiffness[batch]
         h, strain = deformation_gradient(displacement, gradient)
         answer = self.material.respond(strain, stiffness)
         deformation = h + np.eye(3)
@@ -90,3 +90,8 @@ class OnePointHexahedron:
             hourglass=0.5 * hourglass * np.einsum("emi,emi->e", mode, mode),
             stiffness=blocks,
         )
+
+    def _hourglass_vectors(self, batch: slice) -> np.ndarray:
+        """Return gamma_m = (Gamma_m - (Gamma_m . X_i) dN_i) / sqrt(8), shape (e, 4, 8): orthogonal to linear fields."""
+        linear = self.tilt[batch] @ np.swapaxes(self.gradient[batch], 1, 2)
+        return (HOURGLASS - linear) / np.sqrt(8)

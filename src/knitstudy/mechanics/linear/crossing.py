@@ -34,18 +34,21 @@ class CrossingScale:
 
         What friction adds lies within the patches, whose factors need no symmetry.
         """
+        self.release()
         patch = np.union1d(self._tied, neighbours(matrix, touching))
         self.unknowns = (3 * patch[:, None] + np.arange(3)).ravel()
         if not len(self.unknowns):
             return
-        columns = _block_rows(matrix, patch).T  # (size, patch): by symmetry the rows
+        columns = _block_rows(matrix, patch).T.tobsr(blocksize=(3, 3))  # (size, patch): by symmetry the rows
         if unsymmetric is not None and unsymmetric.nnz:
-            columns = columns + unsymmetric.tocsc()[:, self.unknowns]
-        columns = sp.csr_matrix(columns)
-        own = columns[self.unknowns]
-        reached = np.unique(np.flatnonzero(np.diff(columns.indptr)) // 3)  # nodes
+            columns = columns + _block_columns(unsymmetric, patch)
+        own = _block_rows(columns, patch).tocsr()
+        reached = np.flatnonzero(np.diff(columns.indptr))  # nodes
         self._reached = (3 * reached[:, None] + np.arange(3)).ravel()
-        self._columns = Rows(columns[self._reached].tobsr(blocksize=(3, 3)))
+        ends = columns.indptr[np.append(0, reached + 1)]  # rows that are left out have no entries
+        self._columns = Rows.of(
+            sp.bsr_matrix((columns.data, columns.indices, ends), shape=(3 * len(reached), own.shape[1]))
+        )
         self._groups = _groups(own)
         self._factors = [None] * len(self._groups)
 
@@ -54,6 +57,10 @@ class CrossingScale:
             self._factors[number] = factorise(own[group][:, group])
 
         share(make, len(self._groups))
+
+    def release(self) -> None:
+        """Forget the factors, so that their memory can serve for new ones."""
+        self._columns, self._factors = None, []
 
     def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
         """Add the patches' correction and take its effect off the residual, both (size,) in place."""
@@ -84,11 +91,22 @@ def neighbours(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
     return np.union1d(nodes, matrix.indices[block_entries(matrix, nodes)])
 
 
-def _block_rows(matrix: sp.bsr_matrix, nodes: np.ndarray) -> sp.csr_matrix:
-    """Return the rows of all unknowns of some nodes as CSR."""
+def _block_rows(matrix: sp.bsr_matrix, nodes: np.ndarray) -> sp.bsr_matrix:
+    """Return the rows of all unknowns of some nodes."""
     entries = block_entries(matrix, nodes)
     indptr = np.concatenate([[0], np.cumsum(np.diff(matrix.indptr)[nodes])])
-    part = sp.bsr_matrix(
+    return sp.bsr_matrix(
         (matrix.data[entries], matrix.indices[entries], indptr), shape=(3 * len(nodes), matrix.shape[1])
     )
-    return part.tocsr()
+
+
+def _block_columns(matrix: sp.bsr_matrix, nodes: np.ndarray) -> sp.bsr_matrix:
+    """Return the columns of all unknowns of some nodes, ascending."""
+    place = np.full(matrix.shape[1] // 3, -1)
+    place[nodes] = np.arange(len(nodes))
+    column = place[matrix.indices]
+    chosen = column >= 0
+    indptr = np.concatenate([[0], np.cumsum(chosen)])[matrix.indptr]
+    return sp.bsr_matrix(
+        (matrix.data[chosen], column[chosen], indptr), shape=(matrix.shape[0], 3 * len(nodes))
+    )

@@ -22,7 +22,7 @@ MOST_ITERATIONS = 400
 PATIENCE = 60
 """Most iterations that one solve may take with a preconditioner made for an earlier matrix."""
 
-WASTE = 30
+WASTE = 15
 """Iterations beyond those of a fresh preconditioner that may add up before it is made anew."""
 
 
@@ -90,7 +90,7 @@ class Krylov:
         """Take over a new matrix; the preconditioner stays."""
         self._matrix, self._unsymmetric, self._fresh = matrix, unsymmetric, False
         self._touching, self._moved = touching, moved
-        self._rows = Rows(matrix)
+        self._rows = Rows.of(matrix)
 
     def release(self) -> None:
         """Forget the matrix; the preconditioner stays."""

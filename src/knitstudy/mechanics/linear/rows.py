@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -14,21 +15,27 @@ ENTRIES = 400_000
 
 
 class Rows:
-    """A BSR matrix cut into ranges of rows (no copy); ``rows @ x`` is the matrix's own product.
+    """A matrix in ranges of rows; ``rows @ x`` is the matrix's own product.
 
     Parameters
     ----------
-    matrix : bsr matrix, shape (rows, columns)
+    parts : sequence of bsr matrix, shape (rows of the range, columns)
+        From the first row to the last; blocks of one height.
     """
 
-    def __init__(self, matrix: sp.bsr_matrix) -> None:
-        self.shape, self.dtype = matrix.shape, matrix.dtype
-        height = matrix.blocksize[0]
+    def __init__(self, parts: Sequence[sp.bsr_matrix]) -> None:
+        self._parts = parts
+        ends = np.cumsum([0, *(part.shape[0] for part in parts)]).tolist()
+        self._ranges = [slice(low, high) for low, high in pairwise(ends)]
+        self.shape, self.dtype = (ends[-1], parts[0].shape[1]), parts[0].dtype
+
+    @classmethod
+    def of(cls, matrix: sp.bsr_matrix) -> Rows:
+        """Return a matrix cut into ranges of some `ENTRIES` numbers, without a copy of them."""
         pieces = max(1, round(matrix.data.size / ENTRIES))
         cuts = np.searchsorted(matrix.indptr, np.linspace(0, matrix.indptr[-1], pieces + 1)[1:-1])
         bounds = np.unique(np.concatenate([[0], cuts, [len(matrix.indptr) - 1]]))
-        self._ranges = [slice(height * low, height * high) for low, high in pairwise(bounds)]
-        self._parts = [_part(matrix, low, high) for low, high in pairwise(bounds)]
+        return cls([_part(matrix, low, high) for low, high in pairwise(bounds)])
 
     def __matmul__(self, vector: np.ndarray) -> np.ndarray:
         """Return the product (rows,) with a vector (columns,)."""
@@ -40,24 +47,32 @@ class Rows:
         share(multiply, len(self._parts))
         return product
 
-    def times(self, other: sp.bsr_matrix) -> sp.bsr_matrix:
-        """Return the product (rows, columns of the other) with a sparse matrix."""
-        products: list[sp.bsr_matrix | None] = [None] * len(self._parts)
+    def galerkin(self, basis: sp.bsr_matrix, dtype: type) -> tuple[Rows, sp.csr_matrix]:
+        """Return K P, of a square matrix K and a basis P (columns, m), and P^T K P (m, m).
+
+        Parameters
+        ----------
+        basis : bsr matrix
+            Blocks as high as the matrix's.
+        dtype : type
+            Of K P, no more than a range of which is ever held in the matrix's own, as P^T K P is.
+        """
+        images: list[sp.bsr_matrix | None] = [None] * len(self._parts)
+        coarse: list[sp.coo_matrix | None] = [None] * len(self._parts)
+        height = basis.blocksize[0]
 
         def multiply(number: int) -> None:
-            products[number] = self._parts[number] @ other
+            image = self._parts[number] @ basis
+            rows = self._ranges[number]
+            own = _part(basis, rows.start // height, rows.stop // height)
+            coarse[number] = (own.T @ image).tocoo()
+            images[number] = image.astype(dtype)
 
-        share(multiply, len(products))
-        starts = np.cumsum([0, *(len(part.indices) for part in products)])
-        indptr = [part.indptr[1:] + start for part, start in zip(products, starts[:-1], strict=True)]
-        return sp.bsr_matrix(
-            (
-                np.concatenate([part.data for part in products]),
-                np.concatenate([part.indices for part in products]),
-                np.concatenate([[0], *indptr]),
-            ),
-            shape=(self.shape[0], other.shape[1]),
+        share(multiply, len(images))
+        row, column, data = (
+            np.concatenate([getattr(piece, name) for piece in coarse]) for name in ("row", "col", "data")
         )
+        return Rows(images), sp.csr_matrix((data, (row, column)), shape=2 * basis.shape[1:])
 
 
 def _part(matrix: sp.bsr_matrix, low: int, high: int) -> sp.bsr_matrix:
