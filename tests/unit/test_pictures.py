@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.figures import picture
+from knitstudy.figures import picture, renderer
 from knitstudy.figures.saving import save
 from knitstudy.figures.shapes import arrow, rod, sphere, tube
 from knitstudy.figures.style import resolution
@@ -127,7 +127,7 @@ def test_failing_renderer_is_replaced_with_a_note(axes, monkeypatch, caplog, vtk
         calls.append(arguments)
         raise failure
 
-    monkeypatch.setattr(picture.subprocess, "run", fail)
+    monkeypatch.setattr(renderer.subprocess, "Popen", fail)
     with caplog.at_level(logging.WARNING):
         for _ in range(2):
             picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
@@ -137,18 +137,48 @@ def test_failing_renderer_is_replaced_with_a_note(axes, monkeypatch, caplog, vtk
     assert picture.is_fallback(axes.figure)
 
 
-def test_process_that_dies_does_not_take_this_one_along(axes, monkeypatch, tmp_path, vtk):
-    """A stand-in interpreter that ends with a segmentation fault, as VTK does without a display."""
-    dying = tmp_path / "python"
-    dying.write_text("#!/bin/sh\nkill -SEGV $$\n")
-    dying.chmod(0o755)
-    monkeypatch.setattr(picture.sys, "executable", str(dying))
+@pytest.fixture
+def interpreter(tmp_path, monkeypatch):
+    """Function that puts a shell script in the place of the interpreter that VTK is started with."""
+
+    def replace(script):
+        path = tmp_path / "python"
+        path.write_text(f"#!/bin/sh\n{script}\n")
+        path.chmod(0o755)
+        monkeypatch.setattr(renderer.sys, "executable", str(path))
+
+    return replace
+
+
+def test_process_that_dies_does_not_take_this_one_along(axes, interpreter, vtk, caplog):
+    """It ends with a segmentation fault, as VTK does without a display."""
+    interpreter("echo no display >&2; kill -SEGV $$")
+    picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
+    assert picture.is_fallback(axes.figure)
+    assert "ended with status -11 no display" in caplog.text or "Broken pipe no display" in caplog.text
+
+
+def test_process_that_takes_too_long_is_ended(axes, interpreter, vtk, monkeypatch):
+    monkeypatch.setattr(renderer, "PATIENCE", 0.1)
+    interpreter("exec sleep 60")
     picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
     assert picture.is_fallback(axes.figure)
 
 
+def test_one_process_renders_all_pictures(axes, interpreter, vtk, tmp_path):
+    Image.new("RGBA", (4, 2), "red").save(tmp_path / "red.png")
+    interpreter(
+        f"echo started >> '{tmp_path}/log'\n"
+        f"while read -r job picture; do cp '{tmp_path}/red.png' \"$picture\"; echo done; done"
+    )
+    for _ in range(2):
+        picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
+    assert len(axes.images) == 2
+    assert (tmp_path / "log").read_text() == "started\n"
+
+
 def test_empty_picture_counts_as_failure(axes, monkeypatch, vtk):
-    monkeypatch.setattr(picture, "_run", lambda job: np.zeros((*job.pixels[::-1], 4)))
+    monkeypatch.setattr(vtk, "_picture", lambda job: np.zeros((*job.pixels[::-1], 4)))
     picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
     assert vtk.failed
     assert picture.is_fallback(axes.figure)

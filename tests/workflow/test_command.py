@@ -19,21 +19,23 @@ SOURCE = Path(__file__).resolve().parents[2] / "src"
 SMALL = ("--set", "pattern.loops=1", "--set", "pattern.rows=1")
 
 
+def begin(folder, *arguments):
+    """Start the command in a folder."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "knitstudy", *arguments],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(SOURCE)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # Ctrl-C ends it, also where the tests run in the background of a shell.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+
+
 @pytest.fixture
 def start(tmp_path):
-    def run(*arguments):
-        return subprocess.Popen(
-            [sys.executable, "-m", "knitstudy", *arguments],
-            cwd=tmp_path,
-            env=os.environ | {"PYTHONPATH": str(SOURCE)},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            # Ctrl-C ends it, also where the tests run in the background of a shell.
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-        )
-
-    return run
+    return lambda *arguments: begin(tmp_path, *arguments)
 
 
 @pytest.fixture
@@ -67,23 +69,6 @@ def test_run_and_show(knitstudy, tmp_path):
     assert (tmp_path / "force.png").stat().st_size > 10_000
 
 
-def test_killed_run_goes_on(start, knitstudy, tmp_path):
-    arguments = ("run", "dns-tie-course-coarse", *SMALL, "--set", "solver.increments=12")
-    restart = tmp_path / "results" / "restart"
-    with start(*arguments) as process:
-        while process.poll() is None and not list(restart.glob("dns-*.npz")):
-            time.sleep(0.02)
-        process.send_signal(signal.SIGKILL)
-    assert process.returncode == -signal.SIGKILL
-    assert not (tmp_path / "results" / "dns").exists()
-
-    ended = knitstudy(*arguments)
-    assert ended.returncode == 0, ended.stderr
-    assert "going on from increment" in ended.stderr
-    assert list((tmp_path / "results" / "dns").glob("dns-tie-course-coarse-*.nc"))
-    assert not list(restart.glob("*.npz"))
-
-
 BEAMS = ("run", "extreme-beam", "--set", "solver.increments=8")
 """Beams in contact: a second or two, and a state that remembers where yarns touched."""
 
@@ -94,23 +79,41 @@ def history(folder):
     return read_dataset(path).drop_vars("seconds")
 
 
-def test_terminated_run_goes_on_to_the_same_numbers(start, knitstudy, tmp_path):
-    assert knitstudy(*BEAMS, "-o", "undisturbed").returncode == 0
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """History of the beams that nothing befell."""
+    folder = tmp_path_factory.mktemp("undisturbed")
+    process = begin(folder, *BEAMS)
+    _, messages = process.communicate()
+    assert process.returncode == 0, messages
+    return history(folder / "results")
+
+
+def end_on_the_way(start, folder, end):
+    """Start the beams and end them by a signal once an increment has converged; return the status and what was said."""
     with start(*BEAMS) as process:
-        while process.poll() is None and not list((tmp_path / "results" / "restart").glob("[!.]*.npz")):
+        while process.poll() is None and not list((folder / "results" / "restart").glob("[!.]*.npz")):
             time.sleep(0.02)
-        process.send_signal(signal.SIGTERM)
-    assert process.returncode == -signal.SIGTERM
+        process.send_signal(end)
+        messages = process.stderr.read()
+    return process.returncode, messages
+
+
+@pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
+def test_ended_run_goes_on_to_the_same_numbers(start, knitstudy, undisturbed, tmp_path, end):
+    status, _ = end_on_the_way(start, tmp_path, end)
+    assert status == -end
+    assert not (tmp_path / "results" / "beams").exists()
     ended = knitstudy(*BEAMS)
     assert ended.returncode == 0, ended.stderr
     assert "going on from increment" in ended.stderr
-    assert history(tmp_path / "results").equals(history(tmp_path / "undisturbed"))
+    assert history(tmp_path / "results").equals(undisturbed)
     assert not list(tmp_path.rglob("*.partial*"))
+    assert not list((tmp_path / "results" / "restart").glob("*.npz"))
 
 
-def test_full_disk_is_one_message_and_leaves_no_part_of_a_file(start, knitstudy, tmp_path):
+def test_full_disk_is_one_message_and_leaves_no_part_of_a_file(start, knitstudy, undisturbed, tmp_path):
     """No file may grow beyond 20 kB, which one of the run has to."""
-    assert knitstudy(*BEAMS, "-o", "undisturbed").returncode == 0
     with start(*BEAMS) as process:
         resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (20_000, resource.RLIM_INFINITY))
         messages = process.stderr.read()
@@ -120,7 +123,7 @@ def test_full_disk_is_one_message_and_leaves_no_part_of_a_file(start, knitstudy,
     assert "cannot be written" in line
     assert not list(tmp_path.rglob("*.partial*"))
     assert knitstudy(*BEAMS).returncode == 0
-    assert history(tmp_path / "results").equals(history(tmp_path / "undisturbed"))
+    assert history(tmp_path / "results").equals(undisturbed)
 
 
 def test_two_runs_of_one_scene_at_once_spoil_nothing(start, tmp_path):
@@ -132,8 +135,15 @@ def test_two_runs_of_one_scene_at_once_spoil_nothing(start, tmp_path):
     assert not list(tmp_path.rglob("*.npz"))
 
 
-@pytest.mark.parametrize("closed", [">&-", ">&- 2>&-", "<&- >&-"])
-@pytest.mark.parametrize("arguments", ["list", "check dns-tie-course", "--help"])
+@pytest.mark.parametrize(
+    ("arguments", "closed"),
+    [
+        ("list", ">&-"),
+        ("list", "<&- >&-"),
+        ("check dns-tie-course", ">&- 2>&-"),
+        ("--help", ">&- 2>&-"),
+    ],
+)
 def test_closed_streams_are_no_error(tmp_path, arguments, closed):
     """What is printed goes nowhere, and not into a file that happens to take the place of the stream."""
     ended = subprocess.run(
@@ -155,13 +165,8 @@ def test_reader_that_has_gone_is_no_error(start):
 
 
 def test_interrupted_run_says_in_one_line_how_to_go_on(start, tmp_path):
-    arguments = ("run", "dns-tie-course-coarse", *SMALL, "--set", "solver.increments=12")
-    with start(*arguments) as process:
-        while process.poll() is None and not list((tmp_path / "results" / "restart").rglob("dns-*.npz")):
-            time.sleep(0.02)
-        process.send_signal(signal.SIGINT)
-        messages = process.stderr.read()
-    assert process.returncode == 130
+    status, messages = end_on_the_way(start, tmp_path, signal.SIGINT)
+    assert status == 130
     assert "Traceback" not in messages
     (line,) = [line for line in messages.splitlines() if line.startswith("error")]
     assert line.startswith(

@@ -4,21 +4,15 @@ from __future__ import annotations
 
 import logging
 import os
-import pickle
-import subprocess
-import sys
 from collections.abc import Sequence
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.image import imread
 
-import knitstudy
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.painter import paint
+from knitstudy.figures.renderer import Renderer
 from knitstudy.figures.style import FAINT, INCH, resolution
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import View
@@ -31,8 +25,7 @@ MILLIMETRE = 1e3
 CHOICE = "KNITSTUDY_RENDERER"
 """Environment variable: ``vtk`` (default) or ``matplotlib``."""
 
-PATIENCE = 300.0
-"""Time after which a rendering counts as failed [s]; a slow machine needs a tenth of it."""
+VTK = Renderer()
 
 FALLBACK = "drawn-without-vtk"
 """Group id of the note on figures that matplotlib drew."""
@@ -125,40 +118,3 @@ def _rendered(job: Job) -> np.ndarray | None:
         log.info("a picture is drawn by matplotlib, as %s asks for", CHOICE)
         return None
     return VTK.render(job)
-
-
-class Renderer:
-    """VTK, in a process of its own for every picture, and given up after its first failure."""
-
-    def __init__(self):
-        self.failed = False
-
-    def render(self, job: Job) -> np.ndarray | None:
-        """Return the picture as RGBA array, or None, with a warning in the log, where that does not work."""
-        if not self.failed:
-            try:
-                image = _run(job)
-                if image[..., 3].any():
-                    return image
-                reason = "the picture is empty"
-            except (OSError, subprocess.SubprocessError, SyntaxError) as error:
-                said = (getattr(error, "stderr", None) or "").strip().splitlines()
-                reason = f"{error} {said[-1] if said else ''}".strip()
-            self.failed = True
-            log.warning("VTK cannot render here, pictures are drawn by matplotlib: %s", reason)
-        return None
-
-
-VTK = Renderer()
-
-
-def _run(job: Job) -> np.ndarray:
-    """Render in another process and read what it wrote."""
-    source = Path(knitstudy.__file__).parents[1]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(source), *filter(None, sys.path)])}
-    with TemporaryDirectory() as folder:
-        task, picture = Path(folder, "job.pickle"), Path(folder, "picture.png")
-        task.write_bytes(pickle.dumps(job))
-        command = [sys.executable, "-m", "knitstudy.figures.vtk_program", str(task), str(picture)]
-        subprocess.run(command, check=True, capture_output=True, text=True, timeout=PATIENCE, env=environment)
-        return imread(picture)

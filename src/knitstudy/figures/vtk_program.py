@@ -1,15 +1,18 @@
-"""Renders surfaces with VTK: ``python -m knitstudy.figures.vtk_program job.pickle picture.png``.
+"""Renders surfaces with VTK: ``python -m knitstudy.figures.vtk_program`` reads what to render from its input.
 
 It is a process of its own because VTK ends its process with a segmentation fault where it finds no way to
-render; whoever starts it then sees no more than an exit status.
+render; whoever started it then sees no more than an exit status. Every line names a file with a pickled job and one
+for the picture, with a tab between them, and is answered by a line when the picture is there.
 """
 
 from __future__ import annotations
 
+import os
 import pickle
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
@@ -112,5 +115,15 @@ def _aim(plotter, job: Job) -> None:
     plotter.reset_camera_clipping_range()
 
 
+def serve(jobs: TextIO, answers: TextIO) -> None:
+    """Render what lines ask for until there are no more."""
+    for line in jobs:
+        job, picture = line.rstrip("\n").split("\t")
+        render(pickle.loads(Path(job).read_bytes()), Path(picture))
+        print("done", file=answers, flush=True)
+
+
 if __name__ == "__main__":
-    render(pickle.loads(Path(sys.argv[1]).read_bytes()), Path(sys.argv[2]))
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # what VTK prints is no answer
+    serve(sys.stdin, answers)

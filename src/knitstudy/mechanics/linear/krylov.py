@@ -23,7 +23,8 @@ PATIENCE = 60
 """Most iterations that one solve may take with a preconditioner made for an earlier matrix."""
 
 WASTE = 15
-"""Iterations beyond those of a fresh preconditioner that may add up before it is made anew."""
+"""Iterations beyond those of a fresh preconditioner that may add up before it is made anew: as many as making one costs
+(16 on 30 x 30 loops), so that never more than twice the least is spent (docs/performance.md)."""
 
 
 class Preconditioner(Protocol):
