@@ -44,7 +44,7 @@ class ThreeScale:
         """Make all factors anew; only those of the crossings know what friction adds."""
         if unsymmetric is not None:
             self._order = self._present(self.crossing, self.yarn, self.fabric)
-        self.fabric.release()
+        self.fabric.release()  # room for what the others need on the way
         self.yarn.update(matrix)
         if self.crossing is not None:
             self.crossing.update(matrix, unsymmetric, touching)
