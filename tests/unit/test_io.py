@@ -163,7 +163,15 @@ def test_table_round_trip_and_its_errors(tmp_path):
         read_table(path)
 
 
-def test_an_interruption_is_put_off_until_a_file_is_written(tmp_path, monkeypatch):
+@pytest.fixture
+def interruptible():
+    """Ctrl-C as programs in the foreground have it: a shell starts others with it ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_an_interruption_is_put_off_until_a_file_is_written(tmp_path, monkeypatch, interruptible):
     """Between the taking of a lock and its use it would leave the lock taken."""
     written = xr.Dataset.to_netcdf
 
