@@ -135,15 +135,8 @@ def test_two_runs_of_one_scene_at_once_spoil_nothing(start, tmp_path):
     assert not list(tmp_path.rglob("*.npz"))
 
 
-@pytest.mark.parametrize(
-    ("arguments", "closed"),
-    [
-        ("list", ">&-"),
-        ("list", "<&- >&-"),
-        ("check dns-tie-course", ">&- 2>&-"),
-        ("--help", ">&- 2>&-"),
-    ],
-)
+@pytest.mark.parametrize("closed", [">&-", ">&- 2>&-", "<&- >&-"])
+@pytest.mark.parametrize("arguments", ["list", "check dns-tie-course", "--help"])
 def test_closed_streams_are_no_error(tmp_path, arguments, closed):
     """What is printed goes nowhere, and not into a file that happens to take the place of the stream."""
     ended = subprocess.run(
