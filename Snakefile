@@ -15,8 +15,12 @@ include: "workflow/rules/tables.smk"
 include: "workflow/rules/report.smk"
 
 
-# workflow/study.py counts the jobs that are done beside it.
 onstart:
+    # With a limit of jobs a second, and there is one unless it is taken away, every look for jobs that are ready asks for
+    # another one a second later, beside those at every end of a job: looks add up until they fill a core.
+    if workflow.local_exec:
+        workflow.scheduler.job_rate_limiter = None
+    # workflow/study.py counts the jobs that are done beside it.
     print(f"planned {len(list(workflow.dag.needrun_jobs()))} jobs", file=sys.stderr, flush=True)
 
 

@@ -1,5 +1,7 @@
 """The whole study on the coarsest 3 x 3 knit: results, nothing to do, and what an edit runs again."""
 
+import re
+
 import meshio
 import numpy as np
 import pytest
@@ -134,3 +136,14 @@ def test_mesh_of_two_crossing_yarns(fresh):
     family = fresh.folder / "config" / "scenes" / "3-pairs.yaml"
     family.write_text(family.read_text().replace("[435e-6,", "[436e-6,"))
     assert fresh.planned(target) == set(), "the way of the yarns is no matter of their mesh"
+
+
+def test_ready_jobs_are_looked_for_when_one_has_ended(fresh):
+    """Not again a second after each time that they were, which adds up to a core with nothing else to do."""
+    targets = [f"results/mesh/pair-{way}-{angle}.nc" for way in ("slid", "tied") for angle in (30, 90)]
+    ended = fresh.snakemake(*targets, "--cores", "1", "--verbose")
+    assert ended.returncode == 0, ended.stderr
+    done = len(re.findall(r"^Finished jobid", ended.stdout + ended.stderr, flags=re.MULTILINE))
+    looks = len(re.findall(r"^Ready jobs", ended.stdout + ended.stderr, flags=re.MULTILINE))
+    assert done == 6
+    assert done <= looks <= done + 1
