@@ -95,12 +95,12 @@ def series_of(scenes: Iterable[Scene]) -> list[Series]:
     ]
 
 
-def force_per_width(history: xr.Dataset, scene: Scene) -> float:
-    """Return the force of the driven side at full load over the width of the knit that it pulls [N/m]."""
+def force_per_width(history: xr.Dataset, scene: Scene, increment: int = -1) -> float:
+    """Return the force of the driven side, at full load or an increment, over the width of knit that it pulls [N/m]."""
     spacing, count = scene.pattern.course_spacing, scene.pattern.rows
     if scene.load.direction == "wale":
         spacing, count = scene.pattern.wale_spacing, scene.pattern.loops
-    return float(history["force"][-1]) / (spacing * count)
+    return float(history["force"][increment]) / (spacing * count)
 
 
 def seconds_a_newton_iteration(history: xr.Dataset) -> float:

@@ -20,7 +20,8 @@ Whatever the case:
 - "sweeps": direct simulations of knits whose course spacing or yarn diameter is swept (`measures.sweeps`).
 - "ways": direct simulations of knits whose increments end at the strains of the reference, which is made from them.
 - "fields": direct simulations of the four cases that keep their fields, one by every discretisation.
-- "domain": square knits that differ in nothing but their number of cells, by each model (see `measures.domain`).
+- "squares": square knits that differ in nothing but their number of cells, by each model (see `measures.domain`);
+  "domain": those in course tension, the paper's.
 - "pairs": all pairs of crossing yarns that are pressed on each other and then slide.
 - "cells": all cells of an endless knit.
 """
@@ -150,7 +151,8 @@ class Roles:
             "ways": ways(scenes),
             "fields": with_fields(scenes),
             "sweeps": swept(scenes),
-            "domain": domain(scenes),
+            "domain": [scene for scene in squares(scenes) if _fits(scene, COURSE)],
+            "squares": squares(scenes),
         }
         return _of_cases(scenes) | _without_empty(several)
 
@@ -296,7 +298,7 @@ def with_fields(scenes: Iterable[Scene]) -> list[Scene]:
     return [scene for (case, _), scene in found.items() if scene.knit == knits[case]]
 
 
-def domain(scenes: Iterable[Scene]) -> list[Scene]:
+def squares(scenes: Iterable[Scene]) -> list[Scene]:
     """Return the simulations of square knits of rising size, series by series."""
     return [scene for series in series_of(scenes) for scene in series.scenes]
 

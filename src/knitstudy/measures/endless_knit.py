@@ -1,0 +1,70 @@
+"""What square knits tend to as they grow, beside one cell of an endless knit (docs/periodic_cell.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.measures.clamped_sheet import held_over_free
+from knitstudy.measures.discretisation import made_of
+from knitstudy.measures.domain import Series
+from knitstudy.study.scene import Scene
+
+MOST = 4
+"""Knits, the largest ones, that a limit is sought through."""
+
+AXIS = {"course": 0, "wale": 1}
+
+SAME = ("yarn", "tie")
+"""Sections of a scene that a cell shares with knits of the same yarns."""
+
+
+def limit(cells: Sequence[int], values: Sequence[float]) -> tuple[float, float]:
+    """Return a of a + b / n, as edges are the 1 / n-th part of a knit, and how far it hangs on the knits it is from.
+
+    Parameters
+    ----------
+    cells, values : sequence, (k,)
+        Cells in a row, from the smallest knit to the largest, and the value of each; three or more.
+
+    Returns
+    -------
+    limit, uncertainty : float
+        The middle of the least and the largest a through the largest two, three and four knits, and half of what lies
+        between them.
+    """
+    found = [
+        np.polyfit(1 / np.asarray(cells[-count:], dtype=float), values[-count:], 1)[1]
+        for count in range(2, min(MOST, len(cells)) + 1)
+    ]
+    return (min(found) + max(found)) / 2, (max(found) - min(found)) / 2
+
+
+def cell_of(series: Series, cells: Iterable[Scene]) -> Scene | None:
+    """Return the first of cells that is an endless knit of a series, pulled like it and free across."""
+    knit = series.scenes[0]
+    for cell in cells:
+        pulled = cell.load.deformation == knit.load.direction and cell.load.lateral == "free"
+        alike = cell.interaction == knit.interaction and made_of(cell) == made_of(knit)
+        if pulled and alike and cell.read(SAME) == knit.read(SAME):
+            return cell
+    return None
+
+
+def between_grips(history: xr.Dataset, scene: Scene, increment: int) -> float:
+    """Return by what the force of a cell grows in a large square knit, whose grips hold it across.
+
+    Parameters
+    ----------
+    history : Dataset
+        Of a tied cell that is free across.
+    scene : Scene
+    increment : int
+        Whose tangent is taken.
+    """
+    order = [0, 1, 2] if scene.load.deformation == "course" else [1, 0, 2]
+    membrane = history["tangent_per_width"].to_numpy()[increment][np.ix_(order, order)]
+    sides = np.array([scene.pattern.wale_spacing, scene.pattern.course_spacing])[order[:2]]
+    return held_over_free(membrane, *sides)

@@ -1,0 +1,108 @@
+"""Square knits of rising size, what they tend to, and the cell of an endless knit beside them."""
+
+import numpy as np
+import pytest
+import synthetic
+import xarray as xr
+
+from knitstudy.measures.clamped_sheet import held_over_free
+from knitstudy.measures.domain import series_of
+from knitstudy.measures.endless_knit import cell_of, limit
+from knitstudy.measures.selection import roles_of
+from knitstudy.tables import catalogue as tables
+
+CELLS = (3, 6, 8)
+
+
+def isotropic(poisson):
+    shear = (1 - poisson) / 2
+    return np.array([[1, poisson, 0], [poisson, 1, 0], [0, 0, shear]]) / (1 - poisson**2)
+
+
+def test_grips_of_a_sheet_that_does_not_contract_add_nothing():
+    assert held_over_free(isotropic(0.0), 1.0, 2.0, elements=4) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_short_sheet_is_held_across_everywhere():
+    found = held_over_free(isotropic(0.3), 1.0, 200.0)
+    assert found == pytest.approx(1 / (1 - 0.3**2), rel=2e-3)
+
+
+def test_grips_are_far_from_most_of_a_long_sheet():
+    long, longer = (held_over_free(isotropic(0.3), length, 1.0) - 1 for length in (5.0, 10.0))
+    assert 0 < longer < 0.55 * long < 0.01
+
+
+def test_grips_add_as_much_on_finer_elements():
+    found = [held_over_free(isotropic(0.3), 1.0, 1.0, elements) for elements in (24, 48, 96)]
+    assert abs(found[2] - found[1]) < abs(found[1] - found[0]) < 2e-4
+
+
+def test_limit_of_a_knit_whose_edges_are_a_part_of_it():
+    cells = np.array([1, 3, 6, 8, 10])
+    assert limit(cells, 5.0 - 2.0 / cells) == pytest.approx((5.0, 0.0), abs=1e-9)
+    middle, uncertain = limit(cells, 5.0 - 2.0 / cells + 0.3 / cells**2)
+    assert abs(middle - 5.0) < 2 * uncertain, "what is not 1 / n shows as uncertainty"
+
+
+@pytest.fixture(scope="module")
+def knits(plain_scene):
+    """Scenes and histories of tied square knits and of the cell, in wale tension."""
+    scenes, histories = {}, {}
+    for count in CELLS:
+        name = f"wale-{count}"
+        size = {"knit": f"plain{count}", "pattern.loops": count, "pattern.rows": count}
+        keys = {"name": name, "fidelity": "solid_yarns", "interaction": "tie", "load.direction": "wale"}
+        scenes[name] = plain_scene.vary(keys | size)
+        width = count * scenes[name].pattern.wale_spacing
+        history = synthetic.history(scene=name, interaction="tie")
+        force = history["force"] / history["force"][-1] * width * (1000.0 - 300.0 / count)
+        histories[name] = history.assign(force=force)
+    cell = plain_scene.vary(
+        {"name": "cell", "specimen": "cell", "fidelity": "solid_yarns", "interaction": "tie"}
+        | {"load.deformation": "wale", "load.lateral": "free"}
+    )
+    membrane = np.diag([1.0, 1.0, 0.5])  # nothing to contract
+    strain = histories["wale-3"]["strain"].to_numpy()
+    history = xr.Dataset(
+        {
+            "strain": ("increment", strain),
+            "force_per_width": (("increment", "plane"), np.outer(strain / strain[-1], [0.0, 990.0, 0.0])),
+            "tangent_per_width": (("increment", "plane", "of_plane"), np.tile(membrane, (len(strain), 1, 1))),
+        }
+    )
+    return scenes, histories, cell, history
+
+
+def test_cell_stands_beside_what_knits_tend_to(knits):
+    scenes, histories, cell, history = knits
+    table = tables.tabulate(
+        "endless_knit", squares=histories, cells={"cell": history}, scenes=scenes | {"cell": cell}
+    )
+    last = table.iloc[-1]
+    assert last["direction"] == "wale"
+    assert last["cells in a row [1]"] == "3, 6, 8"
+    assert last["limit [N/m]"] == pytest.approx(1000.0)
+    assert last["uncertainty of the limit [N/m]"] == pytest.approx(0.0, abs=1e-6)
+    assert last["the same, over the limit [1]"] == pytest.approx(0.99)
+    assert len(table) == 2, "its first and its last strain"
+
+
+def test_cell_is_of_the_same_yarns_and_pulled_alike(knits):
+    scenes, _, cell, _ = knits
+    (series,) = series_of(scenes.values())
+    assert cell_of(series, [cell]) is cell
+    for key, value in {
+        "load.deformation": "course",
+        "load.lateral": "fixed",
+        "yarn.poisson_ratio": 0.1,
+        "mesh.crossing_degree": 3,
+    }.items():
+        assert cell_of(series, [cell.replace(key, value)]) is None, key
+
+
+def test_papers_knits_are_those_in_course_tension(knits):
+    scenes, *_ = knits
+    roles = roles_of(scenes.values(), {})
+    assert [scene.name for scene in roles["squares"]] == list(scenes)
+    assert "domain" not in roles
