@@ -1,11 +1,11 @@
 """How long the 3 x 3 knit takes with one and two threads, beside CalculiX: ties, friction, and all discretisations.
 
-    python benchmarks/speed.py [--cases tie friction-course] [--no-calculix] [--log FILE]
+    python benchmarks/speed.py [--cases tie friction-course] [--increments 12] [--no-calculix] [--log FILE]
 
-Every run has a process of its own, one after the other, in 12 increments to 5 % without stops: leave the machine
-alone meanwhile. CalculiX, where it is installed, gets the same mesh and the same ties, C3D8R for the one-point element
-and C3D20R for the quadratic one; with friction it takes ten minutes a case. Solid yarns cannot be written as a deck:
-their times stand beside those of hexahedra in the same case.
+Every run has a process of its own, one after the other, to 5 % without stops: leave the machine alone meanwhile.
+CalculiX, where it is installed, gets the same mesh and the same ties, C3D8R for the one-point element and C3D20R for
+the quadratic one; with friction it takes ten minutes a case. Solid yarns cannot be written as a deck: their times stand
+beside those of hexahedra in the same case.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SCENES = {
 DISCRETISATIONS = {
     "": {},
     ", incompatible modes": {"mesh.element": "incompatible_modes"},
-    ", quadratic": {"mesh.element": "quadratic", "mesh.size": 0.45e-3},
+    ", quadratic": {"mesh.element": "quadratic", "mesh.size": 0.6e-3, "mesh.refinement": 2},  # 1 % of the reference
     ", solid yarns": {"fidelity": "solid_yarns"},
     ", solid yarns p3": {"fidelity": "solid_yarns", "mesh.degree": 3, "mesh.crossing_degree": 3},
 }
@@ -55,7 +55,8 @@ def main() -> None:
     rows, one_point = [], {}
     for name in options.cases:
         label, changes = CASES[name]
-        scene = load_scene(label).vary({"load.stops": []} | changes)
+        path = {"load.stops": [], "solver.increments": options.increments}
+        scene = load_scene(label).vary(path | changes)
         with tempfile.TemporaryDirectory() as folder:
             knits.prepare(scene, Path(folder))
             found = {f"{count} threads": _here(scene, folder, count) for count in (1, THREADS)}
@@ -85,6 +86,7 @@ def _options() -> argparse.Namespace:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--cases", nargs="+", choices=list(CASES), default=list(CASES))
+    parser.add_argument("--increments", type=int, default=12, help="solver.increments (%(default)s)")
     parser.add_argument("--no-calculix", dest="calculix", action="store_false", help="this code alone")
     parser.add_argument("--log", help="file that keeps the table")
     return parser.parse_args()
