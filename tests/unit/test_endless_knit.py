@@ -101,6 +101,16 @@ def test_cell_is_of_the_same_yarns_and_pulled_alike(knits):
         assert cell_of(series, [cell.replace(key, value)]) is None, key
 
 
+def test_reduced_models_have_no_cell_beside_them(knits):
+    scenes, _, cell, _ = knits
+    reduced = [
+        scene.vary({"name": f"rom-{name}", "fidelity": "rom3d", "rom.contacts_from": name})
+        for name, scene in scenes.items()
+    ]
+    (series,) = series_of(reduced)
+    assert cell_of(series, [cell]) is None
+
+
 def test_papers_knits_are_those_in_course_tension(knits):
     scenes, *_ = knits
     roles = roles_of(scenes.values(), {})

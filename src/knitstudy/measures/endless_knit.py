@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.measures.clamped_sheet import held_over_free
-from knitstudy.measures.discretisation import made_of
+from knitstudy.measures.discretisation import is_direct, made_of
 from knitstudy.measures.domain import Series
 from knitstudy.study.scene import Scene
 
@@ -43,9 +43,9 @@ def limit(cells: Sequence[int], values: Sequence[float]) -> tuple[float, float]:
 
 
 def cell_of(series: Series, cells: Iterable[Scene]) -> Scene | None:
-    """Return the first of cells that is an endless knit of a series, pulled like it and free across."""
+    """Return the first of cells that is an endless knit of a series of solids, pulled like it and free across."""
     knit = series.scenes[0]
-    for cell in cells:
+    for cell in cells if is_direct(knit) else ():
         pulled = cell.load.deformation == knit.load.direction and cell.load.lateral == "free"
         alike = cell.interaction == knit.interaction and made_of(cell) == made_of(knit)
         if pulled and alike and cell.read(SAME) == knit.read(SAME):
