@@ -41,8 +41,10 @@ def test_grips_add_as_much_on_finer_elements():
 def test_limit_of_a_knit_whose_edges_are_a_part_of_it():
     cells = np.array([1, 3, 6, 8, 10])
     assert limit(cells, 5.0 - 2.0 / cells) == pytest.approx((5.0, 0.0), abs=1e-9)
-    middle, uncertain = limit(cells, 5.0 - 2.0 / cells + 0.3 / cells**2)
-    assert abs(middle - 5.0) < 2 * uncertain, "what is not 1 / n shows as uncertainty"
+    corners = 5.0 - 2.0 / cells + 0.9 / cells**2
+    middle, uncertain = limit(cells, corners)
+    assert middle + uncertain == pytest.approx(5.0), "the parabola finds it"
+    assert uncertain > 0.005, "what is not 1 / n shows as uncertainty"
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,9 @@ SAME = ("yarn", "tie")
 
 
 def limit(cells: Sequence[int], values: Sequence[float]) -> tuple[float, float]:
-    """Return a of a + b / n, as edges are the 1 / n-th part of a knit, and how far it hangs on the knits it is from.
+    """Return what values tend to as knits grow, and how far that hangs on the knits and the law it is from.
+
+    Edges are the 1 / n-th part of a knit, its corners the square of that.
 
     Parameters
     ----------
@@ -32,13 +34,12 @@ def limit(cells: Sequence[int], values: Sequence[float]) -> tuple[float, float]:
     Returns
     -------
     limit, uncertainty : float
-        The middle of the least and the largest a through the largest two, three and four knits, and half of what lies
-        between them.
+        The middle of the least and the largest a of a + b / n through the largest two, three and four knits, and of
+        a + b / n + c / n^2 through the largest four, and half of what lies between them.
     """
-    found = [
-        np.polyfit(1 / np.asarray(cells[-count:], dtype=float), values[-count:], 1)[1]
-        for count in range(2, min(MOST, len(cells)) + 1)
-    ]
+    part, values = 1 / np.asarray(cells, dtype=float)[-MOST:], np.asarray(values, dtype=float)[-MOST:]
+    found = [np.polyfit(part[-count:], values[-count:], 1)[1] for count in range(2, len(part) + 1)]
+    found.append(np.polyfit(part, values, 2)[2])
     return (min(found) + max(found)) / 2, (max(found) - min(found)) / 2
 
 
