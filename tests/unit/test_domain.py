@@ -7,6 +7,7 @@ import pytest
 import study
 
 from knitstudy.figures import catalogue as figures
+from knitstudy.figures.domain_line import domain_line
 from knitstudy.files.csv_table import read_table
 from knitstudy.measures.domain import PowerLaw, contact_over_ties, force_per_width, series_of
 from knitstudy.measures.selection import roles_of
@@ -79,3 +80,19 @@ def test_figures_of_the_domain_name_their_axes(grown):
     assert [axes.get_ylabel() for axes in cost.axes] == ["degrees of freedom", "memory growth (MB)"]
     response = figures.draw("fig_domain_response", domain=histories, domain_contacts={}, scenes=scenes)
     assert response.axes[0].get_ylabel() == "force over width (N/mm)"
+
+
+def test_no_two_series_look_alike(grown):
+    scenes, _ = grown
+    others = {}
+    for name, scene in scenes.items():
+        yarns = {"name": f"yarns-{name}", "fidelity": "solid_yarns"}
+        loose = {"name": f"loose-{name}", "contact.tied_edges": "none"} if "isotropic" in name else {}
+        flat = {"name": f"rom-{name}", "fidelity": "rom2d", "rom.contacts_from": name}
+        for changed in (yarns, yarns | loose, flat):
+            other = scene.vary(changed)
+            others[other.name] = other
+    lines = [domain_line(series) for series in series_of((scenes | others).values())]
+    assert len(lines) == 7
+    for what in (["label"], ["color", "linestyle", "marker"]):
+        assert len({tuple(line[key] for key in what) for line in lines}) == len(lines), what

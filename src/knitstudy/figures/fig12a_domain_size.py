@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -13,9 +12,9 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.cells_axis import draw_cells_axis
-from knitstudy.figures.style import MODELS, OTHER, Look, figure, panel_letter, styled
+from knitstudy.figures.domain_line import domain_line
+from knitstudy.figures.style import figure, panel_letter, styled
 from knitstudy.measures.cost import MEGABYTE, memory_growth
-from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, is_direct
 from knitstudy.measures.domain import Series, series_of
 from knitstudy.study.scene import Scene
 
@@ -24,8 +23,6 @@ WIDTH, HEIGHT = 170.0, 92.0
 
 SHOWN = np.array([3.0, 30.0])
 """Cells in a row between which laws are drawn."""
-
-YARNS = Look(SOLID_YARNS, "#0072B2", "-", "D")
 
 
 @FIGURES.add(
@@ -66,29 +63,13 @@ def draw(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], paper: p
 
 def _panel(axes: Axes, found: list[Series], value: Callable[[Scene], float]) -> None:
     for series in found:
-        look, slides = _look(series.scenes[0]), series.scenes[0].interaction != "tie"
+        line = domain_line(series)
         values = np.array([value(scene) for scene in series.scenes])
-        fill = "white" if slides else look.colour
-        text = f"{look.label}, {'friction' if slides else 'ties'}"
-        axes.plot(
-            series.cells,
-            values,
-            look.marker,
-            color=look.colour,
-            markerfacecolor=fill,
-            label=text,
-            markersize=4.5,
-        )
-        law = series.growth(values)
-        axes.plot(SHOWN, law.at(SHOWN), "--" if slides else "-", color=look.colour, linewidth=0.7, marker="")
+        axes.plot(series.cells, values, **line | {"linestyle": "", "markersize": 4.5})
+        law = {"color": line["color"], "linestyle": line["linestyle"], "linewidth": 0.7}
+        axes.plot(SHOWN, series.growth(values).at(SHOWN), **law)
     axes.set_yscale("log")
     draw_cells_axis(axes)
-
-
-def _look(scene: Scene) -> Look:
-    if is_direct(scene):
-        return YARNS if discretisation(scene) == SOLID_YARNS else replace(MODELS["dns"], label="hexahedra")
-    return MODELS.get(scene.fidelity, OTHER)
 
 
 def _of_paper(paper: pd.DataFrame, quantity: str) -> tuple[np.ndarray, np.ndarray]:

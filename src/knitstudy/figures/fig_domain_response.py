@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -12,9 +11,9 @@ from matplotlib.figure import Figure
 from knitstudy.figures.annotation import MILLIMETRE
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.cells_axis import draw_cells_axis
-from knitstudy.figures.style import INTERACTIONS, MODELS, Look, figure, panel_letter, styled
-from knitstudy.measures.discretisation import is_direct
-from knitstudy.measures.domain import Series, series_of
+from knitstudy.figures.domain_line import domain_line
+from knitstudy.figures.style import figure, panel_letter, styled
+from knitstudy.measures.domain import series_of
 from knitstudy.measures.domain_response import domain_response
 from knitstudy.study.scene import Scene
 
@@ -55,8 +54,7 @@ def draw(
     for axes, letter, (name, label, unit) in zip(drawing.subplots(1, 3), "abc", PANELS, strict=True):
         for series, answers in zip(found, responses, strict=True):
             values = unit * np.array([getattr(answer, name) for answer in answers])
-            look = _look(series)
-            axes.plot(series.cells, values, label=look.label, **look.line)
+            axes.plot(series.cells, values, **domain_line(series))
         draw_cells_axis(axes)
         axes.set_ylabel(label)
         axes.set_ylim(0, None)
@@ -65,13 +63,3 @@ def draw(
     drawing.legend(handles, labels, loc="lower center", ncols=3, fontsize=6.5, handlelength=3.0)
     drawing.subplots_adjust(left=0.08, right=0.985, top=0.91, bottom=0.34, wspace=0.36)
     return drawing
-
-
-def _look(series: Series) -> Look:
-    """Return the look of an interaction for solid yarns, that of the model for reduced ones."""
-    scene = series.scenes[0]
-    if not is_direct(scene):
-        look = MODELS[scene.fidelity]
-        return replace(look, label=f"{look.label}, {series.interaction}")
-    look = replace(INTERACTIONS[scene.interaction], label=f"solid yarns, {series.interaction}")
-    return replace(look, dash=":", marker="v") if series.free else look
