@@ -9,7 +9,7 @@ import study
 from knitstudy.figures import catalogue as figures
 from knitstudy.figures.domain_line import domain_line
 from knitstudy.files.csv_table import read_table
-from knitstudy.measures.domain import PowerLaw, contact_over_ties, force_per_width, series_of
+from knitstudy.measures.domain import PowerLaw, SumOfPowers, contact_over_ties, force_per_width, series_of
 from knitstudy.measures.selection import roles_of
 from knitstudy.tables import catalogue as tables
 
@@ -26,6 +26,13 @@ def test_a_power_law_is_found_again():
     law = PowerLaw.through(cells, 5.0 * cells**2.1)
     assert (law.factor, law.exponent) == (pytest.approx(5.0), pytest.approx(2.1))
     assert law.at(10.0) == pytest.approx(5.0 * 10**2.1)
+
+
+def test_a_sum_of_powers_is_found_again():
+    cells = np.array([3.0, 6.0, 8.0, 30.0])
+    law = SumOfPowers.through(cells, 5.0 * cells**2 + 2.0 * cells, (2, 1))
+    np.testing.assert_allclose(law.factors, [5.0, 2.0])
+    assert law.at(10.0) == pytest.approx(520.0)
 
 
 def test_series_differ_in_nothing_but_size(grown):

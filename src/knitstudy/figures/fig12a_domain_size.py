@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
@@ -21,7 +21,7 @@ from knitstudy.study.scene import Scene
 WIDTH, HEIGHT = 170.0, 92.0
 """Of the figure [mm]."""
 
-SHOWN = np.array([3.0, 30.0])
+SHOWN = np.geomspace(3.0, 30.0, 40)
 """Cells in a row between which laws are drawn."""
 
 
@@ -46,11 +46,17 @@ def draw(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], paper: p
     found = series_of(scenes.values())
     drawing = figure(WIDTH, HEIGHT)
     left, right = drawing.subplots(1, 2)
-    _panel(left, found, lambda scene: float(domain[scene.name].attrs["dof"]))
-    _panel(right, found, lambda scene: memory_growth(domain[scene.name]) / MEGABYTE)
+    for series in found:
+        dof = np.array([float(domain[scene.name].attrs["dof"]) for scene in series.scenes])
+        memory = np.array([memory_growth(domain[scene.name]) for scene in series.scenes]) / MEGABYTE
+        unknowns = series.unknowns(dof).at(SHOWN)
+        _draw_series(left, series, dof, unknowns)
+        _draw_series(right, series, memory, series.memory(dof, memory).at(unknowns))
     for axes, quantity in ((left, "degrees of freedom"), (right, "memory")):
         cells, values = _of_paper(paper, quantity)
         axes.plot(cells, values, "x", color="#8E1B5A", label="paper, contact")
+        axes.set_yscale("log")
+        draw_cells_axis(axes)
     left.set_ylabel("degrees of freedom")
     right.set_ylabel("memory growth (MB)")
     panel_letter(left, "a")
@@ -61,15 +67,11 @@ def draw(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], paper: p
     return drawing
 
 
-def _panel(axes: Axes, found: list[Series], value: Callable[[Scene], float]) -> None:
-    for series in found:
-        line = domain_line(series)
-        values = np.array([value(scene) for scene in series.scenes])
-        axes.plot(series.cells, values, **line | {"linestyle": "", "markersize": 4.5})
-        law = {"color": line["color"], "linestyle": line["linestyle"], "linewidth": 0.7}
-        axes.plot(SHOWN, series.growth(values).at(SHOWN), **law)
-    axes.set_yscale("log")
-    draw_cells_axis(axes)
+def _draw_series(axes: Axes, series: Series, values: np.ndarray, law: np.ndarray) -> None:
+    """Draw values (k,), and the law that they follow at the sizes of `SHOWN`."""
+    line = domain_line(series)
+    axes.plot(series.cells, values, **line | {"linestyle": "", "markersize": 4.5})
+    axes.plot(SHOWN, law, color=line["color"], linestyle=line["linestyle"], linewidth=0.7)
 
 
 def _of_paper(paper: pd.DataFrame, quantity: str) -> tuple[np.ndarray, np.ndarray]:

@@ -62,6 +62,16 @@ class Series:
         large = self.cells >= SMALLEST
         return PowerLaw.through(self.cells[large], np.asarray(values)[large])
 
+    def unknowns(self, dof: Sequence[float]) -> SumOfPowers:
+        """Return the law of degrees of freedom (k,) in cells in a row: so many a cell, and some of the edges."""
+        large = self.cells >= SMALLEST
+        return SumOfPowers.through(self.cells[large], np.asarray(dof)[large], (2, 1))
+
+    def memory(self, dof: Sequence[float], memory: Sequence[float]) -> SumOfPowers:
+        """Return the law of memory (k,) in degrees of freedom (k,): so much for each, and what any model takes."""
+        large = self.cells >= SMALLEST
+        return SumOfPowers.through(np.asarray(dof)[large], np.asarray(memory)[large], (1, 0))
+
 
 @dataclass(frozen=True)
 class PowerLaw:
@@ -79,6 +89,27 @@ class PowerLaw:
     def at(self, cells: np.ndarray | float) -> np.ndarray | float:
         """Return the values at numbers of cells in a row."""
         return self.factor * cells**self.exponent
+
+
+@dataclass(frozen=True)
+class SumOfPowers:
+    """Sum of factor x^exponent over two terms."""
+
+    factors: tuple[float, float]
+    exponents: tuple[int, int]
+
+    @classmethod
+    def through(cls, sizes: np.ndarray, values: np.ndarray, exponents: tuple[int, int]) -> SumOfPowers:
+        """Return the law (least squares of relative distances) of values (k,) that are positive at sizes (k,)."""
+        terms = np.stack([np.asarray(sizes, dtype=float) ** exponent for exponent in exponents], axis=1)
+        factors, *_ = np.linalg.lstsq(terms / values[:, None], np.ones(len(values)))
+        return cls(tuple(map(float, factors)), exponents)
+
+    def at(self, sizes: np.ndarray | float) -> np.ndarray | float:
+        """Return the values at sizes."""
+        return sum(
+            factor * sizes**exponent for factor, exponent in zip(self.factors, self.exponents, strict=True)
+        )
 
 
 def series_of(scenes: Iterable[Scene]) -> list[Series]:

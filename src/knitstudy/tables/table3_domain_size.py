@@ -91,7 +91,9 @@ def tabulate_growth(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene
     """
     rows = []
     for series in series_of(scenes.values()):
-        laws = [series.growth(values) for values in _costs(series, domain)]
+        costs = _costs(series, domain)
+        laws = [series.growth(values) for values in costs]
+        dof, memory, _ = costs
         rows.append(
             {
                 "model": series.model,
@@ -101,7 +103,9 @@ def tabulate_growth(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene
                 "exponent of memory growth [1]": laws[1].exponent,
                 "exponent of the time of a Newton iteration [1]": laws[2].exponent,
                 "exponent of the time of a path [1]": series.growth(_seconds(series, domain)).exponent,
-                "memory growth of 30 x 30 cells, by its law [MB]": laws[1].at(LARGEST),
+                "memory growth of 30 x 30 cells, by its law [MB]": series.memory(dof, memory).at(
+                    series.unknowns(dof).at(LARGEST)
+                ),
             }
         )
     return pd.DataFrame(rows, columns=GROWTH)
@@ -123,7 +127,7 @@ def _costs(series: Series, domain: Mapping[str, xr.Dataset]) -> tuple[np.ndarray
 
 def _rows(series: Series, domain: Mapping[str, xr.Dataset], paper: pd.DataFrame) -> Iterator[dict]:
     dof, memory, seconds = _costs(series, domain)
-    law = series.growth(memory)
+    law = series.memory(dof, memory)
     for place, (cells, scene) in enumerate(zip(series.cells, series.scenes, strict=True)):
         history = domain[scene.name]
         row = {
@@ -133,7 +137,7 @@ def _rows(series: Series, domain: Mapping[str, xr.Dataset], paper: pd.DataFrame)
             "scene": scene.name,
             UNKNOWNS: int(dof[place]),
             MEMORY: memory[place],
-            "memory over its law [1]": memory[place] / law.at(cells),
+            "memory over its law [1]": memory[place] / law.at(dof[place]),
             "memory of an unknown [kB]": memory[place] * MEGABYTE / KILOBYTE / dof[place],
             SECONDS: seconds[place],
             "time of a path [s]": history.attrs["wall_seconds"],
