@@ -16,6 +16,7 @@ MOST = 4
 """Knits, the largest ones, that a limit is sought through."""
 
 AXIS = {"course": 0, "wale": 1}
+"""Strain and force in the plane that are along a pull."""
 
 SAME = ("yarn", "tie")
 """Sections of a scene that a cell shares with knits of the same yarns."""
@@ -65,7 +66,8 @@ def between_grips(history: xr.Dataset, scene: Scene, increment: int) -> float:
     increment : int
         Whose tangent is taken.
     """
-    order = [0, 1, 2] if scene.load.deformation == "course" else [1, 0, 2]
+    along = AXIS[scene.load.deformation]
+    order = [along, 1 - along, 2]
     membrane = history["tangent_per_width"].to_numpy()[increment][np.ix_(order, order)]
     sides = np.array([scene.pattern.wale_spacing, scene.pattern.course_spacing])[order[:2]]
     return held_over_free(membrane, *sides)

@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.domain import Series, force_per_width, series_of
-from knitstudy.measures.endless_knit import between_grips, cell_of, limit
+from knitstudy.measures.endless_knit import AXIS, between_grips, cell_of, limit
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
@@ -64,7 +64,7 @@ def _rows(
         for strain in history["strain"].to_numpy()[1:]
         if all(np.isclose(path["strain"], strain).any() for path in paths.values())
     ]
-    axis = 0 if cell.load.deformation == "course" else 1
+    axis = AXIS[cell.load.deformation]
     for strain in dict.fromkeys([*shared[:1], *shared[-1:]]):
         forces = [
             force_per_width(path, scene, int(np.argmax(np.isclose(path["strain"], strain))))
