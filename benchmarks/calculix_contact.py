@@ -21,14 +21,13 @@ import measure
 import numpy as np
 import pandas as pd
 
-from knitstudy.crossings.tied_crossings import tied_crossings
 from knitstudy.errors import ConvergenceError, KnitstudyError
 from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.loading.load_path import DIRECTIONS
 from knitstudy.solids import dns
-from knitstudy.solids.facet_tie import tie_crossings
+from knitstudy.solids.solid_yarns import assemble
 from knitstudy.solids.yarn_contact import contact_law
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene
@@ -113,8 +112,7 @@ def here(scene: dict, folder: str) -> dict:
 def there(scene: Scene, folder: Path, threads: int, rests: bool = True) -> dict:
     """Run CalculiX on the knit and the mesh in a folder; without contact nothing `rests` before the load."""
     knit, mesh = knits.load(str(folder))
-    tie = tie_crossings(mesh, knit, scene.tie.tolerance, tied_crossings(scene, knit.crossings))
-    deck = specimen_deck(scene, knit, mesh, tie, "equations")
+    deck = specimen_deck(scene, knit, mesh, assemble(scene, mesh, knit).tie, "equations")
     write_inp(replace(deck, fields=False, rests=rests), folder / "peer.inp", "calculix")
     try:
         run = calculix.run(folder / "peer.inp", threads)

@@ -66,8 +66,11 @@ def main() -> None:
                 found["CalculiX"] = calculix_contact.there(scene, Path(folder), THREADS, rests=not ties_alone)
         alone = found["1 threads"]["wall_s"]
         for who, measured in found.items():
+            if "wall_s" not in measured:
+                rows.append({"case": name, "who": who} | measured)
+                continue
             over = {"over one thread": alone / measured["wall_s"]}
-            if "CalculiX" in found:
+            if "wall_s" in found.get("CalculiX", {}):  # it did not end with an error
                 over["over CalculiX"] = measured["wall_s"] / found["CalculiX"]["wall_s"]
             hexahedra = one_point.setdefault((label, who), measured if not changes else {})
             for cost in ("wall_s", "memory_growth_MB"):
