@@ -65,16 +65,16 @@ def main() -> None:
                 ties_alone = not scene.kind.interaction.touches
                 found["CalculiX"] = calculix_contact.there(scene, Path(folder), THREADS, rests=not ties_alone)
         alone = found["1 threads"]["wall_s"]
+        peer_s = found.get("CalculiX", {}).get("wall_s")  # there is none where it ended with an error
         for who, measured in found.items():
-            if "wall_s" not in measured:
-                rows.append({"case": name, "who": who} | measured)
-                continue
-            over = {"over one thread": alone / measured["wall_s"]}
-            if "wall_s" in found.get("CalculiX", {}):  # it did not end with an error
-                over["over CalculiX"] = measured["wall_s"] / found["CalculiX"]["wall_s"]
+            over = {}
+            if "wall_s" in measured:
+                over["over one thread"] = alone / measured["wall_s"]
+                if peer_s:
+                    over["over CalculiX"] = measured["wall_s"] / peer_s
             hexahedra = one_point.setdefault((label, who), measured if not changes else {})
             for cost in ("wall_s", "memory_growth_MB"):
-                if cost in hexahedra:
+                if cost in hexahedra and cost in measured:
                     over[f"{cost} over one-point hexahedra"] = measured[cost] / hexahedra[cost]
             rows.append({"case": name, "who": who} | measured | over)
             print(rows[-1], file=sys.stderr, flush=True)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import xarray as xr
 
+from knitstudy.loading.load_path import DIRECTIONS
 from knitstudy.measures.clamped_sheet import held_over_free
 from knitstudy.measures.discretisation import is_direct, made_of
 from knitstudy.measures.domain import Series
@@ -14,9 +15,6 @@ from knitstudy.study.scene import Scene
 
 MOST = 4
 """Knits, the largest ones, that a limit is sought through."""
-
-AXIS = {"course": 0, "wale": 1}
-"""Strain and force in the plane that are along a pull."""
 
 SAME = ("yarn", "tie")
 """Sections of a scene that a cell shares with knits of the same yarns."""
@@ -66,7 +64,7 @@ def between_grips(history: xr.Dataset, scene: Scene, increment: int) -> float:
     increment : int
         Whose tangent is taken.
     """
-    along = AXIS[scene.load.deformation]
+    along = DIRECTIONS.index(scene.load.deformation)
     order = [along, 1 - along, 2]
     membrane = history["tangent_per_width"].to_numpy()[increment][np.ix_(order, order)]
     sides = np.array([scene.pattern.wale_spacing, scene.pattern.course_spacing])[order[:2]]

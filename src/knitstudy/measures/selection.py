@@ -140,6 +140,7 @@ class Roles:
     def whatever_the_case(self) -> Found:
         """Those that every case has."""
         scenes = self._scenes
+        grown = squares(scenes)
         several = {
             "variations": varied(scenes),
             "frictions": friction_sweep(scenes),
@@ -151,8 +152,8 @@ class Roles:
             "ways": ways(scenes),
             "fields": with_fields(scenes),
             "sweeps": swept(scenes),
-            "domain": [scene for scene in squares(scenes) if _fits(scene, COURSE)],
-            "squares": squares(scenes),
+            "domain": [scene for scene in grown if _fits(scene, COURSE)],
+            "squares": grown,
         }
         return _of_cases(scenes) | _without_empty(several)
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-import numpy as np
 import pandas as pd
 import xarray as xr
 
+from knitstudy.loading.load_path import DIRECTIONS
 from knitstudy.measures.domain import Series, force_per_width, series_of
-from knitstudy.measures.endless_knit import AXIS, between_grips, cell_of, limit
+from knitstudy.measures.endless_knit import between_grips, cell_of, limit
+from knitstudy.measures.quantities import increment_at
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
@@ -58,20 +59,20 @@ def tabulate(
 def _rows(
     series: Series, histories: Mapping[str, xr.Dataset], cell: Scene, history: xr.Dataset
 ) -> Iterator[tuple]:
-    paths = {scene.name: histories[scene.name] for scene in series.scenes}
+    paths = [histories[scene.name] for scene in series.scenes]
     shared = [
         strain
         for strain in history["strain"].to_numpy()[1:]
-        if all(np.isclose(path["strain"], strain).any() for path in paths.values())
+        if all(increment_at(path, strain) is not None for path in paths)
     ]
-    axis = AXIS[cell.load.deformation]
+    axis = DIRECTIONS.index(cell.load.deformation)
     for strain in dict.fromkeys([*shared[:1], *shared[-1:]]):
         forces = [
-            force_per_width(path, scene, int(np.argmax(np.isclose(path["strain"], strain))))
-            for scene, path in zip(series.scenes, paths.values(), strict=True)
+            force_per_width(path, scene, increment_at(path, strain))
+            for scene, path in zip(series.scenes, paths, strict=True)
         ]
         tends_to, uncertain = limit(series.cells, forces)
-        increment = int(np.argmax(np.isclose(history["strain"], strain)))
+        increment = increment_at(history, strain)
         free = float(history["force_per_width"][increment, axis])
         grips = between_grips(history, cell, increment)
         yield (

@@ -91,9 +91,8 @@ def tabulate_growth(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene
     """
     rows = []
     for series in series_of(scenes.values()):
-        costs = _costs(series, domain)
-        laws = [series.growth(values) for values in costs]
-        dof, memory, _ = costs
+        dof, memory, seconds = _costs(series, domain)
+        laws = [series.growth(values) for values in (dof, memory, seconds)]
         rows.append(
             {
                 "model": series.model,
