@@ -245,6 +245,17 @@ def test_models_alone_are_drawn_without_reference_and_variants(results, scenes):
     assert "DNS (no reference)" in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
+def test_no_two_of_ten_variants_look_alike(results, scenes):
+    """The reduced models of friction come in eight variants, and there are five dashes."""
+    printed = scenes["rom3d-printed-tie-course"]
+    named = {f"variant-{number}": printed for number in range(10)}
+    reduced = {name: synthetic.history(force=(0, 7, 14)) for name in named}
+    shown = {name: results[name] for name in ("dns", "rom3d", "rom2d")} | {"reference": study.NO_REFERENCE}
+    (axes,) = catalogue.draw("fig15a_force_strain", **shown, reduced=reduced, scenes=scenes | named).axes
+    variants = axes.get_lines()[3:]
+    assert len({(line.get_color(), str(line._unscaled_dash_pattern)) for line in variants}) == 10
+
+
 def test_beams_are_compared_with_solids_and_reduced_models(drawn):
     figure = drawn("fig12b_beam_contact")
     legend = {text.get_text() for text in figure.legends[0].get_texts()}

@@ -6,8 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import study
+from matplotlib.figure import Figure
 
 from knitstudy.figures import catalogue as figures
+from knitstudy.figures.fig_trade import number_axes
 from knitstudy.measures.bracket import bracket
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.expense import PROCESSOR, WALL, expense_of
@@ -154,6 +156,20 @@ def test_every_question_is_drawn(sources, name):
         assert all(axes.get_xscale() == axes.get_yscale() == "log" for axes in drawing.axes)
     if name == "stress":
         assert texts == ["nothing measured"] * 4
+
+
+@pytest.mark.parametrize("last", [40.0, 1000.0, 40_000.0])
+def test_numbers_on_the_axes_stand_apart(last):
+    """Of less than a decade as of three: matplotlib's own labels of minor ticks lie on each other."""
+    figure = Figure(figsize=(3, 3), dpi=100)
+    axes = figure.subplots()
+    axes.loglog([6.0, last], [6.0, last])
+    number_axes(axes)
+    figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in axes.xaxis.get_ticklabels(which="both") if text.get_text()]
+    inside = sorted((box.x0, box.x1) for box in boxes)
+    assert len(inside) > 1
+    assert all(one[1] < other[0] for one, other in itertools.pairwise(inside))
 
 
 def test_beams_go_with_the_problem_of_solids_like_them(scenes):

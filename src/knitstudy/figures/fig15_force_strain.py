@@ -21,7 +21,7 @@ from knitstudy.figures.curves import (
     stiffness_ratio,
     strain_label,
 )
-from knitstudy.figures.style import MODELS, OTHER, styled
+from knitstudy.figures.style import MODELS, OTHER, styled, tint
 from knitstudy.measures.cases import label_of
 from knitstudy.measures.discretisation import is_direct
 from knitstudy.measures.reference import Reference, reference_of
@@ -29,7 +29,10 @@ from knitstudy.measures.selection import ISOTROPIC_COURSE, ISOTROPIC_WALE, TIED_
 from knitstudy.study.scene import Scene
 
 DASHES = ((0, (1, 1.2)), (0, (4, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (2, 2.5)), (0, (3, 1, 1, 1, 1, 1)))
-"""Of the variants of one model, in their order."""
+"""Of the variants of one model, in their order; those after are lighter."""
+
+SHARES = (1.0, 0.5)
+"""Of a model's colour, that variants have whose dashes are the same."""
 
 
 @FIGURES.add(
@@ -121,11 +124,12 @@ def _draw_variants(
     drawn: Counter[str] = Counter()
     for name, history in variants.items():
         fidelity = "dns" if is_direct(scenes[name]) else scenes[name].fidelity
+        lighter, dash = divmod(drawn[fidelity], len(DASHES))
         axes.plot(
             PERCENT * history["strain"],
             history["force"],
-            color=MODELS.get(fidelity, OTHER).colour,
-            linestyle=DASHES[drawn[fidelity] % len(DASHES)],
+            color=tint(MODELS.get(fidelity, OTHER).colour, SHARES[lighter % len(SHARES)]),
+            linestyle=DASHES[dash],
             linewidth=0.9,
             label=f"{label_of(scenes[name])} {stiffness_ratio(history, true)}",
             zorder=1.5,

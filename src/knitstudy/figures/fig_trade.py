@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import BEAMS, FAINT, INK, MODELS, Look, figure, panel_letter, styled
@@ -81,6 +82,22 @@ def draw_fronts(points: list[Point]) -> Figure:
     return drawing
 
 
+BETWEEN = (1.0, 2.0, 5.0)
+"""Numbers on an axis, times powers of ten."""
+
+WIDE = 200.0
+"""Largest over smallest value of an axis from which powers of ten are enough: more would lie on each other."""
+
+
+def number_axes(axes: Axes) -> None:
+    """Write numbers that stand apart on two logarithmic axes, whether what is drawn takes one decade or four."""
+    for axis in (axes.xaxis, axes.yaxis):
+        low, high = axis.get_view_interval()
+        axis.set_major_locator(LogLocator(subs=BETWEEN if high < WIDE * low else (1.0,), numticks=12))
+        axis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
+
+
 def _panel(axes: Axes, points: list[Point]) -> None:
     axes.set(xscale="log", yscale="log", xlabel="time with what it is made from (s)", ylabel="error (%)")
     for point in points:
@@ -92,6 +109,8 @@ def _panel(axes: Axes, points: list[Point]) -> None:
     on = front(points, lambda point: point.expense.seconds, lambda point: point.bound)
     if not on:
         axes.text(0.5, 0.5, "nothing measured", transform=axes.transAxes, ha="center", color=FAINT)
+        axes.set(xticks=[], yticks=[])
+        axes.minorticks_off()
         return
     seconds, errors = [point.expense.seconds for point in on], [100 * point.bound for point in on]
     axes.step(
@@ -109,6 +128,7 @@ def _panel(axes: Axes, points: list[Point]) -> None:
         0.985, 0.985, said, transform=axes.transAxes, ha="right", va="top", fontsize=4.8, linespacing=1.25
     )
     axes.set_ylim(top=axes.get_ylim()[1] * 10 ** (0.12 * len(on)))
+    number_axes(axes)
 
 
 for _number, _question in enumerate(QUESTIONS.values()):
