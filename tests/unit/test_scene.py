@@ -132,7 +132,7 @@ def test_value_that_is_not_allowed(scenes, key, value, allowed):
     ("key", "value", "allowed"),
     [
         ("interaction", "glued", "isotropic, rough, tie"),
-        ("specimen", "knut", "cell, knit, pair"),
+        ("specimen", "knut", "cell, cut_knit, knit, pair"),
         ("fidelity", "rom4d", "beam, dns, rom2d, rom3d, solid_yarns, window"),
     ],
 )

@@ -7,6 +7,7 @@ import pytest
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
 from knitstudy.gates.seam import require_no_jump
+from knitstudy.geometry.pieces import Pieces
 from knitstudy.loading.checkpoint import Checkpoint
 from knitstudy.loading.follow import follow
 from knitstudy.loading.run import Run
@@ -18,7 +19,6 @@ from knitstudy.study.configuration import load_scene
 from knitstudy.window.cells import window_of
 from knitstudy.window.contacts import shown_contacts
 from knitstudy.window.mixed_knit import mixed_knit
-from knitstudy.window.pieces import Pieces
 from knitstudy.window.run import problem
 from knitstudy.window.surroundings import cut_nodes, surroundings
 from knitstudy.window.touching_surroundings import chains, touching_beams

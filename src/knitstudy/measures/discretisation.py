@@ -19,6 +19,11 @@ def is_direct(scene: Scene) -> bool:
     return scene.kind.stage == "dns"
 
 
+def is_cut(scene: Scene) -> bool:
+    """Whether a scene is one of cells that are cut out of a knit: of solids, too, but of another specimen."""
+    return scene.kind.stage == "cut_knit"
+
+
 def discretisation(scene: Scene) -> str:
     """Return what the yarns of a direct simulation are made of."""
     element = scene.value("mesh.element")

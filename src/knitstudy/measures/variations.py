@@ -7,14 +7,16 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from knitstudy.measures.discretisation import is_direct
+from knitstudy.measures.discretisation import is_cut, is_direct
 from knitstudy.measures.names import INTERACTIONS
 from knitstudy.study.keys import Description, describe
 from knitstudy.study.scene import LABELS, Scene, all_sections, digest
+from knitstudy.study.sections.labels import Labels
 
 INPUTS = {
     "contact.friction": "coefficient of friction",
     "contact.tied_edges": "rows that stay tied",
+    "specimen": "outer yarns, whole or cut",
     "pattern.clearance": "clearance of the yarns",
     "tie.radius": "radius of a tie",
     "yarn.youngs_modulus": "Young's modulus",
@@ -51,8 +53,8 @@ class Variation:
     @property
     def described(self) -> Description:
         """What is known of the input: unit, standing and source."""
-        section, _, field = self.key.partition(".")
-        return describe(all_sections()[section][field], field)
+        section, dot, field = self.key.partition(".")
+        return describe(all_sections()[section][field], field) if dot else describe(Labels, section)
 
 
 def variations(scenes: Iterable[Scene]) -> list[Variation]:
@@ -68,7 +70,7 @@ def variations(scenes: Iterable[Scene]) -> list[Variation]:
     """
     groups: dict[str, dict[tuple, Scene]] = {}
     for scene in scenes:
-        if is_direct(scene) and scene.value("load.direction") == "course":
+        if (is_direct(scene) or is_cut(scene)) and scene.value("load.direction") == "course":
             groups.setdefault(_all_but_inputs(scene), {}).setdefault(
                 (scene.interaction, *_inputs(scene)), scene
             )

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.measures.catalogue import Catalogue
-from knitstudy.measures.discretisation import is_direct
+from knitstudy.measures.discretisation import is_cut, is_direct
 from knitstudy.measures.selection import Roles
 from knitstudy.measures.windows import is_window
 from knitstudy.stages.code import code_digest
@@ -62,6 +62,8 @@ def results_of(roles: Mapping[str, Scene | list[Scene]]) -> dict[str, Step | lis
             prefix = "" if role == "dns" else f"{role}_"
             for name in BESIDE:
                 steps[f"{prefix}{name}"] = [(STAGES.find(name), scene) for scene in direct]
+            cut = STAGES.find("cut_knit_contacts")
+            steps[f"{prefix}contacts"] += [(cut, scene) for scene in scenes if is_cut(scene)]
         shown = [scene for scene in scenes if is_window(scene)]
         if shown:
             steps[f"{role}_shown"] = [(STAGES.find("window_contacts"), scene) for scene in shown]

@@ -154,6 +154,10 @@ def _solid(scene: Scene) -> bool:
     return scene.kind.stage == "dns"
 
 
+def _cut(scene: Scene) -> bool:
+    return scene.specimen == "cut_knit"
+
+
 def _window(scene: Scene) -> bool:
     return scene.kind.fidelity.stage == "window"
 
@@ -296,6 +300,33 @@ STAGES.register(
         leaves="beams/{scene}.nc",
         wanted=lambda scene: True,
         long=True,
+    )
+)
+STAGES.register(
+    Stage(
+        name="cut_knit",
+        does="Pull the cells cut out of a knit {scene}",
+        of=_cut,
+        reads=(*KIND, "pattern", "yarn", "load", "mesh", "tie", "contact", "solver", "gates"),
+        needs=lambda scene, named: {"geometry": ("geometry", scene)},
+        function="knitstudy.solids.cut_knit:simulate",
+        code=_laws,
+        leaves="cut_knit/{scene}.nc",
+        wanted=lambda scene: True,
+        long=True,
+        memory=lambda scene: _expected(scene),
+    )
+)
+STAGES.register(
+    Stage(
+        name="cut_knit_contacts",
+        does="Find the contacts of {scene}",
+        of=_cut,
+        reads=(),
+        needs=lambda scene, named: {"geometry": ("geometry", scene), "history": ("cut_knit", scene)},
+        function="knitstudy.solids.cut_knit:contacts",
+        leaves="cut_knit_contacts/{scene}.nc",
+        wanted=lambda scene: True,
     )
 )
 STAGES.register(

@@ -34,7 +34,7 @@ def check_keys_together(scene: Scene, where: str) -> None:
         )
     if scene.value("mesh.element") is not None:
         _check_element(scene, where)
-    if scene.specimen == "knit" and scene.value("contact.tied_edges") == "outer":
+    if scene.specimen in ("knit", "cut_knit") and scene.value("contact.tied_edges") == "outer":
         _check_edges(scene, where)
     if scene.specimen == "cell":
         _check_cell(scene, where)

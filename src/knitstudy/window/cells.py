@@ -11,40 +11,26 @@ from knitstudy.crossings.tied_crossings import tied_crossings
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.arcs import gripped_arcs
 from knitstudy.geometry.pattern import Crossings, Knit
+from knitstudy.geometry.pieces import Arcs
 from knitstudy.study.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
-class Window:
+class Window(Arcs):
     """Crossings of which both yarns are solid, and the arcs that they lie on.
 
     Attributes
     ----------
     shown : ndarray of int, shape (W,)
-        Crossings of the cells that are asked for.
-    crossing : ndarray of int, shape (V,)
-        Those and the ones of the margin, ascending.
-    yarn : ndarray of int, shape (P,)
-        Yarn of every solid arc, ascending.
-    arc : ndarray, shape (P, 2)
-        Where it begins and ends [m]; of a yarn ascending.
+        Crossings of the cells that are asked for; the others are of the margin.
     """
 
     shown: np.ndarray
-    crossing: np.ndarray
-    yarn: np.ndarray
-    arc: np.ndarray
 
     @cached_property
     def cuts(self) -> dict[int, np.ndarray]:
         """Arc lengths by yarn at which solid and beam meet, ascending [m]."""
         return {int(yarn): self.arc[self.yarn == yarn].ravel() for yarn in np.unique(self.yarn)}
-
-    def piece(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
-        """Return the solid arcs (k,) that places on yarns (k,) lie in, -1 where there is none."""
-        inside = (yarn[:, None] == self.yarn) & (arc_length[:, None] > self.arc[:, 0])
-        inside &= arc_length[:, None] < self.arc[:, 1]
-        return np.where(inside.any(axis=1), inside.argmax(axis=1), -1)
 
 
 def window_of(scene: Scene, knit: Knit) -> Window:
@@ -63,7 +49,7 @@ def window_of(scene: Scene, knit: Knit) -> Window:
         _require_untied(scene, crossings, crossing)
     yarn, arc = _arcs(knit, crossing)
     _require_ungripped(scene, knit, yarn, arc)
-    return Window(shown, crossing, yarn, arc)
+    return Window(crossing, yarn, arc, shown)
 
 
 def _around(crossings: Crossings, middle: tuple[int, int], reach: int) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.pieces import Pieces
 from knitstudy.loading.history import Stations
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.seams import Seams
@@ -16,7 +17,6 @@ from knitstudy.networks.rom.network import Network
 from knitstudy.solids.solid_yarns import SolidYarns
 from knitstudy.study.scene import Scene
 from knitstudy.window.cells import Window, window_of
-from knitstudy.window.pieces import Pieces
 from knitstudy.window.solid_pieces import end_sections, solid_pieces
 from knitstudy.window.surroundings import cut_nodes, surroundings
 from knitstudy.window.touching_surroundings import touching_beams

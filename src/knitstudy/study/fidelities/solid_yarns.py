@@ -18,7 +18,7 @@ FIDELITIES.register(
     Fidelity(
         name="solid_yarns",
         meaning="solid yarns of polynomials",
-        specimens=("knit", "pair", "cell"),
+        specimens=("knit", "cut_knit", "pair", "cell"),
         sections=sections,
         stage="dns",
         solids="knitstudy.solids.polynomial_yarns",

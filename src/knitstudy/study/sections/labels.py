@@ -28,7 +28,8 @@ class Labels(Section):
         SPECIMENS.allowed,
         standing="choice",
         source=(
-            "the paper simulates knits; two crossing yarns are a case of verification, a cell stands for an"
+            "the paper simulates knits, whose yarns it does not say to be whole at the upper and the lower edge: of a"
+            " cut_knit the outer ones are not; two crossing yarns are a case of verification, a cell stands for an"
             " endless knit"
         ),
         checked="all",

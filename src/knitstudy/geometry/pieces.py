@@ -1,4 +1,4 @@
-"""The solid arcs of a window as a specimen of their own, whose yarns are the arcs."""
+"""Pieces of a knit's yarns as a specimen of their own, whose yarns are the pieces."""
 
 from __future__ import annotations
 
@@ -9,7 +9,31 @@ import numpy as np
 
 from knitstudy.geometry.pattern import Crossings, Knit
 from knitstudy.geometry.spline import Centreline
-from knitstudy.window.cells import Window
+
+
+@dataclass(frozen=True, eq=False)
+class Arcs:
+    """Which arcs of a knit's yarns are pieces, and the crossings that lie on them.
+
+    Attributes
+    ----------
+    crossing : ndarray of int, shape (V,)
+        Crossings of which both yarns are there, ascending.
+    yarn : ndarray of int, shape (P,)
+        Yarn of every arc, ascending.
+    arc : ndarray, shape (P, 2)
+        Where it begins and ends [m]; of a yarn ascending.
+    """
+
+    crossing: np.ndarray
+    yarn: np.ndarray
+    arc: np.ndarray
+
+    def piece(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
+        """Return the arcs (k,) that places on yarns (k,) lie in, -1 where there is none."""
+        inside = (yarn[:, None] == self.yarn) & (arc_length[:, None] > self.arc[:, 0])
+        inside &= arc_length[:, None] < self.arc[:, 1]
+        return np.where(inside.any(axis=1), inside.argmax(axis=1), -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,11 +76,11 @@ class Pieces:
     Attributes
     ----------
     knit : Knit
-    window : Window
+    arcs : Arcs
     """
 
     knit: Knit
-    window: Window
+    arcs: Arcs
 
     @property
     def radius(self) -> float:
@@ -66,20 +90,20 @@ class Pieces:
     @cached_property
     def centrelines(self) -> tuple[Arc, ...]:
         """Of every piece."""
-        lines, window = self.knit.centrelines, self.window
+        lines = self.knit.centrelines
         return tuple(
             Arc(lines[yarn], low, high - low)
-            for yarn, (low, high) in zip(window.yarn, window.arc, strict=True)
+            for yarn, (low, high) in zip(self.arcs.yarn, self.arcs.arc, strict=True)
         )
 
     @cached_property
     def crossings(self) -> Crossings:
-        """Crossings of the window, of pieces instead of yarns."""
-        every, window = self.knit.crossings, self.window
-        chosen = {name: getattr(every, name)[window.crossing] for name in Crossings.__dataclass_fields__}
+        """Crossings of the pieces, in the order of the knit, with pieces instead of yarns."""
+        every, arcs = self.knit.crossings, self.arcs
+        chosen = {name: getattr(every, name)[arcs.crossing] for name in Crossings.__dataclass_fields__}
         yarn, s = chosen["yarn"], chosen["arc_length"]
-        piece = window.piece(yarn.ravel(), s.ravel()).reshape(yarn.shape)
-        return replace(Crossings(**chosen), yarn=piece, arc_length=s - window.arc[piece, 0])
+        piece = arcs.piece(yarn.ravel(), s.ravel()).reshape(yarn.shape)
+        return replace(Crossings(**chosen), yarn=piece, arc_length=s - arcs.arc[piece, 0])
 
     def stations(self, piece: int) -> np.ndarray:
         """Return the ascending arc lengths (k,) of a piece's crossings [m]."""

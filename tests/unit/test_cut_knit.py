@@ -1,0 +1,130 @@
+"""Cells cut out of a knit: what is left of its yarns, what is gripped, and what is watched beside ties."""
+
+import numpy as np
+import pytest
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.geometry.cut_rows import cut_rows, middles_of_legs
+from knitstudy.geometry.pieces import Pieces
+from knitstudy.solids.cut_knit import cut_yarns, problem
+
+
+@pytest.fixture(scope="module")
+def scene(plain_scene):
+    return plain_scene.vary({"specimen": "cut_knit", "fidelity": "solid_yarns", "mesh.spline_degree": 2})
+
+
+@pytest.fixture(scope="module")
+def pieces(knit):
+    return Pieces(knit, cut_rows(knit))
+
+
+def test_cells_have_the_yarn_of_an_endless_knit(knit, pieces):
+    """Arches of the first yarn and sinkers of the last one make up one whole yarn: there are m in m rows."""
+    arcs = pieces.arcs
+    assert arcs.yarn.tolist() == [0, 0, 0, 1, 2, 3, 3, 3, 3]
+    length = np.diff(arcs.arc, axis=1).sum()
+    assert length == pytest.approx(knit.rows * knit.centrelines[0].length, rel=1e-12)
+
+
+def test_cuts_are_half_way_up_the_legs(knit):
+    """Cuts of the first and of the last yarn lie as many rows apart as there are cells: strain is of the cells."""
+    legs = middles_of_legs(knit).ravel()
+    low, high = (knit.centrelines[yarn].position(legs) for yarn in (0, -1))
+    np.testing.assert_allclose(high - low, np.tile([0, knit.height, 0], (len(legs), 1)), atol=1e-15)
+    slope = knit.centrelines[0].tangent(legs)
+    assert np.all(np.abs(slope[:, 1]) > 0.6)
+    assert np.all(slope[::2, 1] > 0)
+
+
+def test_no_crossing_is_lost(knit, pieces):
+    crossings = pieces.crossings
+    for side in range(2):
+        for k, piece in enumerate(crossings.yarn[:, side]):
+            place = pieces.centrelines[piece].position(crossings.arc_length[k : k + 1, side])[0]
+            assert place == pytest.approx(knit.crossings.point[k, side], abs=1e-6 * knit.radius)
+
+
+def moved(scene, pieces, way):
+    """Return the displacement of all sections of all pieces when the driven nodes alone move."""
+    parts = cut_yarns(scene, pieces).parts
+    u = np.zeros(parts.nodes.shape)
+    u[parts.ends.driven] = parts.unity[parts.ends.driven, None] * way
+    u[parts.ends.held] = np.nan
+    return parts, parts.sampled(u)
+
+
+def ends_of(parts, moved):
+    """Return the displacement (P, 2, 3) of the first and the last section of every piece, nan where it is held."""
+    slices = np.column_stack([parts.mesh.first_slice[:-1], parts.mesh.first_slice[1:] - 1])
+    return moved[parts.mesh.slice_nodes(slices.ravel())].mean(axis=1).reshape(-1, 2, 3)
+
+
+def test_grips_in_course_tension_hold_no_arch(scene, pieces):
+    """The first yarn has no end at a side; of the last one the outer halves of sinkers have."""
+    ends = ends_of(*moved(scene, pieces, [1.0, 2.0, 3.0]))
+    held = np.isnan(ends).any(axis=2)
+    driven = np.all(np.isclose(ends, [1.0, 2.0, 3.0]), axis=2)
+    assert held.nonzero()[0].tolist() == [3, 4, 5]
+    assert held[:, 0].sum() == 3
+    assert driven.nonzero()[0].tolist() == [3, 4, 8]
+    assert driven[:, 1].sum() == 3
+
+
+def test_grips_in_wale_tension_hold_the_cut_legs(scene, pieces):
+    """All six of either side; the ends at the sides are free."""
+    parts, values = moved(scene.replace("load.direction", "wale"), pieces, [0.0, 1.0, 0.0])
+    ends = ends_of(parts, values)
+    held = np.isnan(ends).any(axis=2)
+    driven = np.isclose(ends[..., 1], 1.0)
+    assert held[:3].all()
+    assert not held[3:].any()
+    assert driven.sum() == 6
+    assert not driven[5, 0]
+    assert not driven[8, 1]
+
+
+def test_stations_are_places_on_the_yarns_of_the_knit(scene, knit):
+    stations = problem(scene, knit).stations
+    for yarn in range(knit.rows + 1):
+        here = stations.yarn == yarn
+        place = knit.centrelines[yarn].position(stations.arc_length[here])
+        np.testing.assert_allclose(stations.position[here], place, atol=1e-6 * knit.radius)
+
+
+def test_yarns_are_watched_beside_every_tie(scene, knit, pieces):
+    """Several arches are tied to one yarn: going by rows, most of them would not be looked at."""
+    touching = scene.vary({"interaction": "isotropic", "contact.tied_edges": "outer", "contact.points": 2})
+    yarns = cut_yarns(touching, pieces)
+    nodes = yarns.parts.nodes
+    apart = yarns.touching.beside.smallest_gap(nodes)
+    assert 0 < apart < knit.radius
+    last_arch = yarns.parts.nodes_of(2)
+    towards = np.outer(yarns.parts.unity[last_arch], [0.0, 0.0, 0.2 * knit.radius])
+    for sign in (1, -1):
+        there = nodes.copy()
+        there[last_arch] += sign * towards
+        if yarns.touching.beside.smallest_gap(there) < apart - 0.05 * knit.radius:
+            break
+    else:
+        pytest.fail("an arch that is moved into its neighbour is not seen")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"fidelity": "dns"}, "fidelity is 'dns' but must be solid_yarns where specimen is cut_knit"),
+        (
+            {"solver.stabilisation": 1e-6},
+            "solver.stabilisation is 1e-06 but must be 0 where specimen is cut_knit",
+        ),
+        (
+            {"interaction": "rough", "contact.tied_edges": "outer", "pattern.rows": 2},
+            "contact.tied_edges is 'outer' but must be none where pattern.rows is 2",
+        ),
+        ({"outputs": ["vtu"]}, r"outputs is \['vtu'\] but must be \[\] where specimen is cut_knit"),
+    ],
+)
+def test_what_a_cut_knit_cannot_be_is_refused(scene, changes, message):
+    with pytest.raises(ConfigurationError, match=message):
+        scene.vary(changes)

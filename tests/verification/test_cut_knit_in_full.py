@@ -1,0 +1,57 @@
+"""Cells cut out of a knit against whole yarns gripped up to the cuts: what a grip holds might as well be missing."""
+
+import numpy as np
+import pytest
+
+from knitstudy.geometry.cut_rows import cut_rows
+from knitstudy.loading.follow import follow
+from knitstudy.mesh.sampled import sampled_sections
+from knitstudy.solids import dns, yarn_spans
+from knitstudy.solids.cut_knit import problem
+
+
+@pytest.fixture
+def gripped_to_the_cuts(monkeypatch, knit_of):
+    """Return the function that simulates whole yarns which are gripped wherever a cut knit has none."""
+
+    def simulate(scene):
+        knit = knit_of(scene)
+        arcs = cut_rows(knit)
+        missing = {0: arcs.arc[arcs.yarn == knit.rows], knit.rows: arcs.arc[arcs.yarn == 0]}
+        length = knit.centrelines[0].length
+        ends = {yarn: np.sort(each[(each > 0) & (each < length)]) for yarn, each in missing.items()}
+        monkeypatch.setattr(yarn_spans, "gripped_arcs", lambda specimen, direction: missing)
+        monkeypatch.setattr(yarn_spans, "grip_ends", lambda specimen, direction: ends)
+        return dns.run(scene, sampled_sections(knit), knit)
+
+    return simulate
+
+
+@pytest.mark.parametrize("interaction", ["tie", "isotropic"])
+def test_wale_tension_of_a_row(plain_scene, knit_of, gripped_to_the_cuts, verify, interaction):
+    """One row of three loops: arches and sinkers; with friction the outer columns are tied and the middle one slides.
+
+    Spans are not the same: those of whole yarns end where grips do, with sharp breaks.
+    """
+    scene = plain_scene.vary(
+        {
+            "fidelity": "solid_yarns",
+            "interaction": interaction,
+            "load.direction": "wale",
+            "load.strain": 0.03,
+            "pattern.rows": 1,
+        }
+    )
+    whole = gripped_to_the_cuts(scene)
+    cut = scene.replace("specimen", "cut_knit")
+    pieces = follow(problem(cut, knit_of(cut)))
+    name = f"cells cut out of a knit, wale tension, {interaction}"
+    verify.within(
+        f"{name}: force over that of yarns gripped to the cuts",
+        float(pieces["force"][-1]),
+        float(whole["force"][-1]),
+        0.01,
+    )
+    ours, theirs = (each["crossing_force"].to_numpy()[-1] for each in (pieces, whole))
+    worst = np.linalg.norm(ours - theirs, axis=1).max() / np.linalg.norm(theirs, axis=1).max()
+    verify.at_most(f"{name}: forces at the crossings", worst, 0.02)
