@@ -77,7 +77,7 @@ lint: environment  ## check code, rules and formatting
 
 .PHONY: clean
 clean:  ## delete results, logs and restart files; keep the environment
-	@rm -rf results/{geometry,mesh,dns,contacts,rom,beams,restart,figures,report.html} logs run
+	@git clean -fdXq -- results logs run
 
 .PHONY: lock
 lock: environment  ## pin newest versions of all packages in requirements.lock (needs the package registry)

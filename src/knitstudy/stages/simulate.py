@@ -102,7 +102,7 @@ def simulate(
     history = keeper.obtain(stage, scene, anew)
     beside = {name: keeper.obtain(*step) for name, step in plan.needs(stage, scene).items()}
     contacts = beside.get("contacts")
-    for found in map(STAGES.find, ("contacts", "window_contacts")):
+    for found in map(STAGES.find, ("contacts", "window_contacts", "cut_knit_contacts")):
         if found.of(scene):
             contacts = keeper.obtain(found, scene)
     return Results(
