@@ -16,7 +16,7 @@ from knitstudy.study.sections.labels import Labels
 INPUTS = {
     "contact.friction": "coefficient of friction",
     "contact.tied_edges": "rows that stay tied",
-    "specimen": "outer yarns, whole or cut",
+    "specimen": "specimen",
     "pattern.clearance": "clearance of the yarns",
     "tie.radius": "radius of a tie",
     "yarn.youngs_modulus": "Young's modulus",
