@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+import scipy.linalg
 import synthetic
 import xarray as xr
 
-from knitstudy.measures.clamped_sheet import held_over_free
+from knitstudy.errors import ConvergenceError
+from knitstudy.measures.clamped_sheet import held_over_free, stretches
 from knitstudy.measures.domain import series_of
-from knitstudy.measures.endless_knit import cell_of, limit
+from knitstudy.measures.endless_knit import between_grips, cell_of, limit
 from knitstudy.measures.selection import roles_of
 from knitstudy.tables import catalogue as tables
 
@@ -19,23 +21,59 @@ def isotropic(poisson):
     return np.array([[1, poisson, 0], [poisson, 1, 0], [0, 0, shear]]) / (1 - poisson**2)
 
 
+SMALL = 1e-4
+
+
 def test_grips_of_a_sheet_that_does_not_contract_add_nothing():
-    assert held_over_free(isotropic(0.0), 1.0, 2.0, elements=4) == pytest.approx(1.0, abs=1e-9)
+    for strain in (SMALL, 0.3, -0.1):
+        assert held_over_free(isotropic(0.0), 1.0, 2.0, strain, elements=4) == pytest.approx(1.0, abs=1e-6)
 
 
 def test_a_short_sheet_is_held_across_everywhere():
-    found = held_over_free(isotropic(0.3), 1.0, 200.0)
-    assert found == pytest.approx(1 / (1 - 0.3**2), rel=2e-3)
+    for strain in (SMALL, 0.05):
+        found = held_over_free(isotropic(0.3), 1.0, 200.0, strain, elements=16)
+        assert found == pytest.approx(1 / (1 - 0.3**2), rel=2e-3)
 
 
 def test_grips_are_far_from_most_of_a_long_sheet():
-    long, longer = (held_over_free(isotropic(0.3), length, 1.0) - 1 for length in (5.0, 10.0))
+    long, longer = (held_over_free(isotropic(0.3), length, 1.0, SMALL) - 1 for length in (5.0, 10.0))
     assert 0 < longer < 0.55 * long < 0.01
 
 
 def test_grips_add_as_much_on_finer_elements():
-    found = [held_over_free(isotropic(0.3), 1.0, 1.0, elements) for elements in (24, 48, 96)]
-    assert abs(found[2] - found[1]) < abs(found[1] - found[0]) < 2e-4
+    for strain in (SMALL, 0.05):
+        found = [held_over_free(isotropic(0.3), 1.0, 1.0, strain, elements) for elements in (6, 12, 24)]
+        assert abs(found[2] - found[1]) < abs(found[1] - found[0]) < 1e-3
+
+
+def test_a_neck_adds_to_the_force():
+    """What contracts as much as it stretches necks, and its sides turn into the pull."""
+    membrane = np.array([[1.0, 0.3, 0.0], [0.3, 0.3, 0.0], [0.0, 0.0, 0.1]])
+    found = [held_over_free(membrane, 1.0, 1.0, strain, elements=8) for strain in (SMALL, 0.025, 0.05)]
+    assert np.all(np.diff(found) > 0)
+    assert found[2] - found[1] == pytest.approx(found[1] - found[0], rel=0.2)
+
+
+def test_a_sheet_that_finds_no_equilibrium_is_refused():
+    with pytest.raises(ConvergenceError, match="finds no equilibrium at a strain of -1"):
+        held_over_free(isotropic(0.3), 1.0, 1.0, -1.0, elements=4)
+
+
+def squares(gradients):
+    return np.einsum("kia,kib->kab", gradients, gradients)[..., [0, 1, 0], [0, 1, 1]]
+
+
+def test_stretches_are_those_of_the_polar_decomposition():
+    rng = np.random.default_rng(0)
+    gradients = np.eye(2) + 0.2 * rng.normal(size=(20, 2, 2))
+    found, slope = stretches(squares(gradients))
+    for gradient, strain in zip(gradients, found, strict=True):
+        _, stretch = scipy.linalg.polar(gradient)
+        expected = [stretch[0, 0] - 1, stretch[1, 1] - 1, 2 * stretch[0, 1]]
+        np.testing.assert_allclose(strain, expected, atol=1e-12)
+    step = 1e-6 * rng.normal(size=(20, 3))
+    ahead, behind = (stretches(squares(gradients) + sign * step)[0] for sign in (1, -1))
+    np.testing.assert_allclose((ahead - behind) / 2, np.einsum("kij,kj->ki", slope, step), atol=1e-12)
 
 
 def test_limit_of_a_knit_whose_edges_are_a_part_of_it():
@@ -101,6 +139,29 @@ def test_cell_is_of_the_same_yarns_and_pulled_alike(knits):
         "mesh.crossing_degree": 3,
     }.items():
         assert cell_of(series, [cell.replace(key, value)]) is None, key
+
+
+def test_cells_cut_out_are_a_series_of_their_own(knits):
+    scenes, _, cell, _ = knits
+    cut = [
+        scene.vary({"name": f"cut-{name}", "knit": f"cut-{name}", "specimen": "cut_knit"})
+        for name, scene in scenes.items()
+    ]
+    whole, pieces = series_of([*scenes.values(), *cut])
+    assert pieces.model == f"{whole.model}, cells cut out"
+    assert cell_of(pieces, [cell]) is cell
+
+
+def test_a_sheet_is_as_stiff_as_the_cell_on_its_way(knits):
+    """Of a cell that grows stiffer, the sheet has the force of the whole way, not the last stiffness."""
+    _, _, cell, history = knits
+    strain = history["strain"].to_numpy()
+    tangent = np.array([[1.0, 0.5, 0.0], [0.5, 1.0, 0.0], [0.0, 0.0, 0.3]])
+    grows = np.multiply.outer(1 + strain / strain[-1], tangent)
+    stiffer = history.assign(tangent_per_width=(history["tangent_per_width"].dims, grows))
+    found = between_grips(stiffer, cell, len(strain) - 1)
+    sides = cell.pattern.course_spacing, cell.pattern.wale_spacing
+    assert found == pytest.approx(held_over_free(1.5 * tangent, *sides, strain[-1]), rel=1e-6)
 
 
 def test_reduced_models_have_no_cell_beside_them(knits):

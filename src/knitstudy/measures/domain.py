@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from knitstudy.measures.discretisation import is_direct, made_of
+from knitstudy.measures.discretisation import is_cut, is_direct, made_of
 from knitstudy.measures.names import INTERACTIONS, NAMES
 from knitstudy.measures.windows import is_window
 from knitstudy.study.scene import LABELS, Scene, digest
@@ -44,6 +44,8 @@ class Series:
     def model(self) -> str:
         """What it is computed with, in words."""
         scene = self.scenes[0]
+        if is_cut(scene):
+            return f"{made_of(scene)}, cells cut out"
         return made_of(scene) if is_direct(scene) else NAMES[scene.fidelity]
 
     @property
@@ -116,7 +118,8 @@ def series_of(scenes: Iterable[Scene]) -> list[Series]:
     """Return the series among scenes, in the order of their first scenes: each of `FEWEST` sizes or more."""
     groups: dict[str, dict[int, Scene]] = {}
     for scene in scenes:
-        square = scene.specimen == "knit" and scene.pattern.loops == scene.pattern.rows
+        knit = scene.specimen in ("knit", "cut_knit")
+        square = knit and scene.pattern.loops == scene.pattern.rows
         if square and not is_window(scene):  # what a window costs is not what a size costs
             groups.setdefault(_all_but_size(scene), {}).setdefault(scene.pattern.loops, scene)
     return [

@@ -9,7 +9,7 @@ import xarray as xr
 
 from knitstudy.loading.load_path import DIRECTIONS
 from knitstudy.measures.clamped_sheet import held_over_free
-from knitstudy.measures.discretisation import is_direct, made_of
+from knitstudy.measures.discretisation import is_cut, is_direct, made_of
 from knitstudy.measures.domain import Series
 from knitstudy.study.scene import Scene
 
@@ -45,7 +45,7 @@ def limit(cells: Sequence[int], values: Sequence[float]) -> tuple[float, float]:
 def cell_of(series: Series, cells: Iterable[Scene]) -> Scene | None:
     """Return the first of cells that is an endless knit of a series of solids, pulled like it and free across."""
     knit = series.scenes[0]
-    for cell in cells if is_direct(knit) else ():
+    for cell in cells if is_direct(knit) or is_cut(knit) else ():
         pulled = cell.load.deformation == knit.load.direction and cell.load.lateral == "free"
         alike = cell.interaction == knit.interaction and made_of(cell) == made_of(knit)
         if pulled and alike and cell.read(SAME) == knit.read(SAME):
@@ -56,16 +56,22 @@ def cell_of(series: Series, cells: Iterable[Scene]) -> Scene | None:
 def between_grips(history: xr.Dataset, scene: Scene, increment: int) -> float:
     """Return by what the force of a cell grows in a large square knit, whose grips hold it across.
 
+    The sheet is as stiff as the cell is on the mean of its way: in free tension it has the cell's force at that strain,
+    and contracts as much.
+
     Parameters
     ----------
     history : Dataset
         Of a tied cell that is free across.
     scene : Scene
     increment : int
-        Whose tangent is taken.
+        At whose strain.
     """
-    along = DIRECTIONS.index(scene.load.deformation)
-    order = [along, 1 - along, 2]
-    membrane = history["tangent_per_width"].to_numpy()[increment][np.ix_(order, order)]
+    axis = DIRECTIONS.index(scene.load.deformation)
+    order = [axis, 1 - axis, 2]
+    way = history.isel(increment=slice(None, increment + 1))
+    strain = way["strain"].to_numpy()
+    mean = np.trapezoid(way["tangent_per_width"].to_numpy(), strain, axis=0) / strain[-1]
+    membrane = 0.5 * (mean + mean.T)[np.ix_(order, order)]
     sides = np.array([scene.pattern.wale_spacing, scene.pattern.course_spacing])[order[:2]]
-    return held_over_free(membrane, *sides)
+    return held_over_free(membrane, *sides, float(strain[-1]))
