@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.figures.elevation import pieces as drawn_pieces
 from knitstudy.geometry.cut_rows import cut_rows, middles_of_legs
 from knitstudy.geometry.pieces import Pieces
+from knitstudy.measures.selection import cut_of
 from knitstudy.solids.cut_knit import cut_yarns, problem
 
 
@@ -90,6 +93,21 @@ def test_stations_are_places_on_the_yarns_of_the_knit(scene, knit):
         here = stations.yarn == yarn
         place = knit.centrelines[yarn].position(stations.arc_length[here])
         np.testing.assert_allclose(stations.position[here], place, atol=1e-6 * knit.radius)
+
+
+def test_pictures_leave_out_what_is_cut_off(scene, knit):
+    stations = problem(scene, knit).stations
+    history = xr.Dataset({"yarn": ("station", stations.yarn), "arc_length": ("station", stations.arc_length)})
+    found = drawn_pieces(history, knit.radius)
+    assert [stations.yarn[piece[0]] for piece in found] == [0, 0, 0, 1, 2, 3, 3, 3, 3]
+    assert np.array_equal(np.concatenate(found), np.arange(len(stations.yarn)))
+
+
+def test_a_knit_is_compared_with_the_cells_of_its_like(scene):
+    whole = scene.vary({"name": "whole", "specimen": "knit"})
+    cut = scene.vary({"name": "cut", "knit": "cut"})
+    assert cut_of(whole, [whole, cut.vary({"name": "soft", "yarn.youngs_modulus": 1e6}), cut]) == {"cut": cut}
+    assert cut_of(whole.replace("load.direction", "wale"), [cut]) == {}
 
 
 def test_yarns_are_watched_beside_every_tie(scene, knit, pieces):

@@ -41,6 +41,7 @@ SOLID = (
     "fig14_segments",
     "fig16_out_of_plane",
     "fig16_wale",
+    "fig_cut_rows",
 )
 
 IN_CONTACT = (
@@ -111,6 +112,7 @@ def results(knit, plain_scene, touching):
             "tie": synthetic.history(force=(0, 9, 18), lift=1e-4),
             "rough": synthetic.history(force=(0, 8, 16), lift=3e-4),
             "isotropic": synthetic.history(force=(0, 6, 12), lift=2e-4),
+            "cut": synthetic.history(force=(0, 5, 10), lift=1e-4),
             "sweeps": sweeping.histories(sweeping.scenes(), {"shape": 1.0}),
             "others": {"dns-tie-course-medium": synthetic.history(force=(0, 5.5, 11))},
             "reduced": {

@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar, triad
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.elevation import colour_bar, colours, levels
+from knitstudy.figures.elevation import colour_bar, elevated_yarns, elevation, levels
 from knitstudy.figures.picture import bounds, show
-from knitstudy.figures.shapes import graded_tube, tube
+from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import ACCENT, DOUBLE, FAINT, INK, figure, panel_letter, styled, tint
 from knitstudy.figures.view import FRONT, View
-from knitstudy.measures.response import Z, transverse_contraction
+from knitstudy.measures.response import transverse_contraction
 from knitstudy.measures.selection import ISOTROPIC_COURSE
 
 OBLIQUE = View.orbit(turn=-28, tilt=24)
@@ -44,14 +44,10 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     radius = float(geometry["radius"])
     place = dns["centreline"].to_numpy()
     motion = dns["centreline_displacement"].to_numpy()[-1]
-    norm = levels(motion[:, Z])
+    norm = levels(elevation(dns))
     yarns = [np.flatnonzero(dns["yarn"].to_numpy() == i) for i in np.unique(dns["yarn"])]
     before = [tube(place[yarn], radius, tint(FAINT, 0.5), 0.35) for yarn in yarns]
-    after = [
-        part
-        for yarn in yarns
-        for part in graded_tube((place + motion)[yarn], radius, colours(motion[yarn, Z], norm))
-    ]
+    after = elevated_yarns(dns, radius, norm)
     pale = [tube((place + motion)[yarn], radius, tint(FAINT, 0.35)) for yarn in yarns]
     views = ((before + after, FRONT), (pale, OBLIQUE))
     windows = [bounds(surfaces, view) for surfaces, view in views]

@@ -11,16 +11,14 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.annotation import MILLIMETRE, scale_bar, triad
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.elevation import colour_bar, colours, levels
+from knitstudy.figures.elevation import colour_bar, elevated_yarns, elevation, levels
 from knitstudy.figures.picture import bounds, show
-from knitstudy.figures.shapes import graded_tube
 from knitstudy.figures.style import DOUBLE, figure, panel_letter, styled
-from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import FRONT
 from knitstudy.measures.names import INTERACTIONS, NAMES
 from knitstudy.measures.quantities import RMS_U_Z, rms_out_of_plane
 from knitstudy.measures.reference import Reference, reference_of
-from knitstudy.measures.response import Z, out_of_plane_agreement
+from knitstudy.measures.response import out_of_plane_agreement
 from knitstudy.measures.selection import TIED_COURSE, TIED_WALE
 from knitstudy.study.scene import Scene
 
@@ -81,11 +79,11 @@ def draw(
     **models : Dataset
         Histories by interaction, direction and fidelity, for example ``tie_course_dns`` (see docs/architecture.md).
     """
-    radius = THICKNESS * float(geometry["radius"])
+    radius = float(geometry["radius"])
     cases = list(dict.fromkeys(name.rpartition("_")[0] for name in models))
     histories = [[models[f"{case}_{fidelity}"] for fidelity in FIDELITIES] for case in cases]
-    norm = levels(np.concatenate([_u_z(history) for row in histories for history in row]))
-    surfaces = [[_yarns(history, radius, norm) for history in row] for row in histories]
+    norm = levels(np.concatenate([elevation(history) for row in histories for history in row]))
+    surfaces = [[elevated_yarns(history, radius, norm, THICKNESS) for history in row] for row in histories]
     windows = [bounds(found, FRONT) for row in surfaces for found in row]
     low, high = np.min(windows, axis=0), np.max(windows, axis=0)
     window = (low[0], high[1], low[2] - SILL, high[3])
@@ -107,25 +105,10 @@ def draw(
     return drawing
 
 
-def _u_z(history: xr.Dataset) -> np.ndarray:
-    return history["centreline_displacement"].to_numpy()[-1, :, Z]
-
-
-def _yarns(history: xr.Dataset, radius: float, norm) -> list[Surface]:
-    """Return the yarns at full load, displacements true to scale."""
-    place = history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()[-1]
-    u_z, yarn = _u_z(history), history["yarn"].to_numpy()
-    return [
-        part
-        for number in np.unique(yarn)
-        for part in graded_tube(place[yarn == number], radius, colours(u_z[yarn == number], norm))
-    ]
-
-
 def _title(case: str, fidelity: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> str:
     """Return model, interaction, largest motion, correlation with the DNS, and amplitude over the reference's."""
     history = dns if fidelity == "dns" else rom3d
-    largest = MILLIMETRE * float(np.abs(_u_z(history)).max())
+    largest = MILLIMETRE * float(np.abs(elevation(history)).max())
     said = f"{NAMES[fidelity]}, {INTERACTIONS[case.split('_')[0]]}: largest $|u_z|$ {largest:.3g} mm"
     amplitude = f"amplitude {true.ratio(history, RMS_U_Z, rms_out_of_plane(history))}"
     if fidelity == "dns":

@@ -9,6 +9,7 @@ Of one case, for example ties in course tension:
 - "penalties": that simulation with penalties alone, of several contact stiffnesses.
 - "beams": the same knit as beams in contact.
 - "tie", "rough", "isotropic", "untied": direct simulations like that one but for the interaction, to be compared.
+- "cut": cells cut out of a knit, of as many rows, that are otherwise like that one.
 
 Whatever the case:
 
@@ -32,7 +33,7 @@ from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any
 
-from knitstudy.measures.discretisation import discretisation, finer, is_direct, made_of
+from knitstudy.measures.discretisation import discretisation, finer, is_cut, is_direct, made_of
 from knitstudy.measures.domain import series_of
 from knitstudy.measures.problem import problem_of
 from knitstudy.measures.quantities import STRAINS
@@ -103,6 +104,12 @@ ALIKE = (
 LOADED_ALIKE = ("specimen", "knit", "interaction", "yarn", "load.direction", "load.strain", "load.lateral")
 """Keys that simulations of one case share."""
 
+CUT_ALIKE = (
+    *("pattern", "interaction", "yarn", "tie", "contact"),
+    *("load.direction", "load.strain", "load.lateral"),
+)
+"""Sections and keys that cells cut out of a knit share with it."""
+
 ENFORCED_ALIKE = ("contact.friction", "contact.tied_edges", "mesh.element")
 """Keys that simulations share which differ in their penalties."""
 
@@ -170,7 +177,8 @@ class Roles:
             "penalties": penalties_of(main, scenes),
             "beams": beams_of(main, scenes),
         }
-        return models | variants_of(main, scenes) | self.whatever_the_case | _without_empty(several)
+        alone = models | variants_of(main, scenes) | cut_of(main, scenes)
+        return alone | self.whatever_the_case | _without_empty(several)
 
 
 def roles_of(scenes: Iterable[Scene], of: Mapping[str, Any]) -> Found:
@@ -259,6 +267,14 @@ def variants_of(main: Scene, scenes: Iterable[Scene]) -> dict[str, Scene]:
     alike = [scene for scene in _direct(scenes, main, ALIKE) if made_of(scene) == made_of(main)]
     found = {name: [scene for scene in alike if _fits(scene, of)] for name, of in VARIANTS.items()}
     return {name: fitting[0] for name, fitting in found.items() if fitting}
+
+
+def cut_of(main: Scene, scenes: Iterable[Scene]) -> dict[str, Scene]:
+    """Return the first scene of cells cut out of a knit that is otherwise like a direct simulation, as "cut"."""
+    for scene in scenes:
+        if is_cut(scene) and made_of(scene) == made_of(main) and _alike(scene, main, CUT_ALIKE):
+            return {"cut": scene}
+    return {}
 
 
 def varied(scenes: Iterable[Scene]) -> list[Scene]:
