@@ -60,8 +60,9 @@ def results_of(roles: Mapping[str, Scene | list[Scene]]) -> dict[str, Step | lis
         direct = [scene for scene in scenes if is_direct(scene)]
         if direct:
             prefix = "" if role == "dns" else f"{role}_"
-            for name in BESIDE:
-                steps[f"{prefix}{name}"] = [(STAGES.find(name), scene) for scene in direct]
+            for stage in map(STAGES.find, BESIDE):
+                if having := [scene for scene in direct if stage.of(scene)]:
+                    steps[f"{prefix}{stage.name}"] = [(stage, scene) for scene in having]
             cut = STAGES.find("cut_knit_contacts")
             steps[f"{prefix}contacts"] += [(cut, scene) for scene in scenes if is_cut(scene)]
         shown = [scene for scene in scenes if is_window(scene)]
