@@ -78,7 +78,7 @@ def draw_fronts(points: list[Point]) -> Figure:
     ]
     handles.append(Line2D([], [], color=INK, linewidth=0.8, label="front: error at most"))
     drawing.legend(handles=handles, loc="lower center", ncols=len(handles), fontsize=6.5)
-    drawing.subplots_adjust(left=0.085, right=0.985, top=0.96, bottom=0.1, wspace=0.2, hspace=0.24)
+    drawing.subplots_adjust(left=0.095, right=0.985, top=0.96, bottom=0.1, wspace=0.24, hspace=0.24)
     return drawing
 
 
