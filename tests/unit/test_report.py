@@ -30,7 +30,7 @@ from knitstudy.measures.selection import (
     variants_of,
 )
 from knitstudy.report.origin import origins
-from knitstudy.report.page import BY_MODEL, LONG, render
+from knitstudy.report.page import BY_MODEL, LONG, MOST, render
 from knitstudy.report.screen import WIDTH, for_screen
 from knitstudy.report.sources import read_sources
 from knitstudy.report.summary import summarise
@@ -205,6 +205,14 @@ def test_page_opens_on_what_holds_and_the_comparison_of_models(page):
         < page.index('id="rom_distance"')
     )
     assert page.index('id="rom_distance"') < page.index('id="fig01_unit_cell"')
+
+
+def test_of_the_longest_tables_the_page_shows_the_beginning():
+    tables = {"responses": pd.DataFrame({"scene": [f"s{k}" for k in range(MOST + 1)]})}
+    page = render(REPORT / "template.html", CAPTIONS, [], tables, pd.DataFrame({"file": ["a.nc"]}), "ci")
+    assert f"The first {MOST} of {MOST + 1} rows; the CSV has all</summary>" in page
+    assert f'<th scope="row">s{MOST - 1}</th>' in page
+    assert f'<th scope="row">s{MOST}</th>' not in page
 
 
 def test_long_tables_are_folded_and_empty_ones_left_out(pictures, results):

@@ -31,6 +31,9 @@ COMPARISON, COMPARED = "fig15", ("rom_distance", "table5_cost")
 LONG = 40
 """Rows from which on a table is folded."""
 
+MOST = 400
+"""Rows of a table that the page shows; its file has all."""
+
 
 @dataclass(frozen=True)
 class FigureItem:
@@ -54,7 +57,10 @@ class FigureItem:
 
 @dataclass(frozen=True)
 class TableItem:
-    """A table on the page, as text: ``rows`` of cells below a ``header``, ``numeric`` tells which columns."""
+    """A table on the page, as text: ``rows`` of cells below a ``header``, ``numeric`` tells which columns.
+
+    ``count`` is how many rows there are: the page may show fewer.
+    """
 
     name: str
     title: str
@@ -62,6 +68,7 @@ class TableItem:
     header: list[str]
     rows: list[list[str]]
     numeric: list[bool]
+    count: int
 
 
 def render(
@@ -151,12 +158,13 @@ def _table(name: str, table: pd.DataFrame, captions: Mapping[str, Any]) -> Table
     text = cells(table)
     if len(text) < len(text.columns) and text.iloc[:, 0].is_unique:  # turned, it fits narrow screens
         text = text.set_index(text.columns[0]).T.rename_axis("").reset_index()
-    return _item(name, display.title, caption, text)
+    return _item(name, display.title, caption, text, MOST)
 
 
-def _item(name: str, title: str, caption: str, text: pd.DataFrame) -> TableItem:
+def _item(name: str, title: str, caption: str, text: pd.DataFrame, most: int | None = None) -> TableItem:
     numeric = [text[column].str.match(r"^[-+−–\d.,e ]*$").all() for column in text.columns]
-    return TableItem(name, title, caption, list(text.columns), text.to_numpy().tolist(), numeric)
+    rows = text.head(most).to_numpy().tolist() if most else text.to_numpy().tolist()
+    return TableItem(name, title, caption, list(text.columns), rows, numeric, len(text))
 
 
 def _texts(captions: Mapping[str, Any], kind: str, display: Display, keys: Sequence[str]) -> dict[str, str]:
