@@ -12,13 +12,13 @@ from knitstudy.figures import catalogue as figures
 from knitstudy.figures.fig_trade import number_axes
 from knitstudy.measures.bracket import bracket
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.expense import PROCESSOR, WALL, expense_of
+from knitstudy.measures.expense import PROCESSOR, WALL, Expense, expense_of
 from knitstudy.measures.fronts import nothing, rungs, sentence
 from knitstudy.measures.knobs import turned
 from knitstudy.measures.quantities import NORMAL, SLIP, TANGENTIAL
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, known
 from knitstudy.measures.reference import Reference
-from knitstudy.measures.trade import REFERENCE, as_direct, points_of
+from knitstudy.measures.trade import REFERENCE, Point, as_direct, points_of, without_luck
 from knitstudy.study.fronts import ALIKE, cheapest, digits, front, nearest
 from knitstudy.tables import catalogue as tables
 from knitstudy.tables.trade import AT_MOST, CASE, ERROR, SECONDS, knobs, sentences, with_fronts
@@ -114,6 +114,39 @@ def test_errors_are_to_the_reference_with_its_uncertainty(scenes, sources):
     assert point.source == REFERENCE
     assert point.bound == point.error.value + point.error.uncertainty
     assert of["beam-isotropic-course", "force"].error.value == pytest.approx(0.1)
+
+
+def test_what_saves_is_no_surer_than_its_model(plain_scene):
+    """Longer spans that come out better than what they coarsen do so by two errors that cancel."""
+    yarns = plain_scene.vary(
+        {
+            "fidelity": "solid_yarns",
+            "solver.increments": 12,
+            "mesh.crossing_span": 0.9,
+            "mesh.crossing_degree": 2,
+        }
+    )
+    assert not turned(yarns)
+
+    def point(name, error, seconds, **keys):
+        scene = yarns.vary({"name": name} | {key.replace("__", "."): value for key, value in keys.items()})
+        expense = Expense(seconds, 0.0, WALL, 10.0)
+        known = Estimate(error, 0.001)
+        return Point(
+            scene, QUESTIONS["force"], "force", 0.05, 1.0, Estimate(1.0, 0.0), REFERENCE, known, expense
+        )
+
+    points = [
+        point("main", 0.022, 20.0),
+        point("longer", 0.008, 12.0, mesh__span=1.8, mesh__crossing_span=1.8),
+        point("worse", 0.050, 8.0, mesh__span=1.8, mesh__crossing_span=1.8, solver__increments=2),
+        point("shorter", 0.004, 40.0, mesh__span=0.6, mesh__crossing_span=0.6),
+        point("other", 0.003, 5.0, mesh__degree=3, mesh__crossing_degree=3, solver__increments=4),
+    ]
+    bounds = {each.scene.name: each.bound for each in without_luck(points)}
+    assert bounds == pytest.approx(
+        {"main": 0.023, "longer": 0.023, "worse": 0.051, "shorter": 0.005, "other": 0.004}
+    )
 
 
 def test_the_planar_model_answers_for_force_alone(scenes, sources):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import pandas as pd
 import xarray as xr
@@ -12,6 +12,7 @@ from knitstudy.measures.bracket import Bracket, bracket
 from knitstudy.measures.discretisation import is_direct
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.expense import Expense, expense_of
+from knitstudy.measures.knobs import model_of, turned
 from knitstudy.measures.problem import loops_of, problem_of
 from knitstudy.measures.quantities import STRAINS
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, SLIP, Question, answers, known
@@ -41,6 +42,8 @@ class Point:
     error : Estimate
         |value / true - 1| [1].
     expense : Expense
+    floor : float
+        Error below which it counts as luck [1]: that of the same model with no knob turned, where that costs more.
     """
 
     scene: Scene
@@ -52,11 +55,12 @@ class Point:
     source: str
     error: Estimate
     expense: Expense
+    floor: float = 0.0
 
     @property
     def bound(self) -> float:
-        """The error and its uncertainty: what it is at most."""
-        return self.error.value + self.error.uncertainty
+        """The error and its uncertainty, and no less than luck: what it is at most."""
+        return max(self.error.value + self.error.uncertainty, self.floor)
 
 
 @dataclass
@@ -91,8 +95,25 @@ def points_of(
         point
         for problem in problems.values()
         for question in QUESTIONS.values()
-        for point in _points(question, problem, histories, contacts)
+        for point in without_luck(list(_points(question, problem, histories, contacts)))
     ]
+
+
+def without_luck(points: list[Point]) -> list[Point]:
+    """Return points of one problem and question of which none is surer than its model when it saves nothing.
+
+    Longer spans or looser tolerances take from a model; where its error becomes smaller for that two errors have
+    cancelled on this knit, which they need not do on others.
+    """
+    main = {
+        (model_of(point.scene), point.strain): point for point in reversed(points) if not turned(point.scene)
+    }
+    found = []
+    for point in points:
+        whole = main.get((model_of(point.scene), point.strain))
+        saves = whole is not None and point.expense.seconds < whole.expense.seconds
+        found.append(replace(point, floor=whole.bound) if saves else point)
+    return found
 
 
 def as_direct(scene: Scene, scenes: Mapping[str, Scene]) -> Scene | None:
