@@ -100,7 +100,7 @@ def points_of(
 
 
 def without_luck(points: list[Point]) -> list[Point]:
-    """Return points of one problem and question of which none is surer than its model when it saves nothing.
+    """Return points of one problem and question; none that saves is surer than its model with no knob turned.
 
     Longer spans or looser tolerances take from a model; where its error becomes smaller for that two errors have
     cancelled on this knit, which they need not do on others.

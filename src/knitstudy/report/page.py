@@ -163,7 +163,7 @@ def _table(name: str, table: pd.DataFrame, captions: Mapping[str, Any]) -> Table
 
 def _item(name: str, title: str, caption: str, text: pd.DataFrame, most: int | None = None) -> TableItem:
     numeric = [text[column].str.match(r"^[-+−–\d.,e ]*$").all() for column in text.columns]
-    rows = text.head(most).to_numpy().tolist() if most else text.to_numpy().tolist()
+    rows = text.iloc[:most].to_numpy().tolist()
     return TableItem(name, title, caption, list(text.columns), rows, numeric, len(text))
 
 

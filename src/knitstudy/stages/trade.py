@@ -73,10 +73,12 @@ def draw_pictures(plan: Plan, config: Path = CONFIG) -> None:
     """Draw the pictures of the page from those simulations of the study that are there, as many as the table is of."""
     study = [plan.scenes[name] for name in load_study(TRADE.study, config)]
     displays = Displays(FIGURES, plan, up_to_date(plan, study, RESULTS, READ), reference_files(config))
+    files = sources = None
     for name in displays.names():
         if not name.startswith(PICTURES):
             continue
-        sources = read_sources(displays.files(name, RESULTS).items())
+        if files != (taken := displays.files(name, RESULTS)):  # of all questions they are the same hundreds
+            files, sources = taken, read_sources(taken.items())
         drawing = draw(name, **sources, scenes=displays.scenes(name))
         with TemporaryDirectory() as folder:
             picture = Path(folder) / f"{name}.png"
