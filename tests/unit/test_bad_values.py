@@ -143,7 +143,10 @@ def test_value_that_is_none(message, key, text, value, allowed):
         ),
         (["contact.friction=0.3"], ("contact.friction is no key", "interaction tie", "leave it out")),
         (["rom.joint=pinned"], ("rom.joint is no key", "fidelity dns", "leave it out")),
-        (["fidelity=rom3d"], ("the key 'rom.contacts_from' is missing", "the name of the dns scene")),
+        (
+            ["fidelity=rom3d", "interaction=rough"],
+            ("contacts_from is empty but must name a dns scene", "springs are measured"),
+        ),
         (["fidelity=beam"], ("interaction is 'tie' but must be isotropic or rough", "fidelity is beam")),
         (
             ["specimen=pair", "fidelity=beam", "interaction=rough"],

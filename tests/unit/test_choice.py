@@ -12,15 +12,17 @@ from knitstudy.study.configuration import CONFIG, load_changed, load_scenes, pla
 from knitstudy.study.planning import planned, problem_and_ask
 from knitstudy.study.sections.ask import Ask
 
-ROWS = [  # scene, question, error at most, seconds, of these of sources, memory
-    ("planar", "force", 3.0, 1.5, 1.0, 4.0),
-    ("network", "force", 0.04, 2.0, 1.0, 15.0),
-    ("network", "out_of_plane", 0.2, 2.0, 1.0, 15.0),
-    ("yarns", "force", 0.02, 10.0, 0.0, 60.0),
-    ("yarns", "out_of_plane", 0.06, 10.0, 0.0, 60.0),
-    ("yarns", "stress", 0.06, 10.0, 0.0, 60.0),
-    ("fine", "force", 0.01, 40.0, 0.0, 160.0),
-    ("carried", "force", 0.001, 0.1, 0.0, 1.0),
+ROWS = [  # scene, interaction, question, error at most, seconds, memory
+    ("planar", "tie", "force", 3.0, 1.5, 4.0),
+    ("network", "tie", "force", 0.04, 2.0, 15.0),
+    ("network", "tie", "out_of_plane", 0.2, 2.0, 15.0),
+    ("yarns", "tie", "force", 0.02, 10.0, 60.0),
+    ("yarns", "tie", "out_of_plane", 0.06, 10.0, 60.0),
+    ("yarns", "tie", "stress", 0.06, 10.0, 60.0),
+    ("fine", "tie", "force", 0.01, 40.0, 160.0),
+    ("sourced", "tie", "force", 0.001, 0.1, 1.0),
+    ("network", "rough", "force", 0.09, 2.0, 15.0),
+    ("touching", "rough", "force", 0.03, 20.0, 200.0),
 ]
 
 
@@ -30,17 +32,16 @@ def kept(tmp_path_factory):
     rows = [
         {
             "question": question,
-            "interaction": INTERACTIONS["tie"],
+            "interaction": INTERACTIONS[interaction],
             "direction": "course",
             "cells [1]": "3 x 3",
             "model and knobs": scene,
             "error at most [1]": error,
             "seconds [s]": seconds,
-            "seconds of its sources [s]": sources,
             "memory growth [MB]": memory,
             "scene": scene,
         }
-        for scene, question, error, seconds, sources, memory in ROWS
+        for scene, interaction, question, error, seconds, memory in ROWS
     ]
     write_table(pd.DataFrame(rows), path)
     return path
@@ -48,18 +49,16 @@ def kept(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def templates(plain_scene):
-    glance = {"fidelity": "solid_yarns", "load.strain": 0.001, "solver.increments": 1}
-    other = plain_scene.vary({"name": "spring", "interaction": "isotropic", "fidelity": "rom3d"})
     third = {"mesh.degree": 3, "mesh.crossing_degree": 3, "mesh.crossing_span": 0.6}
     found = (
-        plain_scene.vary({"name": "glance"} | glance),
-        plain_scene.vary({"name": "planar", "fidelity": "rom2d", "rom.contacts_from": "glance"}),
+        plain_scene.vary({"name": "planar", "fidelity": "rom2d", "rom.contacts_from": None}),
         plain_scene.vary(
-            {"name": "network", "fidelity": "rom3d", "rom.contacts_from": "glance", "rom.joint": "patch"}
+            {"name": "network", "fidelity": "rom3d", "rom.contacts_from": None, "rom.joint": "patch"}
         ),
+        plain_scene.vary({"name": "sourced", "fidelity": "rom3d", "rom.contacts_from": "yarns"}),
         plain_scene.vary({"name": "yarns", "fidelity": "solid_yarns"}),
         plain_scene.vary({"name": "fine", "fidelity": "solid_yarns"} | third),
-        other.vary({"name": "carried", "rom.springs_from": "glance"}),
+        plain_scene.vary({"name": "touching", "fidelity": "solid_yarns", "interaction": "rough"}),
     )
     return {scene.name: scene for scene in found}
 
@@ -68,8 +67,8 @@ def templates(plain_scene):
 def choice(plain_scene, templates, kept):
     problem = plain_scene.vary({"name": "mine", "fidelity": "solid_yarns"})
 
-    def chosen(changes=(), own_source=True, **ask):
-        return choose(problem.vary(dict(changes)), Ask(**ask), templates, "scene 'mine'", own_source, kept)
+    def chosen(changes=(), **ask):
+        return choose(problem.vary(dict(changes)), Ask(**ask), templates, "scene 'mine'", kept)
 
     return chosen
 
@@ -84,8 +83,18 @@ def test_the_cheapest_that_is_sure_enough_is_taken(choice, accuracy, model):
     assert [rung.model for rung in found.others] == ["planar", "network", "yarns", "fine"]
 
 
-def test_what_takes_more_than_contacts_from_elsewhere_is_not_chosen(choice):
-    assert choice(question="force", accuracy=0.05).rung.model != "carried"
+def test_what_is_made_from_another_simulation_is_not_chosen(choice):
+    assert choice(question="force", accuracy=0.05).rung.model != "sourced"
+
+
+def test_ties_stand_in_for_contact_as_far_as_that_was_measured(choice, templates):
+    rough = {"interaction": "rough"}
+    found = choice(rough, question="force", accuracy=0.1)
+    assert found.rung.model == "network"
+    assert resolved(found, templates)["interaction"] == "tie"
+    assert choice(rough, question="force", accuracy=0.05).rung.model == "touching"
+    half = rough | {"load.strain": 0.5 * templates["network"].load.strain}
+    assert choice(half, question="force", accuracy=0.1).rung.model == "touching"
 
 
 def test_a_budget_of_memory_takes_what_is_dearer_in_time_or_ends(choice):
@@ -140,29 +149,12 @@ def test_larger_knits_cost_more_by_the_laws_of_growth(choice):
     assert large.memory > small.memory
 
 
-def test_contacts_of_another_yarn_are_not_taken(choice):
-    """Without a simulation of its own a scene takes contacts of the trade's, which are those of its yarn."""
-    soft = {"yarn.poisson_ratio": 0.3}
-    assert choice(soft, question="force", accuracy=0.05).rung.model == "network"
-    assert choice(soft, own_source=False, question="force", accuracy=0.05).rung.model == "yarns"
-
-
 def test_a_resolved_scene_is_an_ordinary_one_of_the_same_problem(choice, plain_scene, templates):
     problem = plain_scene.vary({"name": "mine", "fidelity": "solid_yarns", "tie.radius": 0.2})
     found = choice(question="force", accuracy=0.01)
-    scene = problem.vary(resolved(problem, found, templates))
+    scene = problem.vary(resolved(found, templates))
     assert numerics(scene) == numerics(templates["fine"])
     assert (scene.name, scene.tie.radius, scene.load) == ("mine", 0.2, problem.load)
-
-
-def test_a_scene_of_a_family_has_a_source_of_its_own(plain_scene, templates, kept, monkeypatch):
-    monkeypatch.setattr("knitstudy.study.choice._rows", lambda _: _read(kept))
-    problem = plain_scene.vary({"name": "mine", "fidelity": "solid_yarns", "yarn.poisson_ratio": 0.3})
-    found = planned(problem, Ask(question="force", accuracy=0.05), templates, "here")
-    assert found.scene.rom.contacts_from == found.source.name == "mine-source"
-    assert (found.source.load.strain, found.source.yarn) == (0.001, problem.yarn)
-    direct = planned(problem, Ask(question="force", accuracy=0.03), templates, "here")
-    assert direct.source is None
 
 
 def _read(path):
@@ -201,38 +193,30 @@ def test_a_changed_scene_may_leave_its_model_open():
     assert scene == plan_of("dns-tie-course", changes).scene
 
 
-def test_a_changed_scene_of_the_geometry_of_its_source_has_its_knit(
-    plain_scene, templates, kept, monkeypatch
-):
-    """Labels of knits differ where geometries do; contacts are taken from a scene of the same label."""
+def test_a_changed_knit_keeps_what_it_is(plain_scene, templates, kept, monkeypatch):
     monkeypatch.setattr("knitstudy.study.choice._rows", lambda _: _read(kept))
-    problem = plain_scene.vary({"name": "mine", "knit": "other", "fidelity": "solid_yarns"})
-    ask = Ask(question="force", accuracy=0.05)
-    found = planned(problem, ask, templates, "here", changed=True)
-    assert (found.scene.knit, found.scene.rom.contacts_from) == (templates["glance"].knit, "glance")
-    wider = problem.vary({"pattern.loops": 5})
-    assert planned(wider, ask, templates, "here", changed=True).scene.knit == "other"
+    problem = plain_scene.vary(
+        {"name": "mine", "knit": "other", "fidelity": "solid_yarns", "tie.radius": 0.2, "pattern.loops": 5}
+    )
+    scene = planned(problem, Ask(question="force", accuracy=0.05), templates, "here").scene
+    assert (scene.fidelity, scene.rom.joint, scene.rom.contacts_from) == ("rom3d", "patch", None)
+    assert (scene.knit, scene.tie.radius, scene.pattern) == ("other", 0.2, problem.pattern)
 
 
 def test_scenes_of_a_family_may_ask(config, kept, monkeypatch):
-    """Read as everything reads them: an ordinary scene, and what its contacts come from."""
+    """Read as everything reads them: an ordinary scene."""
     monkeypatch.setattr("knitstudy.study.choice._rows", lambda _: _read(kept))
     families = config / "scenes"
     (families / "9-trade.yaml").write_text(
         "studies: []\nkeys: {knit: plain}\n"
         "scenes:\n"
-        "- name: glance\n  keys: {fidelity: solid_yarns, load.strain: 0.001}\n"
-        "- name: network\n  keys: {fidelity: rom3d, rom.contacts_from: glance}\n"
+        "- name: network\n  keys: {fidelity: rom3d, rom.joint: patch}\n"
         "- name: mine\n  keys: {fidelity: auto, ask.question: force, ask.accuracy: 0.05, load.strain: 0.04}\n"
     )
     scenes = load_scenes(config)
     assert scenes["mine"].fidelity == "rom3d"
-    assert scenes["mine"].rom.contacts_from == "mine-source"
-    assert scenes["mine-source"].load.strain == 0.001
     assert scenes["mine"].load.strain == 0.04
-    assert scenes["mine"] == scenes["network"].vary(
-        {"name": "mine", "load.strain": 0.04, "rom.contacts_from": "mine-source"}
-    )
+    assert scenes["mine"] == scenes["network"].vary({"name": "mine", "load.strain": 0.04})
 
 
 def test_asking_is_for_scenes_without_a_model(config):

@@ -21,6 +21,16 @@ def test_history_holds_what_the_scene_asked_for(plain_scene, knit, contacts, fid
     assert np.all(np.diff(history["force"]) > 0)
 
 
+@pytest.mark.parametrize("joint", ["rigid", "patch"])
+def test_ties_need_no_simulation(plain_scene, knit, contacts, joint):
+    """What a simulation says of tied crossings is what the geometry and the radius of ties say."""
+    keys = {"rom.joint": joint, "mesh.beam_size": 3e-3, "solver.increments": 1, "load.strain": 0.002}
+    scene = plain_scene.vary(keys | {"tie.radius": 0.3, "rom.contacts_from": None})
+    area = np.pi * (0.3 * scene.yarn.radius) ** 2
+    measured = contacts.assign(area=contacts["area"] * 0 + area, tied=contacts["area"] * 0 + 1)
+    assert float(run(scene, knit)["force"][-1]) == float(run(scene, knit, measured)["force"][-1])
+
+
 def test_joints_that_yield_are_softer_than_pins(plain_scene, knit, contacts):
     scene = plain_scene.vary({"mesh.beam_size": 3e-3, "solver.increments": 1, "load.strain": 0.002})
     area = np.pi * (0.4 * scene.yarn.radius) ** 2
@@ -36,9 +46,7 @@ def test_joints_that_yield_are_softer_than_pins(plain_scene, knit, contacts):
 def test_joints_that_yield_need_ties_of_a_size(plain_scene, knit, contacts, size):
     area = np.pi * (size * plain_scene.yarn.radius) ** 2
     tied = contacts.assign(area=contacts["area"] * 0 + area, tied=contacts["area"] * 0 + 1)
-    with pytest.raises(
-        DataFileError, match=r"ties of the contacts have a radius .* but rom\.joint 'patch' needs"
-    ):
+    with pytest.raises(DataFileError, match=r"ties have a radius .* but rom\.joint 'patch' needs"):
         run(plain_scene.replace("rom.joint", "patch"), knit, tied)
 
 

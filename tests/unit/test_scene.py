@@ -282,8 +282,17 @@ def test_key_of_another_kind_of_scene(scene, kind, key, value):
 
 
 def test_key_that_another_kind_of_scene_needs(scene):
-    with pytest.raises(ConfigurationError, match=r"the key 'rom\.contacts_from' is missing"):
-        scene.replace("fidelity", "rom2d")
+    with pytest.raises(ConfigurationError, match=r"the key 'load\.path' is missing"):
+        scene.replace("specimen", "pair")
+
+
+def test_springs_are_measured_somewhere(scene):
+    """Ties hang on the geometry alone."""
+    with pytest.raises(
+        ConfigurationError, match=r"contacts_from is empty but must name a dns scene where yarns touch"
+    ):
+        scene.vary({"fidelity": "rom3d", "interaction": "isotropic"})
+    assert scene.replace("fidelity", "rom3d").rom.contacts_from is None
 
 
 @pytest.mark.parametrize(

@@ -49,13 +49,12 @@ def rung(scene, error, seconds):
     ("seconds", "error", "taken"),
     [(AGAIN, 0.01, "other"), (1.01 * AGAIN, 0.01, "coarse"), (0.5, 0.2, "coarse")],
 )
-def test_the_surest_of_what_costs_little_more_is_compared_with(plain_scene, seconds, error, taken):
+def test_the_surest_of_what_costs_little_more_is_compared_with(seconds, error, taken):
     mine, coarse, other = rung("mine", 0.05, 1.0), rung("coarse", 0.1, 0.3), rung("other", error, seconds)
     choice = Choice(Ask(question="force", accuracy=0.05), mine, (coarse, mine, other), 3, 3)
-    templates = {each.scene: plain_scene for each in choice.others}
-    assert second(choice, plain_scene, templates).scene == taken
+    assert second(choice).scene == taken
     alone = Choice(choice.ask, mine, (mine,), 3, 3)
-    assert second(alone, plain_scene, templates) is None
+    assert second(alone) is None
 
 
 @pytest.mark.parametrize(

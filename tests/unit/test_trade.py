@@ -15,6 +15,7 @@ from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.expense import PROCESSOR, WALL, Expense, expense_of
 from knitstudy.measures.fronts import nothing, rungs, sentence
 from knitstudy.measures.knobs import turned
+from knitstudy.measures.problem import problem_of, sticks, tied_problem_of
 from knitstudy.measures.quantities import NORMAL, SLIP, TANGENTIAL
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, known
 from knitstudy.measures.reference import Reference
@@ -132,9 +133,8 @@ def test_what_saves_is_no_surer_than_its_model(plain_scene):
         scene = yarns.vary({"name": name} | {key.replace("__", "."): value for key, value in keys.items()})
         expense = Expense(seconds, 0.0, WALL, 10.0)
         known = Estimate(error, 0.001)
-        return Point(
-            scene, QUESTIONS["force"], "force", 0.05, 1.0, Estimate(1.0, 0.0), REFERENCE, known, expense
-        )
+        true = Estimate(1.0, 0.0)
+        return Point(scene, "tie", QUESTIONS["force"], "force", 0.05, 1.0, true, REFERENCE, known, expense)
 
     points = [
         point("main", 0.022, 20.0),
@@ -147,6 +147,26 @@ def test_what_saves_is_no_surer_than_its_model(plain_scene):
     assert bounds == pytest.approx(
         {"main": 0.023, "longer": 0.023, "worse": 0.051, "shorter": 0.005, "other": 0.004}
     )
+
+
+def test_ties_stand_in_for_contact_that_sticks(scenes, sources):
+    """They are compared with what is known of rough contact, and are no surer than they are of ties."""
+    rough = scenes["dns-tie-course"].vary({"name": "dns-rough-course", "interaction": "rough"})
+    assert sticks(rough)
+    assert not sticks(scenes["dns-isotropic-course"])
+    assert tied_problem_of(rough) == problem_of(scenes["dns-tie-course"])
+    every = sources["every"] | {rough.name: sources["every"]["dns-tie-course"]}
+    known = study.reference(scenes | {rough.name: rough})
+    points = points_of(every, {}, scenes | {rough.name: rough}, known)
+    found = {
+        (point.interaction, point.scene.name): point for point in points if point.question.name == "force"
+    }
+    tied, standing = (found[name, "rom3d-tie-course"] for name in ("tie", "rough"))
+    assert standing.called == "ties in place of contact, " + tied.called
+    assert (standing.stands_in, tied.stands_in) == (True, False)
+    assert standing.bound >= tied.bound
+    assert not found["rough", rough.name].stands_in
+    assert ("isotropic", "dns-tie-course") not in found
 
 
 def test_the_planar_model_answers_for_force_alone(scenes, sources):

@@ -58,11 +58,11 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
 
 def _print(found: Planned) -> None:
     """Print what was asked, chosen and expected, the front, and the keys that the choice sets."""
-    choice, scene = found.choice, found.scene
+    choice, scene, problem = found.choice, found.scene, found.problem
     ask, rung, size = choice.ask, choice.rung, f"{choice.measured} x {choice.measured}"
     grown = f"; price grown from {size} cells" if choice.cells > choice.measured else ""
     click.echo(
-        f"{scene.name}: {ask.question} within {100 * ask.accuracy:g} %, {scene.interaction},"
+        f"{scene.name}: {ask.question} within {100 * ask.accuracy:g} %, {problem.interaction},"
         f" {scene.load.direction} tension, {scene.pattern.loops} x {scene.pattern.rows} cells"
     )
     click.echo(f"take {choice}")
@@ -80,7 +80,8 @@ def _print(found: Planned) -> None:
             for each in dict.fromkeys((*choice.others, rung))
         ],
     )
-    keys = {key: value for key, value in flattened(scene).items() if of_model(key) and key != "outputs"}
-    click.echo(
-        f"fidelity: {scene.fidelity}; " + "; ".join(f"{key}: {plain(value)}" for key, value in keys.items())
-    )
+    sets = {"fidelity": scene.fidelity}
+    if scene.interaction != problem.interaction:
+        sets["interaction"] = scene.interaction
+    sets |= {key: value for key, value in flattened(scene).items() if of_model(key) and key != "outputs"}
+    click.echo("; ".join(f"{key}: {plain(value)}" for key, value in sets.items()))

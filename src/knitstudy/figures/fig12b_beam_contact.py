@@ -27,6 +27,9 @@ from knitstudy.measures.reference import reference_of
 from knitstudy.measures.selection import ISOTROPIC_COURSE
 from knitstudy.study.scene import Scene
 
+DASHES = {"pinned": ":", "patch": "-."}
+"""By ``beam.tie``; those of rigid ties are those of the contact."""
+
 
 @FIGURES.add(
     "fig12b_beam_contact",
@@ -88,6 +91,6 @@ def _curve(history: xr.Dataset, look: Look, label: str) -> Curve:
 
 
 def _look(scene: Scene) -> Look:
-    """Return colour and marker of a contact and a section; dotted where ties are pinned."""
+    """Return colour and marker of a contact and a section; ties that are not rigid have a dash of their own."""
     look = BEAMS[f"{scene.beam.contact} {scene.beam.section}"]
-    return replace(look, dash=":") if scene.beam.tie == "pinned" else look
+    return replace(look, dash=DASHES.get(scene.beam.tie, look.dash))

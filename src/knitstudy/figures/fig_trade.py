@@ -13,7 +13,6 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import BEAMS, FAINT, INK, MODELS, Look, figure, panel_letter, styled
-from knitstudy.measures.knobs import called
 from knitstudy.measures.names import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS
 from knitstudy.measures.trade import Point, points_of
@@ -64,7 +63,7 @@ def draw_fronts(points: list[Point]) -> Figure:
         here = [
             point
             for point in points
-            if point.scene.interaction == interaction
+            if point.interaction == interaction
             and point.scene.load.direction == direction
             and point.scene.pattern.loops == CELLS
         ]
@@ -123,7 +122,7 @@ def _panel(axes: Axes, points: list[Point]) -> None:
     axes.plot(seconds, errors, "o", markerfacecolor="none", color=INK, markersize=5, linestyle="")
     for number, (x, y) in enumerate(zip(seconds, errors, strict=True), start=1):
         axes.annotate(str(number), (x, y), xytext=(4, 3), textcoords="offset points", fontsize=6.5)
-    said = "\n".join(f"{number} {called(point.scene)}" for number, point in enumerate(on, start=1))
+    said = "\n".join(f"{number} {point.called}" for number, point in enumerate(on, start=1))
     axes.text(
         0.985, 0.985, said, transform=axes.transAxes, ha="right", va="top", fontsize=4.8, linespacing=1.25
     )

@@ -134,7 +134,9 @@ HISTORY = Columns(
         "crossing_displacement": Column(
             (*_SIDE, "xyz"), "m", "mean displacement of the facets at the crossing", "dns, beam"
         ),
-        "crossing_gap": Column(_CROSSING, "m", "gap of the contact at the crossing", "beam"),
+        "crossing_gap": Column(
+            _CROSSING, "m", "gap of the contact, or of the tied points, at the crossing", "beam"
+        ),
         "crossing_slip": Column(_CROSSING, "m", "length slipped since first contact", "beam"),
         "crossing_tied": Column(("crossing",), "1", "1 where the crossing is tied", "dns, beam"),
         "tied_area": Column(("crossing",), "m2", "tied area, nan where none is", "dns"),

@@ -16,7 +16,7 @@ TRUST = (
     "hexahedra with incompatible modes",
     "one-point hexahedra",
     "rom3d patch",
-    "beam line",
+    "beam point hertz patch",
 )
 """Independent models, the one before the other where both are at hand; what is not here brackets nothing."""
 
@@ -33,8 +33,8 @@ def family_of(scene: Scene) -> str:
     """Return the independent model that a scene is one resolution of."""
     if is_direct(scene):
         return discretisation(scene)
-    variant = scene.value("rom.joint") or scene.value("beam.contact")
-    return f"{scene.fidelity} {variant}" if variant else scene.fidelity
+    variants = (scene.value(key) for key in ("rom.joint", "beam.contact", "beam.section", "beam.tie"))
+    return " ".join([scene.fidelity, *filter(None, variants)])
 
 
 def bracket(values: Mapping[str, float], scenes: Mapping[str, Scene]) -> Bracket:

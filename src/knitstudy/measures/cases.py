@@ -30,6 +30,9 @@ CARRIED, GIVEN, ALONG_AXES = "springs of other tension", "springs of Table 2", "
 SECTIONS = {"rigid": "rigid", "hertz": "Hertzian"}
 """What beams in contact are made of, by ``beam.section``."""
 
+TIES = {"pinned": "pinned", "patch": "yielding ties"}
+"""What ties of beams in contact are called, by ``beam.tie``, that are not rigid."""
+
 
 PLAIN = ("point", "rigid", "rigid")
 """Contact, section and ties of the model that ingredients are added to."""
@@ -138,7 +141,7 @@ def label_of(scene: Scene) -> str:
         return f"{NAMES['dns']}, {made_of(scene)}"
     if scene.fidelity == "beam":
         words = [name, f"{scene.beam.contact} contact", SECTIONS[scene.beam.section]]
-        words += ["pinned"] if scene.beam.tie == "pinned" else []
+        words += [TIES[scene.beam.tie]] if scene.beam.tie in TIES else []
         return ", ".join(words + [VARIANTS[law] for law in [scene.mesh.section_law] if law in VARIANTS])
     keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section", "mesh.section_law")
     words = [VARIANTS[value] for value in map(scene.value, keys) if value in VARIANTS]

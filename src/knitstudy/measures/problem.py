@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any
 
 from knitstudy.study.scene import Scene, digest
@@ -36,6 +37,18 @@ def problem_of(scene: Scene) -> str:
     """Return a digest that scenes of one physical problem share, and no others."""
     keys: dict[str, Any] = {key: scene.value(key) for key in PHYSICS}
     return digest({"interaction": scene.interaction} | scene.geometry_inputs | keys)
+
+
+def sticks(scene: Scene) -> bool:
+    """Whether yarns touch, and do not slip where they do."""
+    interaction = scene.kind.interaction
+    return interaction.touches and interaction.friction(scene) == inf
+
+
+def tied_problem_of(scene: Scene) -> str:
+    """Return the digest (`problem_of`) of the same knit under the same load with yarns that are all tied."""
+    keys = {key: None if key.startswith("contact.") else scene.value(key) for key in PHYSICS}
+    return digest({"interaction": "tie"} | scene.geometry_inputs | keys)
 
 
 def loops_of(scene: Scene) -> str:

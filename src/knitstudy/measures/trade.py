@@ -12,8 +12,8 @@ from knitstudy.measures.bracket import Bracket, bracket
 from knitstudy.measures.discretisation import is_direct
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.expense import Expense, expense_of
-from knitstudy.measures.knobs import model_of, turned
-from knitstudy.measures.problem import loops_of, problem_of
+from knitstudy.measures.knobs import called, model_of, turned
+from knitstudy.measures.problem import loops_of, problem_of, sticks, tied_problem_of
 from knitstudy.measures.quantities import STRAINS
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, SLIP, Question, answers, known
 from knitstudy.measures.reference import Reference, reference_of
@@ -21,6 +21,9 @@ from knitstudy.study.scene import Scene
 
 REFERENCE = "reference"
 """What an error is to, where no two models bracket the quantity."""
+
+TIES = "ties in place of contact"
+"""What models are called that tie yarns which touch and stick."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,8 @@ class Point:
     Attributes
     ----------
     scene : Scene
+    interaction : str
+        Of the problem: that of the scene, or contact that sticks, for which its ties stand in.
     question : Question
     quantity : str
         That of those which answer the question whose error may be the largest.
@@ -43,10 +48,12 @@ class Point:
         |value / true - 1| [1].
     expense : Expense
     floor : float
-        Error below which it counts as luck [1]: that of the same model with no knob turned, where that costs more.
+        Error below which it counts as luck [1]: that of the same model with no knob turned, where that costs more, and
+        that of ties where yarns are tied.
     """
 
     scene: Scene
+    interaction: str
     question: Question
     quantity: str
     strain: float
@@ -62,13 +69,33 @@ class Point:
         """The error and its uncertainty, and no less than luck: what it is at most."""
         return max(self.error.value + self.error.uncertainty, self.floor)
 
+    @property
+    def stands_in(self) -> bool:
+        """Whether its yarns are tied where those of the problem touch."""
+        return self.interaction != self.scene.interaction
+
+    @property
+    def model(self) -> str:
+        """What its model is called (`knobs.model_of`)."""
+        return self._said(model_of(self.scene))
+
+    @property
+    def called(self) -> str:
+        """The same with the knobs that are turned (`knobs.called`)."""
+        return self._said(called(self.scene))
+
+    def _said(self, model: str) -> str:
+        return f"{TIES}, {model}" if self.stands_in else model
+
 
 @dataclass
 class _Problem:
-    """All simulations of one problem."""
+    """All simulations of one problem, and those of the same knit with ties, where its yarns stick where they touch."""
 
+    interaction: str
     reference: Reference
     scenes: list[Scene] = field(default_factory=list)
+    tied: list[Scene] = field(default_factory=list)
 
 
 def points_of(
@@ -91,12 +118,14 @@ def points_of(
     """
     scenes = {name: scene for name, scene in scenes.items() if name in histories}
     problems = _problems(scenes, table)
-    return [
-        point
-        for problem in problems.values()
-        for question in QUESTIONS.values()
-        for point in without_luck(list(_points(question, problem, histories, contacts)))
-    ]
+    return _no_surer_than_tied(
+        [
+            point
+            for problem in problems.values()
+            for question in QUESTIONS.values()
+            for point in without_luck(list(_points(question, problem, histories, contacts)))
+        ]
+    )
 
 
 def without_luck(points: list[Point]) -> list[Point]:
@@ -105,15 +134,24 @@ def without_luck(points: list[Point]) -> list[Point]:
     Longer spans or looser tolerances take from a model; where its error becomes smaller for that two errors have
     cancelled on this knit, which they need not do on others.
     """
-    main = {
-        (model_of(point.scene), point.strain): point for point in reversed(points) if not turned(point.scene)
-    }
+    main = {(point.model, point.strain): point for point in reversed(points) if not turned(point.scene)}
     found = []
     for point in points:
-        whole = main.get((model_of(point.scene), point.strain))
+        whole = main.get((point.model, point.strain))
         saves = whole is not None and point.expense.seconds < whole.expense.seconds
         found.append(replace(point, floor=whole.bound) if saves else point)
     return found
+
+
+def _no_surer_than_tied(points: list[Point]) -> list[Point]:
+    """Return all points; none whose ties stand in for contact is surer than the same simulation is of ties."""
+    of_ties = {(point.scene.name, point.question.name): point for point in points if not point.stands_in}
+    return [
+        replace(point, floor=max(point.floor, of_ties[point.scene.name, point.question.name].bound))
+        if point.stands_in
+        else point
+        for point in points
+    ]
 
 
 def as_direct(scene: Scene, scenes: Mapping[str, Scene]) -> Scene | None:
@@ -130,9 +168,12 @@ def as_direct(scene: Scene, scenes: Mapping[str, Scene]) -> Scene | None:
         "load.lateral",
         "contact.friction",
         "contact.tied_edges",
+        "tie.radius",
     )
     alike = (other for other in scenes.values() if is_direct(other))
-    return next((other for other in alike if all(other.value(k) == scene.value(k) for k in same)), None)
+    return next(
+        (other for other in alike if all(scene.value(key) in (None, other.value(key)) for key in same)), None
+    )
 
 
 def _problems(scenes: Mapping[str, Scene], table: pd.DataFrame) -> dict[str, _Problem]:
@@ -144,15 +185,17 @@ def _problems(scenes: Mapping[str, Scene], table: pd.DataFrame) -> dict[str, _Pr
         if direct is not None:
             of[name], problem = direct, problem_of(direct)
             if problem not in found:
-                found[problem] = _Problem(reference_of(table, direct))
+                found[problem] = _Problem(direct.interaction, reference_of(table, direct))
             found[problem].scenes.append(scene)
             if found[problem].reference.known:
                 kin.add(_kin(direct))
-    return {
-        problem: each
-        for problem, each in found.items()
-        if each.reference.known or _kin(of[each.scenes[0].name]) in kin
-    }
+    kept = {}
+    for problem, each in found.items():
+        direct = of[each.scenes[0].name]
+        if each.reference.known or _kin(direct) in kin:
+            tied = found.get(tied_problem_of(direct)) if sticks(direct) else None
+            kept[problem] = replace(each, tied=tied.scenes if tied else [])
+    return kept
 
 
 def _kin(scene: Scene) -> tuple:
@@ -166,15 +209,16 @@ def _points(
     contacts: Mapping[str, xr.Dataset],
 ) -> Iterator[Point]:
     """Yield the points of a problem, each at the largest strain of the reference that it reaches."""
-    reached = {scene.name: _reached(histories[scene.name]) for scene in problem.scenes}
+    scenes = [*problem.scenes, *problem.tied]
+    reached = {scene.name: _reached(histories[scene.name]) for scene in scenes}
     for strain in sorted({strain for strain in reached.values() if strain}):
         found = {
             scene.name: answers(question, scene, histories[scene.name], contacts.get(scene.name), strain)
-            for scene in problem.scenes
+            for scene in scenes
             if (reached[scene.name] or 0) >= strain
         }
         brackets: dict[str, Bracket] = {}
-        for scene in problem.scenes:
+        for scene in scenes:
             expense = expense_of(scene, histories)
             if reached[scene.name] != strain or expense is None:
                 continue
@@ -183,7 +227,18 @@ def _points(
                 for quantity, value in found[scene.name].items()
             ]
             compared = [
-                Point(scene, question, quantity, strain, value, true, source, _error(value, true), expense)
+                Point(
+                    scene,
+                    problem.interaction,
+                    question,
+                    quantity,
+                    strain,
+                    value,
+                    true,
+                    source,
+                    _error(value, true),
+                    expense,
+                )
                 for quantity, value, true, source in errors
                 if true.known
             ]
@@ -210,8 +265,9 @@ def _true(
         return estimate, REFERENCE
     quantity = SLIP if quantity == BEAM_SLIP else quantity
     if quantity not in brackets:
-        values = {name: each[quantity] for name, each in found.items() if quantity in each}
-        brackets[quantity] = bracket(values, {scene.name: scene for scene in problem.scenes})
+        own = {scene.name: scene for scene in problem.scenes}
+        values = {name: each[quantity] for name, each in found.items() if quantity in each and name in own}
+        brackets[quantity] = bracket(values, own)
     return brackets[quantity].estimate, f"between {brackets[quantity].said}"
 
 

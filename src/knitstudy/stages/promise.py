@@ -33,7 +33,7 @@ from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.stages.displays import REFERENCE
 from knitstudy.stages.kept import RESULTS, up_to_date
 from knitstudy.stages.plan import Plan
-from knitstudy.stages.simulate import Results, simulate
+from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES, stage_of
 from knitstudy.stages.trade import PROMISES_KEPT, READ, TRADE, write_page
 from knitstudy.study.choice import LARGE, Choice, Rung, numerics, resolved
@@ -105,7 +105,7 @@ def promises(plan: Plan, results: Path, seconds: float = float("inf")) -> Iterat
         for question, accuracy in ASKED:
             try:
                 ask = Ask(question=question, accuracy=accuracy, seconds=LONGEST)
-                choice = planned(scene, ask, plan.scenes, scene.name, changed=True).choice
+                choice = planned(scene, ask, plan.scenes, scene.name).choice
             except ConfigurationError as error:
                 log.info("%s", error)
                 continue
@@ -142,11 +142,15 @@ def _at_hand(
 def _said_of(scene: Scene, plan: Plan) -> list[dict]:
     """Return what the trade says of the drawn knit of `LARGE` cells by what a scene is computed with."""
     trade, wanted = read_table(TRADE.path), numerics(scene)
+    alike = {
+        "cells [1]": f"{LARGE} x {LARGE}",
+        "interaction": INTERACTIONS[scene.interaction],
+        "direction": scene.load.direction,
+    }
     found = []
-    for name, rows in trade[trade["cells [1]"] == f"{LARGE} x {LARGE}"].groupby("scene", sort=False):
+    for name, rows in trade[(trade[list(alike)] == alike.values()).all(axis=1)].groupby("scene", sort=False):
         template = plan.scenes[name]
-        same = (template.interaction, template.load.direction) == (scene.interaction, scene.load.direction)
-        if same and numerics(template) == wanted:
+        if template.interaction == scene.interaction and numerics(template) == wanted:
             found += rows.to_dict("records")
     return found
 
@@ -158,28 +162,20 @@ def _taken_and_below(choice: Choice) -> list[Rung]:
 
 
 def _tried(scene: Scene, rung: Rung, choice: Choice, plan: Plan, results: Path, truth: Reference) -> Tried:
-    """Return where a model is off most, by how much, and its seconds with what it is made from.
+    """Return where a model is off most, by how much, and its seconds.
 
     What ends without a result is off without bounds.
     """
     other = Choice(choice.ask, rung, (), choice.cells, choice.measured)
     try:
-        made = simulate(scene.vary(resolved(scene, other, plan.scenes)), results)
+        made = simulate(scene.vary(resolved(other, plan.scenes)), results)
     except KnitstudyError as error:
         log.warning("%s by %s: %s", scene.name, rung, error)
         return FAILED, Estimate(inf, 0.0), rung.seconds
     quantity, error = error_made(
         choice.ask.question, made.scene, made.history, made.contacts, truth, scene.load.strain
     )
-    return quantity, error, seconds_of(made.history)[0] + _of_source(made, plan, results)
-
-
-def _of_source(made: Results, plan: Plan, results: Path) -> float:
-    """Return the seconds of the simulation that a reduced model takes its contacts from."""
-    if made.scene.value("rom.contacts_from") is None:
-        return 0.0
-    source = plan.named(made.scene, "rom.contacts_from")
-    return seconds_of(read_dataset(results / stage_of(source).path(source)))[0]
+    return quantity, error, seconds_of(made.history)[0]
 
 
 def _pair(scene: Scene, plan: Plan, results: Path) -> tuple[Scene, Scene] | None:

@@ -263,7 +263,7 @@ STAGES.register(
 
 
 def _joined(scene: Scene, named: Callable[[str], Scene]) -> Needs:
-    """Return the contacts that a reduced model takes its joints from, and springs or stresses if it asks for any."""
+    """Return the contacts, springs and stresses that a reduced model takes of direct simulations, if it does."""
     sources = {
         "contacts": ("contacts", "rom.contacts_from"),
         "springs": ("contacts", "rom.springs_from"),
@@ -280,7 +280,7 @@ STAGES.register(
         name="rom",
         does="Pull the reduced model {scene}",
         of=lambda scene: scene.fidelity in ("rom2d", "rom3d"),
-        reads=(*KIND, "pattern", "yarn", "load", "mesh", "solver", "gates", "rom"),
+        reads=(*KIND, "pattern", "yarn", "load", "mesh", "tie", "solver", "gates", "rom"),
         needs=_joined,
         function="knitstudy.networks.rom.run:simulate",
         leaves="rom/{scene}.nc",
@@ -294,7 +294,7 @@ STAGES.register(
         name="beams",
         does="Pull the beams in contact of {scene}",
         of=lambda scene: scene.fidelity == "beam",
-        reads=(*KIND, "pattern", "yarn", "load", "mesh", "contact", "solver", "gates", "beam"),
+        reads=(*KIND, "pattern", "yarn", "load", "mesh", "tie", "contact", "solver", "gates", "beam"),
         needs=lambda scene, named: {"geometry": ("geometry", scene)},
         function="knitstudy.networks.beams.run:simulate",
         leaves="beams/{scene}.nc",

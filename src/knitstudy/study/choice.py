@@ -31,17 +31,6 @@ MODEL_SECTIONS = ("mesh", "tie", "contact", "solver", "gates", "rom", "beam")
 OF_THE_PROBLEM = ("contact.friction", "contact.tied_edges", "tie.radius")
 """Sections that say how a scene is computed, but for these keys, which say what is."""
 
-SHARED = (
-    "yarn.youngs_modulus",
-    "yarn.poisson_ratio",
-    "yarn.material",
-    "load.lateral",
-    "tie.radius",
-    "contact.friction",
-    "contact.tied_edges",
-)
-"""What a scene shares with a simulation of the trade whose contacts its reduced model takes."""
-
 INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
 """As tables call them."""
 
@@ -119,7 +108,6 @@ def choose(
     ask: Ask,
     templates: Mapping[str, Scene],
     where: str,
-    own_source: bool = True,
     kept: Path = TRADE_KEPT,
 ) -> Choice:
     """Return the cheapest model for a scene.
@@ -133,8 +121,6 @@ def choose(
         The scenes that the kept trade names.
     where : str
         Begins messages.
-    own_source : bool
-        Whether contacts of a reduced model come from a simulation of the scene itself, not of one like it.
     kept : Path
         The kept trade.
 
@@ -154,10 +140,11 @@ def choose(
         )
     cells = (scene.pattern.loops * scene.pattern.rows) ** 0.5
     measured = SMALL if cells == SMALL else LARGE
-    of_problem = [row for row in _rows(kept) if _fits(row, scene, measured)]
-    rungs = [_rung(row, cells / measured, templates) for row in of_problem if row["question"] == ask.question]
-    rungs = [rung for rung in rungs if rung is not None and can_be_made(rung, scene, templates, own_source)]
-    rungs = _among(rungs, ask, where)
+    rows = [row for row in _rows(kept) if row["question"] == ask.question and _fits(row, scene, measured)]
+    rungs = [
+        _rung(row, templates[row["scene"]], cells / measured) for row in rows if row["scene"] in templates
+    ]
+    rungs = _among([rung for rung in rungs if _goes_with(templates[rung.scene], scene)], ask, where)
     if not rungs:
         raise ConfigurationError(
             f"{where}: ask.question is {ask.question!r}, but nothing was measured of {INTERACTIONS[scene.interaction]}"
@@ -183,42 +170,16 @@ def choose(
     return Choice(ask, rung, tuple(front(rungs, _seconds, _error)), cells, measured)
 
 
-def resolved(
-    scene: Scene, choice: Choice, templates: Mapping[str, Scene], source: str | None = None
-) -> dict[str, Any]:
-    """Return the keys, by dotted name, that make a scene one of the model chosen: what a template computes with.
-
-    Parameters
-    ----------
-    scene : Scene
-    choice : Choice
-    templates : mapping of str to Scene
-    source : str, optional
-        Name of the scene that contacts are taken from, where a reduced model needs one; by default the template's.
-    """
+def resolved(choice: Choice, templates: Mapping[str, Scene]) -> dict[str, Any]:
+    """Return the keys, by dotted name, that make a scene one of the model chosen: what its template computes with."""
     template = templates[choice.rung.scene]
-    keys = {"fidelity": template.fidelity} | numerics(template)
-    if source is not None and template.value("rom.contacts_from"):
-        keys["rom.contacts_from"] = source
-    return keys
+    return {"fidelity": template.fidelity, "interaction": template.interaction} | numerics(template)
 
 
-def second(choice: Choice, scene: Scene, templates: Mapping[str, Scene]) -> Rung | None:
+def second(choice: Choice) -> Rung | None:
     """Return the surest other model that costs at most `AGAIN` times what the one chosen does, if there is one."""
-    others = (
-        rung for rung in choice.others if rung != choice.rung and rung.seconds <= AGAIN * choice.rung.seconds
-    )
-    found = [rung for rung in others if can_be_made(rung, scene, templates, own_source=False)]
-    return nearest(found, _error)
-
-
-def can_be_made(rung: Rung, scene: Scene, templates: Mapping[str, Scene], own_source: bool) -> bool:
-    """Return whether a model can be made of a scene: it takes but contacts, of a simulation that goes with it."""
-    template = templates[rung.scene]
-    if any(template.value(key) for key in template.kind.fidelity.sources if key != "rom.contacts_from"):
-        return False
-    source = templates.get(template.value("rom.contacts_from"))
-    return source is None or own_source or all(source.value(key) == scene.value(key) for key in SHARED)
+    others = (rung for rung in choice.others if rung != choice.rung)
+    return nearest([rung for rung in others if rung.seconds <= AGAIN * choice.rung.seconds], _error)
 
 
 def numerics(scene: Scene) -> dict[str, Any]:
@@ -291,21 +252,27 @@ def _fits(row: Mapping[str, str], scene: Scene, measured: int) -> bool:
     )
 
 
-def _rung(row: Mapping[str, str], growth: float, templates: Mapping[str, Scene]) -> Rung | None:
-    """Return the rung of a row of the trade for a knit that is `growth` times as wide; None without its template."""
-    template = templates.get(row["scene"])
-    if template is None:
-        return None
-    source = templates.get(template.value("rom.contacts_from"))
-    laws = [_growth(each.fidelity, growth) for each in (template, source) if each is not None]
-    own, of_sources = float(row["seconds [s]"]), float(row["seconds of its sources [s]"])
+def _goes_with(template: Scene, scene: Scene) -> bool:
+    """Return whether a scene can be computed as a template is: from its geometry, and as far loaded if it stands in.
+
+    What is made from another simulation is dearer than that, which answers as well. Ties that stand in for
+    contact do so once yarns have touched: no sooner than that was measured.
+    """
+    if any(template.value(key) for key in template.kind.fidelity.sources):
+        return False
+    return template.interaction == scene.interaction or scene.load.strain >= template.load.strain
+
+
+def _rung(row: Mapping[str, str], template: Scene, growth: float) -> Rung:
+    """Return the rung of a row of the trade for a knit that is `growth` times as wide."""
+    time, memory = _growth(template.fidelity, growth)
     return Rung(
         row["model and knobs"],
         row["scene"],
         template.fidelity,
         float(row["error at most [1]"]),
-        (own - of_sources) * laws[0][0] + of_sources * laws[-1][0],
-        float(row["memory growth [MB]"]) * max(memory for _, memory in laws),
+        float(row["seconds [s]"]) * time,
+        float(row["memory growth [MB]"]) * memory,
     )
 
 

@@ -60,9 +60,8 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     named = {name: _scene(member, defaults) for name, member in members.items() if not is_open(member.keys)}
     scenes, where = {}, {}
     for name, member in members.items():
-        found = [named[name]] if name in named else _planned(member, named, defaults)
-        scenes |= {scene.name: scene for scene in found}
-        where |= {scene.name: member.where for scene in found}
+        scenes[name] = named[name] if name in named else _planned(member, named, defaults)
+        where[name] = member.where
     check_scenes_together(scenes, where)
     return scenes
 
@@ -162,8 +161,6 @@ def asks(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> bool:
 def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Planned:
     """Return the model that is chosen for a scene with changed keys; those of a model that it has count for nothing.
 
-    Contacts of a reduced model come from a simulation of the study `trade`, with the geometry of the scene.
-
     Raises
     ------
     ConfigurationError
@@ -176,7 +173,7 @@ def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Pla
     keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
     defaults = _over_loop(read_yaml(config / "defaults.yaml"), config)
     problem, ask = problem_and_ask(name, keys | dict(changes) | {"fidelity": AUTO}, where, defaults)
-    return planned(problem, ask, scenes, where, changed=bool(changes))
+    return planned(problem, ask, scenes, where)
 
 
 def load_families(config: Path = CONFIG) -> dict[str, Member]:
@@ -225,11 +222,11 @@ def check_scenes_together(scenes: Mapping[str, Scene], where: Mapping[str, str])
 
 
 ALIKE = {
-    "rom.contacts_from": ("knit", "interaction", "load.direction"),
+    "rom.contacts_from": ("knit", "interaction", "load.direction", "tie.radius"),
     "rom.springs_from": ("knit", "interaction"),
     "window.springs_from": ("interaction", "load.direction", "yarn.diameter", "yarn.youngs_modulus"),
 }
-"""Keys that a scene shares with the direct simulation that another key of it names."""
+"""Keys that a scene shares, if it has them, with the direct simulation that another key of it names."""
 
 OWN = {"window.springs_from": ("pattern.loops", "pattern.rows")}
 """Keys of the geometry that the direct simulation which another key names does not take over from a scene."""
@@ -252,7 +249,7 @@ def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: 
         raise ConfigurationError(f"{where}: {message}")
     for key in ALIKE.get(source, ("knit",)):
         here, there = scene.value(key), scenes[name].value(key)
-        if here != there:
+        if here is not None and here != there:
             raise ConfigurationError(
                 f"{where}: {key} is {here!r} but must be {there!r} as in {source}, {name!r}"
             )
@@ -266,11 +263,10 @@ def _first_difference(first: Scene, second: Scene) -> str:
     return f"{key} is {value!r}, there {there.get(key)!r}"
 
 
-def _planned(member: Member, scenes: Mapping[str, Scene], defaults: dict) -> list[Scene]:
-    """Return the scene of a member that leaves its model open, and what a reduced model takes its contacts from."""
+def _planned(member: Member, scenes: Mapping[str, Scene], defaults: dict) -> Scene:
+    """Return the scene of a member that leaves its model open, by the model that is chosen."""
     problem, ask = problem_and_ask(member.name, member.keys, member.where, defaults)
-    found = planned(problem, ask, scenes, member.where)
-    return [found.scene] if found.source is None else [found.source, found.scene]
+    return planned(problem, ask, scenes, member.where).scene
 
 
 def _scene(member: Member, defaults: dict) -> Scene:

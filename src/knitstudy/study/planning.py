@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.choice import MODEL_SECTIONS, OF_THE_PROBLEM, Choice, choose, numerics, resolved, second
+from knitstudy.study.choice import MODEL_SECTIONS, OF_THE_PROBLEM, Choice, choose, resolved, second
 from knitstudy.study.scene import Scene, set_dotted
 from knitstudy.study.sections.ask import AUTO, Ask, asked
 
@@ -25,14 +25,11 @@ class Planned:
     choice : Choice
     problem : Scene
         What is simulated, by any model.
-    source : Scene or None
-        What a reduced model takes its contacts from, under the name of the scene and ``-source``.
     """
 
     scene: Scene
     choice: Choice
     problem: Scene
-    source: Scene | None = None
 
 
 def is_open(keys: Mapping[str, Any]) -> bool:
@@ -77,10 +74,8 @@ def problem_and_ask(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
     return Scene.from_dict({"name": name, "fidelity": ANY} | own, where, defaults), ask
 
 
-def planned(
-    problem: Scene, ask: Ask, templates: Mapping[str, Scene], where: str, changed: bool = False
-) -> Planned:
-    """Return a scene with the model that is chosen for it, and the source that this needs.
+def planned(problem: Scene, ask: Ask, templates: Mapping[str, Scene], where: str) -> Planned:
+    """Return a scene with the model that is chosen for it.
 
     Parameters
     ----------
@@ -90,39 +85,23 @@ def planned(
         The scenes that the kept trade names.
     where : str
         Begins messages.
-    changed : bool
-        The scene is none of a family: it has no source of its own but takes that of the template with its geometry.
 
     Raises
     ------
     ConfigurationError
         As `knitstudy.study.choice.choose`.
     """
-    return _made(problem, choose(problem, ask, templates, where, own_source=not changed), templates, changed)
+    return _made(problem, choose(problem, ask, templates, where), templates)
 
 
 def compared(found: Planned, templates: Mapping[str, Scene]) -> Planned | None:
     """Return a scene by the model that its result can be compared with, if there is one (`study.choice.second`)."""
-    rung = second(found.choice, found.problem, templates)
+    rung = second(found.choice)
     if rung is None:
         return None
-    problem = found.problem.vary({"outputs": []})
-    return _made(problem, replace(found.choice, rung=rung), templates, changed=True)
+    return _made(found.problem.vary({"outputs": []}), replace(found.choice, rung=rung), templates)
 
 
-def _made(problem: Scene, choice: Choice, templates: Mapping[str, Scene], changed: bool) -> Planned:
+def _made(problem: Scene, choice: Choice, templates: Mapping[str, Scene]) -> Planned:
     """Return a scene by the model of a choice."""
-    template = templates[choice.rung.scene]
-    source = templates.get(template.value("rom.contacts_from"))
-    if source is not None and changed and source.geometry_key == problem.geometry_key:
-        problem = problem.vary({"knit": source.knit})
-    if source is None or changed:
-        return Planned(problem.vary(resolved(problem, choice, templates)), choice, problem)
-    name = f"{problem.name}-source"
-    part = (
-        {}
-        if source.load.strain >= template.load.strain
-        else {"load.strain": source.load.strain, "load.stops": []}
-    )
-    made = problem.vary({"name": name, "outputs": [], "fidelity": source.fidelity} | part | numerics(source))
-    return Planned(problem.vary(resolved(problem, choice, templates, name)), choice, problem, made)
+    return Planned(problem.vary(resolved(choice, templates)), choice, problem)

@@ -8,10 +8,10 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.fronts import ACCURACIES, nothing, rungs, sentence
-from knitstudy.measures.knobs import called, model_of, shown, turned
+from knitstudy.measures.knobs import shown, turned
 from knitstudy.measures.names import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS, UNITS
-from knitstudy.measures.trade import Point, points_of
+from knitstudy.measures.trade import TIES, Point, points_of
 from knitstudy.study.fronts import cheapest, front, nearest
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
@@ -191,7 +191,8 @@ def sentences(table: pd.DataFrame, accuracies: Iterable[float] = ACCURACIES) -> 
 
 
 def knobs(table: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a model and single knob from the rows of `tabulate`."""
+    """Return one row a model and single knob from the rows of `tabulate`; of ties as they are, not for contact."""
+    table = table[~table["model"].str.startswith(TIES)]
     main = {_place(row): row for row in table.to_dict("records") if not row["varied"]}
     pairs: dict[tuple, list[tuple[dict, dict]]] = {}
     for row in table.to_dict("records"):
@@ -232,13 +233,13 @@ def _row(point: Point, history: xr.Dataset) -> dict:
     knobs_turned = turned(scene)
     values = (
         point.question.name,
-        INTERACTIONS[scene.interaction],
+        INTERACTIONS[point.interaction],
         scene.load.direction,
         f"{scene.pattern.loops} x {scene.pattern.rows}",
-        model_of(scene),
+        point.model,
         "; ".join(knobs_turned),
         "; ".join(shown(value) for value in knobs_turned.values()),
-        called(scene),
+        point.called,
         point.quantity,
         point.strain,
         UNITS[point.quantity],

@@ -73,7 +73,7 @@ def _joints(
     """Return what joins the beams: pins that yield as tied patches do, and springs or nothing where yarns touch."""
     joints = Joints.all_tied(len(outside))
     tied = tied_crossings(scene, knit.crossings)[outside]
-    every = contacts_of_crossings(knit).isel(crossing=outside)
+    every = contacts_of_crossings(knit, scene.tie.radius).isel(crossing=outside)
     if not tied.all():
         if contacts is None:
             joints = replace(joints, open=~tied)
@@ -91,8 +91,7 @@ def _pins(scene: Scene, knit: Knit, points: JointPoints, contacts: xr.Dataset) -
             f"scene {scene.name!r}: tie.radius is {radius:g} but must be from {SMALLEST:g} to {LARGEST:g} where "
             "fidelity is window: beyond, no pins are known that yield as the ties around it do"
         )
-    area = np.full(contacts.sizes["crossing"], np.pi * (radius * knit.radius) ** 2)
-    return patch_stiffness(knit, points, contacts.assign(area=("crossing", area)), scene.yarn)
+    return patch_stiffness(knit, points, contacts, scene.yarn)
 
 
 def _measured(scene: Scene, contacts: xr.Dataset, normal: np.ndarray) -> np.ndarray:

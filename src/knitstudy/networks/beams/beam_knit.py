@@ -1,7 +1,8 @@
 """Yarns as chains of beams, tied where the scene ties them and in contact at all other crossings.
 
 Ties are rigid: two sections that are joined by arms move and turn as one, as in the tied reduced model. Pinned ones
-hold the same two points together and leave the turning free, as a tie of a small patch of two solid yarns nearly does.
+hold the same two points together and leave the turning free, as a tie of a small patch of two solid yarns nearly does;
+with ties "patch" they yield as well, by as much as such a patch.
 """
 
 from __future__ import annotations
@@ -20,8 +21,10 @@ from knitstudy.mechanics.beam_contact.model import TouchingBeams
 from knitstudy.networks.beams.neighbours import Neighbours
 from knitstudy.networks.beams.pairs import line_pairs, point_pairs
 from knitstudy.networks.rom import rom3d
+from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
 from knitstudy.networks.rom.joints import Joints
 from knitstudy.networks.rom.network import Network
+from knitstudy.networks.rom.patch_joint import patch_stiffness
 from knitstudy.networks.rom.points import JointPoints
 from knitstudy.study.scene import Scene
 
@@ -52,6 +55,8 @@ def beam_knit(scene: Scene, knit: Knit) -> BeamKnit:
     ------
     ConfigurationError
         If ``mesh.beam_size`` is not positive.
+    DataFileError
+        If ties yield and are of a size that is not known (`networks.rom.patch_joint`).
     GeometryError
         If two ties of a yarn coincide, or a yarn has too few nodes for a smooth centreline.
     """
@@ -67,6 +72,9 @@ def beam_knit(scene: Scene, knit: Knit) -> BeamKnit:
     if scene.beam.tie == "pinned":
         # As stiff as contact that sticks, and never open.
         joints = joints.pinned(_penalty(scene, "point"))
+    elif scene.beam.tie == "patch" and tied.any():
+        discs = contacts_of_crossings(knit, scene.tie.radius).isel(crossing=tied)
+        joints = joints.pinned(patch_stiffness(knit, points, discs, scene.yarn))
     stops = grip_ends(knit, scene.load.direction)
     network = rom3d.spatial_network(knit, points, scene.mesh.beam_size, joints=joints, stops=stops)
     beams = network.model(scene.yarn, scene.mesh.section_law)

@@ -23,7 +23,7 @@ class CrossingRecord:
     """
 
     def __init__(self, beams: BeamKnit, crossings: Crossings, scene: Scene) -> None:
-        self._model, self._tied = beams.model, beams.tied
+        self._model, self._tied, self._radius = beams.model, beams.tied, scene.yarn.radius
         self._count = len(crossings.row)
         network, yarn = beams.network, scene.yarn
         stations = network.stations
@@ -67,12 +67,19 @@ class CrossingRecord:
         apart = BeamState(places.position, places.rotation)
         station_force = self._apart.respond(apart, stiffness=False).force.reshape(-1, 6)[:, :3]
         force[self._tied] = station_force[self._lower[self._tied]]
+        gap = contact.crossing_gap(points, self._count)
+        gap[self._tied] = self._gap_of_points(places)[self._tied]
         return {
             "crossing_force": force,
             "crossing_displacement": self._displacement(places),
-            "crossing_gap": contact.crossing_gap(points, self._count),
+            "crossing_gap": gap,
             "crossing_slip": slip,
         }
+
+    def _gap_of_points(self, places: Places) -> np.ndarray:
+        """Gap (K,) of the yarns at the points of their centrelines that were closest at rest [m]: what a tie leaves."""
+        one, other = (each.of(each.value, places.position) for each in self._stencil)
+        return np.linalg.norm(other - one, axis=1) - 2 * self._radius
 
     def _displacement(self, places: Places) -> np.ndarray:
         """Displacement (K, 2, 3) of the points of both surfaces that faced each other at rest [m]."""

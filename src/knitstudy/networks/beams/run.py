@@ -162,8 +162,9 @@ def require_seen(
     Raises
     ------
     ConvergenceError
-        If pieces of yarn away from crossings, at tied crossings, or deeper than the contact at a crossing knows,
-        overlap by more than `UNSEEN` radii.
+        If pieces of yarn away from crossings, or deeper than the contact or the tie at a crossing knows, overlap by
+        more than `UNSEEN` radii. A tie that yields lets yarns approach each other as much as their patches are
+        indented.
     """
     known = np.minimum(np.where(np.isfinite(contact_gap), contact_gap, 0.0), 0.0)  # (K,)
     unseen = gaps.crossing - known

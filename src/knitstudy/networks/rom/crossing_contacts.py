@@ -1,6 +1,6 @@
-"""Contacts as the geometry alone predicts them: one touching point at every crossing.
+"""Contacts as the geometry alone predicts them: one touching point, or one tied disc, at every crossing.
 
-They stand in where no simulation of the solid yarns is at hand, in the format of its contacts (see
+They stand in where no simulation of the solid yarns is at hand, or is needed, in the format of its contacts (see
 docs/architecture.md).
 """
 
@@ -14,11 +14,17 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.columns import CONTACTS
 
 
-def contacts_of_crossings(knit: Knit) -> xr.Dataset:
+def contacts_of_crossings(knit: Knit, tied: float = 0.0) -> xr.Dataset:
     """Return contacts at the closest points of the centrelines of a knit.
 
-    The centroid is halfway between the two closest points and the normal points from side 0 to side 1. A
-    point has no area; forces and displacements are left out.
+    The centroid is halfway between the two closest points and the normal points from side 0 to side 1. Forces and
+    displacements are left out.
+
+    Parameters
+    ----------
+    knit : Knit
+    tied : float
+        Radius of the disc that joins two yarns at a crossing, over that of the yarn; 0 for a point without area.
 
     Raises
     ------
@@ -42,7 +48,7 @@ def contacts_of_crossings(knit: Knit) -> xr.Dataset:
         "arc_length": np.asarray(crossings.arc_length),
         "centroid": crossings.point.mean(axis=1),
         "normal": apart / distance[:, None],
-        "area": np.zeros(len(distance)),
+        "area": np.full(len(distance), np.pi * (tied * knit.radius) ** 2),
     }
     return xr.Dataset(
         CONTACTS.variables(values),

@@ -31,8 +31,8 @@ def patch_stiffness(knit: Knit, points: JointPoints, contacts: xr.Dataset, yarn:
     size = round(float(np.sqrt(area / np.pi)) / yarn.radius, 3)
     if not SMALLEST <= size <= LARGEST:
         raise DataFileError(
-            f"ties of the contacts have a radius of {size:g} yarn radii, but rom.joint 'patch' needs {SMALLEST} to "
-            f"{LARGEST}: use contacts of a dns scene with ties of such a size, or rom.joint 'pinned'"
+            f"ties have a radius of {size:g} yarn radii, but rom.joint 'patch' needs {SMALLEST} to {LARGEST}: use "
+            "such a tie.radius, contacts of a dns scene with ties of such a size, or rom.joint 'pinned'"
         )
     normal = contacts["normal"].to_numpy()
     compliance = np.zeros((len(normal), 3, 3))

@@ -22,6 +22,7 @@ from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.lu import LU
 from knitstudy.networks.rom import honeycomb, rom3d
+from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
 from knitstudy.networks.rom.grips import grips, tension
 from knitstudy.networks.rom.joints import Joints, spring_joints
 from knitstudy.networks.rom.network import Network
@@ -36,7 +37,7 @@ PIN = 10.0
 def simulate(
     scene: Scene,
     geometry: xr.Dataset,
-    contacts: xr.Dataset,
+    contacts: xr.Dataset | None = None,
     springs: xr.Dataset | None = None,
     stresses: xr.Dataset | None = None,
     run: Run = IN_MEMORY,
@@ -48,7 +49,7 @@ def simulate(
     scene : Scene
     geometry : Dataset
         Of the scene, in the format of docs/architecture.md.
-    contacts, springs
+    contacts, springs : Dataset, optional
         Contacts of the simulations that ``rom.contacts_from`` and ``rom.springs_from`` name.
     stresses : Dataset, optional
         Stresses of the simulation that ``rom.stress_from`` names.
@@ -67,7 +68,7 @@ def simulate(
 def run(
     scene: Scene,
     knit: Knit,
-    contacts: xr.Dataset,
+    contacts: xr.Dataset | None = None,
     springs_from: xr.Dataset | None = None,
     how: Run = IN_MEMORY,
     stresses: xr.Dataset | None = None,
@@ -79,7 +80,7 @@ def run(
 def problem(
     scene: Scene,
     knit: Knit,
-    contacts: xr.Dataset,
+    contacts: xr.Dataset | None = None,
     springs_from: xr.Dataset | None = None,
     stresses: xr.Dataset | None = None,
 ) -> Problem:
@@ -91,8 +92,9 @@ def problem(
         What to load and how.
     knit : Knit
         The knit of the scene.
-    contacts : Dataset
-        Contacts of the simulation with solid yarns, in the format of docs/architecture.md.
+    contacts : Dataset, optional
+        Contacts of the simulation with solid yarns, in the format of docs/architecture.md; those that the geometry
+        predicts where ``rom.contacts_from`` names none.
     springs_from : Dataset, optional
         Contacts of the simulation that ``rom.springs_from`` names.
     stresses : Dataset, optional
@@ -107,8 +109,10 @@ def problem(
     GeometryError
         If no joints can be made of the contacts.
     """
-    _require_all_crossings(contacts, knit)
     meter = Meter()
+    if contacts is None:
+        contacts = contacts_of_crossings(knit, scene.value("tie.radius") or 0.0)
+    _require_all_crossings(contacts, knit)
     return problem_of(assemble(scene, knit, contacts, springs_from, stresses), scene, knit, meter)
 
 
@@ -173,7 +177,7 @@ def _motion(network: Network, scene: Scene, knit: Knit) -> Motion:
 def assemble(
     scene: Scene,
     knit: Knit,
-    contacts: xr.Dataset,
+    contacts: xr.Dataset | None = None,
     springs_from: xr.Dataset | None = None,
     stresses: xr.Dataset | None = None,
 ) -> Network:

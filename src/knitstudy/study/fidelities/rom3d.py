@@ -2,19 +2,16 @@
 
 from knitstudy.study.kinds import FIDELITIES, Fidelity, Interaction, Sections
 from knitstudy.study.sections.gates import Gates
+from knitstudy.study.sections.interaction import PatchTie
 from knitstudy.study.sections.mesh import BeamMesh
 from knitstudy.study.sections.rom import SpatialJoints, Springs
 from knitstudy.study.sections.solver import Newton
 
 
 def sections(interaction: Interaction) -> Sections:
-    """Return the sections of a scene: springs only where yarns are not tied."""
-    return {
-        "mesh": BeamMesh,
-        "solver": Newton,
-        "gates": Gates,
-        "rom": Springs if interaction.touches else SpatialJoints,
-    }
+    """Return the sections of a scene: springs where yarns touch, ties of some size where they are all tied."""
+    joints = {"rom": Springs} if interaction.touches else {"tie": PatchTie, "rom": SpatialJoints}
+    return {"mesh": BeamMesh, "solver": Newton, "gates": Gates, **joints}
 
 
 FIDELITIES.register(

@@ -27,14 +27,14 @@ class Beam(Section):
         checked="rigid and hertz (scenes beam-*)",
     )
 
-    tie: Literal["rigid", "pinned"] = key(
-        "rigid or pinned (sections may turn): crossings along the edges that are tied",
+    tie: Literal["rigid", "pinned", "patch"] = key(
+        "rigid, pinned (sections may turn) or patch (pins that yield as tied areas do): crossings that are tied",
         standing="assumed",
         source=(
             "section 2.3 ties the outer rows; a tied patch of solids lets sections turn nearly "
-            "freely, beams that are joined do not"
+            "freely and yields, beams that are joined do not"
         ),
-        checked="rigid and pinned (scenes beam-pinned-*)",
+        checked="all three (scenes beam-pinned-*, beam-patch-*)",
     )
 
     stiffness: float = key(

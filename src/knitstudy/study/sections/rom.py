@@ -10,13 +10,14 @@ from knitstudy.study.keys import SceneName, Section, key
 
 
 class Joints(Section):
-    """Which direct simulation a reduced model takes its joints from."""
+    """Which direct simulation a reduced model takes its joints from; none where the geometry says enough."""
 
-    contacts_from: SceneName = key(
-        "the name of the dns scene that the joints come from",
+    contacts_from: SceneName | None = key(
+        "the name of the dns scene that the joints come from (empty: where yarns are closest, tied by tie.radius)",
         standing="choice",
         source="the DNS whose contact zones make the joints (sections 2.4, 2.5)",
-        checked="one DNS a knit",
+        checked="one DNS a knit, and none (scenes trade-*-rom*): tied knits carry the same within 1e-13",
+        default=None,
     )
 
 
@@ -128,6 +129,15 @@ class Springs(SpatialJoints):
         ),
         checked="interface and centreline (table2_springs, scenes rom3d-centreline-*)",
     )
+
+    @model_validator(mode="after")
+    def _measured(self) -> Springs:
+        if self.contacts_from is None:
+            raise ValueError(
+                "contacts_from is empty but must name a dns scene where yarns touch: springs are measured at its"
+                " contacts"
+            )
+        return self
 
     @model_validator(mode="after")
     def _one_source(self) -> Springs:
