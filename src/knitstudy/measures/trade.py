@@ -145,12 +145,13 @@ def without_luck(points: list[Point]) -> list[Point]:
 
 def _no_surer_than_tied(points: list[Point]) -> list[Point]:
     """Return all points; none whose ties stand in for contact is surer than the same simulation is of ties."""
-    of_ties = {(point.scene.name, point.question.name): point for point in points if not point.stands_in}
+    of_ties = {
+        (point.scene.name, point.question.name): point.bound for point in points if not point.stands_in
+    }
+    floors = (of_ties.get((point.scene.name, point.question.name), 0.0) for point in points)
     return [
-        replace(point, floor=max(point.floor, of_ties[point.scene.name, point.question.name].bound))
-        if point.stands_in
-        else point
-        for point in points
+        replace(point, floor=max(point.floor, floor)) if point.stands_in else point
+        for point, floor in zip(points, floors, strict=True)
     ]
 
 

@@ -148,7 +148,9 @@ def _said_of(scene: Scene, plan: Plan) -> list[dict]:
         "direction": scene.load.direction,
     }
     found = []
-    for name, rows in trade[(trade[list(alike)] == alike.values()).all(axis=1)].groupby("scene", sort=False):
+    for name, rows in trade[(trade[list(alike)] == list(alike.values())).all(axis=1)].groupby(
+        "scene", sort=False
+    ):
         template = plan.scenes[name]
         if template.interaction == scene.interaction and numerics(template) == wanted:
             found += rows.to_dict("records")

@@ -177,7 +177,7 @@ def _motion(network: Network, scene: Scene, knit: Knit) -> Motion:
 def assemble(
     scene: Scene,
     knit: Knit,
-    contacts: xr.Dataset | None = None,
+    contacts: xr.Dataset,
     springs_from: xr.Dataset | None = None,
     stresses: xr.Dataset | None = None,
 ) -> Network:
