@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.errors import DataFileError
 from knitstudy.measures.estimate import UNKNOWN, Estimate, all_hold
-from knitstudy.measures.extrapolation import Limit, common_limit, limit_like, limit_of_degrees, limit_of_sizes
+from knitstudy.measures.extrapolation import Limit, common_limit, limit_of_degrees, limit_of_sizes
 
 SIZES = (0.45, 0.3, 0.2)
 
@@ -52,21 +52,6 @@ def test_degrees_that_do_not_settle_leave_their_last_change_open(values):
     limit = limit_of_degrees(range(2, 2 + len(values)), values)
     assert limit.value == values[-1]
     assert limit.uncertainty == pytest.approx(abs(values[-1] - values[-2]))
-
-
-def test_one_value_is_corrected_as_others_are_and_uncertain_by_all_of_that():
-    """By -1 and -3 %, the latter uncertain by 0.5 %."""
-    like = [(2.0, Limit(1.98, 0.002, np.nan)), (4.0, Limit(3.88, 0.02, np.nan))]
-    limit = limit_like(100.0, like)
-    assert limit.value == pytest.approx(98.0)
-    assert limit.uncertainty == pytest.approx(3.5)
-    assert np.isnan(limit.order)
-
-
-def test_nothing_tells_no_correction():
-    nothing = (0.0, Limit(0.0, 0.0, np.nan))
-    assert limit_like(0.0, [nothing]) == Limit(0.0, 0.0, pytest.approx(np.nan, nan_ok=True))
-    assert np.isnan(limit_like(1.0, [nothing]).value)
 
 
 @pytest.mark.parametrize("limit", [limit_of_sizes, limit_of_degrees])

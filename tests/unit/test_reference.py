@@ -142,38 +142,9 @@ def test_ways_run_from_the_coarsest_to_the_finest(solid):
     assert ways[0].said == "0.45, 0.3, 0.2 mm"
 
 
-def test_smaller_knits_complete_a_way_of_one_resolution(solid):
-    """Of the same interaction, and tied; not of another resolution, load, loop or discretisation, nor larger ones."""
-    touching = {"interaction": "isotropic"}
-    one = {"pattern.loops": 1, "pattern.rows": 1}
-    (large,) = (
-        scene.replace("name", "large") for scene in way(solid, "one_point", SIZES[:1], **touching).values()
-    )
-    fitting = (
-        way(solid, "one_point", **one),
-        way(solid, "one_point", **touching, **one, **{"contact.tied_edges": "none"}),
-    )
-    others = (
-        way(solid, "one_point", (0.6e-3, 0.5e-3), **one),
-        way(solid, "one_point", **one, **{"load.direction": "wale"}),
-        way(solid, "one_point", **one, **{"yarn.diameter": 1.7e-3}),
-        way(solid, "one_point", **one, **{"tie.tolerance": 0.1}),
-        way(solid, "one_point", **one, **{"interaction": "rough", "contact.tied_edges": "none"}),
-        way(solid, "incompatible_modes", **one),
-        way(solid, "one_point", **{"pattern.loops": 4}),
-    )
-
-    def found(*more):
-        ways = ways_of([large, *(scene for each in more for scene in each.values())])
-        return ways[problem_of(large)]
-
-    assert found() == []
-    for each in others:
-        assert found(each) == []
-    (completed,) = found(*fitting)
-    assert [each.scenes[0].interaction for each in completed.like] == ["tie", "isotropic"]
-    assert completed.said == "0.45 mm as 1 x 1 tie and 1 x 1 isotropic"
-    assert len(completed.simulated) == 5
+def test_one_resolution_is_no_way(solid):
+    (found,) = ways_of(way(solid, "one_point", SIZES[:1]).values()).values()
+    assert found == []
 
 
 @pytest.fixture(scope="module")

@@ -122,27 +122,6 @@ def limit_of_degrees(degrees: Sequence[int], values: Sequence[float]) -> Limit:
     return _limit(f[-1], change[-1], np.nan)
 
 
-def limit_like(value: float, like: Sequence[tuple[float, Limit]]) -> Limit:
-    """Return the limit of one value alone, corrected as other values of the same resolution are.
-
-    Its relative correction is the mean of theirs. What is borrowed is no evidence of its own: the uncertainty is the
-    largest of these corrections, with what that is uncertain by itself.
-
-    Parameters
-    ----------
-    value : float
-    like : sequence of (float, Limit)
-        Values of similar problems at that resolution, and where they tend.
-    """
-    if not value and not any(near for near, _ in like):
-        return _limit(0.0, 0.0, np.nan)
-    if not all(near for near, _ in like):
-        return Limit(np.nan, np.nan, np.nan)
-    change = np.array([limit.value / near - 1 for near, limit in like])
-    open_by = np.array([limit.uncertainty / abs(near) for near, limit in like])
-    return _limit(value * (1 + change.mean()), value * (np.abs(change) + open_by).max(), np.nan)
-
-
 def _limit(value: float, spread: float, order: float) -> Limit:
     return Limit(float(value), float(max(abs(spread), SMALLEST * abs(value))), order)
 

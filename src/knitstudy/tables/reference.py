@@ -157,7 +157,7 @@ def _found(
                 found = [
                     (way, {name: known[name] for name in way.simulated})
                     for way in ways
-                    if known.keys() >= set(way.simulated) and isfinite(way.limit(known).value)
+                    if known.keys() >= set(way.simulated)
                 ]
                 if found and any(any(of.values()) for _, of in found):
                     yield _said(found[0][0].scenes[0], problem, strain, quantity, unit), found
