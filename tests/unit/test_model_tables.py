@@ -9,6 +9,7 @@ import study
 from knitstudy.files.csv_table import read_table
 from knitstudy.measures.cases import cases_of, label_of
 from knitstudy.measures.response import poisson_ratio, tangent_stiffness
+from knitstudy.measures.selection import beams_of
 from knitstudy.measures.windows import is_window
 from knitstudy.study.configuration import load_scenes, load_study
 from knitstudy.tables import catalogue
@@ -274,3 +275,12 @@ def test_poisson_ratio_in_wale_tension_is_that_of_yarns_between_the_grips():
 
 def test_poisson_ratio_without_yarns_between_the_grips_is_unknown():
     assert np.isnan(poisson_ratio(study.history(yarns=2), "wale", 3))
+
+
+def test_beams_are_compared_as_finely_as_the_first(scenes):
+    first = scenes["beam-isotropic-course"]
+    pinned = first.vary({"name": "pinned", "beam.tie": "pinned"})
+    coarse = first.vary({"name": "coarse", "mesh.beam_size": 2 * first.mesh.beam_size})
+    quick = first.vary({"name": "quick", "solver.increments": 2 * first.solver.increments})
+    found = beams_of(scenes["dns-isotropic-course"], [first, pinned, coarse, quick])
+    assert [scene.name for scene in found] == [first.name, "pinned"]

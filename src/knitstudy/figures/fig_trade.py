@@ -124,7 +124,7 @@ def _panel(axes: Axes, points: list[Point]) -> None:
         axes.annotate(str(number), (x, y), xytext=(4, 3), textcoords="offset points", fontsize=6.5)
     said = "\n".join(f"{number} {point.called}" for number, point in enumerate(on, start=1))
     axes.text(
-        0.985, 0.985, said, transform=axes.transAxes, ha="right", va="top", fontsize=4.8, linespacing=1.25
+        0.985, 0.985, said, transform=axes.transAxes, ha="right", va="top", fontsize=4.6, linespacing=1.25
     )
     axes.set_ylim(top=axes.get_ylim()[1] * 10 ** (0.12 * len(on)))
     number_axes(axes)

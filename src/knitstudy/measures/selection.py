@@ -244,9 +244,10 @@ def penalties_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
 
 
 def beams_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
-    """Return the models of beams in contact of the same knit under the same load."""
+    """Return the models of beams in contact of the same knit under the same load, as finely as the first of them."""
     keys = (*LOADED_ALIKE, "contact.friction")
-    return [scene for scene in scenes if scene.fidelity == "beam" and _alike(scene, main, keys)]
+    found = [scene for scene in scenes if scene.fidelity == "beam" and _alike(scene, main, keys)]
+    return [scene for scene in found if (scene.mesh, scene.solver) == (found[0].mesh, found[0].solver)]
 
 
 def sprung(scenes: Iterable[Scene]) -> list[Scene]:
