@@ -181,9 +181,15 @@ def test_model_that_the_study_lacks_leaves_a_dash(pictures):
 def test_captions_speak_of_models_that_there_are(plain_scene):
     """Rows of models that a study lacks are not missed: names must be those of a whole study."""
     scenes = study.scenes(plain_scene)
-    line = {key: scenes[f"beam-{key}"].replace("beam.contact", "line") for key in ("isotropic-course",)}
-    scenes |= {f"line-{key}": scene.replace("name", f"line-{key}") for key, scene in line.items()}
-    every = study.histories(scenes) | {name: study.history() for name in scenes if name.startswith("line")}
+    yielding = {"beam.section": "hertz", "beam.tie": "patch"}
+    more = {
+        "more-line": {"beam.contact": "line"},
+        "more-point-yielding": yielding,
+        "more-line-yielding": yielding | {"beam.contact": "line"},
+    }
+    first = scenes["beam-isotropic-course"]
+    scenes |= {name: first.vary({"name": name} | keys) for name, keys in more.items()}
+    every = study.histories(scenes) | {name: study.history() for name in more}
     sources = {"every": every, "scenes": scenes, "paper": read_table(RESOURCES / "paper_tables.csv")}
     sources["reference"] = study.reference(scenes)
     built = {name: tabulate(name, **sources) for name in BY_MODEL}
