@@ -35,6 +35,7 @@ def kept(tmp_path_factory):
             "interaction": INTERACTIONS[interaction],
             "direction": "course",
             "cells [1]": "3 x 3",
+            "model": scene,
             "model and knobs": scene,
             "error at most [1]": error,
             "seconds [s]": seconds,
@@ -80,7 +81,7 @@ def test_the_cheapest_that_is_sure_enough_is_taken(choice, accuracy, model):
     found = choice(question="force", accuracy=accuracy)
     assert found.rung.model == model
     assert found.rung.error <= accuracy
-    assert [rung.model for rung in found.others] == ["planar", "network", "yarns", "fine"]
+    assert [rung.model for rung in found.front] == ["planar", "network", "yarns", "fine"]
 
 
 def test_what_is_made_from_another_simulation_is_not_chosen(choice):

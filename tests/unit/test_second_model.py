@@ -41,20 +41,21 @@ def test_models_that_answer_nothing_alike_are_not_compared(scene):
     assert compare("stress", result(scene, 1.0), result(scene, 1.0), 0.01) is None
 
 
-def rung(scene, error, seconds):
-    return Rung(scene, scene, "solid_yarns", error, seconds, 10.0)
+def rung(name, error, seconds, kind=None):
+    return Rung(name, kind or name, name, "solid_yarns", error, seconds, 10.0)
 
 
 @pytest.mark.parametrize(
     ("seconds", "error", "taken"),
-    [(AGAIN, 0.01, "other"), (1.01 * AGAIN, 0.01, "coarse"), (0.5, 0.2, "coarse")],
+    [(AGAIN, 0.01, "other"), (1.01 * AGAIN, 0.01, "coarse"), (0.5, 0.095, "coarse"), (0.5, 0.08, "other")],
 )
 def test_the_surest_of_what_costs_little_more_is_compared_with(seconds, error, taken):
-    mine, coarse, other = rung("mine", 0.05, 1.0), rung("coarse", 0.1, 0.3), rung("other", error, seconds)
-    choice = Choice(Ask(question="force", accuracy=0.05), mine, (coarse, mine, other), 3, 3)
+    mine, coarse, other = rung("mine", 0.05, 1.0), rung("coarse", 0.09, 0.3), rung("other", error, seconds)
+    again = rung("mine, again", 0.01, 1.0, kind="mine")
+    choice = Choice(Ask(question="force", accuracy=0.05), mine, (coarse, mine, other, again), 3, 3)
     assert second(choice).scene == taken
-    alone = Choice(choice.ask, mine, (mine,), 3, 3)
-    assert second(alone) is None
+    unsure = rung("unsure", 1.01 * AGAIN * 0.05, 0.3)
+    assert second(Choice(choice.ask, mine, (mine, again, unsure), 3, 3)) is None
 
 
 @pytest.mark.parametrize(

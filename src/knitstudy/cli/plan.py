@@ -77,7 +77,7 @@ def _print(found: Planned) -> None:
                 *map(digits, (100 * each.error, each.seconds, each.memory)),
                 "taken" if each == rung else "",
             )
-            for each in dict.fromkeys((*choice.others, rung))
+            for each in dict.fromkeys((*choice.front, rung))
         ],
     )
     sets = {"fidelity": scene.fidelity}

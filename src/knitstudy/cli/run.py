@@ -110,7 +110,7 @@ def _compared(planned: Planned, results: Results, output: Path, config: Path) ->
 
     ask, other = planned.choice.ask, compared(planned, load_scenes(config))
     if other is None:
-        return "how far off that is was not tried: no other model that is known costs at most twice as much"
+        return "how far off that is was not tried: no other model is about as sure and costs at most twice as much"
     click.echo(f"compared with {other.choice}", err=True)
     there = simulate(other.scene, output, config=config, progress=Progress)
     sides = ((each.scene, each.history, each.contacts) for each in (results, there))

@@ -12,6 +12,7 @@ import logging
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 
@@ -159,7 +160,7 @@ def _said_of(scene: Scene, plan: Plan) -> list[dict]:
 
 def _taken_and_below(choice: Choice) -> list[Rung]:
     """Return the rung that was chosen, and the one below it on the front."""
-    cheaper = [rung for rung in choice.others if rung.seconds < choice.rung.seconds]
+    cheaper = [rung for rung in choice.front if rung.seconds < choice.rung.seconds]
     return [choice.rung, *cheaper[-1:]]
 
 
@@ -168,9 +169,8 @@ def _tried(scene: Scene, rung: Rung, choice: Choice, plan: Plan, results: Path, 
 
     What ends without a result is off without bounds.
     """
-    other = Choice(choice.ask, rung, (), choice.cells, choice.measured)
     try:
-        made = simulate(scene.vary(resolved(other, plan.scenes)), results)
+        made = simulate(scene.vary(resolved(replace(choice, rung=rung), plan.scenes)), results)
     except KnitstudyError as error:
         log.warning("%s by %s: %s", scene.name, rung, error)
         return FAILED, Estimate(inf, 0.0), rung.seconds

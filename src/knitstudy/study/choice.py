@@ -35,7 +35,8 @@ INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": 
 """As tables call them."""
 
 AGAIN = 2.0
-"""Price over that of the model chosen, up to which another one is worth running to compare with."""
+"""Price over that of the model chosen, and error over what was asked for, up to which another one is worth running to
+compare with."""
 
 SMALL, LARGE = 1, 3
 """Cells in a row of the knits that models are compared on; all that have more than `SMALL` count as `LARGE`."""
@@ -56,6 +57,8 @@ class Rung:
     ----------
     model : str
         What it is called, with knobs that are not as in the main model.
+    kind : str
+        The same without these knobs.
     scene, fidelity : str
         The scene of the study `trade` that has measured it, and its fidelity.
     error : float
@@ -65,6 +68,7 @@ class Rung:
     """
 
     model: str
+    kind: str
     scene: str
     fidelity: str
     error: float
@@ -84,7 +88,7 @@ class Choice:
     ask : Ask
     rung : Rung
     others : tuple of Rung
-        Those that nothing beats in error and time at once, from the cheapest on.
+        All that the scene could be computed by.
     cells : float
         In a row, and of the knit that errors were measured on.
     measured : int
@@ -95,6 +99,11 @@ class Choice:
     others: tuple[Rung, ...]
     cells: float
     measured: int
+
+    @property
+    def front(self) -> tuple[Rung, ...]:
+        """Those that nothing beats in error and time at once, from the cheapest on."""
+        return tuple(front(self.others, _seconds, _error))
 
     def __str__(self) -> str:
         return (
@@ -167,7 +176,7 @@ def choose(
             f"{ask.accuracy:g} keeps both; {rung} takes {rung.seconds:.2g} s and {rung.memory:.2g} MB: allow that"
         )
     rung = cheapest(within, ask.accuracy, _seconds, _error)
-    return Choice(ask, rung, tuple(front(rungs, _seconds, _error)), cells, measured)
+    return Choice(ask, rung, tuple(rungs), cells, measured)
 
 
 def resolved(choice: Choice, templates: Mapping[str, Scene]) -> dict[str, Any]:
@@ -177,9 +186,10 @@ def resolved(choice: Choice, templates: Mapping[str, Scene]) -> dict[str, Any]:
 
 
 def second(choice: Choice) -> Rung | None:
-    """Return the surest other model that costs at most `AGAIN` times what the one chosen does, if there is one."""
-    others = (rung for rung in choice.others if rung != choice.rung)
-    return nearest([rung for rung in others if rung.seconds <= AGAIN * choice.rung.seconds], _error)
+    """Return the surest model of another kind that is cheap and sure enough to compare with (`AGAIN`), if any is."""
+    others = (rung for rung in choice.others if rung.kind != choice.rung.kind)
+    cheap = (rung for rung in others if rung.seconds <= AGAIN * choice.rung.seconds)
+    return nearest([rung for rung in cheap if rung.error <= AGAIN * choice.ask.accuracy], _error)
 
 
 def numerics(scene: Scene) -> dict[str, Any]:
@@ -268,6 +278,7 @@ def _rung(row: Mapping[str, str], template: Scene, growth: float) -> Rung:
     time, memory = _growth(template.fidelity, growth)
     return Rung(
         row["model and knobs"],
+        row["model"],
         row["scene"],
         template.fidelity,
         float(row["error at most [1]"]),
@@ -278,8 +289,16 @@ def _rung(row: Mapping[str, str], template: Scene, growth: float) -> Rung:
 
 def _growth(fidelity: str, growth: float) -> tuple[float, float]:
     """Return by what time and memory of a model rise on a knit that is so many times as wide; none falls."""
-    time, memory = _exponents(GROWTH_KEPT).get("rom3d" if fidelity == "beam" else fidelity, (0.0, 0.0))
-    return (growth**time, growth**memory) if growth > 1 else (1.0, 1.0)
+    if growth <= 1:
+        return 1.0, 1.0
+    laws = _exponents(GROWTH_KEPT)
+    if fidelity not in laws:
+        raise ConfigurationError(
+            f"{GROWTH_KEPT}: has no law of fidelity {fidelity}, only of {listed(sorted(laws))}: what it costs on a"
+            " larger knit is not known; make it with `make trade`"
+        )
+    time, memory = laws[fidelity]
+    return growth**time, growth**memory
 
 
 @cache
@@ -301,7 +320,13 @@ def _exponents(kept: Path) -> dict[str, tuple[float, float]]:
     return found
 
 
-_KINDS = {"solid_yarns": "solid yarns", "dns": "hexahedra", "rom3d": "3D ROM", "rom2d": "2D ROM"}
+_KINDS = {
+    "solid_yarns": "solid yarns",
+    "dns": "hexahedra",
+    "rom3d": "3D ROM",
+    "rom2d": "2D ROM",
+    "beam": "beams",
+}
 
 
 def _read(kept: Path) -> list[dict[str, str]]:
