@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from knitstudy.figures.style import MODELS, OTHER, PAPER, Look
+from knitstudy.figures.style import BEAMS, MODELS, PAPER, Look
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, is_direct
 from knitstudy.measures.domain import Series
 
 YARNS = Look(SOLID_YARNS, "#0072B2", "-", "D")
+
+BEAMS_IN_CONTACT = Look("beams", BEAMS["line rigid"].colour, "-", "P")
 
 LOOSE = "v"
 """Marker where yarns touch and no row is tied."""
@@ -29,7 +31,7 @@ def domain_line(series: Series) -> dict:
 def _look(series: Series) -> Look:
     scene = series.scenes[0]
     if not is_direct(scene):
-        return MODELS.get(scene.fidelity, OTHER)
+        return BEAMS_IN_CONTACT if scene.fidelity == "beam" else MODELS[scene.fidelity]
     if discretisation(scene) == SOLID_YARNS:
         return YARNS
     return Look("hexahedra", MODELS["dns"].colour, "-", MODELS["dns"].marker)
