@@ -15,11 +15,13 @@ from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.expense import PROCESSOR, WALL, Expense, expense_of
 from knitstudy.measures.fronts import nothing, rungs, sentence
 from knitstudy.measures.knobs import turned
+from knitstudy.measures.luck import no_surer_for_less
 from knitstudy.measures.problem import problem_of, sticks, tied_problem_of
 from knitstudy.measures.quantities import NORMAL, SLIP, TANGENTIAL
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, known
 from knitstudy.measures.reference import Reference
-from knitstudy.measures.trade import REFERENCE, Point, as_direct, points_of, without_luck
+from knitstudy.measures.trade import as_direct, points_of
+from knitstudy.measures.trade_point import REFERENCE, Point
 from knitstudy.study.fronts import ALIKE, cheapest, digits, front, nearest
 from knitstudy.tables import catalogue as tables
 from knitstudy.tables.trade import AT_MOST, CASE, ERROR, SECONDS, knobs, sentences, with_fronts
@@ -143,7 +145,7 @@ def test_what_saves_is_no_surer_than_its_model(plain_scene):
         point("shorter", 0.004, 40.0, mesh__span=0.6, mesh__crossing_span=0.6),
         point("other", 0.003, 5.0, mesh__degree=3, mesh__crossing_degree=3, solver__increments=4),
     ]
-    bounds = {each.scene.name: each.bound for each in without_luck(points)}
+    bounds = {each.scene.name: each.bound for each in no_surer_for_less(points)}
     assert bounds == pytest.approx(
         {"main": 0.023, "longer": 0.023, "worse": 0.051, "shorter": 0.005, "other": 0.004}
     )

@@ -15,7 +15,8 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import BEAMS, FAINT, INK, MODELS, Look, figure, panel_letter, styled
 from knitstudy.measures.names import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS
-from knitstudy.measures.trade import Point, points_of
+from knitstudy.measures.trade import points_of
+from knitstudy.measures.trade_point import Point
 from knitstudy.study.fronts import front
 from knitstudy.study.scene import Scene
 

@@ -11,81 +11,14 @@ import xarray as xr
 from knitstudy.measures.bracket import Bracket, bracket
 from knitstudy.measures.discretisation import is_direct
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.expense import Expense, expense_of
-from knitstudy.measures.knobs import called, model_of, turned
+from knitstudy.measures.expense import expense_of
+from knitstudy.measures.luck import no_surer_for_less, no_surer_in_one_direction, no_surer_than_ties
 from knitstudy.measures.problem import loops_of, problem_of, sticks, tied_problem_of
 from knitstudy.measures.quantities import STRAINS
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, SLIP, Question, answers, known
 from knitstudy.measures.reference import Reference, reference_of
+from knitstudy.measures.trade_point import REFERENCE, Point
 from knitstudy.study.scene import Scene
-
-REFERENCE = "reference"
-"""What an error is to, where no two models bracket the quantity."""
-
-TIES = "ties in place of contact"
-"""What models are called that tie yarns which touch and stick."""
-
-
-@dataclass(frozen=True)
-class Point:
-    """One simulation and one question.
-
-    Attributes
-    ----------
-    scene : Scene
-    interaction : str
-        Of the problem: that of the scene, or contact that sticks, for which its ties stand in.
-    question : Question
-    quantity : str
-        That of those which answer the question whose error may be the largest.
-    strain, value : float
-        Where it is compared, and its value there.
-    true : Estimate
-        What it is compared with.
-    source : str
-        `REFERENCE`, or the models that bracket it.
-    error : Estimate
-        |value / true - 1| [1].
-    expense : Expense
-    floor : float
-        Error below which it counts as luck [1]: that of the same model with no knob turned, where that costs more, and
-        that of ties where yarns are tied.
-    """
-
-    scene: Scene
-    interaction: str
-    question: Question
-    quantity: str
-    strain: float
-    value: float
-    true: Estimate
-    source: str
-    error: Estimate
-    expense: Expense
-    floor: float = 0.0
-
-    @property
-    def bound(self) -> float:
-        """The error and its uncertainty, and no less than luck: what it is at most."""
-        return max(self.error.value + self.error.uncertainty, self.floor)
-
-    @property
-    def stands_in(self) -> bool:
-        """Whether its yarns are tied where those of the problem touch."""
-        return self.interaction != self.scene.interaction
-
-    @property
-    def model(self) -> str:
-        """What its model is called (`knobs.model_of`)."""
-        return self._said(model_of(self.scene))
-
-    @property
-    def called(self) -> str:
-        """The same with the knobs that are turned (`knobs.called`)."""
-        return self._said(called(self.scene))
-
-    def _said(self, model: str) -> str:
-        return f"{TIES}, {model}" if self.stands_in else model
 
 
 @dataclass
@@ -118,41 +51,13 @@ def points_of(
     """
     scenes = {name: scene for name, scene in scenes.items() if name in histories}
     problems = _problems(scenes, table)
-    return _no_surer_than_tied(
-        [
-            point
-            for problem in problems.values()
-            for question in QUESTIONS.values()
-            for point in without_luck(list(_points(question, problem, histories, contacts)))
-        ]
-    )
-
-
-def without_luck(points: list[Point]) -> list[Point]:
-    """Return points of one problem and question; none that saves is surer than its model with no knob turned.
-
-    Longer spans or looser tolerances take from a model; where its error becomes smaller for that two errors have
-    cancelled on this knit, which they need not do on others.
-    """
-    main = {(point.model, point.strain): point for point in reversed(points) if not turned(point.scene)}
-    found = []
-    for point in points:
-        whole = main.get((point.model, point.strain))
-        saves = whole is not None and point.expense.seconds < whole.expense.seconds
-        found.append(replace(point, floor=whole.bound) if saves else point)
-    return found
-
-
-def _no_surer_than_tied(points: list[Point]) -> list[Point]:
-    """Return all points; none whose ties stand in for contact is surer than the same simulation is of ties."""
-    of_ties = {
-        (point.scene.name, point.question.name): point.bound for point in points if not point.stands_in
-    }
-    floors = (of_ties.get((point.scene.name, point.question.name), 0.0) for point in points)
-    return [
-        replace(point, floor=max(point.floor, floor)) if point.stands_in else point
-        for point, floor in zip(points, floors, strict=True)
+    points = [
+        point
+        for problem in problems.values()
+        for question in QUESTIONS.values()
+        for point in no_surer_for_less(list(_points(question, problem, histories, contacts)))
     ]
+    return no_surer_than_ties(no_surer_in_one_direction(points))
 
 
 def as_direct(scene: Scene, scenes: Mapping[str, Scene]) -> Scene | None:
@@ -209,42 +114,48 @@ def _points(
     histories: Mapping[str, xr.Dataset],
     contacts: Mapping[str, xr.Dataset],
 ) -> Iterator[Point]:
-    """Yield the points of a problem, each at the largest strain of the reference that it reaches."""
-    scenes = [*problem.scenes, *problem.tied]
-    reached = {scene.name: _reached(histories[scene.name]) for scene in scenes}
+    """Yield the points of a problem, each at the largest strain of the reference that it reaches.
+
+    At the end none is surer than it was on the way: there it was off by so much for certain.
+    """
+    expenses = {
+        scene.name: expense
+        for scene in (*problem.scenes, *problem.tied)
+        if (expense := expense_of(scene, histories)) is not None
+    }
+    scenes = {scene.name: scene for scene in (*problem.scenes, *problem.tied) if scene.name in expenses}
+    reached = {name: _reached(histories[name]) for name in scenes}
+    on_the_way: dict[str, float] = {}
     for strain in sorted({strain for strain in reached.values() if strain}):
         found = {
-            scene.name: answers(question, scene, histories[scene.name], contacts.get(scene.name), strain)
-            for scene in scenes
-            if (reached[scene.name] or 0) >= strain
+            name: answers(question, scene, histories[name], contacts.get(name), strain)
+            for name, scene in scenes.items()
+            if (reached[name] or 0) >= strain
         }
         brackets: dict[str, Bracket] = {}
-        for scene in scenes:
-            expense = expense_of(scene, histories)
-            if reached[scene.name] != strain or expense is None:
-                continue
-            errors = [
-                (quantity, value, *_true(quantity, strain, problem, found, brackets))
-                for quantity, value in found[scene.name].items()
-            ]
+        for name, values in found.items():
             compared = [
                 Point(
-                    scene,
-                    problem.interaction,
-                    question,
-                    quantity,
-                    strain,
-                    value,
-                    true,
-                    source,
-                    _error(value, true),
-                    expense,
+                    scene=scenes[name],
+                    interaction=problem.interaction,
+                    question=question,
+                    quantity=quantity,
+                    strain=strain,
+                    value=value,
+                    true=true,
+                    source=source,
+                    error=true.of(lambda other, value=value: abs(value / other - 1)),
+                    expense=expenses[name],
+                    floor=on_the_way.get(name, 0.0),
                 )
-                for quantity, value, true, source in errors
+                for quantity, value in values.items()
+                for true, source in [_true(quantity, strain, problem, found, brackets)]
                 if true.known
             ]
-            if compared:
+            if compared and reached[name] == strain:
                 yield max(compared, key=lambda point: point.bound)
+            for point in compared:
+                on_the_way[name] = max(on_the_way.get(name, 0.0), point.error.value - point.error.uncertainty)
 
 
 def _reached(history: xr.Dataset) -> float | None:
@@ -270,7 +181,3 @@ def _true(
         values = {name: each[quantity] for name, each in found.items() if quantity in each and name in own}
         brackets[quantity] = bracket(values, own)
     return brackets[quantity].estimate, f"between {brackets[quantity].said}"
-
-
-def _error(value: float, true: Estimate) -> Estimate:
-    return true.of(lambda other: abs(value / other - 1))

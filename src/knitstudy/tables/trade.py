@@ -11,7 +11,8 @@ from knitstudy.measures.fronts import ACCURACIES, nothing, rungs, sentence
 from knitstudy.measures.knobs import shown, turned
 from knitstudy.measures.names import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS, UNITS
-from knitstudy.measures.trade import TIES, Point, points_of
+from knitstudy.measures.trade import points_of
+from knitstudy.measures.trade_point import TIES, Point
 from knitstudy.study.fronts import cheapest, front, nearest
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES

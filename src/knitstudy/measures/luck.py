@@ -1,0 +1,60 @@
+"""Errors that are small by luck: what has come out on one knit need not on others.
+
+Two errors that cancel make a model look surer than it is. Where one of them is known to be there, the error at most is
+no smaller than without the other (docs/trade.md).
+"""
+
+from __future__ import annotations
+
+from knitstudy.measures.discretisation import is_direct
+from knitstudy.measures.knobs import turned
+from knitstudy.measures.trade_point import Point
+
+
+def no_surer_for_less(points: list[Point]) -> list[Point]:
+    """Return points of one problem and question; none that saves is surer than its model with no knob turned.
+
+    Longer spans or looser tolerances take from a model; where its error becomes smaller for that two errors have
+    cancelled.
+    """
+    main = {(point.model, point.strain): point for point in reversed(points) if not turned(point.scene)}
+    found = []
+    for point in points:
+        whole = main.get((point.model, point.strain))
+        saves = whole is not None and point.expense.seconds < whole.expense.seconds
+        found.append(point.no_surer_than(whole.bound) if saves else point)
+    return found
+
+
+def no_surer_in_one_direction(points: list[Point]) -> list[Point]:
+    """Return all points; yarns that touch without being solid are no surer in one direction of load than in the other.
+
+    Beams do not tend to solids: how far what stands for contact makes up for what joints lack hangs on the direction.
+    """
+    worst: dict[tuple, float] = {}
+    for point in points:
+        worst[_either_way(point)] = max(worst.get(_either_way(point), 0.0), point.bound)
+    return [point.no_surer_than(worst[_either_way(point)]) if _is_crude(point) else point for point in points]
+
+
+def no_surer_than_ties(points: list[Point]) -> list[Point]:
+    """Return all points; none whose ties stand in for contact is surer than the same simulation is of ties."""
+    of_ties = {
+        (point.scene.name, point.question.name): point.bound for point in points if not point.stands_in
+    }
+    bounds = (of_ties.get((point.scene.name, point.question.name), 0.0) for point in points)
+    return [
+        point.no_surer_than(bound) if point.stands_in else point
+        for point, bound in zip(points, bounds, strict=True)
+    ]
+
+
+def _is_crude(point: Point) -> bool:
+    """Whether yarns touch and are not solid."""
+    return not is_direct(point.scene) and point.scene.kind.interaction.touches
+
+
+def _either_way(point: Point) -> tuple:
+    """Return what points of the same model of the same knit share, whatever direction it is pulled in."""
+    pattern = point.scene.pattern
+    return point.question.name, point.interaction, pattern.loops, pattern.rows, point.called

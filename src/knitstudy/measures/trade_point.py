@@ -1,0 +1,82 @@
+"""One simulation and one question: how far off it is, and what it costs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from knitstudy.measures.estimate import Estimate
+from knitstudy.measures.expense import Expense
+from knitstudy.measures.knobs import called, model_of
+from knitstudy.measures.questions import Question
+from knitstudy.study.scene import Scene
+
+REFERENCE = "reference"
+"""What an error is to, where no two models bracket the quantity."""
+
+TIES = "ties in place of contact"
+"""What models are called that tie yarns which touch and stick."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """One simulation and one question.
+
+    Attributes
+    ----------
+    scene : Scene
+    interaction : str
+        Of the problem: that of the scene, or contact that sticks, for which its ties stand in.
+    question : Question
+    quantity : str
+        That of those which answer the question whose error may be the largest.
+    strain, value : float
+        Where it is compared, and its value there.
+    true : Estimate
+        What it is compared with.
+    source : str
+        `REFERENCE`, or the models that bracket it.
+    error : Estimate
+        |value / true - 1| [1].
+    expense : Expense
+    floor : float
+        Error below which it counts as luck [1] (`measures.luck`).
+    """
+
+    scene: Scene
+    interaction: str
+    question: Question
+    quantity: str
+    strain: float
+    value: float
+    true: Estimate
+    source: str
+    error: Estimate
+    expense: Expense
+    floor: float = 0.0
+
+    @property
+    def bound(self) -> float:
+        """The error and its uncertainty, and no less than luck: what it is at most."""
+        return max(self.error.value + self.error.uncertainty, self.floor)
+
+    @property
+    def stands_in(self) -> bool:
+        """Whether its yarns are tied where those of the problem touch."""
+        return self.interaction != self.scene.interaction
+
+    @property
+    def model(self) -> str:
+        """What its model is called (`knobs.model_of`)."""
+        return self._said(model_of(self.scene))
+
+    @property
+    def called(self) -> str:
+        """The same with the knobs that are turned (`knobs.called`)."""
+        return self._said(called(self.scene))
+
+    def no_surer_than(self, bound: float) -> Point:
+        """Return it with a floor that is no lower than some error."""
+        return replace(self, floor=max(self.floor, bound))
+
+    def _said(self, model: str) -> str:
+        return f"{TIES}, {model}" if self.stands_in else model
