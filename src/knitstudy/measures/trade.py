@@ -116,7 +116,8 @@ def _points(
 ) -> Iterator[Point]:
     """Yield the points of a problem, each at the largest strain of the reference that it reaches.
 
-    At the end none is surer than it was on the way: there it was off by so much for certain.
+    Ties in place of contact are no surer there than on the way, where they are off by so much for certain: on other
+    knits yarns touch sooner or later.
     """
     expenses = {
         scene.name: expense
@@ -126,7 +127,7 @@ def _points(
     scenes = {scene.name: scene for scene in (*problem.scenes, *problem.tied) if scene.name in expenses}
     reached = {name: _reached(histories[name]) for name in scenes}
     on_the_way: dict[str, float] = {}
-    for strain in sorted({strain for strain in reached.values() if strain}):
+    for strain in STRAINS if problem.tied else sorted({strain for strain in reached.values() if strain}):
         found = {
             name: answers(question, scene, histories[name], contacts.get(name), strain)
             for name, scene in scenes.items()
@@ -154,7 +155,7 @@ def _points(
             ]
             if compared and reached[name] == strain:
                 yield max(compared, key=lambda point: point.bound)
-            for point in compared:
+            for point in filter(lambda point: point.stands_in, compared):
                 on_the_way[name] = max(on_the_way.get(name, 0.0), point.error.value - point.error.uncertainty)
 
 
