@@ -1,6 +1,7 @@
 """What accuracy costs: fronts, sentences, brackets, points of a made-up study, and what single knobs buy."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -15,7 +16,7 @@ from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.expense import PROCESSOR, WALL, Expense, expense_of
 from knitstudy.measures.fronts import nothing, rungs, sentence
 from knitstudy.measures.knobs import turned
-from knitstudy.measures.luck import no_surer_for_less
+from knitstudy.measures.luck import no_surer_for_less, no_surer_in_one_direction
 from knitstudy.measures.problem import problem_of, sticks, tied_problem_of
 from knitstudy.measures.quantities import NORMAL, SLIP, TANGENTIAL
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, known
@@ -119,7 +120,7 @@ def test_errors_are_to_the_reference_with_its_uncertainty(scenes, sources):
     assert of["beam-isotropic-course", "force"].error.value == pytest.approx(0.1)
 
 
-def test_what_saves_is_no_surer_than_its_model(plain_scene):
+def test_what_saves_is_no_surer_than_its_model_and_its_change(plain_scene):
     """Longer spans that come out better than what they coarsen do so by two errors that cancel."""
     yarns = plain_scene.vary(
         {
@@ -131,24 +132,47 @@ def test_what_saves_is_no_surer_than_its_model(plain_scene):
     )
     assert not turned(yarns)
 
-    def point(name, error, seconds, **keys):
+    def point(name, error, seconds, answer=1.0, **keys):
         scene = yarns.vary({"name": name} | {key.replace("__", "."): value for key, value in keys.items()})
-        expense = Expense(seconds, 0.0, WALL, 10.0)
-        known = Estimate(error, 0.001)
-        true = Estimate(1.0, 0.0)
-        return Point(scene, "tie", QUESTIONS["force"], "force", 0.05, 1.0, true, REFERENCE, known, expense)
+        return Point(
+            scene=scene,
+            interaction="tie",
+            question=QUESTIONS["force"],
+            quantity="force",
+            strain=0.05,
+            value=answer,
+            true=Estimate(1.0, 0.0),
+            source=REFERENCE,
+            error=Estimate(error, 0.001),
+            expense=Expense(seconds, 0.0, WALL, 10.0),
+            answers={"force": answer},
+        )
 
     points = [
         point("main", 0.022, 20.0),
-        point("longer", 0.008, 12.0, mesh__span=1.8, mesh__crossing_span=1.8),
+        point("longer", 0.008, 12.0, 0.97, mesh__span=1.8, mesh__crossing_span=1.8),
+        point("alike", 0.022, 6.0, solver__increments=1),
         point("worse", 0.050, 8.0, mesh__span=1.8, mesh__crossing_span=1.8, solver__increments=2),
         point("shorter", 0.004, 40.0, mesh__span=0.6, mesh__crossing_span=0.6),
         point("other", 0.003, 5.0, mesh__degree=3, mesh__crossing_degree=3, solver__increments=4),
     ]
     bounds = {each.scene.name: each.bound for each in no_surer_for_less(points)}
     assert bounds == pytest.approx(
-        {"main": 0.023, "longer": 0.023, "worse": 0.051, "shorter": 0.005, "other": 0.004}
+        {"main": 0.023, "longer": 0.053, "alike": 0.023, "worse": 0.051, "shorter": 0.005, "other": 0.004}
     )
+
+
+def test_beams_in_contact_are_no_surer_in_one_direction(scenes, sources):
+    """Networks of ties and solids are what they are measured to be."""
+    points = points_of(sources["every"], {}, scenes, sources["reference"])
+    lucky = [
+        replace(point, error=Estimate(1e-3, 0.0)) if "course" in point.scene.name else point
+        for point in points
+    ]
+    found = {(each.scene.name, each.question.name): each.bound for each in no_surer_in_one_direction(lucky)}
+    assert found["beam-isotropic-course", "force"] == found["beam-isotropic-wale", "force"]
+    assert found["rom3d-tie-course", "force"] < found["rom3d-tie-wale", "force"]
+    assert found["dns-isotropic-course", "force"] < found["dns-isotropic-wale", "force"] + 1e-3
 
 
 def test_ties_stand_in_for_contact_that_sticks(scenes, sources):

@@ -12,17 +12,17 @@ from knitstudy.measures.trade_point import Point
 
 
 def no_surer_for_less(points: list[Point]) -> list[Point]:
-    """Return points of one problem and question; none that saves is surer than its model with no knob turned.
+    """Return points of one problem and question; what saves adds its change to the error of its model.
 
-    Longer spans or looser tolerances take from a model; where its error becomes smaller for that two errors have
-    cancelled.
+    Longer spans, fewer increments or looser tolerances change an answer: by so much they may be farther off than the
+    model with no knob turned, even if here they have come nearer.
     """
     main = {(point.model, point.strain): point for point in reversed(points) if not turned(point.scene)}
     found = []
     for point in points:
         whole = main.get((point.model, point.strain))
         saves = whole is not None and point.expense.seconds < whole.expense.seconds
-        found.append(point.no_surer_than(whole.bound) if saves else point)
+        found.append(point.no_surer_than(whole.bound + _change(point, whole)) if saves else point)
     return found
 
 
@@ -47,6 +47,12 @@ def no_surer_than_ties(points: list[Point]) -> list[Point]:
         point.no_surer_than(bound) if point.stands_in else point
         for point, bound in zip(points, bounds, strict=True)
     ]
+
+
+def _change(point: Point, whole: Point) -> float:
+    """Return the largest relative difference of the answers of two points."""
+    values = ((value, whole.answers.get(name, 0.0)) for name, value in point.answers.items())
+    return max((abs(value / other - 1) for value, other in values if other), default=0.0)
 
 
 def _is_crude(point: Point) -> bool:

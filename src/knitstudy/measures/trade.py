@@ -147,6 +147,7 @@ def _points(
                     source=source,
                     error=true.of(lambda other, value=value: abs(value / other - 1)),
                     expense=expenses[name],
+                    answers=values,
                     floor=on_the_way.get(name, 0.0),
                 )
                 for quantity, value in values.items()

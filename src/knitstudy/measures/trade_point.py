@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from knitstudy.measures.estimate import Estimate
@@ -38,6 +39,8 @@ class Point:
     error : Estimate
         |value / true - 1| [1].
     expense : Expense
+    answers : mapping of str to float
+        Values of all quantities that answer the question.
     floor : float
         Error below which it counts as luck [1] (`measures.luck`).
     """
@@ -52,6 +55,7 @@ class Point:
     source: str
     error: Estimate
     expense: Expense
+    answers: Mapping[str, float]
     floor: float = 0.0
 
     @property
