@@ -153,12 +153,21 @@ def test_what_saves_is_no_surer_than_its_model_and_its_change(plain_scene):
         point("longer", 0.008, 12.0, 0.97, mesh__span=1.8, mesh__crossing_span=1.8),
         point("alike", 0.022, 6.0, solver__increments=1),
         point("worse", 0.050, 8.0, mesh__span=1.8, mesh__crossing_span=1.8, solver__increments=2),
+        point("both", 0.010, 5.0, 0.99, mesh__span=1.8, mesh__crossing_span=1.8, solver__increments=1),
         point("shorter", 0.004, 40.0, mesh__span=0.6, mesh__crossing_span=0.6),
         point("other", 0.003, 5.0, mesh__degree=3, mesh__crossing_degree=3, solver__increments=4),
     ]
     bounds = {each.scene.name: each.bound for each in no_surer_for_less(points)}
     assert bounds == pytest.approx(
-        {"main": 0.023, "longer": 0.053, "alike": 0.023, "worse": 0.051, "shorter": 0.005, "other": 0.004}
+        {
+            "main": 0.023,
+            "longer": 0.053,
+            "alike": 0.023,
+            "worse": 0.053,
+            "both": 0.053,
+            "shorter": 0.005,
+            "other": 0.004,
+        }
     )
 
 

@@ -15,15 +15,24 @@ def no_surer_for_less(points: list[Point]) -> list[Point]:
     """Return points of one problem and question; what saves adds its change to the error of its model.
 
     Longer spans, fewer increments or looser tolerances change an answer: by so much they may be farther off than the
-    model with no knob turned, even if here they have come nearer.
+    model with no knob turned, even if here they have come nearer. Nor are several of them surer than some are alone.
     """
-    main = {(point.model, point.strain): point for point in reversed(points) if not turned(point.scene)}
-    found = []
+    knobs = {point.scene.name: turned(point.scene) for point in points}
+
+    def saves(point: Point, other: Point) -> bool:
+        """Whether a point turns more knobs of the same model than another does, and costs less for it."""
+        same = (point.model, point.strain) == (other.model, other.strain)
+        more = knobs[point.scene.name].items() > knobs[other.scene.name].items()
+        return same and more and point.expense.seconds < other.expense.seconds
+
+    changed = []
     for point in points:
-        whole = main.get((point.model, point.strain))
-        saves = whole is not None and point.expense.seconds < whole.expense.seconds
-        found.append(point.no_surer_than(whole.bound + _change(point, whole)) if saves else point)
-    return found
+        whole = next((other for other in points if saves(point, other) and not knobs[other.scene.name]), None)
+        changed.append(point if whole is None else point.no_surer_than(whole.bound + _change(point, whole)))
+    return [
+        point.no_surer_than(max((other.bound for other in changed if saves(point, other)), default=0.0))
+        for point in changed
+    ]
 
 
 def no_surer_in_one_direction(points: list[Point]) -> list[Point]:
