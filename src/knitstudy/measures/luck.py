@@ -12,26 +12,36 @@ from knitstudy.measures.trade_point import Point
 
 
 def no_surer_for_less(points: list[Point]) -> list[Point]:
-    """Return points of one problem and question; what saves adds its change to the error of its model.
+    """Return all points; what saves adds its change to the error of its model.
 
-    Longer spans, fewer increments or looser tolerances change an answer: by so much they may be farther off than the
-    model with no knob turned, even if here they have come nearer. Nor are several of them surer than some are alone.
+    Longer spans, fewer increments or looser tolerances change an answer: by as much as they do on any of the knits
+    they may be farther off than the model with no knob turned, even if here they have come nearer. Nor are several of
+    them surer than some are alone.
     """
     knobs = {point.scene.name: turned(point.scene) for point in points}
+    alike: dict[tuple, list[Point]] = {}
+    for point in points:
+        alike.setdefault(_of_one_model(point), []).append(point)
 
     def saves(point: Point, other: Point) -> bool:
-        """Whether a point turns more knobs of the same model than another does, and costs less for it."""
-        same = (point.model, point.strain) == (other.model, other.strain)
+        """Whether a point turns more knobs than another, and costs less for it."""
         more = knobs[point.scene.name].items() > knobs[other.scene.name].items()
-        return same and more and point.expense.seconds < other.expense.seconds
+        return more and point.expense.seconds < other.expense.seconds
 
-    changed = []
-    for point in points:
-        whole = next((other for other in points if saves(point, other) and not knobs[other.scene.name]), None)
-        changed.append(point if whole is None else point.no_surer_than(whole.bound + _change(point, whole)))
+    saved = [[other for other in alike[_of_one_model(point)] if saves(point, other)] for point in points]
+    wholes = [next((other for other in others if not knobs[other.scene.name]), None) for others in saved]
+    largest: dict[tuple, float] = {}
+    for point, whole in zip(points, wholes, strict=True):
+        if whole is not None:
+            largest[_answer(point)] = max(largest.get(_answer(point), 0.0), _change(point, whole))
+    changed = [
+        point if whole is None else point.no_surer_than(whole.bound + largest[_answer(point)])
+        for point, whole in zip(points, wholes, strict=True)
+    ]
+    bound = {id(point): new.bound for point, new in zip(points, changed, strict=True)}
     return [
-        point.no_surer_than(max((other.bound for other in changed if saves(point, other)), default=0.0))
-        for point in changed
+        new.no_surer_than(max((bound[id(other)] for other in others), default=0.0))
+        for new, others in zip(changed, saved, strict=True)
     ]
 
 
@@ -56,6 +66,18 @@ def no_surer_than_ties(points: list[Point]) -> list[Point]:
         point.no_surer_than(bound) if point.stands_in else point
         for point, bound in zip(points, bounds, strict=True)
     ]
+
+
+def _of_one_model(point: Point) -> tuple:
+    """Return what points of one model, problem and question share, whatever knobs they turn."""
+    scene = point.scene
+    of_problem = (point.interaction, scene.load.direction, scene.pattern.loops, scene.pattern.rows)
+    return (point.question.name, *of_problem, point.model, point.strain)
+
+
+def _answer(point: Point) -> tuple:
+    """Return what points of one model and its knobs share that answer one question, of whatever knit."""
+    return point.question.name, point.interaction, point.called
 
 
 def _change(point: Point, whole: Point) -> float:

@@ -55,9 +55,9 @@ def points_of(
         point
         for problem in problems.values()
         for question in QUESTIONS.values()
-        for point in no_surer_for_less(list(_points(question, problem, histories, contacts)))
+        for point in _points(question, problem, histories, contacts)
     ]
-    return no_surer_than_ties(no_surer_in_one_direction(points))
+    return no_surer_than_ties(no_surer_in_one_direction(no_surer_for_less(points)))
 
 
 def as_direct(scene: Scene, scenes: Mapping[str, Scene]) -> Scene | None:
