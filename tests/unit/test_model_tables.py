@@ -74,6 +74,7 @@ def test_models_of_the_study_can_be_told_apart():
     named = [
         (
             scene.value("rom.contacts_from") or scene.interaction,
+            scene.knit,
             scene.load.direction,
             scene.load.strain,
             label_of(scene),
