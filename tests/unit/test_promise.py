@@ -88,21 +88,22 @@ def test_the_page_is_written_from_the_table(table):
 def test_promises_are_counted(table):
     promises = pd.DataFrame(
         {
-            "scene": ["a", "a", "b"],
+            "scene": ["a", "a", "unseen-mixed-b"],
             "question": "force",
             "accuracy [1]": 0.05,
             "interaction": "tie constraint",
             "held": [True, True, False],
             "surely held": [True, None, False],
             "of another model [1]": [True, False, True],
-            "seconds [s]": [3.0, 2.0, 2.0],
+            "seconds [s]": [6.0, 2.0, 2.0],
             "seconds of the cheapest that would have done [s]": [1.5, 2.0, 2.0],
         }
     )
     said = written(table, promises)
-    assert "| force, 5 % | tie constraint | 3 | 2 | 1 | 2 |" in said
+    assert "| force, 5 % | tie constraint | 3 | 2 | 1 | 4 |" in said
     assert "Of 2 knits 1 kept every promise, and 2 of 3 promises held" in said
-    assert "of the 2 by another model than that which the truth is drawn from, 1." in said
+    assert "by another model than that which the truth is drawn from 1 of 2, and 0 of 1 of knits with several" in said
+    assert "1 cost more than 3 times the cheapest rung that would have done, the dearest 4 times (bar: 3)." in said
 
 
 def test_a_page_without_marks_is_refused():

@@ -14,6 +14,9 @@ BEGIN, END = "<!-- what the kept trade says: make trade -->", "<!-- end of what 
 
 SLOWER = "seconds over the main model's [1]"
 
+MIXED = "unseen-mixed-"
+"""What names of knits with several inputs changed at once begin with."""
+
 
 def filled(page: str, text: str) -> str:
     """Return a page with a text between its marks.
@@ -110,9 +113,14 @@ def _promises(table: pd.DataFrame) -> str:
         )
     held, other = table.groupby("scene")["held"].all(), table[table["of another model [1]"]]
     rows.append(
-        f"\nOf {len(held)} knits {int(held.sum())} kept every promise, and {int(table['held'].sum())} of "
-        f"{len(table)} promises held (bar: {100 * BAR:g} %); of the {len(other)} by another model than that which the "
-        f"truth is drawn from, {int(other['held'].sum())}. The price was at most {digits(dear.max())} times that of "
-        f"the cheapest tried that would have done (bar: {DEAREST:g})."
+        f"\nOf {len(held)} knits {int(held.sum())} kept every promise, and {_kept(table)} promises held "
+        f"(bar: {100 * BAR:g} %); of those by another model than that which the truth is drawn from {_kept(other)}, "
+        f"and {_kept(table[table['scene'].str.startswith(MIXED)])} of knits with several inputs changed at once. "
+        f"{int((dear > DEAREST).sum())} cost more than {DEAREST:g} times the cheapest rung that would have done, "
+        f"the dearest {digits(dear.max())} times (bar: {DEAREST:g})."
     )
     return "\n".join(rows)
+
+
+def _kept(table: pd.DataFrame) -> str:
+    return f"{int(table['held'].sum())} of {len(table)}"

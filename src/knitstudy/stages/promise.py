@@ -112,10 +112,11 @@ def promises(plan: Plan, results: Path, seconds: float = float("inf")) -> Iterat
                 continue
             if time.monotonic() - started > seconds:
                 return
-            found = [_tried(scene, rung, choice, plan, results, truth) for rung in _taken_and_below(choice)]
-            (quantity, error, cost), *below = found
+            rungs = _taken_and_cheaper(choice)
+            found = [_tried(scene, rung, choice, plan, results, truth) for rung in rungs]
+            (quantity, error, cost), *cheaper = found
             if error.known:
-                done = [price for _, each, price in below if each.value <= accuracy]
+                done = [price for _, each, price in cheaper if each.value <= accuracy]
                 other = model_of(plan.scenes[choice.rung.scene]) != model_of(finest)
                 price = min([cost, *done])
                 made = Promise(
@@ -158,10 +159,9 @@ def _said_of(scene: Scene, plan: Plan) -> list[dict]:
     return found
 
 
-def _taken_and_below(choice: Choice) -> list[Rung]:
-    """Return the rung that was chosen, and the one below it on the front."""
-    cheaper = [rung for rung in choice.front if rung.seconds < choice.rung.seconds]
-    return [choice.rung, *cheaper[-1:]]
+def _taken_and_cheaper(choice: Choice) -> list[Rung]:
+    """Return the rung that was chosen, and all of the front that cost less."""
+    return [choice.rung, *(rung for rung in choice.front if rung.seconds < choice.rung.seconds)]
 
 
 def _tried(scene: Scene, rung: Rung, choice: Choice, plan: Plan, results: Path, truth: Reference) -> Tried:
