@@ -117,6 +117,7 @@ def measure(scene: Scene) -> dict:
     }
     if (history["crossing_tied"] == 1).any():
         measured["tied area a crossing [mm2]"] = 1e6 * float(history["tied_area"].mean())
+    if "tie_largest_adjustment" in history.attrs:  # of facets: patches adjust nothing
         measured["largest adjustment [mm]"] = 1e3 * history.attrs["tie_largest_adjustment"]
     if "smallest_gap" in history:
         measured["deepest penetration over h [1]"] = (
