@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from textwrap import fill
 
 import pandas as pd
 import xarray as xr
@@ -27,6 +28,9 @@ SHOWN = (("tie", "course"), ("tie", "wale"), ("isotropic", "course"), ("isotropi
 """Interaction and direction of the panels, of knits of `CELLS`."""
 
 CELLS = 3
+
+LETTERS = 80
+"""Of a name on a line: what a panel is wide enough for."""
 
 SMALLEST = 1e-3
 """Error below which points lie on the lower edge [1]."""
@@ -123,11 +127,11 @@ def _panel(axes: Axes, points: list[Point]) -> None:
     axes.plot(seconds, errors, "o", markerfacecolor="none", color=INK, markersize=5, linestyle="")
     for number, (x, y) in enumerate(zip(seconds, errors, strict=True), start=1):
         axes.annotate(str(number), (x, y), xytext=(4, 3), textcoords="offset points", fontsize=6.5)
-    said = "\n".join(f"{number} {point.called}" for number, point in enumerate(on, start=1))
+    said = "\n".join(fill(f"{number} {point.called}", LETTERS) for number, point in enumerate(on, start=1))
     axes.text(
         0.985, 0.985, said, transform=axes.transAxes, ha="right", va="top", fontsize=4.6, linespacing=1.25
     )
-    axes.set_ylim(top=axes.get_ylim()[1] * 10 ** (0.12 * len(on)))
+    axes.set_ylim(top=axes.get_ylim()[1] * 10 ** (0.12 * (1 + said.count("\n"))))
     number_axes(axes)
 
 
