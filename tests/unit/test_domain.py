@@ -45,6 +45,16 @@ def test_series_differ_in_nothing_but_size(grown):
     assert [scene.name for scene in roles_of(scenes.values(), {})["domain"]] == list(scenes)
 
 
+def test_the_first_of_series_that_differ_by_knobs_stands_for_the_model(grown):
+    scenes, _ = grown
+    turned = [
+        scene.replace("solver.increments", 2).replace("name", f"{name}-2") for name, scene in scenes.items()
+    ]
+    every = [*scenes.values(), *turned]
+    assert [each.scenes[0].name for each in series_of(every)] == ["domain-tie-3", "domain-isotropic-3"]
+    assert len(series_of(turned)) == len(series_of(scenes.values()))
+
+
 def test_contact_over_ties_is_of_equal_sizes(grown):
     scenes, histories = grown
     (factors,) = contact_over_ties(series_of(scenes.values()), histories, "dof").values()

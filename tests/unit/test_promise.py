@@ -102,8 +102,14 @@ def test_promises_are_counted(table):
     said = written(table, promises)
     assert "| force, 5 % | tie constraint | 3 | 2 | 1 | 4 |" in said
     assert "Of 2 knits 1 kept every promise, and 2 of 3 promises held" in said
-    assert "by another model than that which the truth is drawn from 1 of 2, and 0 of 1 of knits with several" in said
-    assert "1 cost more than 3 times the cheapest rung that would have done, the dearest 4 times (bar: 3)." in said
+    assert (
+        "by another model than that which the truth is drawn from 1 of 2, and 0 of 1 of knits with several"
+        in said
+    )
+    assert (
+        "1 cost more than 3 times the cheapest rung that would have done, the dearest 4 times (bar: 3)."
+        in said
+    )
 
 
 def test_a_page_without_marks_is_refused():

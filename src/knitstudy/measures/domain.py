@@ -19,6 +19,9 @@ FEWEST = 3
 OF_SIZE = ("pattern.loops", "pattern.rows", "rom.contacts_from")
 """Keys by which the knits of a series differ."""
 
+KNOBS = ("mesh", "solver", "rom")
+"""Sections by which several series may differ that show the same model: how finely, and its variants."""
+
 SMALLEST = 3
 """Cells in a row from which on growth is fitted: a knit of one cell is all edges."""
 
@@ -115,18 +118,22 @@ class SumOfPowers:
 
 
 def series_of(scenes: Iterable[Scene]) -> list[Series]:
-    """Return the series among scenes, in the order of their first scenes: each of `FEWEST` sizes or more."""
+    """Return the series among scenes, in the order of their first scenes: each of `FEWEST` sizes or more.
+
+    Of several that differ by `KNOBS` alone, as where each knob is turned, the first stands for the model.
+    """
     groups: dict[str, dict[int, Scene]] = {}
     for scene in scenes:
         knit = scene.specimen in ("knit", "cut_knit")
         square = knit and scene.pattern.loops == scene.pattern.rows
         if square and not is_window(scene):  # what a window costs is not what a size costs
             groups.setdefault(_all_but_size(scene), {}).setdefault(scene.pattern.loops, scene)
-    return [
-        Series(tuple(group[size] for size in sorted(group)))
-        for group in groups.values()
-        if len(group) >= FEWEST
-    ]
+    found: dict[str, Series] = {}
+    for group in groups.values():
+        if len(group) >= FEWEST:
+            series = Series(tuple(group[size] for size in sorted(group)))
+            found.setdefault(_all_but_size(series.scenes[0], but=KNOBS), series)
+    return list(found.values())
 
 
 def force_per_width(history: xr.Dataset, scene: Scene, increment: int = -1) -> float:
@@ -159,12 +166,13 @@ def contact_over_ties(
     }
 
 
-def _all_but_size(scene: Scene) -> str:
+def _all_but_size(scene: Scene, but: Sequence[str] = ()) -> str:
+    """Return what tells a scene from others, but for its size and some sections."""
     document = {
         name: {key: value for key, value in inside.items() if f"{name}.{key}" not in OF_SIZE}
         if isinstance(inside, Mapping)
         else inside
         for name, inside in scene.to_dict().items()
-        if name not in LABELS
+        if name not in (*LABELS, *but)
     }
     return digest(document)

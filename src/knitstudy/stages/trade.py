@@ -9,20 +9,15 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import pandas as pd
 
 from knitstudy.errors import KnitstudyError
-from knitstudy.figures.catalogue import FIGURES, draw
-from knitstudy.figures.saving import save
 from knitstudy.files.csv_table import read_table, write_table
 from knitstudy.files.replacing import replacing
-from knitstudy.report.screen import save_for_screen
-from knitstudy.report.sources import read_sources
 from knitstudy.report.trade import filled, written
-from knitstudy.stages.displays import Displays, reference_files
 from knitstudy.stages.kept import RESULTS, Kept, up_to_date
+from knitstudy.stages.pictures import draw_pictures, figures_of
 from knitstudy.stages.plan import Plan
 from knitstudy.study.choice import GROWTH_KEPT, RESOURCES, TRADE_KEPT
 from knitstudy.study.configuration import CONFIG, load_study
@@ -57,7 +52,10 @@ def keep(config: Path = CONFIG) -> pd.DataFrame:
     write_table(table, TRADE.path)
     write_table(GROWTH.found(plan, RESULTS, config), GROWTH.path)
     write_page(table)
-    draw_pictures(plan, config)
+    study = [plan.scenes[name] for name in load_study(TRADE.study, config)]
+    displays = figures_of(plan, up_to_date(plan, study, RESULTS, READ), config)
+    shown = [name for name in displays.names() if name.startswith(PICTURES)]
+    draw_pictures(displays, shown, RESULTS, PAGE.with_suffix(""))
     return table
 
 
@@ -67,23 +65,6 @@ def write_page(table: pd.DataFrame) -> None:
     page = filled(PAGE.read_text(encoding="utf-8"), written(table, promises))
     with replacing(PAGE) as temporary:
         temporary.write_text(page, encoding="utf-8")
-
-
-def draw_pictures(plan: Plan, config: Path = CONFIG) -> None:
-    """Draw the pictures of the page from those simulations of the study that are there, as many as the table is of."""
-    study = [plan.scenes[name] for name in load_study(TRADE.study, config)]
-    displays = Displays(FIGURES, plan, up_to_date(plan, study, RESULTS, READ), reference_files(config))
-    files = sources = None
-    for name in displays.names():
-        if not name.startswith(PICTURES):
-            continue
-        if files != (taken := displays.files(name, RESULTS)):  # of all questions they are the same hundreds
-            files, sources = taken, read_sources(taken.items())
-        drawing = draw(name, **sources, scenes=displays.scenes(name))
-        with TemporaryDirectory() as folder:
-            picture = Path(folder) / f"{name}.png"
-            save(drawing, [picture], sources, FIGURES.find(name).title)
-            save_for_screen(picture, PAGE.with_suffix("") / f"{name}.webp")
 
 
 if __name__ == "__main__":

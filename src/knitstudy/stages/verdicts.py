@@ -12,11 +12,11 @@ from pathlib import Path
 from knitstudy.errors import KnitstudyError
 from knitstudy.files.csv_table import write_table
 from knitstudy.files.replacing import replacing
-from knitstudy.report.screen import save_for_screen
 from knitstudy.report.summary import summarise
-from knitstudy.stages.kept import RESULTS, Kept
+from knitstudy.stages.kept import RESULTS, Kept, up_to_date
+from knitstudy.stages.pictures import draw_pictures, figures_of
 from knitstudy.stages.plan import Plan
-from knitstudy.study.configuration import CONFIG
+from knitstudy.study.configuration import CONFIG, load_study
 
 VERDICTS = Kept("full", "verdicts", Path("resources/verdicts.csv"), "Verdicts", "make verdicts")
 """What the report of every study shows beside its own verdicts."""
@@ -32,11 +32,12 @@ def keep(config: Path = CONFIG) -> None:
     KnitstudyError
         When there are no results, or a file of them cannot be read.
     """
-    table = VERDICTS.found(Plan.of(config), RESULTS, config)
-    drawn = {path.stem: path for path in (RESULTS / "figures").glob("*.png")}
-    page, shown = summarise(TEMPLATE, table, drawn, PAGE.stem)
-    for name in shown:
-        save_for_screen(drawn[name], PAGE.with_suffix("") / f"{name}.webp")
+    plan = Plan.of(config)
+    table = VERDICTS.found(plan, RESULTS, config)
+    study = [plan.scenes[name] for name in load_study(VERDICTS.study, config)]
+    displays = figures_of(plan, up_to_date(plan, study, RESULTS), config)
+    page, shown = summarise(TEMPLATE, table, displays.names(), PAGE.stem)
+    draw_pictures(displays, shown, RESULTS, PAGE.with_suffix(""))
     with replacing(PAGE) as temporary:
         temporary.write_text(page, encoding="utf-8")
     write_table(table, VERDICTS.path)
