@@ -170,7 +170,8 @@ def _tried(scene: Scene, rung: Rung, choice: Choice, plan: Plan, results: Path, 
     What ends without a result is off without bounds.
     """
     try:
-        made = simulate(scene.vary(resolved(replace(choice, rung=rung), plan.scenes)), results)
+        chosen = scene.vary(resolved(replace(choice, rung=rung), plan.scenes))
+        made = simulate(chosen, results, plan=plan)
     except KnitstudyError as error:
         log.warning("%s by %s: %s", scene.name, rung, error)
         return FAILED, Estimate(inf, 0.0), rung.seconds
