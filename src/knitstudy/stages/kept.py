@@ -11,6 +11,7 @@ import pandas as pd
 
 from knitstudy.errors import DataFileError
 from knitstudy.files.csv_table import read_table
+from knitstudy.measures.catalogue import Catalogue
 from knitstudy.report.sources import read_sources
 from knitstudy.stages.displays import Displays, reference_files
 from knitstudy.stages.plan import Plan
@@ -45,14 +46,32 @@ class Kept:
     command: str
     stages: tuple[str, ...] = ()
 
-    def displays(self, plan: Plan, scenes: Iterable[Scene], config: Path = CONFIG) -> Displays:
-        """Return the tables of the study, or of some of its scenes."""
-        return Displays(TABLES, plan, scenes, reference_files(config), label=f"study {self.study!r}")
+    def displays(
+        self, plan: Plan, scenes: Iterable[Scene], config: Path = CONFIG, catalogue: Catalogue = TABLES
+    ) -> Displays:
+        """Return the tables, or the figures, of the study, or of some of its scenes."""
+        return Displays(catalogue, plan, scenes, reference_files(config), label=f"study {self.study!r}")
 
     def digest_wanted(self, plan: Plan, config: Path = CONFIG) -> str:
         """Return the digest of the table of the whole study with the code of today, none where it cannot be made."""
         displays = self.displays(plan, self._scenes(plan, config), config)
         return displays.digest(self.table) if self.table in displays.names() else ""
+
+    def scenes_there(self, plan: Plan, results: Path, config: Path = CONFIG) -> list[Scene]:
+        """Return those scenes of the study whose results are there and up to date.
+
+        Raises
+        ------
+        DataFileError
+            When there is none.
+        """
+        scenes = up_to_date(plan, self._scenes(plan, config), results, self.stages)
+        if not scenes:
+            raise DataFileError(
+                f"{results}: has no simulation of the study {self.study!r} that is up to date; "
+                f"run `make study STUDY={self.study}`"
+            )
+        return scenes
 
     def found(self, plan: Plan, results: Path, config: Path = CONFIG) -> pd.DataFrame:
         """Return the table by those scenes of the study whose results are there and up to date.
@@ -62,17 +81,12 @@ class Kept:
         DataFileError
             When there is none.
         """
-        study = self._scenes(plan, config)
-        scenes = up_to_date(plan, study, results, self.stages)
-        if not scenes:
-            raise DataFileError(
-                f"{results}: has no simulation of the study {self.study!r} that is up to date; "
-                f"run `make study STUDY={self.study}`"
-            )
+        scenes = self.scenes_there(plan, results, config)
         displays = self.displays(plan, scenes, config)
         sources = read_sources(displays.files(self.table, results).items())
         table = tabulate(self.table, **sources, scenes=displays.scenes(self.table))
-        return stamped(table, displays.digest(self.table), simulations=f"{len(scenes)} of {len(study)}")
+        simulations = f"{len(scenes)} of {len(self._scenes(plan, config))}"
+        return stamped(table, displays.digest(self.table), simulations=simulations)
 
     def warning(self, kept: Path, wanted: str) -> str:
         """Return what is to be said of a kept table that today's need not be; nothing where they are the same."""

@@ -10,15 +10,7 @@ from knitstudy.figures.catalogue import FIGURES, draw
 from knitstudy.figures.saving import save
 from knitstudy.report.screen import save_for_screen
 from knitstudy.report.sources import read_sources
-from knitstudy.stages.displays import Displays, reference_files
-from knitstudy.stages.plan import Plan
-from knitstudy.study.configuration import CONFIG
-from knitstudy.study.scene import Scene
-
-
-def figures_of(plan: Plan, scenes: Iterable[Scene], config: Path = CONFIG) -> Displays:
-    """Return the figures that scenes make."""
-    return Displays(FIGURES, plan, scenes, reference_files(config))
+from knitstudy.stages.displays import Displays
 
 
 def draw_pictures(displays: Displays, names: Iterable[str], results: Path, folder: Path) -> None:
@@ -27,7 +19,7 @@ def draw_pictures(displays: Displays, names: Iterable[str], results: Path, folde
     Parameters
     ----------
     displays : Displays
-        Of `figures_of`, whose scenes have results.
+        Of figures, whose scenes have results.
     names : iterable of str
         Figures among them.
     results, folder : Path

@@ -13,14 +13,15 @@ from pathlib import Path
 import pandas as pd
 
 from knitstudy.errors import KnitstudyError
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files.csv_table import read_table, write_table
 from knitstudy.files.replacing import replacing
 from knitstudy.report.trade import filled, written
-from knitstudy.stages.kept import RESULTS, Kept, up_to_date
-from knitstudy.stages.pictures import draw_pictures, figures_of
+from knitstudy.stages.kept import RESULTS, Kept
+from knitstudy.stages.pictures import draw_pictures
 from knitstudy.stages.plan import Plan
 from knitstudy.study.choice import GROWTH_KEPT, RESOURCES, TRADE_KEPT
-from knitstudy.study.configuration import CONFIG, load_study
+from knitstudy.study.configuration import CONFIG
 
 READ = ("dns", "rom", "beams", "contacts")
 """Stages that they are made from."""
@@ -52,8 +53,7 @@ def keep(config: Path = CONFIG) -> pd.DataFrame:
     write_table(table, TRADE.path)
     write_table(GROWTH.found(plan, RESULTS, config), GROWTH.path)
     write_page(table)
-    study = [plan.scenes[name] for name in load_study(TRADE.study, config)]
-    displays = figures_of(plan, up_to_date(plan, study, RESULTS, READ), config)
+    displays = TRADE.displays(plan, TRADE.scenes_there(plan, RESULTS, config), config, FIGURES)
     shown = [name for name in displays.names() if name.startswith(PICTURES)]
     draw_pictures(displays, shown, RESULTS, PAGE.with_suffix(""))
     return table

@@ -10,13 +10,14 @@ import sys
 from pathlib import Path
 
 from knitstudy.errors import KnitstudyError
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files.csv_table import write_table
 from knitstudy.files.replacing import replacing
 from knitstudy.report.summary import summarise
-from knitstudy.stages.kept import RESULTS, Kept, up_to_date
-from knitstudy.stages.pictures import draw_pictures, figures_of
+from knitstudy.stages.kept import RESULTS, Kept
+from knitstudy.stages.pictures import draw_pictures
 from knitstudy.stages.plan import Plan
-from knitstudy.study.configuration import CONFIG, load_study
+from knitstudy.study.configuration import CONFIG
 
 VERDICTS = Kept("full", "verdicts", Path("resources/verdicts.csv"), "Verdicts", "make verdicts")
 """What the report of every study shows beside its own verdicts."""
@@ -34,8 +35,7 @@ def keep(config: Path = CONFIG) -> None:
     """
     plan = Plan.of(config)
     table = VERDICTS.found(plan, RESULTS, config)
-    study = [plan.scenes[name] for name in load_study(VERDICTS.study, config)]
-    displays = figures_of(plan, up_to_date(plan, study, RESULTS), config)
+    displays = VERDICTS.displays(plan, VERDICTS.scenes_there(plan, RESULTS, config), config, FIGURES)
     page, shown = summarise(TEMPLATE, table, displays.names(), PAGE.stem)
     draw_pictures(displays, shown, RESULTS, PAGE.with_suffix(""))
     with replacing(PAGE) as temporary:
