@@ -140,7 +140,6 @@ def test_what_saves_is_no_surer_than_its_model_and_its_change(plain_scene):
             question=QUESTIONS["force"],
             quantity="force",
             strain=0.05,
-            value=answer,
             true=Estimate(1.0, 0.0),
             source=REFERENCE,
             error=Estimate(error, 0.001),

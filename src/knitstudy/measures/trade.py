@@ -142,7 +142,6 @@ def _points(
                     question=question,
                     quantity=quantity,
                     strain=strain,
-                    value=value,
                     true=true,
                     source=source,
                     error=true.of(lambda other, value=value: abs(value / other - 1)),

@@ -30,8 +30,8 @@ class Point:
     question : Question
     quantity : str
         That of those which answer the question whose error may be the largest.
-    strain, value : float
-        Where it is compared, and its value there.
+    strain : float
+        Where it is compared.
     true : Estimate
         What it is compared with.
     source : str
@@ -40,7 +40,7 @@ class Point:
         |value / true - 1| [1].
     expense : Expense
     answers : mapping of str to float
-        Values of all quantities that answer the question.
+        Values of all quantities that answer the question, there.
     floor : float
         Error below which it counts as luck [1] (`measures.luck`).
     """
@@ -50,13 +50,17 @@ class Point:
     question: Question
     quantity: str
     strain: float
-    value: float
     true: Estimate
     source: str
     error: Estimate
     expense: Expense
     answers: Mapping[str, float]
     floor: float = 0.0
+
+    @property
+    def value(self) -> float:
+        """Of the quantity."""
+        return self.answers[self.quantity]
 
     @property
     def bound(self) -> float:
