@@ -25,14 +25,14 @@ from knitstudy.exchange.deck import CONSTRAINTS, specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.pattern import Knit
-from knitstudy.loading.problem import Problem
+from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.calculix_one_point import CalculixHexahedron
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
-from knitstudy.mesh.specimen import mesh_scene
-from knitstudy.solids import dns
-from knitstudy.solids.solid_yarns import SolidYarns
+from knitstudy.mesh.knit import mesh_scene
+from knitstudy.models import solid_yarns as dns
+from knitstudy.models.solid_yarns import SolidYarns
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene
 
@@ -62,7 +62,7 @@ def main() -> None:
         {"yarn.material": "st_venant_kirchhoff", "tie.rule": "facets"} | changes
     )
     knit = Knit.from_dataset(lay_out(scene))
-    yarns = dns.assemble(scene, mesh_scene(scene, knit), knit)
+    yarns = dns.assemble_yarns(scene, mesh_scene(scene, knit), knit)
     problem = dns.problem_of(yarns, scene, knit)
     pulls = [
         _here(problem, "this code, CalculiX's hourglass control", _with_calculix_element(yarns.model)),

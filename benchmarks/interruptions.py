@@ -30,9 +30,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.files.csv_table import read_table, write_table
-from knitstudy.files.netcdf import read_dataset
-from knitstudy.loading.progress import Progress, ReportProgress
+from knitstudy.files import read_dataset, read_table, write_table
+from knitstudy.loading.restart import Progress, ReportProgress
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES, stage_of

@@ -7,11 +7,11 @@ from pathlib import Path
 import xarray as xr
 from measure import ready
 
-from knitstudy.files.netcdf import read_dataset, write_dataset
+from knitstudy.files import read_dataset, write_dataset
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.networks.rom.run import run as run_rom
+from knitstudy.models.joints import contacts_of_crossings
+from knitstudy.models.reduced_models import run as run_rom
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene

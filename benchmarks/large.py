@@ -20,12 +20,12 @@ import pandas as pd
 from knits import cost
 
 from knitstudy.errors import KnitstudyError
-from knitstudy.files.csv_table import write_table
-from knitstudy.geometry.specimen import read_specimen
-from knitstudy.loading.follow import follow
-from knitstudy.loading.run import Run
+from knitstudy.files import write_table
+from knitstudy.geometry.lay_out import read_specimen
+from knitstudy.loading.restart import Run
+from knitstudy.loading.solve import follow
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.solids import dns
+from knitstudy.models import solid_yarns as dns
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene

@@ -9,10 +9,10 @@ import scipy.sparse as sp
 from knits import load
 from measure import ready
 
-from knitstudy.mechanics.constraints import DirichletElimination
+from knitstudy.mechanics.batches import serial_blas
+from knitstudy.mechanics.model import DirichletElimination
 from knitstudy.mechanics.newton import trace
-from knitstudy.mechanics.parallel import serial_blas
-from knitstudy.solids import dns
+from knitstudy.models import solid_yarns as dns
 from knitstudy.study.configuration import load_scene
 
 TOLERANCE = 1e-8

@@ -14,7 +14,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from knitstudy.loading.cost import Meter
+from knitstudy.loading.history import Meter
 from knitstudy.stages.parent import end_with_parent
 
 HERE = Path(__file__).resolve().parent

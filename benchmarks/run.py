@@ -21,9 +21,9 @@ from knitstudy.errors import KnitstudyError
 from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
-from knitstudy.files.csv_table import write_table
+from knitstudy.files import write_table
 from knitstudy.loading.load_path import DIRECTIONS
-from knitstudy.solids import dns
+from knitstudy.models import solid_yarns as dns
 from knitstudy.study.configuration import load_scene, load_scenes
 
 TABLE = Path("results/tables/bench.csv")
@@ -117,7 +117,7 @@ def _peer(options: argparse.Namespace, folder: Path):
         yield {"benchmark": kind, "case": f"CalculiX, {scene.name}: not installed"}
         return
     knit, mesh = knits.load(str(folder))
-    yarns = dns.assemble(scene, mesh, knit)
+    yarns = dns.assemble_yarns(scene, mesh, knit)
     deck = replace(specimen_deck(scene, knit, mesh, yarns.tie, "equations"), fields=False)
     write_inp(deck, folder / "peer.inp", "calculix")
     run = calculix.run(folder / "peer.inp", options.threads)

@@ -22,11 +22,10 @@ import yaml
 from scipy.optimize import minimize_scalar
 
 from knitstudy.errors import KnitstudyError
-from knitstudy.files.csv_table import write_table
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.geometry.specimen import read_specimen
-from knitstudy.mesh.specimen import mesh_scene
-from knitstudy.solids import dns
+from knitstudy.files import write_table
+from knitstudy.geometry.lay_out import lay_out, read_specimen
+from knitstudy.mesh.knit import mesh_scene
+from knitstudy.models import solid_yarns as dns
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene
 

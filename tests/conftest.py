@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
-from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.study.scene import Scene
 
 

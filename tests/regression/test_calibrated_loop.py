@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
-from knitstudy.geometry.calibrate import read_problem
-from knitstudy.geometry.calibration import Candidate, residuals, solve
+from knitstudy.geometry.calibrate import Candidate, read_problem, residuals, solve
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.sensitivity import sensitivity
 from knitstudy.study.configuration import CONFIG, load_knits

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from knitstudy.files.csv_table import read_table
+from knitstudy.files import read_table
 from knitstudy.geometry.reach import DIAMETERS, FREE, RATIOS, loop_row
 from knitstudy.study.configuration import load_scene
 

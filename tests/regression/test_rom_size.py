@@ -4,8 +4,8 @@ import pytest
 
 from knitstudy.geometry.lay_out import lay_out as build_geometry
 from knitstudy.geometry.pattern import Knit
-from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.networks.rom.run import assemble
+from knitstudy.models.joints import contacts_of_crossings
+from knitstudy.models.reduced_models import assemble
 from knitstudy.study.configuration import load_scene
 
 

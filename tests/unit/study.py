@@ -5,9 +5,9 @@ import pandas as pd
 import synthetic
 
 from knitstudy.measures.problem import problem_of
-from knitstudy.measures.quantities import FORCE as FORCES
-from knitstudy.measures.quantities import LARGEST_U_Z, RMS_U_Z, STRAINS, rms_out_of_plane
 from knitstudy.measures.reference import NEEDED
+from knitstudy.measures.response import FORCE as FORCES
+from knitstudy.measures.response import LARGEST_U_Z, RMS_U_Z, STRAINS, rms_out_of_plane
 
 CASES = [(kind, way) for kind in ("tie", "isotropic") for way in ("course", "wale")]
 

@@ -4,8 +4,8 @@ import pandas as pd
 import study
 
 from knitstudy.measures.problem import problem_of
-from knitstudy.measures.quantities import LARGEST_U_Z
 from knitstudy.measures.reference import NEEDED
+from knitstudy.measures.response import LARGEST_U_Z
 from knitstudy.measures.sweeps import swept
 from knitstudy.study.configuration import load_scenes, load_study
 

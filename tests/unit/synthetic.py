@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from knitstudy.crossings.segments import KINDS, segments
+from knitstudy.contacts.segments import KINDS, segments
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.columns import STRESSES
 

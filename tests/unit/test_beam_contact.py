@@ -5,11 +5,9 @@ import pytest
 
 from knitstudy.errors import GeometryError
 from knitstudy.geometry.pattern import Crossings
-from knitstudy.mechanics.beam_contact.approach import Pairs, approach
-from knitstudy.mechanics.beam_contact.curves import Curves
-from knitstudy.mechanics.beam_contact.law import Power, hertz
-from knitstudy.networks.beams.neighbours import Neighbours
-from knitstudy.networks.beams.pairs import REACH, line_pairs, piece_bounds, point_pairs
+from knitstudy.mechanics.beam_contact.approach import Curves, Pairs, approach
+from knitstudy.mechanics.beam_contact.contact import Power, hertz
+from knitstudy.models.beam_pairs import REACH, Neighbours, line_pairs, piece_bounds, point_pairs
 
 UNEVEN = np.array([0.0, 1.0, 1.6, 2.9, 4.0, 4.5, 6.0])
 BOTH = np.array([True, True])

@@ -6,7 +6,7 @@ import pytest
 from knitstudy.errors import ConfigurationError, GeometryError
 from knitstudy.mechanics import beam
 from knitstudy.mechanics.beam import Elements, Section
-from knitstudy.mechanics.curved_section import CurvedSection
+from knitstudy.mechanics.curved_rod import CurvedSection
 from knitstudy.mechanics.rotation import exp
 
 

@@ -5,9 +5,8 @@ import pytest
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.mechanics.increment import Increment
-from knitstudy.networks.beams.beam_knit import beam_knit
-from knitstudy.networks.beams.neighbours import Gaps
-from knitstudy.networks.beams.run import UNSEEN, require_seen, run
+from knitstudy.models.beam_pairs import Gaps
+from knitstudy.models.beams_in_contact import UNSEEN, beam_knit, require_seen, run
 
 
 @pytest.fixture(scope="module")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError
-from knitstudy.loading.checkpoint import Checkpoint
 from knitstudy.loading.history import Recorder, Stations
 from knitstudy.loading.load_path import Motion
+from knitstudy.loading.restart import Checkpoint
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
 

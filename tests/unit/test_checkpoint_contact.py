@@ -1,12 +1,11 @@
 import numpy as np
 from tubes import crossing
 
-from knitstudy.loading.checkpoint import Checkpoint
 from knitstudy.loading.history import Recorder, Stations
 from knitstudy.loading.load_path import Motion
-from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.loading.restart import Checkpoint
+from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
 from knitstudy.mechanics.contact.grids import Grids
-from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response

@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.files.csv_table import write_table
+from knitstudy.files import write_table
 from knitstudy.stages.kept import Kept
 from knitstudy.stages.trade import GROWTH, TRADE
 from knitstudy.study.choice import GROWTH_KEPT, INTERACTIONS, TRADE_KEPT, choose, numerics, resolved

@@ -11,9 +11,9 @@ import study
 import sweeping
 import synthetic
 
-from knitstudy.crossings.contacts import extract
+from knitstudy.contacts.contacts import extract
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.files.csv_table import read_table
+from knitstudy.files import read_table
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.centre_cell import centre_cell
@@ -22,7 +22,7 @@ from knitstudy.measures.claims.evidence import Evidence
 from knitstudy.measures.claims.rules import RULES
 from knitstudy.measures.energy_balance import stabilisation_share
 from knitstudy.measures.problem import problem_of
-from knitstudy.measures.quantities import FORCE, LARGEST_U_Z
+from knitstudy.measures.response import FORCE, LARGEST_U_Z
 from knitstudy.tables.catalogue import TABLES
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"

@@ -11,9 +11,8 @@ from knitstudy.cli.main import main
 from knitstudy.cli.output import plain, shortened
 from knitstudy.errors import ConvergenceError
 from knitstudy.exchange.deck import CONSTRAINTS
-from knitstudy.exchange.dialects import abaqus, calculix  # noqa: F401  (they register themselves)
 from knitstudy.exchange.dialects.dialect import DIALECTS
-from knitstudy.files.netcdf import write_dataset
+from knitstudy.files import write_dataset
 from knitstudy.stages.simulate import Results
 
 COMMANDS = ("check", "export", "list", "plan", "run", "show")

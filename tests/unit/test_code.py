@@ -11,17 +11,20 @@ def names(*modules):
 
 
 def test_modules_behind_the_simulation():
-    found = names("knitstudy.solids.dns")
-    assert {"solids/dns.py", "mechanics/newton.py", "mechanics/__init__.py", "solids/tie.py"} <= found
-    assert not {name for name in found if name.startswith(("figures/", "tables/", "networks/"))}
+    found = names("knitstudy.models.solid_yarns")
+    assert {
+        "models/solid_yarns.py",
+        "mechanics/newton.py",
+        "mechanics/__init__.py",
+        "models/ties.py",
+    } <= found
+    assert not {name for name in found if name.startswith(("figures/", "tables/", "cli/"))}
 
 
 def test_carriers_of_data_are_no_code_behind_a_result():
-    found = names("knitstudy.solids.dns")
-    assert not {name for name in found if name.startswith(("study/", "files/", "stages/"))}
-    assert (
-        not {"errors.py", "registry.py", "__init__.py", "loading/progress.py", "loading/restart.py"} & found
-    )
+    found = names("knitstudy.models.solid_yarns")
+    assert not {name for name in found if name.startswith(("study/", "stages/"))}
+    assert not {"errors.py", "registry.py", "__init__.py"} & found
 
 
 def test_unknown_module():

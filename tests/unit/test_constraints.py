@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.mechanics.constraints import DirichletElimination, without
+from knitstudy.mechanics.model import DirichletElimination, without
 
 
 def stiffness(kind, seed=0):

@@ -6,9 +6,8 @@ from scipy.spatial import cKDTree
 from tubes import crossing, hairpin
 
 from knitstudy.errors import ConvergenceError, MeshError
-from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, Coulomb
+from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, ContactHistory, Coulomb
 from knitstudy.mechanics.contact.grids import Grids
-from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 
 APART = ~np.eye(2, dtype=bool)

@@ -3,18 +3,14 @@
 import numpy as np
 import pytest
 
-from knitstudy.crossings.facets import REACH, CrossingFacets
-from knitstudy.crossings.record import crossing_forces, touching_points
-from knitstudy.crossings.rings import Rings
+from knitstudy.contacts.facets import REACH, CrossingFacets, Rings, crossing_forces, touching_points
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.loading.columns import HISTORY
-from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
 from knitstudy.mechanics.contact.grids import Grids
-from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mesh.knit import mesh_knit
-from knitstudy.mesh.specimen import mesh_specimen
-from knitstudy.solids.yarn_surfaces import yarn_surfaces
+from knitstudy.mesh.knit import mesh_knit, mesh_specimen
+from knitstudy.models.discretisation import yarn_surfaces
 
 RADIUS, SIZE = 0.9e-3, 0.45e-3
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.solids.contact_cells import COARSE, contact_surfaces
-from knitstudy.solids.polynomial_yarns import space_on
-from knitstudy.solids.yarn_spans import yarn_spans
+from knitstudy.models.discretisation import COARSE, contact_surfaces
+from knitstudy.models.spline_yarns import space_on, yarn_spans
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,10 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.mechanics.contact.cylinders import Cylinders
-from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.contact.history import ContactHistory
+from knitstudy.mechanics.contact.following import WIDTH, Neighbourhoods
+from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.motion import WIDTH, Neighbourhoods
-from knitstudy.mechanics.polynomial_yarn.space import Space, yarn_space
+from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
 
 RNG = np.random.default_rng(0)
 RADIUS, LENGTH, ANGLES = 0.5, 3.0, 12

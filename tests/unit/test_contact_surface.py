@@ -3,10 +3,9 @@ import pytest
 from tubes import tube
 
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
-from knitstudy.mechanics.contact.projection import project
-from knitstudy.mechanics.contact.quadrature import Quadrature
-from knitstudy.mechanics.contact.surface import interpolate
-from knitstudy.mesh.grading import drawn_angles
+from knitstudy.mechanics.contact.surface import interpolate, project
+from knitstudy.mechanics.contact.tangent import Quadrature
+from knitstudy.mesh.spacing import drawn_angles
 
 RNG = np.random.default_rng(0)
 

@@ -7,7 +7,7 @@ import pytest
 import synthetic
 import xarray as xr
 
-from knitstudy.crossings.contacts import extract
+from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.pattern import Crossings
 

@@ -2,7 +2,7 @@ import mmap
 
 import pytest
 
-from knitstudy.loading.cost import Meter
+from knitstudy.loading.history import Meter
 
 
 def _take_and_give_back(size):
@@ -31,7 +31,7 @@ def test_a_new_meter_begins_anew():
 
 def test_a_pause_takes_no_time(monkeypatch):
     now = [10.0]
-    monkeypatch.setattr("knitstudy.loading.cost.time.perf_counter", lambda: now[0])
+    monkeypatch.setattr("knitstudy.loading.history.time.perf_counter", lambda: now[0])
     meter = Meter()
     now[0] += 2
     with meter.paused():

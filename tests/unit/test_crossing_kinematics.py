@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import synthetic
 
-from knitstudy.crossings.contacts import extract
-from knitstudy.crossings.kinematics import (
+from knitstudy.contacts.contacts import extract
+from knitstudy.contacts.kinematics import (
     Axes,
     foot,
     kinematics,

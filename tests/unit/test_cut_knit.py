@@ -6,10 +6,9 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.elevation import pieces as drawn_pieces
-from knitstudy.geometry.cut_rows import cut_rows, middles_of_legs
-from knitstudy.geometry.pieces import Pieces
+from knitstudy.geometry.cut import Pieces, cut_rows, middles_of_legs
 from knitstudy.measures.selection import cut_of
-from knitstudy.solids.cut_knit import cut_yarns, problem
+from knitstudy.models.pieces import cut_yarns, problem_of_cut_knit
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +87,7 @@ def test_grips_in_wale_tension_hold_the_cut_legs(scene, pieces):
 
 
 def test_stations_are_places_on_the_yarns_of_the_knit(scene, knit):
-    stations = problem(scene, knit).stations
+    stations = problem_of_cut_knit(scene, knit).stations
     for yarn in range(knit.rows + 1):
         here = stations.yarn == yarn
         place = knit.centrelines[yarn].position(stations.arc_length[here])
@@ -96,7 +95,7 @@ def test_stations_are_places_on_the_yarns_of_the_knit(scene, knit):
 
 
 def test_pictures_leave_out_what_is_cut_off(scene, knit):
-    stations = problem(scene, knit).stations
+    stations = problem_of_cut_knit(scene, knit).stations
     history = xr.Dataset({"yarn": ("station", stations.yarn), "arc_length": ("station", stations.arc_length)})
     found = drawn_pieces(history, knit.radius)
     assert [stations.yarn[piece[0]] for piece in found] == [0, 0, 0, 1, 2, 3, 3, 3, 3]

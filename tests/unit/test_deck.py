@@ -16,7 +16,7 @@ from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing
 from knitstudy.mesh.sweep import sweep
-from knitstudy.solids.facet_tie import FacetTie
+from knitstudy.models.facet_tie import FacetTie
 from knitstudy.study.kinds import INTERACTIONS
 
 # Corners of the faces S1 to S6 of C3D8, from its definition.

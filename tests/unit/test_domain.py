@@ -8,7 +8,7 @@ import study
 
 from knitstudy.figures import catalogue as figures
 from knitstudy.figures.domain_line import domain_line
-from knitstudy.files.csv_table import read_table
+from knitstudy.files import read_table
 from knitstudy.measures.domain import PowerLaw, SumOfPowers, contact_over_ties, force_per_width, series_of
 from knitstudy.measures.selection import roles_of
 from knitstudy.tables import catalogue as tables

@@ -7,9 +7,8 @@ import synthetic
 import xarray as xr
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.measures.clamped_sheet import held_over_free, stretches
 from knitstudy.measures.domain import series_of
-from knitstudy.measures.endless_knit import between_grips, cell_of, limit
+from knitstudy.measures.endless_knit import between_grips, cell_of, held_over_free, limit, stretches
 from knitstudy.measures.selection import roles_of
 from knitstudy.tables import catalogue as tables
 

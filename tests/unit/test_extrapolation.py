@@ -4,8 +4,15 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError
-from knitstudy.measures.estimate import UNKNOWN, Estimate, all_hold
-from knitstudy.measures.extrapolation import Limit, common_limit, limit_of_degrees, limit_of_sizes
+from knitstudy.measures.estimate import (
+    UNKNOWN,
+    Estimate,
+    Limit,
+    all_hold,
+    common_limit,
+    limit_of_degrees,
+    limit_of_sizes,
+)
 
 SIZES = (0.45, 0.3, 0.2)
 

@@ -9,7 +9,7 @@ from synthetic import history
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
 from knitstudy.figures.extremes_map import CAUSES, draw
-from knitstudy.files.csv_table import read_table
+from knitstudy.files import read_table
 from knitstudy.stages import extremes
 from knitstudy.stages.extremes import cause, collect, judged, run
 from knitstudy.stages.kept import made_otherwise, stamped

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import synthetic
 
-from knitstudy.crossings.contacts import extract
+from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
 from knitstudy.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES, draw
-from knitstudy.measures.kinematics import closest_neighbour, rotation_angle
+from knitstudy.measures.centre_cell import closest_neighbour, rotation_angle
 
 
 @pytest.fixture(scope="module")

@@ -11,20 +11,20 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.image import imread
 from PIL import Image
 
-from knitstudy.crossings.contacts import extract
+from knitstudy.contacts.contacts import extract
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures import catalogue, fig05_contact_points, shapes, style
 from knitstudy.figures.fig_pair_slip import Slide
 from knitstudy.figures.interlock import InterlockSide
 from knitstudy.figures.picture import CHOICE, is_fallback
 from knitstudy.figures.saving import FALLBACK_RENDERER, describe, save
-from knitstudy.files.csv_table import read_table
+from knitstudy.files import read_table
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.selection import CASES
 from knitstudy.mesh.knit import mesh_knit
-from knitstudy.networks.rom import honeycomb
-from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
+from knitstudy.models import honeycomb
+from knitstudy.models.joints import contacts_of_crossings
 
 PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
 

@@ -8,15 +8,14 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError, DataFileError
-from knitstudy.files.netcdf import read_dataset
-from knitstudy.gates.ledger import require_closed_ledger
-from knitstudy.loading.follow import follow
+from knitstudy.files import read_dataset
+from knitstudy.loading.gates import require_closed_ledger
 from knitstudy.loading.history import Stations
 from knitstudy.loading.load_path import Motion
-from knitstudy.loading.problem import Problem
-from knitstudy.loading.run import Run
+from knitstudy.loading.restart import Run
+from knitstudy.loading.solve import Problem, follow
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.model import Memoryless, Response
 
 
@@ -97,7 +96,7 @@ def alike(one, other):
 
 def test_history_progress_and_log(problem, caplog):
     reports = Reports()
-    caplog.set_level(logging.INFO, logger="knitstudy.loading.follow")
+    caplog.set_level(logging.INFO, logger="knitstudy.loading.solve")
     history = follow(problem, Run(progress=reports))
     np.testing.assert_allclose(history["force"], [0, 0.5 + 0.125, 2, 1.5 + 3.375, 10])
     np.testing.assert_allclose(history["strain"], [0, 0.0125, 0.025, 0.0375, 0.05])
@@ -121,7 +120,7 @@ def test_an_interrupted_run_goes_on(problem, tmp_path, caplog):
     with pytest.raises(KeyboardInterrupt):
         follow(problem, Run(restart=restart, progress=Reports(ends_at=0.5)))
     reports = Reports()
-    caplog.set_level(logging.INFO, logger="knitstudy.loading.follow")
+    caplog.set_level(logging.INFO, logger="knitstudy.loading.solve")
     run = Run(restart=restart, progress=reports)
     history = follow(problem, run)
     assert alike(history, follow(problem))

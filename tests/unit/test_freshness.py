@@ -5,7 +5,7 @@ import os
 import pytest
 import xarray as xr
 
-from knitstudy.files.netcdf import write_dataset
+from knitstudy.files import write_dataset
 from knitstudy.stages import freshness
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES

@@ -5,15 +5,19 @@ import psutil
 import pytest
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError, MeshError
-from knitstudy.gates.hourglass import require_small_hourglass
-from knitstudy.gates.ledger import expected_work, require_closed_ledger
-from knitstudy.gates.memory import require_memory
-from knitstudy.gates.resolution import fewest_across, require_elements_across
-from knitstudy.gates.stabilisation import require_small_stabilisation
+from knitstudy.loading.gates import (
+    expected_work,
+    fewest_across,
+    require_closed_ledger,
+    require_elements_across,
+    require_small_hourglass,
+    require_small_stabilisation,
+)
 from knitstudy.loading.history import Recorder, Stations
 from knitstudy.loading.load_path import Motion
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
+from knitstudy.mesh.memory import require_memory
 from knitstudy.mesh.section import Section, nodes_for_size
 
 END = 2.0  # m

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.arcs import head_arcs, inside, sinker_arcs
+from knitstudy.geometry.cut import head_arcs, inside, sinker_arcs
 
 
 def test_arcs_end_where_yarns_cross(knit):

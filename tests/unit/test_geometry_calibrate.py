@@ -6,8 +6,15 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.calibrate import main, read_problem
-from knitstudy.geometry.calibration import UNUSABLE, Candidate, first_guess, residuals, whole_loop
+from knitstudy.geometry.calibrate import (
+    UNUSABLE,
+    Candidate,
+    first_guess,
+    main,
+    read_problem,
+    residuals,
+    whole_loop,
+)
 from knitstudy.geometry.spline import CatmullRom
 from knitstudy.geometry.symmetry import symmetries
 from knitstudy.study.configuration import CONFIG

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from knitstudy.geometry.clearance import approaches, smallest_radius_of_curvature
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.spline import CatmullRom
 from knitstudy.geometry.survey import survey
+from knitstudy.geometry.yarn_spacing import approaches, smallest_radius_of_curvature
 
 WALE, COURSE = 12.0, 20.0
 

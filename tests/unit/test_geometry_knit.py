@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError, GeometryError
-from knitstudy.files.netcdf import read_dataset, write_dataset
+from knitstudy.files import read_dataset, write_dataset
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.energy import squared_join_curvature
 from knitstudy.geometry.lay_out import initial_loop, lay_out
-from knitstudy.geometry.optimise import free_components, optimise
+from knitstudy.geometry.optimise import free_components, optimise, squared_join_curvature
 from knitstudy.geometry.survey import check_yarns, survey
 from knitstudy.study.configuration import load_knits
 

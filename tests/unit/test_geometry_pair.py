@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError, GeometryError
-from knitstudy.files.netcdf import read_dataset, write_dataset
-from knitstudy.geometry.lay_out import lay_out
+from knitstudy.files import read_dataset, write_dataset
+from knitstudy.geometry.lay_out import lay_out, read_specimen
 from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.specimen import read_specimen
 
 RADIUS, LENGTH, CLEARANCE = 0.9e-3, 10e-3, 0.02
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.materials.hencky import hencky
+from knitstudy.mechanics.materials.isotropic import hencky
 
 MU, LAME = 3.0, 5.0
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.contact.hertz import Crossing
-from knitstudy.mechanics.contact.indentation import indentation
-from knitstudy.mechanics.polynomial_yarn.patch import ACROSS, ALONG, NORMAL, far, half, patched_yarn
+from knitstudy.mechanics.contact.indentation import Crossing, indentation
+from knitstudy.mechanics.spline_yarn.patch import ACROSS, ALONG, NORMAL, far, half, patched_yarn
 
 POISSON, MODULUS, RADIUS = 0.4, 1300.0, 0.5
 

@@ -6,16 +6,16 @@ import pytest
 import study
 import synthetic
 
-from knitstudy.crossings.contacts import extract
+from knitstudy.contacts.contacts import extract
 from knitstudy.figures import catalogue as figures
-from knitstudy.files.csv_table import read_table
+from knitstudy.files import read_table
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.carried import carried_over
 from knitstudy.measures.claims.inputs import findings, hanging
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.quantities import FORCE, LARGEST_U_Z
 from knitstudy.measures.reference import Reference
+from knitstudy.measures.response import FORCE, LARGEST_U_Z
 from knitstudy.measures.selection import COURSE, roles_of
 from knitstudy.measures.variations import variations
 from knitstudy.tables import catalogue as tables

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.files.netcdf import read_dataset
-from knitstudy.loading.run import Run
-from knitstudy.networks.beams import run as beams
-from knitstudy.networks.rom import run as rom
+from knitstudy.files import read_dataset
+from knitstudy.loading.restart import Run
+from knitstudy.models import beams_in_contact as beams
+from knitstudy.models import reduced_models as rom
 
 
 @pytest.fixture(scope="module")

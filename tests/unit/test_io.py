@@ -13,9 +13,7 @@ import pytest
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.files.csv_table import read_table, write_table
-from knitstudy.files.netcdf import read_dataset, recorded_digest, write_dataset
-from knitstudy.files.replacing import replacing
+from knitstudy.files import read_dataset, read_table, recorded_digest, replacing, write_dataset, write_table
 from knitstudy.study.configuration import load_scene
 
 

@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from knitstudy.errors import DataFileError
-from knitstudy.files.csv_table import read_table, write_table
+from knitstudy.files import read_table, write_table
 from knitstudy.measures.claims.rules import RULES
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.verdicts import VERDICTS

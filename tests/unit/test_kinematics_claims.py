@@ -7,8 +7,8 @@ import pytest
 import study
 import synthetic
 
-from knitstudy.crossings.contacts import extract
-from knitstudy.files.csv_table import read_table
+from knitstudy.contacts.contacts import extract
+from knitstudy.files import read_table
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.claims.evidence import Evidence
 from knitstudy.measures.claims.kinematics import judge_kinematics

@@ -5,9 +5,9 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.linear.in_turn import InTurn
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.linear.krylov import Krylov
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.three_scale import InTurn
 
 COUNT = 60
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.line_search import TRIALS, Trial, line_search
+from knitstudy.mechanics.increment import TRIALS, Trial, line_search
 
 
 def trials(force, status=None):

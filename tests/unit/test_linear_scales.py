@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.mechanics.linear.fabric import FabricScale
-from knitstudy.mechanics.linear.structure import KnitStructure, rigid_modes
-from knitstudy.mechanics.linear.yarn import YarnScale
+from knitstudy.mechanics.linear.three_scale import FabricScale, KnitStructure, YarnScale, rigid_modes
 
 STATIONS, FUNCTIONS = 7, 3
 NODES = 2 * STATIONS * FUNCTIONS

@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from knitstudy.crossings.section_motion import section_motion
+from knitstudy.contacts.kinematics import section_motion
 from knitstudy.errors import MeshError
 from knitstudy.geometry.pair import YarnPair
-from knitstudy.mesh.grading import Grading, drawn, drawn_angles
-from knitstudy.mesh.knit import PATCH, PATCH_RAMP
+from knitstudy.mesh.knit import PATCH, PATCH_RAMP, mesh_specimen
 from knitstudy.mesh.quality import check_folding
 from knitstudy.mesh.section import Section
-from knitstudy.mesh.specimen import mesh_specimen
+from knitstudy.mesh.spacing import Grading, drawn, drawn_angles
 from knitstudy.mesh.sweep import SweptMesh
 
 RADIUS, SIZE = 0.9e-3, 0.3e-3

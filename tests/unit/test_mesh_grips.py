@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import MeshError
-from knitstudy.geometry.arcs import grip_ends, head_arcs, sinker_arcs
+from knitstudy.geometry.cut import grip_ends, head_arcs, sinker_arcs
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.knit import mesh_knit
 

@@ -6,8 +6,8 @@ import pytest
 from knitstudy.errors import MeshError
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.mesh.grips import grips
-from knitstudy.mesh.specimen import mesh_specimen
-from knitstudy.solids.facet_tie import tie_crossings
+from knitstudy.mesh.knit import mesh_specimen
+from knitstudy.models.facet_tie import tie_crossings
 
 RADIUS, LENGTH, CLEARANCE, SIZE = 0.9e-3, 8e-3, 0.02, 0.45e-3
 

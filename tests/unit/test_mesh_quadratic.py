@@ -7,7 +7,7 @@ import pytest
 from test_mesh_sweep import Helix, Straight
 
 from knitstudy.errors import MeshError
-from knitstudy.mechanics.elements.quadratic import EDGES, NATURAL, QuadraticHexahedron, shape
+from knitstudy.mechanics.elements.quadratic import EDGES, NATURAL, QuadraticHexahedron, quadratic_shape
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.quadratic import quadratic_mesh
 from knitstudy.mesh.section import Section
@@ -92,7 +92,7 @@ def test_face_centres_are_where_the_element_has_them(mesh):
             on_face = NATURAL[:, axis] == side
             here = outer[:, on_face].all(axis=1)
             for element in mesh.elements[here]:
-                faces[frozenset(element[on_face])] = shape(centre)[0] @ mesh.nodes[element]
+                faces[frozenset(element[on_face])] = quadratic_shape(centre)[0] @ mesh.nodes[element]
     assert len(faces) == len(mesh.face_centres)
     for centre, around in zip(mesh.face_centres, mesh.faces, strict=True):
         np.testing.assert_allclose(faces[frozenset(around)], mesh.nodes[centre], atol=1e-12)

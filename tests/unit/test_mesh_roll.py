@@ -2,10 +2,9 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import MeshError
-from knitstudy.mesh.roll import Targets, roll_towards, rolled
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing, place_slices
-from knitstudy.mesh.sweep import sweep
+from knitstudy.mesh.sweep import Targets, roll_towards, rolled, sweep
 
 ANGLES = Section.butterfly(4, 1).angles
 STEP = 2 * np.pi / ANGLES.size

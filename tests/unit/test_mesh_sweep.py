@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError, MeshError
-from knitstudy.files.netcdf import read_dataset, write_dataset
-from knitstudy.mesh.frames import rotation_minimising
+from knitstudy.files import read_dataset, write_dataset
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing, place_slices
-from knitstudy.mesh.sweep import SweptMesh, sweep
+from knitstudy.mesh.sweep import SweptMesh, rotation_minimising, sweep
 
 
 @dataclass

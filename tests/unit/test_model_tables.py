@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import study
 
-from knitstudy.files.csv_table import read_table
+from knitstudy.files import read_table
 from knitstudy.measures.cases import cases_of, label_of
 from knitstudy.measures.response import poisson_ratio, tangent_stiffness
 from knitstudy.measures.selection import beams_of

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.increment import PrescribedDisplacement, Rate, Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.mechanics.newton import extrapolated, trace
 

@@ -7,12 +7,12 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
-from knitstudy.mechanics.linear import band as banded
-from knitstudy.mechanics.linear.rows import Rows
-from knitstudy.mechanics.parallel import VARIABLE, share, threads
+from knitstudy.mechanics.batches import VARIABLE, share, threads
+from knitstudy.mechanics.linear import direct as banded
+from knitstudy.mechanics.linear.krylov import Rows
 from knitstudy.mechanics.solid import SolidState
 from knitstudy.mesh.knit import mesh_knit
-from knitstudy.solids.solid_yarns import assemble
+from knitstudy.models.solid_yarns import assemble_yarns
 
 
 @pytest.mark.parametrize(("value", "count"), [("1", 1), (" 3 ", 3), ("2,2", 2), ("4, 1", 4)])
@@ -69,7 +69,7 @@ def test_forces_and_tangents_do_not_depend_on_threads(monkeypatch, plain_scene, 
 
     def response(count):
         monkeypatch.setenv(VARIABLE, count)
-        model = assemble(scene, mesh, knit).model
+        model = assemble_yarns(scene, mesh, knit).model
         shift = 1e-5 * np.random.default_rng(0).normal(size=(model.size // 3, 3))
         return [model.respond(SolidState(scale * shift), stiffness=True) for scale in (0.5, 1.0)][1]
 
@@ -84,14 +84,14 @@ def test_rows_give_the_product_of_the_matrix(monkeypatch):
     rng = np.random.default_rng(0)
     matrix = sp.random(900, 300, density=0.5, random_state=0).tobsr(blocksize=(3, 6))
     vector = rng.normal(size=300)
-    monkeypatch.setattr("knitstudy.mechanics.linear.rows.ENTRIES", 5000)
+    monkeypatch.setattr("knitstudy.mechanics.linear.krylov.ENTRIES", 5000)
     np.testing.assert_array_equal(Rows.of(matrix) @ vector, matrix @ vector)
     np.testing.assert_array_equal(Rows.of(sp.bsr_matrix((6, 6), blocksize=(3, 3))) @ np.ones(6), np.zeros(6))
 
 
 def test_ranges_of_rows_form_a_coarse_matrix(monkeypatch):
     monkeypatch.setenv(VARIABLE, "2")
-    monkeypatch.setattr("knitstudy.mechanics.linear.rows.ENTRIES", 5000)
+    monkeypatch.setattr("knitstudy.mechanics.linear.krylov.ENTRIES", 5000)
     matrix = sp.random(300, 300, density=0.5, random_state=0).tobsr(blocksize=(3, 3))
     basis = sp.random(300, 60, density=0.1, random_state=1).tobsr(blocksize=(3, 6))
     image, coarse = Rows.of(matrix).galerkin(basis, np.float32)
@@ -111,14 +111,14 @@ def test_band_factors_solve(dtype):
     band = np.zeros((width, n), dtype=dtype, order="F")
     for k in range(width):
         band[k, : n - k] = np.diag(dense, -k)
-    assert banded.factorise(band) == 0
+    assert banded.factorise_band(band) == 0
     rhs = np.arange(n, dtype=dtype)
     expected = np.linalg.solve(dense, rhs.astype(float))
-    banded.solve(band, rhs)
+    banded.solve_band(band, rhs)
     np.testing.assert_allclose(rhs, expected, rtol=1e3 * np.finfo(dtype).eps)
 
 
 def test_a_band_that_is_not_positive_definite_names_the_minor():
     band = np.ones((1, 4), order="F")
     band[0, 2] = -1
-    assert banded.factorise(band) == 3
+    assert banded.factorise_band(band) == 3

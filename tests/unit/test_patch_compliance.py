@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.cylinder import surface_compliance
-from knitstudy.mechanics.polynomial_yarn import patch_compliance
-from knitstudy.mechanics.polynomial_yarn.patch_compliance import (
+from knitstudy.mechanics import patch_compliance
+from knitstudy.mechanics.patch_compliance import (
     cylinder_patch,
     missing,
     missing_compliance,
     space_patch,
+    surface_compliance,
 )
-from knitstudy.mechanics.polynomial_yarn.space import Space, yarn_space
+from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
 
 NU = 0.42
 PATCH = 0.183
@@ -68,12 +68,12 @@ def test_a_space_shows_less_than_there_is_and_more_the_richer_it_is(degree):
 def test_it_is_local():
     """Patches twice as far apart bend the yarn eight times as much, and miss the same."""
     near = np.diag(missing_compliance(3, 3, 0.5, 0.0, PATCH, NU))
-    patch_compliance.APART, before = 12.0, patch_compliance.APART
+    patch_compliance.APART_IN_PATCH, before = 12.0, patch_compliance.APART_IN_PATCH
     try:
         space_patch.cache_clear()
         far = np.diag(missing_compliance(3, 3, 0.5, 0.0, PATCH, NU))
     finally:
-        patch_compliance.APART = before
+        patch_compliance.APART_IN_PATCH = before
         space_patch.cache_clear()
     # But for what p = 3 lacks of bending under a load on one side.
     np.testing.assert_allclose(far, near, rtol=0.02)

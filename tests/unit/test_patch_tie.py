@@ -7,13 +7,11 @@ import pytest
 
 from knitstudy.errors import MeshError
 from knitstudy.geometry.pair import YarnPair
-from knitstudy.mechanics.disc_moments import moments, polar_rule
+from knitstudy.mechanics.patch_compliance import moments, polar_rule
 from knitstudy.mechanics.rotation import exp
-from knitstudy.mesh.pair import mesh_pair
-from knitstudy.solids.discretisation import discretised
-from knitstudy.solids.patch import Discs
-from knitstudy.solids.patch_tie import STIFFNESS, tie_patches
-from knitstudy.solids.tie import tie_of
+from knitstudy.mesh.knit import mesh_pair
+from knitstudy.models.discretisation import discretised
+from knitstudy.models.ties import STIFFNESS, Discs, tie_of, tie_patches
 from knitstudy.study.configuration import load_scene
 
 MODULUS = 1.3e9

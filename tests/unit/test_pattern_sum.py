@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.mechanics.pattern_sum import PatternSum, block_entries, lacking
+from knitstudy.mechanics.sparse_sums import PatternSum, block_entries, lacking
 
 NODES = 12
 

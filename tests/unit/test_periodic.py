@@ -6,10 +6,10 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError, MeshError
 from knitstudy.exchange.shell_section import NAMES, entries, section_matrix, write_deck
-from knitstudy.measures.shell import moduli, referred, rotated
+from knitstudy.measures.endless_knit import moduli, referred, rotated
 from knitstudy.mechanics.periodic import Lattice
-from knitstudy.mechanics.polynomial_yarn.seam import conversion, seam
-from knitstudy.mechanics.polynomial_yarn.space import yarn_space
+from knitstudy.mechanics.spline_yarn.seam import conversion, seam
+from knitstudy.mechanics.spline_yarn.space import yarn_space
 from knitstudy.study.configuration import load_scene
 from knitstudy.tables.catalogue import tabulate
 

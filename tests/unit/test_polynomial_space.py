@@ -4,12 +4,11 @@ from scipy.interpolate import BSpline
 
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.polynomial_yarn import disc
-from knitstudy.mechanics.polynomial_yarn.locate import locate, shape
-from knitstudy.mechanics.polynomial_yarn.sampling import Sampling
-from knitstudy.mechanics.polynomial_yarn.space import Space, yarn_space
-from knitstudy.mechanics.polynomial_yarn.span import span_groups
-from knitstudy.mechanics.polynomial_yarn.spline import Spline
+from knitstudy.mechanics.spline_yarn import basis as disc
+from knitstudy.mechanics.spline_yarn.basis import Spline
+from knitstudy.mechanics.spline_yarn.sampling import Sampling, locate, shape
+from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
+from knitstudy.mechanics.spline_yarn.span import span_groups
 
 BREAKS = np.array([0.0, 0.3, 1.0, 1.4, 2.0, 2.5])
 INSIDE = np.random.default_rng(0).uniform(-0.7, 0.7, (20, 2))

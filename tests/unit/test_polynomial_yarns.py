@@ -3,12 +3,11 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.exchange.deck import require_deck
-from knitstudy.geometry.arcs import head_arcs, inside, sinker_arcs
+from knitstudy.geometry.cut import head_arcs, inside, sinker_arcs
 from knitstudy.geometry.pair import YarnPair
-from knitstudy.mesh.sampled import sampled_sections
+from knitstudy.mesh.knit import sampled_sections
 from knitstudy.mesh.sweep import sweep
-from knitstudy.solids.polynomial_yarns import discretise
-from knitstudy.solids.yarn_spans import yarn_spans
+from knitstudy.models.spline_yarns import discretise, yarn_spans
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,10 @@ from knitstudy.errors import ConfigurationError, GeometryError
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.segment_angles import angles_to_axes, honeycomb_segments
-from knitstudy.networks.rom import honeycomb, run
-from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.networks.rom.principal_honeycomb import heights_by_stress, moved, zone_places
+from knitstudy.models import honeycomb
+from knitstudy.models import reduced_models as run
+from knitstudy.models.honeycomb import heights_by_stress, moved, zone_places
+from knitstudy.models.joints import contacts_of_crossings
 
 INTERLOCK, LEG = 40.0, 55.0
 

@@ -5,8 +5,8 @@ import re
 
 import pytest
 
-from knitstudy.loading import progress as module
-from knitstudy.loading.progress import Progress
+from knitstudy.loading import restart as module
+from knitstudy.loading.restart import Progress
 
 
 @pytest.fixture

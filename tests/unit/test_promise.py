@@ -7,8 +7,8 @@ import study
 from knitstudy.errors import DataFileError
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.promise import Promise, corrected, error_made
-from knitstudy.measures.quantities import FORCE, LARGEST_U_Z, NORMAL
 from knitstudy.measures.reference import Reference
+from knitstudy.measures.response import FORCE, LARGEST_U_Z, NORMAL
 from knitstudy.report.trade import BEGIN, END, filled, written
 from knitstudy.stages.trade import PAGE, TRADE
 from knitstudy.tables import catalogue as tables

@@ -10,12 +10,12 @@ from knitstudy.exchange.vtu import write_vtu
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.mechanics.elements.quadratic import EDGES
 from knitstudy.mechanics.rotation import exp
+from knitstudy.mesh.knit import mesh_specimen
 from knitstudy.mesh.quadratic import quadratic_mesh
-from knitstudy.mesh.specimen import mesh_specimen
-from knitstudy.solids.faces import serendipity
-from knitstudy.solids.facet_tie import tie_crossings
-from knitstudy.solids.hexahedra import divide
-from knitstudy.solids.tie import tie_of
+from knitstudy.models.discretisation import serendipity
+from knitstudy.models.facet_tie import tie_crossings
+from knitstudy.models.hexahedra import divide
+from knitstudy.models.ties import tie_of
 
 RADIUS, SIZE = 0.9e-3, 0.45e-3
 

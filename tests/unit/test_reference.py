@@ -7,13 +7,12 @@ import pytest
 import study
 import synthetic
 
-from knitstudy.crossings.contacts import extract
+from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
-from knitstudy.files.csv_table import read_table, write_table
-from knitstudy.files.netcdf import write_dataset
+from knitstudy.files import read_table, write_dataset, write_table
 from knitstudy.measures.problem import problem_of
-from knitstudy.measures.quantities import FORCE, LARGEST_U_Z, STRAINS, rms_out_of_plane
 from knitstudy.measures.reference import reference_of
+from knitstudy.measures.response import FORCE, LARGEST_U_Z, STRAINS, rms_out_of_plane
 from knitstudy.measures.selection import roles_of
 from knitstudy.measures.ways import ways_of
 from knitstudy.stages import reference as kept

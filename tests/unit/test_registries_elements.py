@@ -5,11 +5,11 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.elements import ELEMENTS, element
-from knitstudy.mechanics.elements.one_point import OnePointHexahedron
+from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.materials import LAWS, Material, law
-from knitstudy.mechanics.materials.st_venant_kirchhoff import st_venant_kirchhoff
+from knitstudy.mechanics.materials.isotropic import st_venant_kirchhoff
 from knitstudy.mesh.knit import mesh_knit
-from knitstudy.solids import dns
+from knitstudy.models import solid_yarns as dns
 
 
 @pytest.fixture

@@ -17,8 +17,7 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import FALLBACK
 from knitstudy.figures.saving import save
-from knitstudy.files.csv_table import read_table
-from knitstudy.files.netcdf import write_dataset
+from knitstudy.files import read_table, write_dataset
 from knitstudy.measures.selection import (
     CASES,
     ISOTROPIC_COURSE,

@@ -1,7 +1,6 @@
 """A run goes on only from its own restart file."""
 
-from knitstudy.loading.restart import restart_of, run_with
-from knitstudy.loading.run import IN_MEMORY
+from knitstudy.loading.restart import IN_MEMORY, restart_of, run_with
 
 
 def test_name_follows_scene_and_digest(tmp_path):

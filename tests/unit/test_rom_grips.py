@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.arcs import head_arcs, inside, sinker_arcs
+from knitstudy.geometry.cut import head_arcs, inside, sinker_arcs
 from knitstudy.loading.load_path import Motion
-from knitstudy.networks.rom.grips import grips, tension
-from knitstudy.networks.rom.run import assemble, run
+from knitstudy.models.network import grips, tension
+from knitstudy.models.reduced_models import assemble, run
 
 
 @pytest.fixture(scope="session")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError, GeometryError
-from knitstudy.networks.rom import honeycomb, rom3d
-from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.networks.rom.points import joint_points
+from knitstudy.models import honeycomb
+from knitstudy.models import network as rom3d
+from knitstudy.models.joints import contacts_of_crossings, joint_points
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
-from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.networks.rom.points import contact_normal_planes, joint_points
+from knitstudy.models.joints import contact_normal_planes, contacts_of_crossings, joint_points
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.networks.rom.run import run
+from knitstudy.models.reduced_models import run
 
 
 @pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])

@@ -12,17 +12,14 @@ PACKAGE = Path(knitstudy.__file__).resolve().parent
 ROOMS = (
     {"errors"},
     {"registry"},
-    {"gates"},
     {"files"},
     {"mechanics"},
     {"study"},
     {"geometry"},
     {"mesh"},
     {"loading"},
-    {"crossings"},
-    {"solids"},
-    {"networks"},
-    {"window"},
+    {"contacts"},
+    {"models"},
     {"exchange"},
     {"measures"},
     {"figures", "tables"},
@@ -34,7 +31,7 @@ ROOMS = (
 
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
 
-AT_THE_TOP = {"__init__", "__main__", "errors", "registry"}
+AT_THE_TOP = {"__init__", "__main__", "errors", "files", "registry"}
 """Modules that a newcomer sees first."""
 
 MODULES = {

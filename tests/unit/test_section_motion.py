@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 import synthetic
 
-from knitstudy.crossings.contacts import extract
-from knitstudy.crossings.section_motion import LAYERS, nodes_around, section_motion
+from knitstudy.contacts.contacts import extract
+from knitstudy.contacts.kinematics import LAYERS, nodes_around, section_motion
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.mechanics.rotation import exp
-from knitstudy.mesh.knit import mesh_knit
-from knitstudy.mesh.specimen import mesh_specimen
-from knitstudy.solids import dns
+from knitstudy.mesh.knit import mesh_knit, mesh_specimen
+from knitstudy.models import solid_yarns as dns
 
 SIZE = 0.45e-3
 
@@ -95,7 +94,7 @@ def test_history_of_a_simulation_holds_the_motion_of_sections(plain_scene):
     history = dns.run(scene, mesh, pair)
     assert history["section_gradient"].dims == ("increment", "crossing", "side", "xyz", "undeformed_xyz")
     assert not history["section_displacement"][0].any()
-    nodes = dns.assemble(scene, mesh, pair).tie.nodes
+    nodes = dns.assemble_yarns(scene, mesh, pair).tie.nodes
     motion = section_motion(pair.crossings, mesh, nodes, history["node_displacement"].to_numpy())
     np.testing.assert_allclose(history["section_gradient"][-1], motion.gradient, rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.crossings.segments import KINDS, NO_SEGMENT, segments
+from knitstudy.contacts.segments import KINDS, NO_SEGMENT, segments
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.segment_angles import angles_to_axes

@@ -5,7 +5,7 @@ import xarray as xr
 import yaml
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.files.netcdf import read_dataset
+from knitstudy.files import read_dataset
 from knitstudy.stages.simulate import lay_out, simulate
 from knitstudy.stages.table import Stage
 from knitstudy.study.configuration import load_scene
@@ -132,7 +132,7 @@ def test_results_of_other_code_are_replaced(config, made, tmp_path, monkeypatch)
     scene = load_scene("rom3d-own", config)
     simulate(scene, tmp_path, config=config)
     made.clear()
-    code = "networks.rom.run"
+    code = "models.reduced_models"
     monkeypatch.setattr(
         "knitstudy.stages.plan.code_digest", lambda module, *others: "edited" if code in module else module
     )

@@ -7,15 +7,12 @@ import vtk
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.exchange.solid_yarns import write_solid_yarns
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.geometry.specimen import read_specimen
+from knitstudy.exchange.vtu import write_solid_yarns
+from knitstudy.geometry.lay_out import lay_out, read_specimen
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.polynomial_yarn.locate import shape
-from knitstudy.mechanics.polynomial_yarn.sections import sections
-from knitstudy.mechanics.polynomial_yarn.space import Space, yarn_space
-from knitstudy.solids.polynomial_yarns import space_on, undeformed
-from knitstudy.solids.yarn_spans import yarn_spans
+from knitstudy.mechanics.spline_yarn.sampling import shape
+from knitstudy.mechanics.spline_yarn.space import Space, sections, yarn_space
+from knitstudy.models.spline_yarns import space_on, undeformed, yarn_spans
 
 STRETCH = np.array([[1.02, 0.05, 0.0], [0.0, 0.97, 0.01], [-0.03, 0.0, 1.01]])
 SHIFT = np.array([1e-4, -2e-4, 3e-4])

@@ -5,11 +5,9 @@ import pytest
 import synthetic
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.networks.rom.joints import Joints, spring_joints
-from knitstudy.networks.rom.points import joint_points
-from knitstudy.networks.rom.run import assemble, run
-from knitstudy.networks.rom.springs import springs
+from knitstudy.models.joints import Joints, contacts_of_crossings, joint_points, spring_joints
+from knitstudy.models.reduced_models import assemble, run
+from knitstudy.models.springs import springs
 
 STIFFNESS = np.array([80e3, 60e3, 900e3])
 """Of the contacts below along x, y and z [N/m]."""

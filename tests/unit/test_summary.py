@@ -5,13 +5,12 @@ import pytest
 import xarray as xr
 from synthetic import contact_history, geometry, history, stresses
 
-from knitstudy.crossings import contacts
+from knitstudy.contacts import contacts
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.loading.history import FORMS
 from knitstudy.measures.summary import kind_of, summarise
-from knitstudy.mesh.knit import mesh_knit
-from knitstudy.mesh.pair import mesh_pair
+from knitstudy.mesh.knit import mesh_knit, mesh_pair
 
 
 @pytest.fixture

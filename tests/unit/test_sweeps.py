@@ -8,7 +8,7 @@ from sweeping import LIFT, SURE, histories
 
 from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import draw
-from knitstudy.files.csv_table import read_table
+from knitstudy.files import read_table
 from knitstudy.geometry.reach import FOUND
 from knitstudy.measures.claims.evidence import Evidence
 from knitstudy.measures.claims.rules import RULES

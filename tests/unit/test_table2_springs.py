@@ -7,7 +7,7 @@ import pytest
 import synthetic
 
 from knitstudy.errors import DataFileError
-from knitstudy.files.csv_table import read_table
+from knitstudy.files import read_table
 from knitstudy.tables.table2_springs import AVERAGES, STATISTICS, tabulate
 
 PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"

@@ -10,12 +10,12 @@ import synthetic
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.files.csv_table import read_table
+from knitstudy.files import read_table
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact, snapshots
 from knitstudy.measures.cost import element_length
-from knitstudy.measures.penetration import penetration
+from knitstudy.measures.energy_balance import penetration
 from knitstudy.measures.printed import number, numbers
 from knitstudy.measures.response import transverse_contraction
 from knitstudy.tables import catalogue

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.constraints import transformation
+from knitstudy.mechanics.model import transformation
 from knitstudy.mesh.knit import mesh_knit
-from knitstudy.solids.facet_tie import facet_size, tie_crossings
-from knitstudy.solids.tube import distance, project
+from knitstudy.models.discretisation import distance_to_tube, project_on_tube
+from knitstudy.models.facet_tie import facet_size, tie_crossings
 
 
 @pytest.fixture(scope="module")
@@ -104,5 +104,5 @@ def test_projection_finds_the_nearest_point(knit):
     normal = np.cross(along, [0.3, -0.2, 0.9])
     normal *= 0.4e-3 / np.linalg.norm(normal, axis=1, keepdims=True)
     points = line.curve.value(u) + normal
-    np.testing.assert_allclose(project(line, points, u + 0.2), u, atol=1e-9)
-    np.testing.assert_allclose(distance(line, points, u - 0.2), 0.4e-3, rtol=1e-12)
+    np.testing.assert_allclose(project_on_tube(line, points, u + 0.2), u, atol=1e-9)
+    np.testing.assert_allclose(distance_to_tube(line, points, u - 0.2), 0.4e-3, rtol=1e-12)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.mechanics.tied_blocks import TiedBlocks
+from knitstudy.mechanics.sparse_sums import TiedBlocks
 
 NODES = 9
 KEPT = [0, 2, 3, 4, 6, 7, 8]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.crossings.tied_crossings import tied_crossings, tied_pieces
+from knitstudy.contacts.facets import tied_crossings, tied_pieces
 from knitstudy.mesh.knit import mesh_knit
 
 

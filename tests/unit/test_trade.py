@@ -12,15 +12,15 @@ from matplotlib.figure import Figure
 from knitstudy.figures import catalogue as figures
 from knitstudy.figures.fig_trade import number_axes
 from knitstudy.measures.bracket import bracket
+from knitstudy.measures.cost import PROCESSOR, WALL, Expense, expense_of
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.expense import PROCESSOR, WALL, Expense, expense_of
 from knitstudy.measures.fronts import nothing, rungs, sentence
 from knitstudy.measures.knobs import turned
 from knitstudy.measures.luck import no_surer_for_less, no_surer_in_one_direction
 from knitstudy.measures.problem import problem_of, sticks, tied_problem_of
-from knitstudy.measures.quantities import NORMAL, SLIP, TANGENTIAL
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, known
 from knitstudy.measures.reference import Reference
+from knitstudy.measures.response import NORMAL, SLIP, TANGENTIAL
 from knitstudy.measures.trade import as_direct, points_of
 from knitstudy.measures.trade_point import REFERENCE, Point
 from knitstudy.study.fronts import ALIKE, cheapest, digits, front, nearest

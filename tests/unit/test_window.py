@@ -6,22 +6,18 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
-from knitstudy.gates.seam import require_no_jump
-from knitstudy.geometry.pieces import Pieces
-from knitstudy.loading.checkpoint import Checkpoint
-from knitstudy.loading.follow import follow
-from knitstudy.loading.run import Run
+from knitstudy.geometry.cut import Pieces
+from knitstudy.loading.gates import require_no_jump
+from knitstudy.loading.restart import Checkpoint, Run
+from knitstudy.loading.solve import follow
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
+from knitstudy.models.window import mixed_knit, problem
+from knitstudy.models.window_contacts import shown_contacts
+from knitstudy.models.window_network import chains, cut_nodes, surroundings, touching_beams, window_of
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scene
-from knitstudy.window.cells import window_of
-from knitstudy.window.contacts import shown_contacts
-from knitstudy.window.mixed_knit import mixed_knit
-from knitstudy.window.run import problem
-from knitstudy.window.surroundings import cut_nodes, surroundings
-from knitstudy.window.touching_surroundings import chains, touching_beams
 
 
 @pytest.fixture(scope="module")

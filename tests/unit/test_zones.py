@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.crossings.zones import count_zones
+from knitstudy.contacts.facets import count_zones
 
 AROUND = 8
 

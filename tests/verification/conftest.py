@@ -9,19 +9,19 @@ import datetime
 
 import pytest
 
-from knitstudy.files.replacing import replacing
+from knitstudy.files import replacing
 from knitstudy.stages.code import code_digest
 
 PHYSICS = (
     "knitstudy.geometry.lay_out",
     "knitstudy.mesh.knit",
-    "knitstudy.solids.dns",
-    "knitstudy.networks.rom.run",
-    "knitstudy.networks.beams.run",
-    "knitstudy.crossings.contacts",
-    "knitstudy.solids.stress",
-    "knitstudy.solids.hexahedral_stress",
-    "knitstudy.solids.polynomial_stress",
+    "knitstudy.models.solid_yarns",
+    "knitstudy.models.reduced_models",
+    "knitstudy.models.beams_in_contact",
+    "knitstudy.contacts.contacts",
+    "knitstudy.models.stress",
+    "knitstudy.models.stress",
+    "knitstudy.models.stress",
 )
 """Stages whose code the table speaks of."""
 

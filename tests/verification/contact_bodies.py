@@ -9,16 +9,15 @@ from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.grids import Grid, Grids
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.elements.element import ElementGroup
-from knitstudy.mechanics.elements.one_point import OnePointHexahedron
+from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.solids_in_contact import Penetration, SolidsInContact
 from knitstudy.mesh.knit import crossing_grading
-from knitstudy.mesh.roll import Targets
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing
-from knitstudy.mesh.sweep import sweep
-from knitstudy.solids.yarn_surfaces import yarn_surfaces
+from knitstudy.mesh.sweep import Targets, sweep
+from knitstudy.models.discretisation import yarn_surfaces
 
 MODULUS = 1300.0
 POISSON = 0.4

@@ -4,17 +4,16 @@ import numpy as np
 from scipy.optimize import brentq
 
 from knitstudy.mechanics.contact.cylinders import Cylinders
-from knitstudy.mechanics.contact.hertz import Crossing
-from knitstudy.mechanics.contact.indentation import indentation
+from knitstudy.mechanics.contact.indentation import Crossing, indentation
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.newton import trace
-from knitstudy.mechanics.polynomial_yarn.patch import ACROSS, ALONG, LENGTH, PHASE, far
-from knitstudy.mechanics.polynomial_yarn.space import Space, yarn_space
-from knitstudy.mechanics.polynomial_yarn.span import span_groups
 from knitstudy.mechanics.solids_in_contact import SolidsInContact
+from knitstudy.mechanics.spline_yarn.patch import ACROSS, ALONG, LENGTH, PHASE, far
+from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
+from knitstudy.mechanics.spline_yarn.span import span_groups
 
 CELL = 0.25
 

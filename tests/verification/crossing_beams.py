@@ -6,16 +6,15 @@ import numpy as np
 
 from knitstudy.geometry.pattern import Crossings
 from knitstudy.mechanics.beam import Section
-from knitstudy.mechanics.beam_contact.contact import BeamContact
-from knitstudy.mechanics.beam_contact.curves import Curves
-from knitstudy.mechanics.beam_contact.law import Power, hertz
+from knitstudy.mechanics.beam_contact.approach import Curves
+from knitstudy.mechanics.beam_contact.contact import BeamContact, Power, hertz
 from knitstudy.mechanics.beam_contact.model import TouchingBeams
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp
-from knitstudy.networks.beams.pairs import line_pairs, point_pairs
+from knitstudy.models.beam_pairs import line_pairs, point_pairs
 
 RADIUS, MODULUS, POISSON = 0.9e-3, 1.3e9, 0.42
 SECTION = Section.circular(2 * RADIUS, MODULUS, POISSON)

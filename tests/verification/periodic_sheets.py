@@ -5,10 +5,10 @@ import scipy.sparse as sp
 
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.periodic import condensed
-from knitstudy.mechanics.polynomial_yarn.seam import seam
-from knitstudy.mechanics.polynomial_yarn.space import Space, yarn_space
-from knitstudy.mechanics.polynomial_yarn.span import span_groups
 from knitstudy.mechanics.solid import SolidModel
+from knitstudy.mechanics.spline_yarn.seam import seam
+from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
+from knitstudy.mechanics.spline_yarn.span import span_groups
 
 RADIUS, YOUNG, POISSON = 0.9, 1300.0, 0.3
 SHEAR = YOUNG / (2 * (1 + POISSON))

@@ -12,12 +12,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-from knitstudy.files.netcdf import write_dataset
+from knitstudy.files import write_dataset
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.pattern import Knit
-from knitstudy.loading.run import Run
-from knitstudy.mesh.specimen import mesh_scene
-from knitstudy.solids import dns
+from knitstudy.loading.restart import Run
+from knitstudy.mesh.knit import mesh_scene
+from knitstudy.models import solid_yarns as dns
 from knitstudy.study.configuration import load_scene
 
 
@@ -49,7 +49,7 @@ def main(name, history, checkpoint, *options):
 
     # The log of the loop, a line an increment.
     logging.basicConfig(stream=sys.stdout, format="%(message)s")
-    logging.getLogger("knitstudy.loading.follow").setLevel(logging.INFO)
+    logging.getLogger("knitstudy.loading.solve").setLevel(logging.INFO)
     done = -1
 
     def watch(load, place):

@@ -6,7 +6,7 @@ from dead_loads import balance
 
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
-from knitstudy.mechanics.curved_section import CurvedSection
+from knitstudy.mechanics.curved_rod import CurvedSection
 from knitstudy.mechanics.rotation import exp
 
 CLAMPED = np.arange(6)

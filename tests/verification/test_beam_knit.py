@@ -3,19 +3,17 @@
 import numpy as np
 import pytest
 
-from knitstudy.files.csv_table import read_table
+from knitstudy.files import read_table
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.load_path import load_path
-from knitstudy.measures.quantities import FORCE
 from knitstudy.measures.reference import reference_of
+from knitstudy.measures.response import FORCE
 from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
-from knitstudy.networks.beams.beam_knit import beam_knit
-from knitstudy.networks.beams.crossings import CrossingRecord
-from knitstudy.networks.beams.run import run
-from knitstudy.networks.rom.grips import grips, tension
+from knitstudy.models.beams_in_contact import CrossingRecord, beam_knit, run
+from knitstudy.models.network import grips, tension
 from knitstudy.stages.displays import REFERENCE
 from knitstudy.study.configuration import load_scene
 

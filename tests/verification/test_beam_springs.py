@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.beam import Section
+from knitstudy.mechanics.beam import LinearSprings, Section
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
-from knitstudy.mechanics.spring import LinearSprings
 
 SECTION = Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
 LENGTH, ELEMENTS = 2.0, 20

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from dead_loads import balance
 
-from knitstudy.mechanics.beam import Section
+from knitstudy.mechanics.beam import LinearSprings, Section
 from knitstudy.mechanics.beam_model import BeamModel
-from knitstudy.mechanics.curved_section import CurvedSection
-from knitstudy.mechanics.spring import LinearSprings
+from knitstudy.mechanics.curved_rod import CurvedSection
 
 SECTION = Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
 

@@ -6,7 +6,7 @@ from polynomial_rods import POISSON, RADIUS, YOUNG, Rod, arc
 
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_model import BeamModel
-from knitstudy.mechanics.curved_section import CurvedSection
+from knitstudy.mechanics.curved_rod import CurvedSection
 
 ANGLE = 1.5 * np.pi
 BEAMS = 96

@@ -11,8 +11,8 @@ from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.pair import YarnPair
-from knitstudy.mesh.pair import mesh_pair
-from knitstudy.solids.facet_tie import tie_crossings
+from knitstudy.mesh.knit import mesh_pair
+from knitstudy.models.facet_tie import tie_crossings
 from knitstudy.study.configuration import load_scene
 
 pytestmark = [

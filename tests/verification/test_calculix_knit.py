@@ -10,19 +10,19 @@ from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.pattern import Knit
-from knitstudy.mechanics.constraints import transformation
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.calculix_one_point import CalculixHexahedron
-from knitstudy.mechanics.elements.one_point import OnePointHexahedron
+from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.model import transformation
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.knit import mesh_knit
-from knitstudy.solids.discretisation import discretised
-from knitstudy.solids.facet_tie import tie_crossings
-from knitstudy.solids.patch_tie import tie_patches
+from knitstudy.models.discretisation import discretised
+from knitstudy.models.facet_tie import tie_crossings
+from knitstudy.models.ties import tie_patches
 from knitstudy.study.configuration import load_scene
 
 pytestmark = [

@@ -10,18 +10,17 @@ from test_solids import EXACT
 from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import Deck, Prescribed, Step, specimen_deck
 from knitstudy.exchange.inp import write_inp
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.geometry.specimen import read_specimen
+from knitstudy.geometry.lay_out import lay_out, read_specimen
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
-from knitstudy.mesh.specimen import mesh_specimen
-from knitstudy.solids import dns
-from knitstudy.solids.solid_yarns import assemble
+from knitstudy.mesh.knit import mesh_specimen
+from knitstudy.models import solid_yarns as dns
+from knitstudy.models.solid_yarns import assemble_yarns
 from knitstudy.study.configuration import load_scene
 
 pytestmark = [
@@ -94,7 +93,7 @@ def test_a_tied_knit_of_c3d20r(cell, tmp_path, rule, strain, bar):
     """The same facets tied node by node; discs whose springs are rigid in the deck."""
     scene, knit, mesh = cell
     scene = scene.vary({"tie.rule": rule, "load.strain": strain})
-    yarns = assemble(scene, mesh, knit)
+    yarns = assemble_yarns(scene, mesh, knit)
     deck = dataclasses.replace(specimen_deck(scene, knit, mesh, yarns.tie, "equations"), tolerance=1e-7)
     write_inp(deck, tmp_path / "knit.inp", "calculix")
     theirs = calculix.run(tmp_path / "knit.inp").force[-1, 0]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.networks.rom.run import run
+from knitstudy.models.reduced_models import run
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.simulate import simulate
 from knitstudy.study.configuration import load_scene

@@ -11,7 +11,7 @@ from hexahedral_block import unknowns
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.contact.friction import STICK
 from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solids_in_contact import Penetration
 

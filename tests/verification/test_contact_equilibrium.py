@@ -3,12 +3,11 @@
 import numpy as np
 from contact_bodies import back, crossed_yarns, drive, joined, law, reaction, together
 
-from knitstudy.mechanics.contact.friction import SLIP, STICK
+from knitstudy.mechanics.contact.friction import SLIP, STICK, ContactHistory
 from knitstudy.mechanics.contact.grids import Grids
-from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
 from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp
 

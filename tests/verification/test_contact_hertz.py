@@ -7,13 +7,13 @@ import scipy.sparse as sp
 from contact_bodies import MODULUS, POISSON, back, crossed_yarns, joined, law
 from hexahedral_block import unknowns
 
+from knitstudy.mechanics.contact.friction import ContactHistory
 from knitstudy.mechanics.contact.grids import Grids
-from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.elements.element import ElementGroup
-from knitstudy.mechanics.elements.one_point import OnePointHexahedron
+from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.lu import LU, factorise
+from knitstudy.mechanics.linear.direct import LU, factorise
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.newton import trace

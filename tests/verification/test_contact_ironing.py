@@ -5,7 +5,7 @@ import pytest
 from contact_bodies import back, crossed_yarns, drive, law, reaction, together
 
 from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
 
 

@@ -7,12 +7,11 @@ import pytest
 from contact_bodies import back, crossed_yarns, drive, joined, law, together
 from scipy.sparse.linalg import spsolve
 
-from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK
+from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, ContactHistory
 from knitstudy.mechanics.contact.grids import Grids
-from knitstudy.mechanics.contact.history import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
 
 SIZE = 0.4

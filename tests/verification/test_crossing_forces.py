@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.geometry.specimen import read_specimen
-from knitstudy.mesh.specimen import mesh_specimen
-from knitstudy.solids import dns
+from knitstudy.geometry.lay_out import lay_out, read_specimen
+from knitstudy.mesh.knit import mesh_specimen
+from knitstudy.models import solid_yarns as dns
 from knitstudy.study.configuration import load_scene
 
 

@@ -5,8 +5,7 @@ import pytest
 from dead_loads import balance
 
 from knitstudy.mechanics.beam_model import BeamModel
-from knitstudy.mechanics.curved_rod import section_compliance
-from knitstudy.mechanics.curved_section import CurvedSection
+from knitstudy.mechanics.curved_rod import CurvedSection, section_compliance
 
 E, R, NU = 1.3e3, 0.9, 0.42
 AREA, INERTIA = np.pi, np.pi / 4  # of radius 1

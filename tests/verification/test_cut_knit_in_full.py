@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.cut_rows import cut_rows
-from knitstudy.loading.follow import follow
-from knitstudy.mesh.sampled import sampled_sections
-from knitstudy.solids import dns, yarn_spans
-from knitstudy.solids.cut_knit import problem
+from knitstudy.geometry.cut import cut_rows
+from knitstudy.loading.solve import follow
+from knitstudy.mesh.knit import sampled_sections
+from knitstudy.models import solid_yarns as dns
+from knitstudy.models import spline_yarns as yarn_spans
+from knitstudy.models.pieces import problem_of_cut_knit
 
 
 @pytest.fixture
@@ -44,7 +45,7 @@ def test_wale_tension_of_a_row(plain_scene, knit_of, gripped_to_the_cuts, verify
     )
     whole = gripped_to_the_cuts(scene)
     cut = scene.replace("specimen", "cut_knit")
-    pieces = follow(problem(cut, knit_of(cut)))
+    pieces = follow(problem_of_cut_knit(cut, knit_of(cut)))
     name = f"cells cut out of a knit, wale tension, {interaction}"
     verify.within(
         f"{name}: force over that of yarns gripped to the cuts",

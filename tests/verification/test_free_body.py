@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from contact_bodies import MODULUS, Straight, back, drive, law, reaction, together, yarn
 
-from knitstudy.mechanics import free_bodies
-from knitstudy.mechanics.free_bodies import FreeBodies
+from knitstudy.mechanics import model as free_bodies
 from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.model import FreeBodies
 from knitstudy.mechanics.newton import trace
 from knitstudy.mesh.section import Section
 

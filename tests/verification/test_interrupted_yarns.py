@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.specimen import read_specimen
-from knitstudy.loading.follow import follow
-from knitstudy.loading.run import Run
+from knitstudy.geometry.lay_out import read_specimen
+from knitstudy.loading.restart import Run
+from knitstudy.loading.solve import follow
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.solids import dns
+from knitstudy.models import solid_yarns as dns
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scene
 

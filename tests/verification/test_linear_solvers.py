@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.constraints import DirichletElimination
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.linear.krylov import Krylov
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.model import DirichletElimination
 from knitstudy.mesh.knit import mesh_knit
-from knitstudy.solids import dns
+from knitstudy.models import solid_yarns as dns
 
 
 @pytest.fixture(scope="module")
 def cell(plain_scene, knit_of):
     scene = plain_scene.vary({"fidelity": "dns", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3})
     knit = knit_of(scene)
-    yarns = dns.assemble(scene, mesh_knit(knit, scene.mesh.size), knit)
+    yarns = dns.assemble_yarns(scene, mesh_knit(knit, scene.mesh.size), knit)
     return yarns, dns.problem_of(yarns, scene, knit)
 
 

@@ -6,8 +6,9 @@ from pull import knit_and_mesh
 
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.pattern import Knit
-from knitstudy.mesh.sampled import sampled_sections
-from knitstudy.solids import dns, polynomial_yarns
+from knitstudy.mesh.knit import sampled_sections
+from knitstudy.models import solid_yarns as dns
+from knitstudy.models import spline_yarns as polynomial_yarns
 from knitstudy.study.configuration import load_scene
 
 SMALL = {

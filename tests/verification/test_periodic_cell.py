@@ -9,18 +9,17 @@ import scipy.sparse as sp
 from knitstudy.exchange.shell_section import section_matrix
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.pattern import Knit
-from knitstudy.loading.follow import follow
-from knitstudy.measures.shell import rotated
+from knitstudy.loading.solve import follow
+from knitstudy.measures.endless_knit import rotated
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.periodic import PeriodicModel
-from knitstudy.mechanics.polynomial_yarn.seam import seam
 from knitstudy.mechanics.solid import SolidModel
-from knitstudy.solids.cell import FIXED, Cell, assemble, problem
-from knitstudy.solids.periodic_yarns import PeriodicYarns, periodic_map, wrapped_shape
-from knitstudy.solids.polynomial_yarns import space_on
-from knitstudy.solids.yarn_spans import yarn_spans
+from knitstudy.mechanics.spline_yarn.seam import seam
+from knitstudy.models.cell import FIXED, Cell, assemble, problem
+from knitstudy.models.periodic_yarns import PeriodicYarns, periodic_map, wrapped_shape
+from knitstudy.models.spline_yarns import space_on, yarn_spans
 from knitstudy.study.configuration import load_scene
 
 PLAIN, STILL = np.eye(3), np.zeros(3)

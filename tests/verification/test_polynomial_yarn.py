@@ -9,9 +9,9 @@ from polynomial_rods import AREA, INERTIA, POISSON, RADIUS, SHEAR, YOUNG, Rod, a
 from scipy.sparse.linalg import splu
 
 from knitstudy.mechanics.materials import LAWS
-from knitstudy.mechanics.polynomial_yarn import disc
 from knitstudy.mechanics.rotation import exp
-from knitstudy.mesh.frames import rotation_minimising
+from knitstudy.mechanics.spline_yarn import basis as disc
+from knitstudy.mesh.sweep import rotation_minimising
 
 laws = pytest.mark.parametrize("law", sorted(LAWS.names()))
 

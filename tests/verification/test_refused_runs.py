@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConvergenceError, MeshError
-from knitstudy.files.netcdf import read_dataset
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.geometry.specimen import read_specimen
-from knitstudy.loading.run import Run
-from knitstudy.mesh.specimen import mesh_specimen
-from knitstudy.solids import dns
+from knitstudy.files import read_dataset
+from knitstudy.geometry.lay_out import lay_out, read_specimen
+from knitstudy.loading.restart import Run
+from knitstudy.mesh.knit import mesh_specimen
+from knitstudy.models import solid_yarns as dns
 from knitstudy.study.configuration import load_scene
 
 

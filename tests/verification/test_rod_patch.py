@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from knitstudy.mechanics import rod_patch
-from knitstudy.mechanics.polynomial_yarn.patch_compliance import cylinder_patch
+from knitstudy.mechanics import patch_compliance as rod_patch
+from knitstudy.mechanics.patch_compliance import cylinder_patch
 
 NU = 0.42
 

@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from dead_loads import balance
 
-from knitstudy.loading.follow import follow
 from knitstudy.loading.load_path import load_path
+from knitstudy.loading.solve import follow
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
-from knitstudy.networks.rom import honeycomb, rom3d
-from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.networks.rom.grips import grips, tension
-from knitstudy.networks.rom.points import joint_points
-from knitstudy.networks.rom.run import assemble, problem_of, run
+from knitstudy.models import honeycomb
+from knitstudy.models import network as rom3d
+from knitstudy.models.joints import contacts_of_crossings, joint_points
+from knitstudy.models.network import grips, tension
+from knitstudy.models.reduced_models import assemble, problem_of, run
 
 
 @pytest.fixture(scope="module")

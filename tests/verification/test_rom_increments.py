@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from knitstudy.networks.rom.run import run
+from knitstudy.models.reduced_models import run
 
 
 def test_force_does_not_depend_on_the_number_of_increments(plain_scene, knit, contacts, verify):

@@ -7,12 +7,11 @@ from polynomial_rods import AREA, INERTIA, POISSON, RADIUS, SHEAR, YOUNG, Rod, a
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp
-from knitstudy.mechanics.seams import Seams
 from knitstudy.mechanics.solid import SolidModel
-from knitstudy.mechanics.solids_and_beams import SolidsAndBeams
+from knitstudy.mechanics.solids_and_beams import Seams, SolidsAndBeams
 
 LENGTH = 12.0
 """A third of it is solid."""

@@ -4,20 +4,19 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from knitstudy.geometry.lay_out import lay_out
+from knitstudy.geometry.lay_out import lay_out, read_specimen
 from knitstudy.geometry.pattern import Knit
-from knitstudy.geometry.specimen import read_specimen
 from knitstudy.measures.cut_force import cell_force, cut_force
-from knitstudy.mechanics.cauchy import cauchy_stress, principal_axes
 from knitstudy.mechanics.materials import Material
-from knitstudy.mesh.specimen import mesh as mesh_stage
+from knitstudy.mechanics.solid import cauchy_stress, principal_axes
+from knitstudy.mesh.knit import mesh as mesh_stage
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.solids import dns
-from knitstudy.solids.discretisation import discretised
-from knitstudy.solids.hexahedral_stress import cell_stress as hexahedral
-from knitstudy.solids.polynomial_stress import cell_stress as polynomial
-from knitstudy.solids.stress import stress
-from knitstudy.solids.tie import tie_of
+from knitstudy.models import solid_yarns as dns
+from knitstudy.models.discretisation import discretised
+from knitstudy.models.stress import hexahedral_cell_stress as hexahedral
+from knitstudy.models.stress import spline_cell_stress as polynomial
+from knitstudy.models.stress import stress
+from knitstudy.models.ties import tie_of
 from knitstudy.study.configuration import load_scene
 
 SMALL = 1e-5

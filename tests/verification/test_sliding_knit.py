@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pull import pull, pull_apart
 
-from knitstudy.files.netcdf import read_dataset
+from knitstudy.files import read_dataset
 from knitstudy.measures.energy_balance import ledger_gap
 from knitstudy.study.configuration import load_scene
 

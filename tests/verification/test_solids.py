@@ -8,12 +8,11 @@ import pytest
 from hexahedral_block import block, connect, solid, unknowns, with_middles
 
 from knitstudy.mechanics.elements import hexahedron, quadratic
-from knitstudy.mechanics.elements.hexahedron import CORNERS, GAUSS, jacobians
+from knitstudy.mechanics.elements.hexahedron import CORNERS, GAUSS, OnePointHexahedron, jacobians
 from knitstudy.mechanics.elements.incompatible_modes import IncompatibleHexahedron
-from knitstudy.mechanics.elements.one_point import OnePointHexahedron
 from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.lu import LU
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.materials import LAWS, Material
 from knitstudy.mechanics.materials.material import VOIGT
 from knitstudy.mechanics.model import Memoryless
@@ -49,7 +48,15 @@ class Kind:
 
 
 LINEAR = (CORNERS, hexahedron.shape, hexahedron.GRADIENTS, 0.08, 0.05, (4e-4, 2e-4))
-QUADRATIC = (quadratic.NATURAL, quadratic.shape, quadratic.GRADIENTS, 0.03, 0.02, (1e-4, 5e-5), 0.02)
+QUADRATIC = (
+    quadratic.NATURAL,
+    quadratic.quadratic_shape,
+    quadratic.GRADIENTS,
+    0.03,
+    0.02,
+    (1e-4, 5e-5),
+    0.02,
+)
 KINDS = {
     "one-point": Kind(OnePointHexahedron, *LINEAR),
     "incompatible modes": Kind(IncompatibleHexahedron, *LINEAR),
@@ -246,7 +253,7 @@ def _mean_square_error(corners, displacement):
     place, weight = np.polynomial.legendre.leggauss(3)
     natural = np.stack(np.meshgrid(place, place, place, indexing="ij"), axis=-1).reshape(-1, 3)
     weight = np.einsum("i,j,k->ijk", weight, weight, weight).ravel() / 8
-    functions = quadratic.shape(natural)
+    functions = quadratic.quadratic_shape(natural)
     exact = manufactured((functions @ corners).reshape(-1, 3))[0].reshape(len(corners), -1, 3)
     return np.sqrt(np.mean(((functions @ displacement - exact) ** 2).sum(axis=2) @ weight))
 

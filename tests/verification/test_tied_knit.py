@@ -8,11 +8,11 @@ import pytest
 from pull import knit_and_mesh, pull, pull_apart
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.files.netcdf import read_dataset
+from knitstudy.files import read_dataset
 from knitstudy.measures.energy_balance import hourglass_share, ledger_gap
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.newton import trace
-from knitstudy.solids import dns
+from knitstudy.models import solid_yarns as dns
 from knitstudy.study.configuration import load_scene
 
 ELEMENTS = ("one_point", "incompatible_modes")
@@ -103,7 +103,7 @@ def test_tie_follows_rigid_rotations(cell, verify):
     from knitstudy.mechanics.solid import SolidState
 
     knit, mesh = knit_and_mesh(cell)
-    yarns = dns.assemble(cell, mesh, knit)
+    yarns = dns.assemble_yarns(cell, mesh, knit)
     rotation = exp(np.array([0.4, -1.2, 0.9]))
     nodes = yarns.tie.nodes[yarns.retained]
     force = yarns.model.respond(SolidState(nodes @ rotation.T - nodes), stiffness=False).force

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from knitstudy.loading.follow import follow
+from knitstudy.loading.solve import follow
 from knitstudy.mechanics.newton import trace
-from knitstudy.mesh.sampled import sampled_sections
-from knitstudy.solids import dns
-from knitstudy.window.run import problem
+from knitstudy.mesh.knit import sampled_sections
+from knitstudy.models import solid_yarns as dns
+from knitstudy.models.window import problem
 
 STRAIN = 0.01
 

@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from knitstudy.files.netcdf import read_dataset
+from knitstudy.files import read_dataset
 
 
 def rewrite(path, old, new):

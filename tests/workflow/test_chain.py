@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 
-from knitstudy.files.netcdf import read_dataset
+from knitstudy.files import read_dataset
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.stages.table import stage_of
 from knitstudy.study.configuration import load_scenes, load_study

@@ -4,11 +4,11 @@ import signal
 import subprocess
 import sys
 
-from knitstudy.files.replacing import replacing
+from knitstudy.files import replacing
 
 CODE = """
 import os, signal, sys
-from knitstudy.files.replacing import replacing
+from knitstudy.files import replacing
 with replacing(sys.argv[1]) as temporary:
     temporary.write_text("half")
     os.kill(os.getpid(), signal.SIGKILL)

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from knitstudy.files.netcdf import read_dataset
+from knitstudy.files import read_dataset
 
 LOG = "logs/dns/pair-slid-90.log"
 HISTORY = "results/dns/pair-slid-90.nc"

@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from knitstudy.files.netcdf import recorded_digest
+from knitstudy.files import recorded_digest
 
 TIED = re.compile(r"(dns|rom3d|rom2d)-tie")
 

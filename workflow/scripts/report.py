@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from knitstudy.files.csv_table import read_table
-from knitstudy.files.replacing import replacing
+from knitstudy.files import read_table, replacing
 from knitstudy.registry import load_plugins
 from knitstudy.report.origin import origins
 from knitstudy.report.page import render

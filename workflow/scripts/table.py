@@ -1,6 +1,6 @@
 """Build a table from results and from what the paper prints."""
 
-from knitstudy.files.csv_table import write_table
+from knitstudy.files import write_table
 from knitstudy.registry import load_plugins
 from knitstudy.report.sources import read_sources
 from knitstudy.stages.script import frame

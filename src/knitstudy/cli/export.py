@@ -39,8 +39,8 @@ def export(
     # Imported here: --help need not wait for it.
     from knitstudy.exchange.deck import require_deck, specimen_deck
     from knitstudy.exchange.inp import write_inp
-    from knitstudy.solids.hexahedra import divide
-    from knitstudy.solids.tie import tie_of
+    from knitstudy.models.hexahedra import divide
+    from knitstudy.models.ties import tie_of
     from knitstudy.stages.simulate import lay_out
 
     wanted = changed_scene(scene, changes, config)

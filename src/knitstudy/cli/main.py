@@ -15,7 +15,7 @@ from knitstudy.cli.plan import plan
 from knitstudy.cli.run import run
 from knitstudy.cli.show import show
 from knitstudy.errors import KnitstudyError
-from knitstudy.files.provenance import code_version
+from knitstudy.files import code_version
 
 
 class OneMessage(click.ClickException):

@@ -14,14 +14,14 @@ import click
 
 from knitstudy.cli.options import changed_scene, config_option, output_option, set_option
 from knitstudy.cli.output import print_table
-from knitstudy.loading.progress import Progress
+from knitstudy.loading.restart import Progress
 from knitstudy.study.configuration import asks, load_scenes, plan_of
 from knitstudy.study.planning import Planned, compared
 
 if TYPE_CHECKING:
     from knitstudy.stages.simulate import Results
 
-STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.follow.resumed")
+STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.solve.resumed")
 """Loggers that say which stages ran, and whether a run goes on where another one ended."""
 
 

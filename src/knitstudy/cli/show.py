@@ -10,8 +10,7 @@ import click
 
 from knitstudy.cli.output import print_table
 from knitstudy.errors import DataFileError
-from knitstudy.files.csv_table import read_table
-from knitstudy.files.netcdf import read_dataset
+from knitstudy.files import read_dataset, read_table
 
 
 @contextmanager

@@ -16,23 +16,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.crossings.tied_crossings import tied_pieces
+from knitstudy.contacts.facets import tied_pieces
 from knitstudy.errors import ConfigurationError
 from knitstudy.loading.load_path import load_path
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.solids.facet_tie import tie_crossings
-from knitstudy.solids.hexahedra import divide
-from knitstudy.solids.patch_tie import STIFFNESS
-from knitstudy.solids.yarn_contact import penalties
+from knitstudy.models.facet_tie import tie_crossings
+from knitstudy.models.hexahedra import divide
+from knitstudy.models.ties import STIFFNESS
+from knitstudy.models.yarn_contact import penalties
 
 if TYPE_CHECKING:
     from knitstudy.geometry.pair import YarnPair
     from knitstudy.geometry.pattern import Knit
-    from knitstudy.solids.discretisation import Discretisation
-    from knitstudy.solids.facet_tie import FacetTie
-    from knitstudy.solids.tie import Tie
+    from knitstudy.models.discretisation import Discretisation
+    from knitstudy.models.facet_tie import FacetTie
+    from knitstudy.models.ties import Tie
     from knitstudy.study.scene import Scene
 
 CONSTRAINTS = ("surfaces", "equations")

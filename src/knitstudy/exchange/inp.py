@@ -9,12 +9,16 @@ from pathlib import Path
 from typing import TextIO
 
 import numpy as np
+import xarray as xr
 
-from knitstudy.exchange.deck import ContactPair, Deck, Equations, Step, Surface, TiedPair
-from knitstudy.exchange.dialects import abaqus, calculix  # noqa: F401  (they register themselves)
+from knitstudy.exchange.deck import ContactPair, Deck, Equations, Step, Surface, TiedPair, specimen_deck
 from knitstudy.exchange.dialects.dialect import DIALECTS, NUMBER, Dialect, Element, Wording
-from knitstudy.files.provenance import code_version
-from knitstudy.files.replacing import replacing
+from knitstudy.files import code_version, replacing
+from knitstudy.geometry.lay_out import read_specimen
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.models.hexahedra import divide
+from knitstudy.models.ties import tie_of
+from knitstudy.study.scene import Scene
 
 ENTRIES_PER_LINE = 12
 
@@ -164,3 +168,22 @@ def _wrapped(numbers: np.ndarray) -> Iterator[str]:
     texts = np.asarray(numbers).astype(str)
     for start in range(0, len(texts), ENTRIES_PER_LINE):
         yield ", ".join(texts[start : start + ENTRIES_PER_LINE]) + "\n"
+
+
+# ---- The deck of a scene, as a stage leaves it
+
+
+def write_abaqus(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
+    """Write the deck of a scene for Abaqus."""
+    _write(scene, path, geometry, mesh, "abaqus")
+
+
+def write_calculix(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
+    """Write the deck of a scene for CalculiX."""
+    _write(scene, path, geometry, mesh, "calculix")
+
+
+def _write(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset, dialect: str) -> None:
+    specimen, swept = read_specimen(geometry), SweptMesh.from_dataset(mesh)
+    tie = tie_of(scene, divide(scene, swept, specimen), specimen)
+    write_inp(specimen_deck(scene, specimen, swept, tie), path, dialect)

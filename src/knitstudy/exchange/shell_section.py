@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.exchange.dialects.dialect import NUMBER
-from knitstudy.files.provenance import code_version
-from knitstudy.files.replacing import replacing
+from knitstudy.files import code_version, replacing
 from knitstudy.study.scene import Scene
 
 ENTRIES_PER_LINE = 8

@@ -15,8 +15,8 @@ from knitstudy.figures.style import PAPER, YARNS, figure, panel_letter, styled
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
+from knitstudy.measures.centre_cell import loop_of
 from knitstudy.measures.selection import TIED_COURSE
-from knitstudy.measures.unit_cell import loop_of
 
 WIDTH = 130.0
 """Of the figure [mm]."""

@@ -15,7 +15,7 @@ from knitstudy.figures.front import front_view
 from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import ACCENT, INK, PAPER, YARNS, styled, tint
 from knitstudy.figures.view import FRONT
-from knitstudy.geometry.arcs import head_arcs, sinker_arcs
+from knitstudy.geometry.cut import head_arcs, sinker_arcs
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.selection import ISOTROPIC_COURSE, ISOTROPIC_WALE
 from knitstudy.study.scene import Scene

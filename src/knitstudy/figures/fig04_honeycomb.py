@@ -17,8 +17,8 @@ from knitstudy.figures.view import FRONT
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.selection import TIED_COURSE
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.networks.rom import honeycomb
-from knitstudy.networks.rom.network import Network
+from knitstudy.models import honeycomb
+from knitstudy.models.network import Network
 
 
 @FIGURES.add(

@@ -17,7 +17,7 @@ from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.selection import TIED_COURSE
-from knitstudy.networks.rom.points import joint_points
+from knitstudy.models.joints import joint_points
 
 WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=34, tilt=-37)
 

@@ -14,8 +14,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import PERCENT
 from knitstudy.figures.style import DOUBLE, FAINT, figure, panel_letter, styled, tint
-from knitstudy.measures.centre_cell import centre_cell
-from knitstudy.measures.kinematics import closest_neighbour, rotation_angle
+from knitstudy.measures.centre_cell import centre_cell, closest_neighbour, rotation_angle
 from knitstudy.measures.selection import ISOTROPIC_COURSE
 
 HEIGHT = 178.0

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
-from knitstudy.crossings.segments import KINDS
+from knitstudy.contacts.segments import KINDS
 from knitstudy.errors import GeometryError
 from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar
 from knitstudy.figures.catalogue import FIGURES
@@ -23,7 +23,7 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.segment_angles import SEGMENT, central
 from knitstudy.measures.selection import ISOTROPIC_COURSE
-from knitstudy.networks.rom.principal_honeycomb import heights_by_stress, zone_places
+from knitstudy.models.honeycomb import heights_by_stress, zone_places
 
 TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}
 """Colours of the axes in course and in wale tension."""

@@ -16,9 +16,8 @@ from knitstudy.figures.picture import bounds, show
 from knitstudy.figures.style import DOUBLE, figure, panel_letter, styled
 from knitstudy.figures.view import FRONT
 from knitstudy.measures.names import INTERACTIONS, NAMES
-from knitstudy.measures.quantities import RMS_U_Z, rms_out_of_plane
 from knitstudy.measures.reference import Reference, reference_of
-from knitstudy.measures.response import out_of_plane_agreement
+from knitstudy.measures.response import RMS_U_Z, out_of_plane_agreement, rms_out_of_plane
 from knitstudy.measures.selection import TIED_COURSE, TIED_WALE
 from knitstudy.study.scene import Scene
 

@@ -13,8 +13,7 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.cells_axis import draw_cells_axis
 from knitstudy.figures.domain_line import domain_line
 from knitstudy.figures.style import figure, panel_letter, styled
-from knitstudy.measures.domain import series_of
-from knitstudy.measures.domain_response import domain_response
+from knitstudy.measures.domain import domain_response, series_of
 from knitstudy.study.scene import Scene
 
 WIDTH, HEIGHT = 170.0, 72.0

@@ -12,7 +12,7 @@ from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import YARNS
 from knitstudy.figures.surface import Surface
 from knitstudy.geometry.pattern import Knit
-from knitstudy.networks.rom.points import contact_normal_planes, joint_points
+from knitstudy.models.joints import contact_normal_planes, joint_points
 
 LEFT_ZONES = (0, 2)
 """Lower and upper contact on the left of an interlock, where P1 and P2 of Fig. 5 lie."""

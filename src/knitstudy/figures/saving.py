@@ -14,8 +14,7 @@ from matplotlib.figure import Figure
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.picture import is_fallback
 from knitstudy.figures.style import RC, resolution
-from knitstudy.files.provenance import code_version
-from knitstudy.files.replacing import replacing
+from knitstudy.files import code_version, replacing
 
 # It tells at length how it cuts fonts for PDF.
 logging.getLogger("fontTools").setLevel(logging.WARNING)

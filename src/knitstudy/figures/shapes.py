@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from knitstudy.figures.surface import Surface
-from knitstudy.mesh.frames import rotation_minimising
-from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.mesh.sweep import SweptMesh, rotation_minimising
 
 AROUND = 40
 """Facets around a tube."""

@@ -1,23 +1,286 @@
-"""Calibrate the loop, confirm it by the optimisation and write it as a file of the configuration.
+"""Calibration: the loop and the spacings whose optimised knit has the angles and the length of the paper's.
 
-python -m knitstudy.geometry.calibrate --help
+Unknowns are the spacings w and c and the control points of a quarter of the loop, from the sinker's centre to
+the middle of the leg; mirror and half turn give the rest. The optimisation moves z components only, so its
+result is known by its conditions: the z components of the gradient of F vanish, with the contact force
+2 alpha (D - 2 - c0) as one more unknown. They are solved together with the targets by least squares, without an
+optimisation in every step; in the end the optimisation itself must confirm the result.
+
+The loop that the targets leave open is chosen by least bending energy; curvature and gaps are bounded by
+penalties. All lengths are in yarn radii. The search is deterministic.
 """
 
 import argparse
 import sys
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import yaml
+from scipy.interpolate import CubicSpline
+from scipy.optimize import least_squares
 
-from knitstudy.errors import ConfigurationError, KnitstudyError
-from knitstudy.files.replacing import replacing
-from knitstudy.geometry.calibration import Problem, calibrate, whole_loop
+from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
+from knitstudy.files import replacing
 from knitstudy.geometry.loop import Loop
-from knitstudy.geometry.optimise import CONTACT_TOLERANCE, optimise
-from knitstudy.geometry.survey import check_yarns, survey
+from knitstudy.geometry.optimise import CONTACT_TOLERANCE, cost_function, optimise
+from knitstudy.geometry.survey import check_yarns, honeycomb_angles, survey
+from knitstudy.geometry.symmetry import symmetric_motions, symmetries
+from knitstudy.geometry.yarn_spacing import approaches
+
+CURVATURE_SAMPLES = 12
+"""Samples a Bezier segment in which curvature is bounded and bending energy summed."""
+NEAREST = 8
+"""Approaches away from the crossings that the bound on the gap looks at: more than come near in a quarter."""
+UNUSABLE = 1e3
+"""Residual of control points that make no plain knit."""
+SPREAD = 0.25
+"""Standard deviation, in radii, of the random starts about the first one."""
+SHARPENING = (1.0, 1e-2, 1e-4)
+"""Shares of the bending weight in turn: in the end it no longer pulls the loop off the targets."""
+MOST_EVALUATIONS = 60
+"""Jacobians a start and weight may cost."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What the optimised loop must be like, and how it is searched for; lengths in radii, angles in degrees.
+
+    Attributes
+    ----------
+    length, interlock_angle, leg_angle, aspect, clearance : float
+        Targets; aspect is the wale over the course spacing.
+    curvature : float
+        Largest R over radius of curvature that is free of penalty.
+    gap : float
+        Smallest gap away from the crossings that is free of penalty.
+    flattening : float
+        z of the initial loop over z of the optimised one: what makes the initial yarns interpenetrate.
+    bending : float
+        Weight of the bending energy, small against everything else.
+    points : int
+        Control points of a loop, a multiple of 4.
+    settings : object
+        Weights and samples of the optimisation, see `optimise`.
+    """
+
+    length: float
+    interlock_angle: float
+    leg_angle: float
+    aspect: float
+    clearance: float
+    curvature: float
+    gap: float
+    flattening: float
+    bending: float
+    points: int
+    settings: object
+
+    @property
+    def quarter(self):
+        """Bezier segments of a quarter of the loop."""
+        return self.points // 4
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One vector of unknowns, taken apart.
+
+    Attributes
+    ----------
+    wale_spacing, course_spacing : float
+    points : ndarray (P, 3)
+        Control points of the optimised loop.
+    force : float
+        Contact force 2 alpha (D - 2 - c0) / beta at a crossing.
+    """
+
+    wale_spacing: float
+    course_spacing: float
+    points: np.ndarray
+    force: float
+
+    @classmethod
+    def from_unknowns(cls, unknowns, quarter):
+        """From w, c, y_0, (x, y) of the points 1 .. quarter - 1, z of 0 .. quarter, and the force."""
+        wale, course, y_sinker, *_ = unknowns
+        plane, z, force = np.split(unknowns[3:], [2 * (quarter - 1), 3 * quarter - 1])
+        xy = np.vstack([[0.0, y_sinker], plane.reshape(-1, 2), [wale / 4, 0.0]])
+        return cls(wale, course, whole_loop(np.column_stack([xy, z]), wale), float(force[0]))
+
+    def unknowns(self):
+        """The vector of unknowns: the inverse of `from_unknowns`."""
+        quarter = len(self.points) // 4
+        first = [self.wale_spacing, self.course_spacing, self.points[0, 1]]
+        plane, z = self.points[1:quarter, :2], self.points[: quarter + 1, 2]
+        return np.concatenate([first, plane.ravel(), z, [self.force]])
+
+    def loop(self, problem, flattening=1.0):
+        """The loop of these points, its z components times a factor: Loop, in radii."""
+        points = self.points * [1, 1, flattening]
+        return Loop(points, self.wale_spacing, self.course_spacing, 1.0, problem.clearance)
+
+
+def whole_loop(quarter, wale_spacing):
+    """All control points of a loop from those of a quarter.
+
+    Parameters
+    ----------
+    quarter : ndarray (k + 1, 3)
+        From the sinker's centre at x = 0 to the middle of the leg at x = w/4, y = 0.
+    wale_spacing : float
+
+    Returns
+    -------
+    ndarray (4 k, 3)
+    """
+    turned = [wale_spacing / 2, 0, 0] + quarter[-2::-1] * [-1, -1, 1]
+    half = np.vstack([quarter, turned])
+    mirrored = [wale_spacing, 0, 0] + half[-2:0:-1] * [-1, 1, 1]
+    return np.vstack([half, mirrored])
+
+
+def first_guess(problem):
+    """Unknowns of a loop of Munden's proportions, c = l/5.3 and w = l/4.1, with an omega shape.
+
+    Munden 1959, "The geometry and dimensional properties of plain-knit fabrics".
+    """
+    wale, course = problem.length / 4.1, problem.length / 5.3
+    x = np.array([0, 0.14, 0.33, 0.29, 0.25]) * wale
+    y = np.array([-0.79, -0.77, -0.57, -0.30, 0]) * course
+    z = np.array([-1, -1, -0.6, 0.9, 0.9])
+    share = np.linspace(0, 4, problem.quarter + 1)
+    points = CubicSpline(np.arange(5), np.column_stack([x, y, z]))(share)
+    return np.concatenate([[wale, course, points[0, 1]], points[1:-1, :2].ravel(), points[:, 2], [0.0]])
+
+
+def residuals(unknowns, problem):
+    """Everything that must vanish or be small: targets, conditions of the optimum, bounds, bending.
+
+    Parameters
+    ----------
+    unknowns : ndarray (3 quarter + 3,)
+    problem : Problem
+
+    Returns
+    -------
+    ndarray
+    """
+    try:
+        candidate = Candidate.from_unknowns(unknowns, problem.quarter)
+        loop = candidate.loop(problem)
+        cost = cost_function(candidate.loop(problem, problem.flattening), problem.settings)
+        found = cost.approach(loop.control_points)
+        return np.concatenate(
+            [
+                _targets(loop, cost, found, candidate, problem),
+                _optimality(loop, cost, found, candidate, problem),
+                _bounds_and_bending(loop, found, problem),
+            ]
+        )
+    except GeometryError:
+        return np.full(_residual_count(problem), UNUSABLE)
+
+
+def _residual_count(problem):
+    return 5 + problem.quarter + 2 + NEAREST + 2 * problem.quarter * CURVATURE_SAMPLES
+
+
+def _targets(loop, cost, found, candidate, problem):
+    """Angles, length, aspect, and the distance that balances the contact force: (5,)."""
+    interlock, leg = honeycomb_angles(found.point.mean(axis=1), loop.course_spacing)
+    weights = cost.weights
+    opening = candidate.force * weights.beta / (2 * weights.alpha)
+    return np.array(
+        [
+            interlock - problem.interlock_angle,
+            leg - problem.leg_angle,
+            loop.length - problem.length,
+            10 * (loop.wale_spacing / loop.course_spacing - problem.aspect),
+            30 * (found.distance[0] - cost.target - opening),
+        ]
+    )
+
+
+def _optimality(loop, cost, found, candidate, problem):
+    """Gradient of F with respect to the z components, over beta, and the height of the loop: (quarter + 2,)."""
+    points, weights = loop.control_points, cost.weights
+    slope = cost.continuous(points)[1] + weights.beta_0 * cost.join(points)[1]
+    slope += weights.gamma / weights.beta * cost.length(points)[1]
+    slope += candidate.force * cost.distance_slope(points, found).sum(axis=0)
+    free = np.tile([False, False, True], (problem.points, 1))
+    motions = symmetric_motions(free, symmetries(loop.curve))
+    # F does not change when the whole knit moves along z: its mean height is set to zero.
+    return np.append(np.einsum("pia,pi->a", motions, slope) / motions.sum(axis=(0, 1)), points[:, 2].mean())
+
+
+def _bounds_and_bending(loop, found, problem):
+    """Curvature and gaps beyond their bounds, and the bending energy of a quarter of the loop."""
+    curve = loop.curve
+    share = np.linspace(0, 1 - 1e-9, CURVATURE_SAMPLES)
+    u = (np.arange(problem.quarter)[:, None] + share).ravel()
+    curvature = curve.curvature(u)
+    size = np.linalg.norm(curve.d1(u), axis=1) / CURVATURE_SAMPLES
+    others = approaches(loop, reach=2 * problem.gap + 2, samples=8).without(found.parameter)
+    gap = np.full(NEAREST, np.inf)
+    gap[: others.distance.size] = others.distance[:NEAREST] - 2
+    return np.concatenate(
+        [
+            10 * np.maximum(problem.gap - gap, 0),
+            10 * np.maximum(curvature - problem.curvature, 0),
+            np.sqrt(problem.bending * size) * curvature,
+        ]
+    )
+
+
+def calibrate(problem, starts, seed):
+    """Search for the loop from several starts.
+
+    Parameters
+    ----------
+    problem : Problem
+    starts : int
+        Number of starts: the first guess, and random ones about it.
+    seed : int
+
+    Returns
+    -------
+    Candidate
+        The one with the smallest residuals.
+    list of dict
+        Outcome of every start.
+
+    Raises
+    ------
+    GeometryError
+        When no start leads to a plain knit.
+    """
+    random = np.random.default_rng(seed)
+    first = first_guess(problem)
+    best, outcomes = None, []
+    for number in range(starts):
+        start = first + (number > 0) * SPREAD * random.normal(size=first.size)
+        found = solve(start, problem)
+        outcomes.append({"start": number, "residual": float(np.sqrt(2 * found.cost))})
+        if best is None or found.cost < best.cost:
+            best = found
+    if best.cost >= UNUSABLE:
+        raise GeometryError(f"calibration: none of {starts} starts leads to a plain knit; allow more starts")
+    for share in SHARPENING[1:]:
+        best = solve(best.x, replace(problem, bending=share * problem.bending))
+    return Candidate.from_unknowns(best.x, problem.quarter), outcomes
+
+
+def solve(start, problem):
+    """Least squares from one vector of unknowns: scipy's OptimizeResult."""
+    return least_squares(residuals, start, args=(problem,), x_scale="jac", max_nfev=MOST_EVALUATIONS)
+
+
+# ---- Calibrate the loop, confirm it by the optimisation and write it as a file of the configuration
+# python -m knitstudy.geometry.calibrate --help
+
 
 DECIMALS = 9
 """Decimals of metres in the file: a nanometre, a millionth of the radius."""

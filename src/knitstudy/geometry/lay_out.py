@@ -1,13 +1,43 @@
-"""The geometry stage: from a scene to the optimised knit and the report on it, or to a pair of crossing yarns."""
+"""What is simulated, a knit or a pair of crossing yarns, from the file of its geometry."""
 
 import numpy as np
 import xarray as xr
 
-from knitstudy.errors import GeometryError
+from knitstudy.errors import DataFileError, GeometryError
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit, metre
 from knitstudy.geometry.redraw import redraw
+
+SPECIMENS = {"knit": Knit, "pair": YarnPair}
+
+
+def read_specimen(dataset):
+    """The knit or pair that a geometry dataset describes.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of `Knit.to_dataset` or `YarnPair.to_dataset`; its attribute ``specimen`` says which.
+
+    Returns
+    -------
+    Knit or YarnPair
+
+    Raises
+    ------
+    DataFileError
+        When it is neither, or a variable is missing.
+    """
+    name = dataset.attrs.get("specimen")
+    if name not in SPECIMENS:
+        raise DataFileError(
+            f"geometry dataset: its attribute specimen is {name!r}; allowed are {', '.join(SPECIMENS)}"
+        )
+    return SPECIMENS[name].from_dataset(dataset)
+
+
+# ---- The geometry stage: from a scene to the optimised knit and the report on it, or to a pair of crossing yarns
 
 
 def lay_out(scene):

@@ -7,10 +7,10 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import DataFileError, GeometryError
-from knitstudy.geometry.crossing import ZONES, closest_approach, crossings_in_plane, windows
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.spline import Centreline
 from knitstudy.geometry.survey import SAMPLES
+from knitstudy.geometry.yarn_spacing import ZONES, closest_approach, crossings_in_plane, windows
 
 XYZ = ["x", "y", "z"]
 

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.errors import GeometryError, KnitstudyError
-from knitstudy.files.csv_table import write_table
+from knitstudy.files import write_table
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.study.configuration import CONFIG, load_scene
 

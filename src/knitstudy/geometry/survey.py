@@ -6,8 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.clearance import approaches, smallest_radius_of_curvature
-from knitstudy.geometry.crossing import closest_approach, crossings_in_plane, windows
+from knitstudy.geometry.yarn_spacing import (
+    approaches,
+    closest_approach,
+    crossings_in_plane,
+    smallest_radius_of_curvature,
+    windows,
+)
 
 SAMPLES = 100
 """Samples a Bezier segment in the search of closest points, as in section 2.1 of the paper."""

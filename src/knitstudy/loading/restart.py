@@ -1,11 +1,114 @@
-"""Where a long computation keeps what it needs to go on after it was killed."""
+"""A run that reports progress and can be interrupted and continued."""
 
 from __future__ import annotations
 
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
+from types import UnionType
+from typing import Any, TextIO, Union, get_args, get_origin, get_type_hints
 
-from knitstudy.loading.progress import ReportProgress, silent
-from knitstudy.loading.run import Run
+import numpy as np
+from tqdm import tqdm
+
+from knitstudy.errors import DataFileError
+from knitstudy.files import replacing
+from knitstudy.loading.history import Recorder
+from knitstudy.mechanics.increment import Increment, Rate
+from knitstudy.mechanics.model import Response
+
+# ---- Progress of a long computation as plain lines with the time left
+
+
+ReportProgress = Callable[[float, str], None]
+"""What a stage calls with the share done, from 0 to 1, and a short note."""
+
+
+def silent(done: float, note: str = "") -> None:
+    """Report nothing: the default of library functions."""
+
+
+class Progress:
+    """Lines such as ``dns plain3x3  40% [01:10<01:45] strain 0.020``, on a terminal as well as in a log.
+
+    Parameters
+    ----------
+    label
+        What is computed; begins every line.
+    streams
+        Where the lines go; standard error by default.
+    every
+        Least time between two lines in seconds. The last line, at 1, is always written.
+    """
+
+    def __init__(self, label: str, streams: tuple[TextIO, ...] = (), every: float = 5.0):
+        self.label = label
+        self.streams = streams or (sys.stderr,)
+        self.every = every
+        self._started: float | None = None
+        self._initial = 0.0
+        self._written = float("-inf")
+
+    def __call__(self, done: float, note: str = "") -> None:
+        """Report the share that is done, from 0 to 1.
+
+        The share of the first call counts as there before: after a restart the time left is judged by the
+        new part.
+        """
+        now = time.monotonic()
+        if self._started is None:
+            self._started, self._initial = now, done
+        if now - self._written < self.every and done < 1:
+            return
+        self._written = now
+        line = tqdm.format_meter(
+            n=round(100 * done, 1),
+            total=100,
+            initial=round(100 * self._initial, 1),
+            elapsed=now - self._started,
+            bar_format="{percentage:3.0f}% [{elapsed}<{remaining}]",
+        )
+        for stream in self.streams:
+            print(f"{self.label}  {line} {note}".rstrip(), file=stream, flush=True)
+
+
+# ---- How a problem is followed: where it keeps what has converged, and what it reports to
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a problem; by default in memory alone and silent.
+
+    Attributes
+    ----------
+    restart : Path, optional
+        Restart file, rewritten at every increment. If it exists, the run goes on from it.
+    partial : Path, optional
+        Where the history of what had converged is written, with the reason as attribute `incomplete`, if full load is
+        not reached.
+    progress : callable
+        Called at every converged increment with the load factor and, in words, the place on the load path.
+    """
+
+    restart: Path | None = None
+    partial: Path | None = None
+    progress: ReportProgress = silent
+
+    def forget(self) -> None:
+        """Delete restart file and partial history: for who has written the whole history to disk, not before."""
+        for path in (self.restart, self.partial):
+            if path is not None:
+                path.unlink(missing_ok=True)
+
+
+IN_MEMORY = Run()
+"""Nothing kept and nothing reported."""
+
+
+# ---- Where a long computation keeps what it needs to go on after it was killed
+
 
 DIGITS = 16
 """Length of the digest in a restart file's name."""
@@ -37,3 +140,157 @@ def restart_of(folder: Path | str, name: str, digest: str) -> Path:
 def run_with(restart: Path | None, progress: ReportProgress = silent) -> Run:
     """Return a run with that restart file, and the history of what had converged beside it; without one, in memory."""
     return Run(restart, restart.with_suffix(".nc"), progress) if restart else Run(progress=progress)
+
+
+# ---- Restart files: the last converged increment and the history up to it, so that a killed run goes on
+
+
+_LEAVES = (np.ndarray, np.generic, bool, int, float, str)
+_SCALARS = (bool, int, float, str)
+_JUDGED = tuple(
+    f"column.{name}" for name in ("load", "strain", "force", "reaction", "energy")
+)  # by gates and tables
+
+
+class Checkpoint:
+    """A restart file of one scene.
+
+    Parameters
+    ----------
+    path : Path
+        Where it lies; its folder is made when needed.
+    key : str
+        Hash of everything that determines the result. A file with another key is refused.
+    state_type : type
+        What the model's state is: a dataclass of arrays, numbers, texts, None, tuples of them, and such dataclasses.
+    """
+
+    def __init__(self, path: Path, key: str, state_type: type) -> None:
+        self.path, self.key, self.state_type = Path(path), key, state_type
+
+    def save(self, increment: Increment, recorder: Recorder) -> None:
+        """Write the file anew, whole or not at all.
+
+        Raises
+        ------
+        TypeError
+            If the state holds something that a restart file cannot keep.
+        """
+        state = _arrays(increment.state, "state")
+        rates = {f"rate.{i}": rate.step for i, rate in enumerate(increment.rates)}
+        columns = {f"column.{name}": np.array(values) for name, values in recorder.columns.items()}
+        for name, parts in recorder.flat.items():
+            columns[f"flat.{name}"] = np.concatenate(parts)
+            columns["flat_ends"] = np.cumsum([len(part) for part in parts])
+        scalars = {
+            "key": self.key,
+            "index": increment.index,
+            "load": increment.load,
+            "size": increment.size,
+            "largest": increment.largest,
+            "rate_sizes": np.array([rate.increment for rate in increment.rates]),
+            "updates": np.array(increment.updates),
+            "force": increment.response.force,
+            "mean_force": increment.response.mean_force,
+        }
+        with replacing(self.path) as temporary, open(temporary, "wb") as file:
+            np.savez(file, **scalars, **state, **rates, **columns)
+
+    def load(self, recorder: Recorder) -> Increment | None:
+        """Return the increment to go on from and fill the recorder, or None if there is no file.
+
+        Another run of the same scene that has come to its end deletes the file at any moment.
+
+        Raises
+        ------
+        DataFileError
+            If the file is damaged or belongs to another scene.
+        """
+        try:
+            with np.load(self.path, allow_pickle=False) as archive:
+                data = dict(archive)
+            return self._restore(data, recorder)
+        except FileNotFoundError:
+            return None
+        except Exception as error:  # whatever bytes are there: readers of archives raise nearly anything
+            raise DataFileError(
+                f"{self.path}: this restart file cannot be used ({error or type(error).__name__}); delete it to start "
+                "the scene anew"
+            ) from None
+
+    def _restore(self, data: dict[str, np.ndarray], recorder: Recorder) -> Increment:
+        if str(data["key"]) != self.key:
+            raise ValueError("it belongs to another scene or another version of the input")
+        _require_whole(data)
+        for name, values in data.items():
+            if name.startswith("column."):
+                recorder.columns[name.removeprefix("column.")] = list(values)
+            if name.startswith("flat."):
+                recorder.flat[name.removeprefix("flat.")] = np.split(values, data["flat_ends"][:-1])
+        rates = (Rate(float(size), data[f"rate.{i}"]) for i, size in enumerate(data["rate_sizes"]))
+        return Increment(
+            index=int(data["index"]),
+            load=float(data["load"]),
+            state=_value(self.state_type, data, "state"),
+            response=Response(data["force"], float(data["mean_force"])),
+            size=float(data["size"]),
+            largest=float(data["largest"]),
+            rates=tuple(rates),
+            updates=tuple(data["updates"]),
+        )
+
+
+def _require_whole(data: dict[str, np.ndarray]) -> None:
+    """Refuse what no run has written: values that are not numbers, and columns of different lengths.
+
+    A gap is infinite, or nan in the history, where nothing is near.
+    """
+    increments = int(data["index"]) + 1
+    for name, values in data.items():
+        judged = name.startswith(
+            ("state.", "rate", "updates", "force", "mean_force", "load", "size", "largest", *_JUDGED)
+        )
+        if judged and values.dtype.kind == "f" and np.isnan(values).any():
+            raise ValueError(f"{name} holds values that are not numbers")
+        if name.startswith(("rate", "force")) and values.dtype.kind not in "iuf":
+            raise ValueError(f"{name} holds {values.dtype} and must hold numbers")
+        if name.startswith("column.") and len(values) != increments:
+            raise ValueError(f"{name} has {len(values)} increments and must have {increments}")
+        if name.startswith("rate.") and values.shape != data["force"].shape:
+            raise ValueError(f"{name} has the shape {values.shape} and must have {data['force'].shape}")
+    if not 0 <= float(data["load"]) <= 1:
+        raise ValueError(f"load is {float(data['load'])} and must lie between 0 and 1")
+
+
+def _arrays(value: Any, name: str) -> dict[str, np.ndarray]:
+    """Return all arrays, numbers and texts in a value by dotted names; None is left out."""
+    if value is None:
+        return {}
+    if is_dataclass(value):
+        parts = [_arrays(getattr(value, field.name), f"{name}.{field.name}") for field in fields(value)]
+    elif isinstance(value, tuple):
+        parts = [{f"{name}.length": np.asarray(len(value))}]
+        parts += [_arrays(each, f"{name}.{i}") for i, each in enumerate(value)]
+    elif isinstance(value, _LEAVES) and np.asarray(value).dtype != object:
+        return {name: np.asarray(value)}
+    else:
+        raise TypeError(f"{name} is a {type(value).__name__}, which a restart file cannot keep")
+    return {key: array for part in parts for key, array in part.items()}
+
+
+def _value(hint: Any, data: dict[str, np.ndarray], name: str) -> Any:
+    """Return the value of a type that `_arrays` took apart."""
+    if get_origin(hint) in (Union, UnionType):
+        if not any(entry == name or entry.startswith(f"{name}.") for entry in data):
+            return None
+        hint = next(part for part in get_args(hint) if part is not type(None))
+    if is_dataclass(hint):
+        hints = get_type_hints(hint)
+        return hint(
+            **{field.name: _value(hints[field.name], data, f"{name}.{field.name}") for field in fields(hint)}
+        )
+    if get_origin(hint) is tuple:
+        count, kinds = int(data[f"{name}.length"]), get_args(hint)
+        each = kinds[:1] * count if kinds[-1] is Ellipsis else kinds
+        return tuple(_value(kind, data, f"{name}.{i}") for i, kind in zip(range(count), each, strict=True))
+    return hint(data[name]) if hint in _SCALARS else data[name]

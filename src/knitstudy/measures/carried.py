@@ -5,9 +5,8 @@ from __future__ import annotations
 import xarray as xr
 
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.quantities import FORCE, LARGEST_U_Z, QUANTITIES
 from knitstudy.measures.reference import Reference
-from knitstudy.measures.response import at_strain, common_strain
+from knitstudy.measures.response import FORCE, LARGEST_U_Z, QUANTITIES, at_strain, common_strain
 
 CARRIED = (FORCE, LARGEST_U_Z)
 """Quantities of which it speaks."""

@@ -1,14 +1,54 @@
-"""The unit cell in the middle of a knit, whose contact zones Fig. 7 follows."""
+"""The unit cell of a geometry: its loop, and how well the yarns touch at their crossings."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 
-from knitstudy.crossings.segments import centre
+from knitstudy.contacts.segments import centre
 from knitstudy.errors import DataFileError
+from knitstudy.geometry.loop import Loop
+from knitstudy.geometry.pattern import Knit
+
+
+def loop_of(geometry: xr.Dataset, state: str) -> Loop:
+    """Return the loop "before" or "after" the optimisation."""
+    loop = Knit.from_dataset(geometry).loop
+    if state == "before":
+        return replace(loop, control_points=geometry["control_points_before"].to_numpy())
+    return loop
+
+
+def crossing_error(geometry: xr.Dataset) -> xr.DataArray:
+    """Return the largest |D - 2R - c0| of a crossing by state [m]."""
+    wanted = float((2 + geometry["clearance"]) * geometry["radius"])
+    return np.abs(geometry["crossing_distance"] - wanted).max("cell_zone")
+
+
+# ---- Measures of the local kinematics at crossings (Fig. 10), from contacts
+
+
+def rotation_angle(contacts: xr.Dataset) -> np.ndarray:
+    """Return the angles (I, K, 2) by which sections have turned [rad]."""
+    return np.linalg.norm(contacts["section_rotation"].to_numpy(), axis=-1)
+
+
+def closest_neighbour(contacts: xr.Dataset) -> np.ndarray:
+    """Return how much a crossing has come closer (I, K, 2) to one of its two neighbours on the yarn.
+
+    The share of the chord, to that neighbour which comes closer at the last increment. Chords across the arcs of
+    loops lie along the courses and lengthen in course tension; the other neighbour is at the far end of a leg, or is
+    the other crossing of the same interlock.
+    """
+    contraction = contacts["segment_contraction"].to_numpy()
+    most = np.argmax(np.nan_to_num(contraction[-1], nan=-np.inf), axis=-1)
+    return np.take_along_axis(contraction, most[None, ..., None], axis=-1)[..., 0]
+
+
+# ---- The unit cell in the middle of a knit, whose contact zones Fig. 7 follows
+
 
 SNAPSHOTS = (0.0005, 0.0033, 0.0045, 0.0195)
 """Strains of the points 1 to 4 of Fig. 7."""

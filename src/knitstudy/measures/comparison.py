@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import xarray as xr
 
-from knitstudy.measures.quantities import RMS_U_Z, rms_out_of_plane
 from knitstudy.measures.reference import Reference
-from knitstudy.measures.response import largest_out_of_plane, out_of_plane_agreement, secant_stiffness
+from knitstudy.measures.response import (
+    RMS_U_Z,
+    largest_out_of_plane,
+    out_of_plane_agreement,
+    rms_out_of_plane,
+    secant_stiffness,
+)
 
 OVER_REFERENCE, DISTANCE = "force over the reference's [1]", "L2 distance of force to the reference [1]"
 AMPLITUDE = "amplitude of u_z over the reference's [1]"

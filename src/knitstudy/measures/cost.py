@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+
 import numpy as np
 import xarray as xr
+
+from knitstudy.study.scene import Scene
 
 MEGABYTE = 1e6
 
@@ -21,3 +26,50 @@ def element_length(history: xr.Dataset) -> float:
     step = np.linalg.norm(np.diff(history["centreline"].to_numpy(), axis=0), axis=1)
     same_yarn = np.diff(history["yarn"].to_numpy()) == 0
     return float(step[same_yarn].mean())
+
+
+# ---- What an answer costs: the simulation that gives it, and those that it is made from
+
+
+PROCESSOR, WALL = "processor", "wall clock"
+"""What seconds are of: histories from before processor time was kept have the wall clock alone."""
+
+
+@dataclass(frozen=True)
+class Expense:
+    """Of one simulation with what it is made from.
+
+    Attributes
+    ----------
+    seconds, sources : float
+        Of all, and of these those of the simulations that it is made from [s].
+    clock : str
+        `PROCESSOR`, or `WALL` where one of them has no other.
+    memory : float
+        Largest growth of memory of any of them [MB].
+    """
+
+    seconds: float
+    sources: float
+    clock: str
+    memory: float
+
+
+def seconds_of(history: xr.Dataset) -> tuple[float, str]:
+    """Return the seconds of a simulation, and what they are of."""
+    if "processor_seconds" in history.attrs:
+        return float(history.attrs["processor_seconds"]), PROCESSOR
+    return float(history.attrs["wall_seconds"]), WALL
+
+
+def expense_of(scene: Scene, histories: Mapping[str, xr.Dataset]) -> Expense | None:
+    """Return the expense of a scene, none where the history of a source is not at hand."""
+    names = {scene.value(key) for key in scene.kind.fidelity.sources} - {None}
+    if not names <= histories.keys():
+        return None
+    own, clock = seconds_of(histories[scene.name])
+    found = [seconds_of(histories[name]) for name in names]
+    memory = max(memory_growth(histories[name]) for name in (scene.name, *names)) / MEGABYTE
+    sources = sum(seconds for seconds, _ in found)
+    clocks = {clock, *(kind for _, kind in found)}
+    return Expense(own + sources, sources, WALL if WALL in clocks else PROCESSOR, memory)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from knitstudy.crossings.segments import KINDS, NO_SEGMENT, centre
+from knitstudy.contacts.segments import KINDS, NO_SEGMENT, centre
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.load_path import DIRECTIONS
 

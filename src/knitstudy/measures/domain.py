@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import nan
 
 import numpy as np
 import xarray as xr
 
 from knitstudy.measures.discretisation import is_cut, is_direct, made_of
 from knitstudy.measures.names import INTERACTIONS, NAMES
+from knitstudy.measures.response import NORMAL, QUANTITIES, largest_out_of_plane
 from knitstudy.measures.windows import is_window
 from knitstudy.study.scene import LABELS, Scene, digest
 
@@ -176,3 +178,27 @@ def _all_but_size(scene: Scene, but: Sequence[str] = ()) -> str:
         if name not in (*LABELS, *but)
     }
     return digest(document)
+
+
+# ---- What a square knit answers at full load, so that knits of different size can be compared: what of them is edge
+
+
+@dataclass(frozen=True)
+class DomainResponse:
+    """At full load: force over the width [N/m], largest |u_z| [m], mean normal force in the centre cell [N] or nan."""
+
+    force: float
+    out_of_plane: float
+    normal: float
+
+
+def domain_response(
+    scene: Scene, histories: Mapping[str, xr.Dataset], contacts: Mapping[str, xr.Dataset]
+) -> DomainResponse:
+    """Return the response of a scene; `contacts` are those of direct simulations."""
+    history = histories[scene.name]
+    normal = nan
+    if scene.name in contacts:
+        _, values = QUANTITIES[NORMAL]
+        normal = float(values(history, contacts[scene.name])[-1])
+    return DomainResponse(force_per_width(history, scene), largest_out_of_plane(history), normal)

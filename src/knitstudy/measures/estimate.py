@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from math import floor, isnan, log10, nan
+
+import numpy as np
+from scipy.optimize import brentq
+
+from knitstudy.errors import DataFileError
 
 NONE = "no reference"
 """How an estimate is written that there is none of."""
@@ -54,3 +59,183 @@ def all_hold(found: Iterable[bool | None]) -> bool | None:
     if False in found:
         return False
     return None if None in found else True
+
+
+# ---- Richardson's extrapolation of what refined discretisations give, and the limit that independent ones share
+# Roache 1998, Verification and Validation in Computational Science and Engineering, chapter 5; Aitken's, which needs no
+# order: Press and others 2007, Numerical Recipes, section 5.3. What the limits are used for: docs/reference.md.
+
+
+SMALLEST = 1e-4
+"""Relative uncertainty below which none counts: records and Newton's method are no better."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Where a sequence of one discretisation tends.
+
+    Attributes
+    ----------
+    value, uncertainty : float
+    order : float
+        At which the last three of the sequence were seen to converge, nan where that cannot be said.
+    """
+
+    value: float
+    uncertainty: float
+    order: float
+
+
+@dataclass(frozen=True)
+class Common:
+    """The limit of several discretisations.
+
+    Attributes
+    ----------
+    value : float
+        Mean of their limits, each with the weight of one over the square of its uncertainty, and of what all together
+        are less certain than they say (`common_limit`).
+    extrapolation : float
+        Uncertainty of that mean from the uncertainties of the limits.
+    disagreement : float
+        Half the distance between the limits that are farthest apart.
+    """
+
+    value: float
+    extrapolation: float
+    disagreement: float
+
+    @property
+    def uncertainty(self) -> float:
+        """Of both origins, which know nothing of each other."""
+        return float(np.hypot(self.extrapolation, self.disagreement))
+
+    @property
+    def origin(self) -> str:
+        """Which of the two is larger."""
+        return "disagreement" if self.disagreement > self.extrapolation else "extrapolation"
+
+
+def limit_of_sizes(sizes: Sequence[float], values: Sequence[float], order: float = 2.0) -> Limit:
+    """Return the limit of values whose error falls with an element size to the power of an assumed order.
+
+    With two sizes half of the correction is the uncertainty. With three or more the two finest are extrapolated as the
+    two before them, and what lies between these limits is: it says whether the values have the assumed order.
+
+    Parameters
+    ----------
+    sizes, values : sequences of n >= 2 floats
+        Sizes in any order.
+    order : float
+        Of convergence.
+
+    Raises
+    ------
+    DataFileError
+        When fewer than two sizes differ.
+    """
+    by_size = dict(sorted(zip(sizes, values, strict=True), reverse=True))
+    h, f = np.array(list(by_size)), np.array(list(by_size.values()), dtype=float)
+    if len(h) < 2:
+        raise DataFileError(f"extrapolation: sizes are {list(sizes)} but must be two different ones or more")
+    weight = (h[:-1] / h[1:]) ** order
+    limits = (weight * f[1:] - f[:-1]) / (weight - 1)
+    spread = 0.5 * (limits[-1] - f[-1]) if len(limits) == 1 else limits[-1] - limits[-2]
+    return _limit(limits[-1], spread, observed_order(h, f))
+
+
+def limit_of_degrees(degrees: Sequence[int], values: Sequence[float]) -> Limit:
+    """Return the limit of values of polynomials of rising degree, whose error falls by a factor a degree.
+
+    Aitken's extrapolation where the last two changes have one sign and the later is the smaller one, with half of the
+    correction as uncertainty; else the last value, and as uncertainty its change from the one before.
+
+    Parameters
+    ----------
+    degrees, values : sequences of n >= 2 numbers
+        Degrees in any order.
+
+    Raises
+    ------
+    DataFileError
+        When fewer than two degrees differ.
+    """
+    by_degree = dict(sorted(zip(degrees, values, strict=True)))
+    f = np.array(list(by_degree.values()), dtype=float)
+    if len(f) < 2:
+        raise DataFileError(
+            f"extrapolation: degrees are {list(degrees)} but must be two different ones or more"
+        )
+    change = np.diff(f)
+    factor = change[-1] / change[-2] if len(change) > 1 and change[-2] != 0 else np.nan
+    if 0 < factor < 1:
+        correction = change[-1] * factor / (1 - factor)
+        return _limit(f[-1] + correction, 0.5 * correction, np.nan)
+    return _limit(f[-1], change[-1], np.nan)
+
+
+def _limit(value: float, spread: float, order: float) -> Limit:
+    return Limit(float(value), float(max(abs(spread), SMALLEST * abs(value))), order)
+
+
+def observed_order(sizes: np.ndarray, values: np.ndarray) -> float:
+    """Return the order q of values a + b h^q at the three finest sizes, nan without three or without a limit.
+
+    Parameters
+    ----------
+    sizes, values : ndarray, shape (n,)
+        From the coarsest to the finest.
+    """
+    if len(sizes) < 3:
+        return np.nan
+    h, change = sizes[-3:], np.diff(values[-3:])
+    wanted = change[0] / change[1] if change[1] != 0 else np.nan
+    tried = np.linspace(0.1, 8.0, 400)
+    ratio = (h[0] ** tried - h[1] ** tried) / (h[1] ** tried - h[2] ** tried)
+    # The ratio rises with the order.
+    return float(np.interp(wanted, ratio, tried)) if ratio[0] <= wanted <= ratio[-1] else np.nan
+
+
+def common_limit(limits: Sequence[Limit]) -> Common:
+    """Return the limit that independent discretisations share.
+
+    Where limits lie farther apart than their uncertainties explain, one of these is too small, and nothing says which:
+    a way must not win by that. Then the same variance is added to all, as little as explains the distance [1].
+
+    Raises
+    ------
+    DataFileError
+        When there are fewer than two.
+
+    References
+    ----------
+    [1] J. Mandel, R. C. Paule: Interlaboratory evaluation of a material with unequal numbers of replicates, Analytical
+    Chemistry 42 (1970).
+    """
+    if len(limits) < 2:
+        raise DataFileError(
+            f"extrapolation: there are {len(limits)} limits but must be two or more, of independent discretisations"
+        )
+    value = np.array([limit.value for limit in limits])
+    spread = np.array([limit.uncertainty for limit in limits])
+    if not spread.any():  # all are nothing
+        return Common(float(value.mean()), 0.0, float(0.5 * np.ptp(value)))
+    variance = np.maximum(spread, SMALLEST * spread.max()) ** 2
+    weight = 1 / (variance + _unexplained(value, variance))
+    weight /= weight.sum()
+    return Common(
+        value=float(weight @ value),
+        extrapolation=float(np.sqrt(weight**2 @ variance)),
+        disagreement=float(0.5 * np.ptp(value)),
+    )
+
+
+def _unexplained(value: np.ndarray, variance: np.ndarray) -> float:
+    """Return the variance to be added to those (n,) of values (n,), after which these lie as far apart as they may."""
+
+    def excess(added: float) -> float:
+        weight = 1 / (variance + added)
+        mean = weight @ value / weight.sum()
+        return float(weight @ (value - mean) ** 2) - (len(value) - 1)
+
+    return 0.0 if excess(0.0) <= 0 else float(brentq(excess, 0.0, np.ptp(value) ** 2))

@@ -8,10 +8,9 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.measures.estimate import UNKNOWN, Estimate
-from knitstudy.measures.quantities import QUANTITIES
 from knitstudy.measures.questions import QUESTIONS, answers, known
 from knitstudy.measures.reference import Reference
-from knitstudy.measures.response import at_strain
+from knitstudy.measures.response import QUANTITIES, at_strain
 from knitstudy.study.scene import Scene
 
 BAR, DEAREST = 0.95, 3.0

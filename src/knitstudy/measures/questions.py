@@ -11,7 +11,8 @@ import xarray as xr
 
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.estimate import UNKNOWN, Estimate
-from knitstudy.measures.quantities import (
+from knitstudy.measures.reference import Reference
+from knitstudy.measures.response import (
     FORCE,
     LARGEST_U_Z,
     NORMAL,
@@ -19,9 +20,8 @@ from knitstudy.measures.quantities import (
     RMS_U_Z,
     SLIP,
     TANGENTIAL,
+    at_strain,
 )
-from knitstudy.measures.reference import Reference
-from knitstudy.measures.response import at_strain
 from knitstudy.study.scene import Scene
 
 TOTAL, BEAM_SLIP = "mean force of a crossing", "mean slip of a crossing of beams"

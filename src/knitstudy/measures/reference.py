@@ -16,8 +16,7 @@ import xarray as xr
 from knitstudy.errors import DataFileError
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 from knitstudy.measures.problem import problem_of
-from knitstudy.measures.quantities import FORCE, SAME_STRAIN
-from knitstudy.measures.response import distance_of_curves
+from knitstudy.measures.response import FORCE, SAME_STRAIN, distance_of_curves
 from knitstudy.study.scene import Scene
 
 NEEDED = ("problem", "quantity", "strain [1]", "value", "uncertainty")

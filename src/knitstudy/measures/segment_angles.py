@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 import xarray as xr
 
-from knitstudy.crossings.segments import KINDS
+from knitstudy.contacts.segments import KINDS
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 
 SEGMENT = {kind: number for number, kind in enumerate(KINDS, start=1)}

@@ -36,7 +36,7 @@ from typing import Any
 from knitstudy.measures.discretisation import discretisation, finer, is_cut, is_direct, made_of
 from knitstudy.measures.domain import series_of
 from knitstudy.measures.problem import problem_of
-from knitstudy.measures.quantities import STRAINS
+from knitstudy.measures.response import STRAINS
 from knitstudy.measures.sweeps import FRICTION, swept
 from knitstudy.measures.variations import COEFFICIENT, WITHOUT_LIMIT, variations
 from knitstudy.measures.windows import is_window, windows

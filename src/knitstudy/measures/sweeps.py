@@ -17,9 +17,8 @@ import xarray as xr
 
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, is_direct
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.quantities import LARGEST_U_Z
 from knitstudy.measures.reference import reference_of
-from knitstudy.measures.response import largest_out_of_plane
+from knitstudy.measures.response import LARGEST_U_Z, largest_out_of_plane
 from knitstudy.study.scene import Scene, digest
 
 SPACING, DIAMETER = "pattern.course_ratio", "yarn.diameter"

@@ -9,14 +9,14 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.bracket import Bracket, bracket
+from knitstudy.measures.cost import expense_of
 from knitstudy.measures.discretisation import is_direct
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.expense import expense_of
 from knitstudy.measures.luck import no_surer_for_less, no_surer_in_one_direction, no_surer_than_ties
 from knitstudy.measures.problem import loops_of, problem_of, sticks, tied_problem_of
-from knitstudy.measures.quantities import STRAINS
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, SLIP, Question, answers, known
 from knitstudy.measures.reference import Reference, reference_of
+from knitstudy.measures.response import STRAINS
 from knitstudy.measures.trade_point import REFERENCE, Point
 from knitstudy.study.scene import Scene
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from knitstudy.measures.cost import Expense
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.expense import Expense
 from knitstudy.measures.knobs import called, model_of
 from knitstudy.measures.questions import Question
 from knitstudy.study.scene import Scene

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import nan
 
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, resolution
-from knitstudy.measures.extrapolation import Limit, limit_of_degrees, limit_of_sizes
+from knitstudy.measures.estimate import Limit, limit_of_degrees, limit_of_sizes
 from knitstudy.measures.problem import PHYSICS, problem_of
 from knitstudy.study.scene import Scene, digest
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.span_sum import SpanSum, consecutive, span_pattern, touched_rows
+from knitstudy.mechanics.sparse_sums import SpanSum, consecutive, span_pattern, touched_rows
 
 PAIRS = 32_768
 """Pairs of nodes a batch, 512 hexahedra of eight nodes; bounds the memory of a batch."""

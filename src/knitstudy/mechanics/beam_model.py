@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knitstudy.mechanics import beam, rigid_arm
+from knitstudy.mechanics import beam
+from knitstudy.mechanics import rotation as rigid_arm
 from knitstudy.mechanics.assembly import Assembly
+from knitstudy.mechanics.beam import LinearSprings
 from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.mechanics.rotation import exp
-from knitstudy.mechanics.spring import LinearSprings
 
 UNLOADED = 1e-8
 """Force over the axial stiffness of elements up to which a network counts as unloaded: rounding of where its nodes are

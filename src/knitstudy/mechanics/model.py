@@ -1,12 +1,16 @@
-"""What a mechanical model gives to a solver: a residual and a tangent, and nothing else."""
+"""What a mechanical model gives to a solver: a residual and a tangent; constraints and viscous forces."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
+import scipy.linalg
 import scipy.sparse as sp
+
+# ---- What a mechanical model gives to a solver: a residual and a tangent, and nothing else
 
 
 @dataclass(frozen=True)
@@ -129,3 +133,191 @@ class Model(Protocol):
     def commit(self, state: Any) -> Any:
         """Return the state that a converged increment leaves: what is remembered is up to date."""
         ...
+
+
+# ---- Constraints by elimination: prescribed unknowns in the matrix, and linear ties between nodes
+
+
+class DirichletElimination:
+    """Removes prescribed unknowns from matrices of one sparsity pattern, in place.
+
+    Their rows and columns become zero and their diagonal entries the mean stiffness, so that the matrix keeps
+    its pattern, its symmetry and its conditioning, and a zero right-hand side gives a zero step.
+
+    Parameters
+    ----------
+    matrix : bsr or csr matrix, shape (size, size)
+        Any matrix with the pattern; the pattern has to be structurally symmetric.
+    fixed : ndarray of int, shape (k,)
+        The prescribed unknowns.
+    """
+
+    def __init__(self, matrix: sp.bsr_matrix | sp.csr_matrix, fixed: np.ndarray) -> None:
+        block = matrix.blocksize[0] if matrix.format == "bsr" else 1
+        keep = np.ones(matrix.shape[0], dtype=bool)
+        keep[fixed] = False
+        keep = keep.reshape(-1, block)
+        touched = ~keep.all(axis=1)
+        rows = np.repeat(np.arange(len(touched), dtype=np.int32), np.diff(matrix.indptr))
+        entries = np.flatnonzero(touched[rows] | touched[matrix.indices])
+        row, column = rows[entries], matrix.indices[entries]
+        self._entries = entries
+        self._mask = keep[row][:, :, None] & keep[column][:, None, :]  # (touched entries, block, block)
+        on_diagonal = row == column
+        self._diagonal = entries[on_diagonal]
+        self._fixed = ~keep[row[on_diagonal]]
+        self._block = block
+        self._indices = matrix.indices
+
+    def fits(self, matrix: sp.bsr_matrix | sp.csr_matrix) -> bool:
+        """Return whether a matrix has the pattern that this was made for."""
+        return matrix.indices is self._indices or np.array_equal(matrix.indices, self._indices)
+
+    def apply(self, matrix: sp.bsr_matrix | sp.csr_matrix) -> None:
+        """Pin the prescribed unknowns of `matrix`."""
+        data = matrix.data.reshape(-1, self._block, self._block)
+        level = float(np.mean(np.abs(matrix.diagonal())))
+        data[self._entries] *= self._mask
+        i = np.arange(self._block)
+        blocks = data[self._diagonal]
+        blocks[:, i, i] = np.where(self._fixed, level, blocks[:, i, i])
+        data[self._diagonal] = blocks
+
+
+def transformation(dependence: sp.sparray | sp.spmatrix) -> tuple[sp.csr_matrix, np.ndarray]:
+    """Return T (N, n), every node as a weighted sum of the retained ones, and these (n,), ascending.
+
+    Parameters
+    ----------
+    dependence : sparse matrix, shape (N, N)
+        Rows of the identity for retained nodes, weights of retained nodes for all others.
+    """
+    dependence = sp.csr_matrix(dependence)
+    retained = np.unique(dependence.indices[dependence.data != 0])
+    return sp.csr_matrix(dependence[:, retained]), retained
+
+
+def without(matrix: sp.bsr_matrix, fixed: np.ndarray) -> sp.bsr_matrix:
+    """Return a matrix (size, size) with zeros in the rows and columns `fixed` (k,)."""
+    keep = np.ones(matrix.shape[0])
+    keep[fixed] = 0
+    row = np.repeat(np.arange(len(matrix.indptr) - 1), np.diff(matrix.indptr))
+    block = matrix.blocksize[0]
+    keep = keep.reshape(-1, block)
+    data = matrix.data * keep[row][:, :, None] * keep[matrix.indices][:, None, :]
+    return sp.bsr_matrix((data, matrix.indices, matrix.indptr), shape=matrix.shape)
+
+
+# ---- Viscous forces against rigid motions of what nothing holds yet, as in Abaqus/Standard's static stabilisation
+# F = c M (du/dt), with the lumped mass M of unit density, time the load factor, and c falling to zero at full load. The
+# work that they take is booked.
+
+
+@dataclass(frozen=True, eq=False)
+class Stabilisation:
+    """Viscous forces on all unknowns.
+
+    Attributes
+    ----------
+    coefficient : ndarray, shape (size,)
+        c M at the start [N/m a unit of the load factor].
+    """
+
+    coefficient: np.ndarray
+
+    @classmethod
+    def of(cls, share: float, youngs_modulus: float, length: float, volume: np.ndarray) -> Stabilisation:
+        """Return the forces with c = share E / h^2: h [m] the element size, volume (n,) of every node [m3]."""
+        return cls(np.repeat(share * youngs_modulus / length**2 * volume, 3))
+
+    def stiffness(self, load: float, change: float) -> np.ndarray:
+        """Return the diagonal stiffness (size,) [N/m] within an increment of the load factor to `load`."""
+        return self.coefficient * max(1.0 - load, 0.0) / change
+
+
+# ---- Bodies that nothing holds before contact does: led to their first contact by a drag that has died out by then
+# A body without a grip or a tie can move rigidly for nothing, so that no equilibrium tells where it goes. In every
+# increment it therefore drags on its way from where the increment began, as with the contact stabilisation of
+# Abaqus/Standard: first by as much as lets contact find its places, then by next to nothing. As soon as such a
+# state has
+# converged in which contact resists every rigid motion of all such bodies by itself, the drag is taken away and the
+# increment balanced anew, at the same load: what is accepted knows nothing of it. Before that, grips feel only drag.
+
+
+SHARE = 1e-4
+"""Drag over E V / h^2, V the volume of a node, with which an increment begins."""
+
+FADED = 1e-2
+"""Share of it that stays where contact does not hold the bodies: next to nothing, enough for a linear solver."""
+
+HELD = 1e-6
+"""Resistance of contact to the easiest rigid motion over E V / h^2, from which on contact holds the bodies."""
+
+
+@dataclass(frozen=True, eq=False)
+class FreeBodies:
+    """The bodies that nothing but contact can hold, and their drag.
+
+    Attributes
+    ----------
+    nodes : tuple of ndarray of int
+        Nodes of each body.
+    unit : ndarray, shape (N,)
+        E V / h^2 of their nodes [N/m]; 0 at all others.
+    unity : ndarray, shape (N,)
+        What the constant 1 has at the nodes: 1 where they are places, the coefficients where they are not.
+    """
+
+    nodes: tuple[np.ndarray, ...]
+    unit: np.ndarray
+    unity: np.ndarray
+
+    @classmethod
+    def of(
+        cls,
+        nodes: Sequence[np.ndarray],
+        volume: np.ndarray,
+        youngs_modulus: float,
+        length: float,
+        unity: np.ndarray | None = None,
+    ) -> FreeBodies:
+        """Return bodies from their nodes, the volume (N,) of every node [m3] and the length h of an element [m]."""
+        unit = np.zeros(len(volume))
+        for body in nodes:
+            unit[body] = youngs_modulus * volume[body] / length**2
+        return cls(tuple(nodes), unit, np.ones(len(volume)) if unity is None else unity)
+
+    def drag(self) -> np.ndarray:
+        """Return the stiffness (N,) against the way of all nodes within an increment [N/m]."""
+        return SHARE * self.unit
+
+    def held(self, contact: sp.sparray, position: np.ndarray) -> bool:
+        """Return whether contact resists every rigid motion of these bodies, all others being fixed.
+
+        Parameters
+        ----------
+        contact : sparse matrix, shape (3 N, 3 N)
+            Symmetric stiffness of contact [N/m].
+        position : ndarray, shape (N, 3)
+            Where the nodes are [m].
+        """
+        modes = sp.block_array(
+            [[self._modes(body, position, self.unity[body]) for body in self.nodes]]
+        ).tocsr()
+        resistance = (modes.T @ contact.tocsr() @ modes).toarray()
+        unit = (modes.T @ sp.diags_array(np.repeat(self.unit, 3)) @ modes).toarray()
+        easiest = scipy.linalg.eigh(resistance, unit, eigvals_only=True, subset_by_index=[0, 0])
+        return bool(easiest[0] > HELD)
+
+    @staticmethod
+    def _modes(body: np.ndarray, position: np.ndarray, unity: np.ndarray) -> sp.csr_array:
+        """Return the six rigid motions (3 N, 6) of a body, rotations about its middle and over its extent."""
+        arm = position[body] - np.multiply.outer(unity, unity @ position[body] / (unity @ unity))
+        arm /= np.abs(arm).max()
+        motions = np.zeros((len(body), 3, 6))
+        motions[:, :, :3] = unity[:, None, None] * np.eye(3)
+        for axis in range(3):
+            motions[:, :, 3 + axis] = np.cross(np.eye(3)[axis], arm)
+        row = np.repeat(3 * body[:, None] + np.arange(3), 6)
+        column = np.tile(np.arange(6), 3 * len(body))
+        return sp.csr_array((motions.ravel(), (row, column)), shape=(position.size, 6))

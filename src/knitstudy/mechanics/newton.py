@@ -15,11 +15,17 @@ from typing import Any
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.constraints import DirichletElimination, without
-from knitstudy.mechanics.increment import PHASES, Increment, PrescribedDisplacement, Rate, Settings
-from knitstudy.mechanics.line_search import Trial, line_search
+from knitstudy.mechanics.increment import (
+    PHASES,
+    Increment,
+    PrescribedDisplacement,
+    Rate,
+    Settings,
+    Trial,
+    line_search,
+)
 from knitstudy.mechanics.linear.solver import LinearSolver
-from knitstudy.mechanics.model import Model, Response
+from knitstudy.mechanics.model import DirichletElimination, Model, Response, without
 
 log = logging.getLogger(__name__)
 

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.linear.lu import factorise
+from knitstudy.mechanics.linear.direct import factorise
 from knitstudy.mechanics.model import Model, Response
 
 STRAINS = ("x", "y", "xy")

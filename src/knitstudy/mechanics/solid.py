@@ -1,7 +1,4 @@
-"""Solids as a model: elements of one material, dependent nodes eliminated. Contact: `mechanics.solids_in_contact`.
-
-A node is what an unknown vector belongs to: a point, or a coefficient of which places are weighted sums.
-"""
+"""Solids as a model: elements of one material, dependent nodes eliminated; Cauchy stress."""
 
 from __future__ import annotations
 
@@ -13,11 +10,45 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.assembly import Assembly
+from knitstudy.mechanics.batches import SCRATCH, share, threads
 from knitstudy.mechanics.elements.element import ElementGroup
-from knitstudy.mechanics.model import Response
-from knitstudy.mechanics.parallel import share, threads
-from knitstudy.mechanics.scratch import SCRATCH
-from knitstudy.mechanics.stabilisation import Stabilisation
+from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.model import Response, Stabilisation
+
+# ---- Cauchy stress, and the scalars that are drawn of it
+
+
+def cauchy_stress(gradient: np.ndarray, material: Material) -> np.ndarray:
+    """Return the Cauchy stress (k, 3, 3) [Pa], F S F^T / det F, of deformation gradients F (k, 3, 3)."""
+    green = 0.5 * (np.swapaxes(gradient, 1, 2) @ gradient - np.eye(3))
+    stress = material.respond(green, False).stress
+    return gradient @ stress @ np.swapaxes(gradient, 1, 2) / np.linalg.det(gradient)[:, None, None]
+
+
+def von_mises(stress: np.ndarray) -> np.ndarray:
+    """Return sqrt(3/2 s : s) (k,) of the deviators s of stresses (k, 3, 3)."""
+    mean = np.einsum("kii->k", stress) / 3
+    deviator = stress - mean[:, None, None] * np.eye(3)
+    return np.sqrt(1.5 * np.einsum("kij,kij->k", deviator, deviator))
+
+
+def principal_stresses(stress: np.ndarray) -> np.ndarray:
+    """Return the principal values (k, 3) of stresses (k, 3, 3), the largest first."""
+    return np.linalg.eigvalsh(stress)[:, ::-1]
+
+
+def principal_axes(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the principal values (..., 3) of stresses (..., 3, 3), the largest first, and their axes as rows.
+
+    Axes are lines: their sign means nothing.
+    """
+    values, columns = np.linalg.eigh(stress)
+    return values[..., ::-1], np.swapaxes(columns, -1, -2)[..., ::-1, :]
+
+
+# ---- Solids as a model: elements of one material, dependent nodes eliminated. Contact: `mechanics.solids_in_contact`
+# A node is what an unknown vector belongs to: a point, or a coefficient of which places are weighted sums.
+
 
 UNLOADED = 1e-9
 """Mean force over E h^2 below which solids count as unloaded."""

@@ -8,14 +8,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.contact.history import ContactHistory
+from knitstudy.mechanics.contact.friction import ContactHistory, ContactPoints
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.points import ContactPoints
-from knitstudy.mechanics.free_bodies import FADED, FreeBodies
-from knitstudy.mechanics.model import Response
-from knitstudy.mechanics.pattern_sum import PatternSum
+from knitstudy.mechanics.model import FADED, FreeBodies, Response
 from knitstudy.mechanics.solid import Memory, SolidModel, SolidState
-from knitstudy.mechanics.tied_blocks import TiedBlocks
+from knitstudy.mechanics.sparse_sums import PatternSum, TiedBlocks
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitstudy.errors import MeshError
-from knitstudy.geometry.arcs import grip_ends, gripped_arcs, inside
+from knitstudy.geometry.cut import grip_ends, gripped_arcs, inside
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh.sweep import SweptMesh

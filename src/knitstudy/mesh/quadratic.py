@@ -17,13 +17,11 @@ from functools import cached_property
 import numpy as np
 
 from knitstudy.errors import MeshError
-from knitstudy.mechanics.determinant import determinant
+from knitstudy.mechanics.batches import determinant
 from knitstudy.mechanics.elements.quadratic import GRADIENTS
-from knitstudy.mesh.frames import rotation_minimising
-from knitstudy.mesh.grading import drawn, drawn_angles
-from knitstudy.mesh.roll import rolled
 from knitstudy.mesh.section import Section
-from knitstudy.mesh.sweep import Curve, SweptMesh
+from knitstudy.mesh.spacing import drawn, drawn_angles
+from knitstudy.mesh.sweep import Curve, SweptMesh, rolled, rotation_minimising
 
 FACE_CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
 """Weights (8,) of a face's corners and of the middles of its edges at its centre."""

@@ -1,21 +1,189 @@
-"""Solid mesh of yarns: cross-sections swept along centrelines."""
+"""Rotation-minimising frames along a curve."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import accumulate
 from typing import Protocol
 
 import numpy as np
 import xarray as xr
 
 from knitstudy.errors import DataFileError, MeshError
-from knitstudy.mesh.frames import rotation_minimising
-from knitstudy.mesh.grading import UNIFORM, Grading, drawn, drawn_angles, shrinkage
-from knitstudy.mesh.roll import Targets, bearings, roll_towards, rolled
 from knitstudy.mesh.section import Section
-from knitstudy.mesh.spacing import SpacingFunction, place_slices
+from knitstudy.mesh.spacing import (
+    SAME,
+    UNIFORM,
+    Grading,
+    SpacingFunction,
+    drawn,
+    drawn_angles,
+    place_slices,
+    shrinkage,
+)
+
+
+def rotation_minimising(position: np.ndarray, tangent: np.ndarray) -> np.ndarray:
+    """Frames that do not spin about the curve, by double reflection; the first d1 is nearest to z.
+
+    Every frame is the one before it, mirrored first at the plane that halves the chord and then at the plane
+    that brings the tangent into place: fourth order in the distance of the points (Wang, Juettler, Zheng and
+    Liu 2008, "Computation of rotation minimizing frames", ACM Transactions on Graphics 27(1), algorithm 1).
+
+    Parameters
+    ----------
+    position : ndarray (S, 3)
+        Points along the curve, m.
+    tangent : ndarray (S, 3)
+        Unit tangents.
+
+    Returns
+    -------
+    ndarray (S, 3, 3)
+        Rows d1, d2 and the tangent, right-handed and orthonormal.
+    """
+    chord = np.diff(position, axis=0)
+    first = _reflection(chord)
+    mirrored = np.einsum("sij,sj->si", first, tangent[:-1])
+    step = _reflection(tangent[1:] - mirrored) @ first  # (S - 1, 3, 3)
+    d1 = np.array(list(accumulate(step, lambda d, turn: turn @ d, initial=_start(tangent[0]))))
+    # Rounding accumulates along the yarn: keep d1 a unit normal.
+    d1 -= np.einsum("si,si->s", d1, tangent)[:, None] * tangent
+    d1 /= np.linalg.norm(d1, axis=1, keepdims=True)
+    return np.stack([d1, np.cross(tangent, d1), tangent], axis=1)
+
+
+def _reflection(normal: np.ndarray) -> np.ndarray:
+    """Householder reflections (S, 3, 3) at the planes normal to ``normal`` (S, 3); the identity for 0."""
+    square = np.einsum("si,si->s", normal, normal)
+    factor = np.divide(2.0, square, out=np.zeros_like(square), where=square > 0)
+    return np.eye(3) - factor[:, None, None] * normal[:, :, None] * normal[:, None, :]
+
+
+def _start(tangent: np.ndarray) -> np.ndarray:
+    """Unit normal to ``tangent`` nearest to z, or to y where the tangent is almost parallel to that."""
+    axis = np.array([0.0, 0.0, 1.0])
+    if np.linalg.norm(np.cross(tangent, axis)) < 0.1:
+        axis = np.array([0.0, 1.0, 0.0])
+    normal = axis - (axis @ tangent) * tangent
+    return normal / np.linalg.norm(normal)
+
+
+# ---- Roll of a yarn's frames about its tangent: facets turn towards given points (the contacts at crossings)
+
+
+TIE_DIGITS = 6
+"""Digits of a facet step to which two ways round are equally far, so that rounding does not choose."""
+
+
+@dataclass(frozen=True, eq=False)
+class Targets:
+    """Points that the middles of facets of one yarn shall face.
+
+    Attributes
+    ----------
+    arc_length : ndarray (T,)
+        Increasing; where the yarn is nearest to the points, m.
+    point : ndarray (T, 3)
+        The points, off the centreline, m.
+    """
+
+    arc_length: np.ndarray = field(default_factory=lambda: np.empty(0))
+    point: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+
+    def without(self, arc_length: np.ndarray) -> Targets:
+        """Return all but those at arc lengths (k,) [m]."""
+        near = np.abs(self.arc_length[:, None] - arc_length) <= SAME * self.arc_length.max(initial=0.0)
+        others = ~near.any(axis=1)
+        return Targets(self.arc_length[others], self.point[others])
+
+
+def roll_towards(
+    targets: Targets, arc_length: np.ndarray, centres: np.ndarray, frames: np.ndarray, angles: np.ndarray
+) -> np.ndarray:
+    """Roll of every slice after which every target lies over the middle line of a facet.
+
+    At the first target the roll is the smallest possible, at every other one the nearest to that before it:
+    at most half a facet step more or less, which keeps the twist of the elements between them small. It is
+    constant over the layer that a target lies in the middle of, and beyond the outermost ones; in between it
+    follows the cubic smooth step. A symmetric yarn gets a symmetric roll.
+
+    Parameters
+    ----------
+    targets : Targets
+        Every one of them in the middle between two slices.
+    arc_length : ndarray (S,)
+        Of the slices, m.
+    centres : ndarray (S, 3)
+        Centres of the slices, m.
+    frames : ndarray (S, 3, 3)
+        Rows d1, d2, tangent of the slices, before the roll.
+    angles : ndarray (a,)
+        Angles of the surface nodes from d1 towards d2, at equal steps, rad.
+
+    Returns
+    -------
+    ndarray (S,)
+        Angles from d1 towards d2, rad.
+    """
+    if not targets.arc_length.size:
+        return np.zeros_like(arc_length)
+    layer = _layers(targets, arc_length)
+    bearing = bearings(targets, arc_length, centres, frames)
+    step = 2 * np.pi / angles.size
+    excess = (bearing - angles[0]) / step - 0.5  # facet steps beyond the middle of the first facet
+    whole = np.round(np.round(np.diff(excess, prepend=0.0), TIE_DIGITS))
+    roll = step * (excess - np.cumsum(whole))
+    bounds = np.stack([arc_length[layer], arc_length[layer + 1]], axis=-1).ravel()
+    return _smooth_steps(arc_length, bounds, np.repeat(roll, 2))
+
+
+def rolled(frames: np.ndarray, roll: np.ndarray) -> np.ndarray:
+    """Frames (S, 3, 3), rows d1, d2, tangent, turned about the tangent by ``roll`` (S,) in rad."""
+    d1, d2, tangent = np.moveaxis(frames, 1, 0)
+    cosine, sine = np.cos(roll)[:, None], np.sin(roll)[:, None]
+    return np.stack([cosine * d1 + sine * d2, cosine * d2 - sine * d1, tangent], axis=1)
+
+
+def _layers(targets: Targets, arc_length: np.ndarray) -> np.ndarray:
+    """Lower slices (T,) of the layers that the targets lie in the middle of."""
+    return np.searchsorted(arc_length, targets.arc_length) - 1
+
+
+def bearings(targets: Targets, arc_length: np.ndarray, centres: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """Angles (T,) at which targets are seen from the middles of layers, where facets have their middles.
+
+    Parameters
+    ----------
+    targets : Targets
+    arc_length, centres, frames : ndarray
+        Of the slices, as in `roll_towards`.
+
+    Returns
+    -------
+    ndarray (T,)
+        From d1 towards d2, rad.
+    """
+    layer = _layers(targets, arc_length)
+    seen = targets.point - 0.5 * (centres[layer] + centres[layer + 1])
+    directors = 0.5 * (frames[layer] + frames[layer + 1])[:, :2]  # (T, 2, 3)
+    # Where the yarn bends the mean directors are not quite orthonormal: components by their Gram matrix.
+    gram = directors @ directors.transpose(0, 2, 1)
+    x, y = np.linalg.solve(gram, directors @ seen[..., None])[..., 0].T
+    return np.arctan2(y, x)
+
+
+def _smooth_steps(s: np.ndarray, knots: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """C1 interpolation (k,) by cubic smooth steps between knots, constant beyond the outer ones."""
+    part = np.clip(np.searchsorted(knots, s, side="right") - 1, 0, knots.size - 2)
+    t = np.clip((s - knots[part]) / (knots[part + 1] - knots[part]), 0.0, 1.0)
+    return values[part] + (values[part + 1] - values[part]) * t**2 * (3 - 2 * t)
+
+
+# ---- Solid mesh of yarns: cross-sections swept along centrelines
+
 
 SIDES = ("left", "right")
 
@@ -54,7 +222,7 @@ class SweptMesh:
     first_slice : ndarray (Y + 1,) of int
         First slice of every yarn, then S.
     pull : ndarray (S, 2), optional
-        How far, and where to in the plane of d1 and d2, every slice is drawn (`knitstudy.mesh.grading`); 0 if omitted.
+        How far, and where to in the plane of d1 and d2, every slice is drawn (`knitstudy.mesh.spacing`); 0 if omitted.
     """
 
     nodes: np.ndarray

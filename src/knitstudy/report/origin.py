@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from knitstudy.files.netcdf import read_dataset
+from knitstudy.files import read_dataset
 
 ATTRIBUTES = {
     "scene": "scene",

@@ -10,7 +10,7 @@ from pathlib import Path
 from PIL import Image, UnidentifiedImageError
 
 from knitstudy.errors import DataFileError
-from knitstudy.files.replacing import replacing
+from knitstudy.files import replacing
 
 WIDTH = 1500
 """Points in a row: the widest picture of the page on a screen of nearly two points a pixel. The file keeps them all."""

@@ -6,8 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from knitstudy.files.csv_table import read_table
-from knitstudy.files.netcdf import read_dataset
+from knitstudy.files import read_dataset, read_table
 from knitstudy.study.documents import read_yaml
 
 READERS = {".nc": read_dataset, ".csv": read_table, ".yaml": read_yaml}

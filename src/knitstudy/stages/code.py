@@ -25,7 +25,6 @@ CARRIERS = (
     "stages",
     "study",
     "loading.columns",
-    "loading.progress",
     "loading.restart",
 )
 """Rooms and modules that carry inputs and results but change no number: editing them runs no simulation again."""

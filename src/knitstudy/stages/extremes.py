@@ -33,16 +33,15 @@ import xarray as xr
 from knitstudy.errors import ConvergenceError, KnitstudyError
 from knitstudy.figures.extremes_map import draw
 from knitstudy.figures.saving import save
-from knitstudy.files.csv_table import write_table
-from knitstudy.files.replacing import replacing
-from knitstudy.loading.progress import Progress
-from knitstudy.measures.energy_balance import ledger_gap
-from knitstudy.measures.penetration import penetration
-from knitstudy.measures.soundness import (
+from knitstudy.files import replacing, write_table
+from knitstudy.loading.restart import Progress
+from knitstudy.measures.energy_balance import (
     faults,
     hourglass,
     is_unloaded,
+    ledger_gap,
     left_open,
+    penetration,
     unbalanced,
     unbalanced_contact,
 )
@@ -108,7 +107,9 @@ KEYS = tuple(f"{section}.{name}" for section, names in all_sections().items() fo
 
 def digest_of(trial: Trial) -> str:
     """Return the digest of a row: of the base, what is changed of it, and the code of all stages."""
-    code = code_digest("knitstudy.measures.soundness", *(stage.module for stage in STAGES.all().values()))
+    code = code_digest(
+        "knitstudy.measures.energy_balance", *(stage.module for stage in STAGES.all().values())
+    )
     return digest({"base": trial.base.hash, "changes": dict(trial.changes), "code": code})
 
 

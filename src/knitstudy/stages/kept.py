@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from knitstudy.errors import DataFileError
-from knitstudy.files.csv_table import read_table
+from knitstudy.files import read_table
 from knitstudy.measures.catalogue import Catalogue
 from knitstudy.report.sources import read_sources
 from knitstudy.stages.displays import Displays, reference_files

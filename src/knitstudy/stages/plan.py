@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from knitstudy.errors import DataFileError
-from knitstudy.files.netcdf import recorded_digest
+from knitstudy.files import recorded_digest
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.table import STAGES, Stage
 from knitstudy.study.configuration import CONFIG, OWN, check_source, knits_of, load_scenes

@@ -20,11 +20,10 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, KnitstudyError
-from knitstudy.files.csv_table import read_table, write_table
-from knitstudy.files.netcdf import read_dataset
+from knitstudy.files import read_dataset, read_table, write_table
+from knitstudy.measures.cost import seconds_of
 from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.expense import seconds_of
 from knitstudy.measures.fronts import ACCURACIES
 from knitstudy.measures.knobs import model_of
 from knitstudy.measures.names import INTERACTIONS

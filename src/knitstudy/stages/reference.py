@@ -14,8 +14,7 @@ from pathlib import Path
 import pandas as pd
 
 from knitstudy.errors import DataFileError, KnitstudyError
-from knitstudy.files.csv_table import read_table, write_table
-from knitstudy.files.netcdf import read_dataset
+from knitstudy.files import read_dataset, read_table, write_table
 from knitstudy.measures.selection import ways
 from knitstudy.measures.ways import ways_of
 from knitstudy.stages.code import code_digest

@@ -14,10 +14,8 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from knitstudy.errors import KnitstudyError
-from knitstudy.files.netcdf import read_dataset, write_dataset
-from knitstudy.files.provenance import provenance
-from knitstudy.loading.progress import Progress
-from knitstudy.loading.restart import restart_of, run_with
+from knitstudy.files import provenance, read_dataset, write_dataset
+from knitstudy.loading.restart import Progress, restart_of, run_with
 from knitstudy.registry import load_plugins
 from knitstudy.stages.parent import end_with_parent
 from knitstudy.stages.plan import digest_of, digest_or_warning

@@ -15,13 +15,11 @@ from typing import Any
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.files.netcdf import read_dataset, write_dataset
+from knitstudy.files import read_dataset, write_dataset
+from knitstudy.geometry.lay_out import read_specimen
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
-from knitstudy.geometry.specimen import read_specimen
-from knitstudy.loading.progress import ReportProgress, silent
-from knitstudy.loading.restart import restart_of, run_with
-from knitstudy.loading.run import IN_MEMORY, Run
+from knitstudy.loading.restart import IN_MEMORY, ReportProgress, Run, restart_of, run_with, silent
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.stages.plan import Plan, digest_or_warning
 from knitstudy.stages.table import STAGES, Stage, stage_of
@@ -31,7 +29,7 @@ from knitstudy.study.scene import Scene
 log = logging.getLogger(__name__)
 
 BeginProgress = Callable[[str], ReportProgress]
-"""Returns what the progress of a stage is reported to, for example `knitstudy.loading.progress.Progress`."""
+"""Returns what the progress of a stage is reported to, for example `knitstudy.loading.restart.Progress`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +82,7 @@ def simulate(
         Configuration folder that names of other scenes refer to.
     progress : callable, optional
         Called with the label of a stage, returns what its progress is reported to; for example
-        `knitstudy.loading.progress.Progress`, which prints lines with the time left.
+        `knitstudy.loading.restart.Progress`, which prints lines with the time left.
     anew : bool
         Simulate the scene even if its result is there.
     plan : Plan, optional

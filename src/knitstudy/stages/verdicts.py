@@ -11,8 +11,7 @@ from pathlib import Path
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.files.csv_table import write_table
-from knitstudy.files.replacing import replacing
+from knitstudy.files import replacing, write_table
 from knitstudy.report.summary import summarise
 from knitstudy.stages.kept import RESULTS, Kept
 from knitstudy.stages.pictures import draw_pictures

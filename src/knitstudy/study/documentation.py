@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterator
 from inspect import cleandoc, get_annotations
 from pathlib import Path
 
-from knitstudy.files.replacing import replacing
+from knitstudy.files import replacing
 from knitstudy.registry import Registry, listed
 from knitstudy.study.configuration import CONFIG
 from knitstudy.study.keys import Section, describe

@@ -59,7 +59,7 @@ class Interaction:
     keys : subclass of Section or None
         What the section ``contact`` has beside the keys of the fidelity.
     solids : str
-        Module of the contact of solid yarns, with a function as `knitstudy.solids.touching` has; only scenes that
+        Module of the contact of solid yarns, with a function as `knitstudy.models.yarn_contact` has; only scenes that
         ask for it depend on its code.
     """
 
@@ -67,7 +67,7 @@ class Interaction:
     meaning: str
     friction: Callable[[Scene], float] | None
     keys: type[Section] | None = None
-    solids: str = "knitstudy.solids.touching"
+    solids: str = "knitstudy.models.yarn_contact"
 
     @property
     def touches(self) -> bool:
@@ -100,7 +100,7 @@ class Fidelity:
     solids : str
         Module of solid yarns, with a function ``discretise``; empty for beams.
     stress : str
-        Module of the stress in them, with a function ``cell_stress`` as `knitstudy.solids.cell_stress` says.
+        Module of the stress in them, with a function ``cell_stress`` as `knitstudy.models.stress` says.
     sources : tuple of str
         Dotted keys that name direct simulations which it takes something from.
     outputs : tuple of str

@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.discretisation import made_of
-from knitstudy.measures.shell import Moduli, moduli
+from knitstudy.measures.endless_knit import Moduli, moduli
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.domain import series_of
-from knitstudy.measures.domain_response import domain_response
+from knitstudy.measures.domain import domain_response, series_of
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 

@@ -10,7 +10,7 @@ import xarray as xr
 from knitstudy.loading.load_path import DIRECTIONS
 from knitstudy.measures.domain import Series, force_per_width, series_of
 from knitstudy.measures.endless_knit import between_grips, cell_of, limit
-from knitstudy.measures.quantities import increment_at
+from knitstudy.measures.response import increment_at
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 

@@ -7,8 +7,8 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.measures.centre_cell import crossing_error
 from knitstudy.measures.selection import TIED_COURSE
-from knitstudy.measures.unit_cell import crossing_error
 from knitstudy.tables.catalogue import TABLES
 
 MEASURES = {

@@ -11,7 +11,7 @@ import xarray as xr
 from knitstudy.measures.carried import CARRIED
 from knitstudy.measures.claims.inputs import CLAIMS, Finding, findings, hanging
 from knitstudy.measures.names import INTERACTIONS
-from knitstudy.measures.quantities import QUANTITIES
+from knitstudy.measures.response import QUANTITIES
 from knitstudy.measures.selection import COURSE
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES

@@ -8,9 +8,9 @@ from math import isfinite
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.extrapolation import common_limit
+from knitstudy.measures.estimate import common_limit
 from knitstudy.measures.names import INTERACTIONS
-from knitstudy.measures.quantities import QUANTITIES, STRAINS, increment_at
+from knitstudy.measures.response import QUANTITIES, STRAINS, increment_at
 from knitstudy.measures.ways import Way, ways_of
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES

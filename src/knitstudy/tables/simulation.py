@@ -6,8 +6,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.energy_balance import hourglass_share, ledger_gap, stabilisation_share
-from knitstudy.measures.penetration import allowed_penetration, penetration
+from knitstudy.measures.energy_balance import (
+    allowed_penetration,
+    hourglass_share,
+    ledger_gap,
+    penetration,
+    stabilisation_share,
+)
 from knitstudy.measures.selection import ISOTROPIC_COURSE, ISOTROPIC_WALE, TIED_COURSE, TIED_WALE
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.penetration import allowed_penetration, penetration
+from knitstudy.measures.energy_balance import allowed_penetration, penetration
 from knitstudy.measures.printed import number
 from knitstudy.measures.selection import ISOTROPIC_COURSE
 from knitstudy.study.scene import Scene

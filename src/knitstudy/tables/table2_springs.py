@@ -11,7 +11,7 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.measures.printed import number
-from knitstudy.networks.rom.springs import AXES, MEASURES, Springs, springs
+from knitstudy.models.springs import AXES, MEASURES, Springs, springs
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 

@@ -15,8 +15,9 @@ from knitstudy.measures.energy_balance import stabilisation_share
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.names import INTERACTIONS
 from knitstudy.measures.printed import number
-from knitstudy.measures.quantities import FORCE, LARGEST_U_Z
 from knitstudy.measures.response import (
+    FORCE,
+    LARGEST_U_Z,
     Z,
     at_strain,
     common_strain,

@@ -12,8 +12,8 @@ import xarray as xr
 from knitstudy.measures.carried import CARRIED, carried_over
 from knitstudy.measures.claims.evidence import NOT_RUN, OPEN, Evidence, Judgement
 from knitstudy.measures.claims.rules import RULES
-from knitstudy.measures.quantities import QUANTITIES
 from knitstudy.measures.reference import Reference, reference_of
+from knitstudy.measures.response import QUANTITIES
 from knitstudy.measures.variations import Variation, variations
 from knitstudy.study.scene import Scene
 

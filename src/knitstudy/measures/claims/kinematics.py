@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from knitstudy.measures.centre_cell import centre_cell
+from knitstudy.measures.centre_cell import centre_cell, closest_neighbour, rotation_angle
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, lacking, verdict
 from knitstudy.measures.claims.rule import AFTER, AGAIN, Rule
-from knitstudy.measures.kinematics import closest_neighbour, rotation_angle
 from knitstudy.measures.names import INTERACTIONS
 
 TURNS = np.radians(1.0)

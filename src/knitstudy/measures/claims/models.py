@@ -21,10 +21,16 @@ from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import UNKNOWN, Estimate, all_hold
 from knitstudy.measures.printed import REPORTED, number
-from knitstudy.measures.quantities import LARGEST_U_Z, RMS_U_Z, rms_out_of_plane
-from knitstudy.measures.response import largest_out_of_plane, out_of_plane, out_of_plane_agreement
+from knitstudy.measures.response import (
+    LARGEST_U_Z,
+    RMS_U_Z,
+    largest_out_of_plane,
+    out_of_plane,
+    out_of_plane_agreement,
+    rms_out_of_plane,
+)
 from knitstudy.measures.selection import CASES
-from knitstudy.networks.rom.springs import springs
+from knitstudy.models.springs import springs
 
 MUCH_CLOSER = 0.5
 """Claim R1: "much closer" is at most half the distance."""

@@ -24,8 +24,8 @@ from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.printed import numbers
 from knitstudy.measures.segment_angles import LEGS, SEGMENT, angle_to_x, angles_to_axes, honeycomb_segments
-from knitstudy.networks.rom.crossing_contacts import contacts_of_crossings
-from knitstudy.networks.rom.principal_honeycomb import heights
+from knitstudy.models.honeycomb import heights
+from knitstudy.models.joints import contacts_of_crossings
 
 NEAR = 10.0
 """Claim M1: angle up to which a leg counts as being about where the paper has it [deg]."""

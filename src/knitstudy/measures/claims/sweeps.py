@@ -14,13 +14,7 @@ from __future__ import annotations
 from functools import partial
 from itertools import pairwise
 
-from knitstudy.measures.claims.evidence import (
-    NOT_RUN,
-    Evidence,
-    Judgement,
-    at_full_strain,
-    verdict,
-)
+from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, verdict
 from knitstudy.measures.claims.rule import BEFORE, Rule
 from knitstudy.measures.names import INTERACTIONS
 from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Series, series_of

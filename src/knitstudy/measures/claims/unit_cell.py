@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from knitstudy.measures.centre_cell import crossing_error, loop_of
 from knitstudy.measures.claims.evidence import Evidence, Judgement, verdict
 from knitstudy.measures.claims.rule import UNRECORDED, Rule
-from knitstudy.measures.unit_cell import crossing_error, loop_of
 
 CONTACT_BAR = 1e-3
 """Claim G1: largest |D - 2R - c0| over R at which yarns count as touching at points."""

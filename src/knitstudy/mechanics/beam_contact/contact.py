@@ -1,14 +1,4 @@
-"""Contact with friction between beams of circular section at pairs of closest points.
-
-The gap is |r| - 2R. The tangential traction is a stiffness times the elastic slip of two material points of the
-surfaces, one on either yarn, that faced each other when the last increment had converged, up to mu times the normal
-force. A material point is carried by its yarn's sections, so that friction knows their spin: a yarn that rolls on
-another does not slip, one that spins in its place does. Friction acts on both yarns half way between the centrelines,
-with the couple that it exerts there on their sections; so forces and moments balance exactly. A friction that acted on
-centrelines alone would leave a couple of 2R times its force.
-
-Densities are per contact point [N] or per length of a line of contact [N/m].
-"""
+"""What a gap between two yarns costs: a penalty on sections that do not deform, or Hertz's crossed cylinders."""
 
 from __future__ import annotations
 
@@ -17,12 +7,101 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.beam_contact.approach import A, Approach, B, Change, approach
-from knitstudy.mechanics.beam_contact.crossing_pairs import CrossingPairs
-from knitstudy.mechanics.beam_contact.curves import Curves, Stencil
-from knitstudy.mechanics.beam_contact.law import Power
+from knitstudy.mechanics.beam_contact.approach import A, Approach, B, Change, Curves, Pairs, Stencil, approach
 from knitstudy.mechanics.contact.friction import OPEN, Coulomb
 from knitstudy.mechanics.rotation import hat
+
+
+@dataclass(frozen=True)
+class Power:
+    """Force coefficient (-gap)^exponent where yarns overlap, at a point [N] or along a line [N/m].
+
+    Attributes
+    ----------
+    coefficient : float
+        Of force over approach to the exponent.
+    exponent : float
+        1: a penalty.
+    """
+
+    coefficient: float
+    exponent: float = 1.0
+
+    def force(self, gap: np.ndarray) -> np.ndarray:
+        """Return the forces (k,) at gaps (k,) [m]; zero where open."""
+        return self.coefficient * np.maximum(0.0, -gap) ** self.exponent
+
+    def stiffness(self, gap: np.ndarray) -> np.ndarray:
+        """Return how fast (k,) the force grows with the approach."""
+        return np.where(
+            gap < 0, self.exponent * self.coefficient * np.maximum(0.0, -gap) ** (self.exponent - 1.0), 0.0
+        )
+
+    def energy(self, gap: np.ndarray) -> np.ndarray:
+        """Return the stored energies (k,), at a point [J] or along a line [J/m]."""
+        return self.coefficient / (self.exponent + 1.0) * np.maximum(0.0, -gap) ** (self.exponent + 1.0)
+
+
+def hertz(youngs_modulus: float, poisson_ratio: float, radius: float, mode: str) -> Power:
+    """Return the approach of two equal cylinders that cross at a right angle (Johnson 1985, section 4.1).
+
+    At a point F = 4/3 E* sqrt(R) delta^1.5 with E* = E / 2 (1 - nu^2), as of a sphere of radius R on a plane. Along
+    a line E*/2 times the approach: round sections that cross with the overlap delta - s^2 / 4 R then carry that same F,
+    the integral of E*/2 (delta - s^2 / 4 R).
+
+    Parameters
+    ----------
+    youngs_modulus : float
+        [Pa]
+    poisson_ratio : float
+    radius : float
+        Of both [m].
+    mode : {"point", "line"}
+    """
+    contact_modulus = youngs_modulus / (2 * (1 - poisson_ratio**2))
+    if mode == "line":
+        return Power(0.5 * contact_modulus)
+    return Power(4 / 3 * contact_modulus * np.sqrt(radius), 1.5)
+
+
+# ---- Pairs of closest points with the crossings that they belong to
+
+
+@dataclass(frozen=True, eq=False)
+class CrossingPairs:
+    """Pairs of all crossings in contact.
+
+    Attributes
+    ----------
+    pairs : Pairs
+        k pairs.
+    start : ndarray, shape (k, 2)
+        Arc lengths from which the closest points are first looked for [m].
+    weight : ndarray, shape (k,)
+        What a force density is multiplied by: 1 at a point, a length along a line [1 or m].
+    crossing : ndarray of int, shape (k,)
+        Crossing that a pair belongs to.
+    lower : ndarray of int, shape (k,)
+        Side (0 or 1) that is the lower row's yarn.
+    """
+
+    pairs: Pairs
+    start: np.ndarray
+    weight: np.ndarray
+    crossing: np.ndarray
+    lower: np.ndarray
+
+
+# ---- Contact with friction between beams of circular section at pairs of closest points
+# The gap is |r| - 2R. The tangential traction is a stiffness times the elastic slip of two material points of the
+# surfaces, one on either yarn, that faced each other when the last increment had converged, up to mu times the normal
+# force. A material point is carried by its yarn's sections, so that friction knows their spin: a yarn that rolls on
+# another does not slip, one that spins in its place does. Friction acts on both yarns half way between the centrelines,
+# with the couple that it exerts there on their sections; so forces and moments balance exactly. A friction that
+# acted on
+# centrelines alone would leave a couple of 2R times its force.
+#
+# Densities are per contact point [N] or per length of a line of contact [N/m].
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,9 +14,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil
-from knitstudy.mechanics.polynomial_yarn import disc
-from knitstudy.mechanics.polynomial_yarn.space import Space
-from knitstudy.mechanics.polynomial_yarn.spline import Spline
+from knitstudy.mechanics.spline_yarn import basis as disc
+from knitstudy.mechanics.spline_yarn.basis import Spline
+from knitstudy.mechanics.spline_yarn.space import Space
 
 CHUNK = 1_000
 """Pairs of stations that are expanded at once; bounds the memory."""

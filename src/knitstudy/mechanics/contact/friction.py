@@ -1,15 +1,190 @@
-"""The law of contact points: a penalty in normal direction, Coulomb friction along the surface.
-
-Pressure is p = -(multiplier + eps g) where that is positive; the tangential traction is epsT times the slip s since
-the point last stuck, and at most mu p. With mu = inf nothing ever slips: rough contact. With mu = 0 there is no
-friction. Signs: a traction t acts with +t on the internal force of the point's own side, as its gap does.
-"""
+"""Coulomb friction: contact points, their history, and the law."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
+from scipy.spatial import cKDTree
+
+from knitstudy.mechanics.contact.surface import Projection
+
+# ---- Pairs of a point and a surface in one configuration: all of those that are followed which can touch there
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPoints:
+    """Pairs in one configuration; all that is not here is open.
+
+    Attributes
+    ----------
+    history : ContactHistory
+        What they remember, in the same order.
+    followed : ContactHistory
+        Of all pairs that are followed.
+    number : ndarray of int, shape (c,)
+        Which of those these are.
+    least : ndarray, shape (f,)
+        What the gaps of all pairs that are followed are at least [m].
+    carriers : ndarray, shape (M, 3)
+        Of the surfaces, in this configuration [m].
+    position : ndarray, shape (c, 3)
+        Points [m].
+    projection : Projection
+        Against the surfaces that they face.
+    gap : ndarray, shape (c,)
+        Gaps [m]; inf where there is no closest point.
+    slip : ndarray, shape (c, 2)
+        Convected coordinates since the anchor, s.
+    slip_rate : ndarray, shape (c, 2)
+        ds/dg of points that have touched within this increment, else 0.
+    slip_share : ndarray, shape (c,)
+        ds/dxi: 1, or the share of the increment in contact.
+    trial : ndarray, shape (c, 3)
+        Trial traction epsT s [Pa].
+    pressure : ndarray, shape (c,)
+    traction : ndarray, shape (c, 3)
+        Tangential part [Pa].
+    status : ndarray of int, shape (c,)
+        OPEN, STICK or SLIP.
+    law : Coulomb
+        With the stiffnesses of all pairs.
+    angle : ndarray, shape (c,), or None
+        Between the first parameters' lines of both surfaces at the last converged increment, if the law asks for it.
+    """
+
+    history: ContactHistory
+    followed: ContactHistory
+    number: np.ndarray
+    least: np.ndarray
+    carriers: np.ndarray
+    position: np.ndarray
+    projection: Projection
+    gap: np.ndarray
+    slip: np.ndarray
+    slip_rate: np.ndarray
+    slip_share: np.ndarray
+    trial: np.ndarray
+    pressure: np.ndarray
+    traction: np.ndarray
+    status: np.ndarray
+    law: Coulomb
+    angle: np.ndarray | None
+
+    @property
+    def active(self) -> np.ndarray:
+        """Pairs (a,) that touch."""
+        return np.flatnonzero(self.status != OPEN)
+
+    def signature(self) -> np.ndarray:
+        """Return points, surfaces and status (a, 3) of the pairs that touch: what must not change any more."""
+        active = self.active
+        table = np.stack(
+            [self.history.point[active], self.history.surface[active], self.status[active]], axis=1
+        )
+        return table[np.lexsort(table.T)]
+
+
+# ---- What contact points remember from one converged increment to the next, and who is who after a new search
+
+
+@dataclass(frozen=True, eq=False)
+class ContactHistory:
+    """What contact points remember of the last converged increment; all arrays run over the candidate pairs.
+
+    Attributes
+    ----------
+    point, surface : ndarray of int, shape (c,)
+        Gauss point and the surface that it faces.
+    xi : ndarray, shape (c, 2)
+        Its closest point.
+    gap : ndarray, shape (c,)
+        Its gap [m]; inf where the closest point was not within the surface's edges, -inf where none was looked for:
+        it was open then, and xi is a guess.
+    pressure : ndarray, shape (c,)
+        Its pressure [Pa], what multipliers carried included; where it is positive, the anchor counts.
+    traction : ndarray, shape (c, 3)
+        Its tangential traction [Pa].
+    multiplier : ndarray, shape (c,)
+        Pressure (negative) that augmentation has added within the increment [Pa].
+    anchor : ndarray, shape (c, 2)
+        Convected coordinates at which the point would carry no tangential traction.
+    slip : ndarray, shape (c,)
+        Length slipped since it first touched [m].
+    status : ndarray of int, shape (c,)
+        OPEN, STICK or SLIP.
+    dissipated : ndarray, shape ()
+        Work of friction so far [J].
+    """
+
+    point: np.ndarray
+    surface: np.ndarray
+    xi: np.ndarray
+    gap: np.ndarray
+    pressure: np.ndarray
+    traction: np.ndarray
+    multiplier: np.ndarray
+    anchor: np.ndarray
+    slip: np.ndarray
+    status: np.ndarray
+    dissipated: np.ndarray
+
+    @classmethod
+    @cache
+    def empty(cls) -> ContactHistory:
+        """Return the history of a model in which nothing has touched yet, the same one for all."""
+        number, value = np.empty(0, dtype=np.int64), np.empty(0)
+        places = np.empty((0, 2))
+        vectors = np.empty((0, 3))
+        return cls(number, number, places, value, value, vectors, value, places, value, number, np.zeros(()))
+
+
+def taken(history: ContactHistory, chosen: np.ndarray) -> ContactHistory:
+    """Return the history of some pairs."""
+    arrays = {name: value[chosen] for name, value in vars(history).items() if name != "dissipated"}
+    return ContactHistory(**arrays, dissipated=history.dissipated)
+
+
+def joined(one: ContactHistory, other: ContactHistory) -> ContactHistory:
+    """Return the history of the pairs of both."""
+    arrays = {
+        name: np.concatenate([value, getattr(other, name)])
+        for name, value in vars(one).items()
+        if name != "dissipated"
+    }
+    return ContactHistory(**arrays, dissipated=one.dissipated)
+
+
+def same_pair(
+    point: np.ndarray, surface: np.ndarray, arc: np.ndarray, old: ContactHistory, old_arc: np.ndarray
+) -> np.ndarray:
+    """Return for pairs found anew the same pair of an older history, or -1: the same point on the same piece.
+
+    Parameters
+    ----------
+    point, surface : ndarray of int, shape (k,)
+    arc : ndarray, shape (k,)
+        Arc lengths of their closest points, in units of what two pieces of a surface are apart at least.
+    old : ContactHistory
+    old_arc : ndarray, shape (c,)
+        Arc lengths of its closest points likewise.
+    """
+    if not len(old.point) or not len(point):
+        return np.full(len(point), -1)
+    count = 1 + max(surface.max(), old.surface.max())
+    # Pairs of different points or surfaces lie farther apart in this plane than any two places of one surface.
+    new = np.stack([1e6 * (point * count + surface), arc], axis=1)
+    known = np.stack([1e6 * (old.point * count + old.surface), old_arc], axis=1)
+    distance, index = cKDTree(known).query(new, distance_upper_bound=1.0)
+    return np.where(np.isfinite(distance), index, -1)
+
+
+# ---- The law of contact points: a penalty in normal direction, Coulomb friction along the surface
+# Pressure is p = -(multiplier + eps g) where that is positive; the tangential traction is epsT times the slip s since
+# the point last stuck, and at most mu p. With mu = inf nothing ever slips: rough contact. With mu = 0 there is no
+# friction. Signs: a traction t acts with +t on the internal force of the point's own side, as its gap does.
+
 
 OPEN, STICK, SLIP = 0, 1, 2
 """Status of a contact point."""

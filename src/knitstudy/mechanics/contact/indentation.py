@@ -1,24 +1,7 @@
-"""The local indentation that a space of displacements cannot show, as a law of contact in series with that space.
+"""Two equal cylinders that cross, pressed on each other as half spaces are: Hertz, with exact elliptic integrals.
 
-Under a force P the two yarns approach by delta_H(P) + 2 C_far P: Hertz's indentation of two half spaces, and what
-the yarns give way besides (`polynomial_yarn.patch`). In their space they approach by u(P) at the middle of the patch,
-and by less beside it. What is left is the depth D(P) of the gap, a paraboloid whose curvatures A' and B' are those of
-the cylinders less those of u:
-
-    D = delta_H + 2 C_far P - 2 u_0 P,    A' = A - 2 k_x P,    B' = B - 2 k_y P
-
-A pressure p(g) on it gives the force P = 2 pi R_e' F(D), F the integral of p, R_e' = 1 / (2 sqrt(A' B')). So
-F(D(P)) = P / (2 pi R_e'(P)) is the energy of the law, and p = dF/dD. Nothing is fitted. Everything depends on the space
-and on the angle between the axes, at which R_e = R / sin(angle).
-
-Along the surface a patch that sticks gives way likewise: by Mindlin's share m = (2 - nu) / (2 (1 - nu)) of
-d delta_H / dP, and by what the yarns give way besides, C_far along and across them; their space shows a part of it, and
-the rest is the compliance of the law. Its stiffness K(D) is spread as the pressure is:
-
-    1 / K = m d delta_H / dP + sum (C_far - C_shown),    t = d/dD (K / (2 pi R_e'))
-
-t is tabulated as its share of the stiffness dp/dD across the surface, 1 / m where the patch is small. Stick is
-remembered as a traction: a growing pressure adds stiffness, but no traction.
+Johnson, Contact Mechanics (1985), sections 4.1 and 4.2. The gap of the undeformed surfaces is A x^2 + B y^2 with
+A = (1 - cos w) / (2 R) and B = (1 + cos w) / (2 R); x lies on the bisector of the angle w between the axes.
 """
 
 from __future__ import annotations
@@ -28,10 +11,84 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
 
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.contact.hertz import Crossing
-from knitstudy.mechanics.polynomial_yarn.patch import ACROSS, ALONG, far, patched_yarn
+from knitstudy.mechanics.spline_yarn.patch import ACROSS, ALONG, far, patched_yarn
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Contact of two cylinders of unit radius at an angle; lengths are over R, forces over E* R^2.
+
+    Attributes
+    ----------
+    curvature : tuple of float
+        A and B.
+    ratio : float
+        b / a of the ellipse of contact, whose longer axis lies on the bisector.
+    semiaxis : float
+        a over P^(1/3).
+    approach : float
+        Of far points of both bodies, over P^(2/3).
+    """
+
+    curvature: tuple[float, float]
+    ratio: float
+    semiaxis: float
+    approach: float
+
+    @classmethod
+    def at(cls, angle: float) -> Crossing:
+        """Return the contact at an angle between the axes, 0 < angle <= pi / 2."""
+        a, b = 0.5 * (1 - np.cos(angle)), 0.5 * (1 + np.cos(angle))
+
+        def excess(ratio: float) -> float:
+            first, second, parameter = _integrals(ratio)
+            return (second / ratio**2 - first) / (first - second) - b / a if parameter > 1e-9 else 1.0 - b / a
+
+        ratio = 1.0 if b / a - 1 < 1e-6 else float(brentq(excess, 1e-4, 1 - 1e-8))
+        first, second, parameter = _integrals(ratio)
+        flat = (first - second) / parameter if parameter > 1e-9 else np.pi / 4
+        semiaxis = (3 * flat / (2 * np.pi * a)) ** (1 / 3)
+        return cls((a, b), ratio, semiaxis, 3 * first / (2 * np.pi * semiaxis))
+
+    @property
+    def radius(self) -> float:
+        """R_e = 1 / sin w, over R: a gap that is a paraboloid has the area 2 pi R_e delta at a depth delta."""
+        return 0.5 / np.sqrt(self.curvature[0] * self.curvature[1])
+
+
+def _integrals(ratio: float) -> tuple[float, float, float]:
+    """Return the complete elliptic integrals K and E, and their parameter e^2 = 1 - (b / a)^2."""
+    parameter = 1 - ratio**2
+    return float(ellipk(parameter)), float(ellipe(parameter)), parameter
+
+
+# ---- The local indentation that a space of displacements cannot show, as a law of contact in series with that space
+# Under a force P the two yarns approach by delta_H(P) + 2 C_far P: Hertz's indentation of two half spaces, and what
+# the yarns give way besides (`polynomial_yarn.patch`). In their space they approach by u(P) at the middle of the patch,
+# and by less beside it. What is left is the depth D(P) of the gap, a paraboloid whose curvatures A' and B' are those of
+# the cylinders less those of u:
+#
+#     D = delta_H + 2 C_far P - 2 u_0 P,    A' = A - 2 k_x P,    B' = B - 2 k_y P
+#
+# A pressure p(g) on it gives the force P = 2 pi R_e' F(D), F the integral of p, R_e' = 1 / (2 sqrt(A' B')). So
+# F(D(P)) = P / (2 pi R_e'(P)) is the energy of the law, and p = dF/dD. Nothing is fitted. Everything depends on
+# the space
+# and on the angle between the axes, at which R_e = R / sin(angle).
+#
+# Along the surface a patch that sticks gives way likewise: by Mindlin's share m = (2 - nu) / (2 (1 - nu)) of
+# d delta_H / dP, and by what the yarns give way besides, C_far along and across them; their space shows a part of
+# it, and
+# the rest is the compliance of the law. Its stiffness K(D) is spread as the pressure is:
+#
+#     1 / K = m d delta_H / dP + sum (C_far - C_shown),    t = d/dD (K / (2 pi R_e'))
+#
+# t is tabulated as its share of the stiffness dp/dD across the surface, 1 / m where the patch is small. Stick is
+# remembered as a traction: a growing pressure adds stiffness, but no traction.
+
 
 ANGLES = np.radians([15.0, 22.5, 30.0, 45.0, 60.0, 90.0])
 """Angles between the axes for which the law is computed; it is interpolated between, and below it is the first."""

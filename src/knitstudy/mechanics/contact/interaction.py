@@ -1,10 +1,4 @@
-"""Contact of smooth surfaces: Gauss points of each against the other, both ways with half the stiffness each.
-
-Two passes leave no bias of master and slave. The points' history holds what friction remembers: where a point last
-stuck on the other surface, in convected coordinates, so that a rotation of both changes nothing. It is updated only
-when an increment has converged. References: Wriggers, Computational Contact Mechanics (2006), chapters 5 and 6;
-Laursen, Computational Contact and Impact Mechanics (2002), chapter 5.
-"""
+"""Two passes: the points of each surface against the other, so that none is master."""
 
 from __future__ import annotations
 
@@ -15,17 +9,22 @@ import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.mechanics.contact.following import Following
-from knitstudy.mechanics.contact.friction import OPEN, SLIP, Coulomb
-from knitstudy.mechanics.contact.history import ContactHistory, taken
+from knitstudy.mechanics.contact.friction import OPEN, SLIP, ContactHistory, ContactPoints, Coulomb, taken
 from knitstudy.mechanics.contact.indentation import Indentation
-from knitstudy.mechanics.contact.passes import PASS_SHARE
-from knitstudy.mechanics.contact.points import ContactPoints
-from knitstudy.mechanics.contact.projection import Projection
-from knitstudy.mechanics.contact.quadrature import Quadrature
 from knitstudy.mechanics.contact.search import Search
-from knitstudy.mechanics.contact.surface import Stencil, Surfaces
-from knitstudy.mechanics.contact.tangent import CellPairs
+from knitstudy.mechanics.contact.surface import Projection, Stencil, Surfaces
+from knitstudy.mechanics.contact.tangent import CellPairs, Quadrature
 from knitstudy.mechanics.contact.tangent import stiffness as tangent
+
+PASS_SHARE = 0.5
+"""Each of the two surfaces' points carries half of the contact stiffness."""
+
+
+# ---- Contact of smooth surfaces: Gauss points of each against the other, both ways with half the stiffness each
+# Two passes leave no bias of master and slave. The points' history holds what friction remembers: where a point last
+# stuck on the other surface, in convected coordinates, so that a rotation of both changes nothing. It is updated only
+# when an increment has converged. References: Wriggers, Computational Contact Mechanics (2006), chapters 5 and 6;
+# Laursen, Computational Contact and Impact Mechanics (2002), chapter 5.
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,10 +12,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.mechanics.contact.history import ContactHistory
-from knitstudy.mechanics.contact.projection import Projection, follows, project
-from knitstudy.mechanics.contact.quadrature import CHUNK, Quadrature
-from knitstudy.mechanics.contact.surface import Stencil, Surfaces
+from knitstudy.mechanics.contact.friction import ContactHistory
+from knitstudy.mechanics.contact.surface import Projection, Stencil, Surfaces, follows, project
+from knitstudy.mechanics.contact.tangent import CHUNK, Quadrature
 
 AT_ONCE = 16_384
 """Cells or rings whose neighbours are held at a time: of each some tens are near, nearly all on its own yarn."""

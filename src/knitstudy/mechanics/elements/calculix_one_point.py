@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knitstudy.mechanics.elements.one_point import OnePointHexahedron
+from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.materials import Material
 
 COEFFICIENT = 0.0005

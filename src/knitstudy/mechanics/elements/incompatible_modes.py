@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knitstudy.mechanics.determinant import determinant, inverse
+from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
 from knitstudy.mechanics.elements.element import ElementResponse, element
 from knitstudy.mechanics.elements.hexahedron import (
     GAUSS,
@@ -23,7 +23,6 @@ from knitstudy.mechanics.elements.hexahedron import (
     tangent_moduli,
 )
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.scratch import SCRATCH
 
 MODES = 3
 POINTS = len(GAUSS)

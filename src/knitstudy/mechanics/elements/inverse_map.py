@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
-from knitstudy.mechanics.determinant import inverse
+from knitstudy.mechanics.batches import inverse
 
 CANDIDATES = 8
 """Elements that are tried for a point, nearest centres first."""

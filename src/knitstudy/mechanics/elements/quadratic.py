@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knitstudy.mechanics.determinant import determinant
+from knitstudy.mechanics.batches import SCRATCH, determinant
 from knitstudy.mechanics.elements.element import ElementResponse, element
 from knitstudy.mechanics.elements.hexahedron import (
     CORNERS,
@@ -19,7 +19,6 @@ from knitstudy.mechanics.elements.hexahedron import (
     tangent_moduli,
 )
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.scratch import SCRATCH
 
 EDGES = np.array(
     [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
@@ -35,7 +34,7 @@ CACHE = 64
 """Elements whose points fit into a processor's cache together."""
 
 
-def shape(natural: np.ndarray) -> np.ndarray:
+def quadratic_shape(natural: np.ndarray) -> np.ndarray:
     """Return the shape functions (k, 20) at natural coordinates (k, 3)."""
     factor = 1 + NATURAL * natural[:, None]  # (k, 20, 3)
     product = factor.prod(axis=2)
@@ -48,7 +47,7 @@ def shape(natural: np.ndarray) -> np.ndarray:
     )
 
 
-def shape_gradient(natural: np.ndarray) -> np.ndarray:
+def quadratic_shape_gradient(natural: np.ndarray) -> np.ndarray:
     """Return the gradients (k, 20, 3) of the shape functions at natural coordinates (k, 3)."""
     factor = 1 + NATURAL * natural[:, None]  # (k, 20, 3)
     product = factor.prod(axis=2, keepdims=True)
@@ -64,7 +63,7 @@ def shape_gradient(natural: np.ndarray) -> np.ndarray:
     return gradient
 
 
-GRADIENTS = shape_gradient(GAUSS)
+GRADIENTS = quadratic_shape_gradient(GAUSS)
 """Natural gradients (8 points, 20 nodes, 3) at the Gauss points."""
 
 

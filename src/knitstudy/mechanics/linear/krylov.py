@@ -1,20 +1,202 @@
-"""Krylov methods that keep a preconditioner over many matrices, as long as it pays."""
+"""Krylov solvers: conjugate gradients and minimal residuals with a preconditioner."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from contextlib import nullcontext
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.linear.conjugate import INDEFINITE, conjugate_gradients
-from knitstudy.mechanics.linear.minimal_residual import minimal_residuals
-from knitstudy.mechanics.linear.rows import Rows
-from knitstudy.mechanics.linear.solver import NOWHERE, Iterate, Solution
-from knitstudy.mechanics.pattern_sum import lacking
+from knitstudy.mechanics.batches import SCRATCH, share
+from knitstudy.mechanics.linear.solver import NOWHERE, Apply, Iterate, Solution
+from knitstudy.mechanics.sparse_sums import lacking
+
+# ---- Products of a sparse matrix with vectors, in ranges of rows that threads share
+
+
+ENTRIES = 400_000
+"""Numbers of a matrix a range: enough that taking it in hand costs next to nothing."""
+
+
+class Rows:
+    """A matrix in ranges of rows; ``rows @ x`` is the matrix's own product.
+
+    Parameters
+    ----------
+    parts : sequence of bsr matrix, shape (rows of the range, columns)
+        From the first row to the last; blocks of one height.
+    """
+
+    def __init__(self, parts: Sequence[sp.bsr_matrix]) -> None:
+        self._parts = parts
+        ends = np.cumsum([0, *(part.shape[0] for part in parts)]).tolist()
+        self._ranges = [slice(low, high) for low, high in pairwise(ends)]
+        self.shape, self.dtype = (ends[-1], parts[0].shape[1]), parts[0].dtype
+
+    @classmethod
+    def of(cls, matrix: sp.bsr_matrix) -> Rows:
+        """Return a matrix cut into ranges of some `ENTRIES` numbers, without a copy of them."""
+        pieces = max(1, round(matrix.data.size / ENTRIES))
+        cuts = np.searchsorted(matrix.indptr, np.linspace(0, matrix.indptr[-1], pieces + 1)[1:-1])
+        bounds = np.unique(np.concatenate([[0], cuts, [len(matrix.indptr) - 1]]))
+        return cls([_part(matrix, low, high) for low, high in pairwise(bounds)])
+
+    def __matmul__(self, vector: np.ndarray) -> np.ndarray:
+        """Return the product (rows,) with a vector (columns,)."""
+        product = np.empty(self.shape[0], dtype=np.result_type(self.dtype, vector.dtype))
+
+        def multiply(number: int) -> None:
+            product[self._ranges[number]] = self._parts[number] @ vector
+
+        share(multiply, len(self._parts))
+        return product
+
+    def galerkin(self, basis: sp.bsr_matrix, dtype: type) -> tuple[Rows, sp.csr_matrix]:
+        """Return K P, of a square matrix K and a basis P (columns, m), and P^T K P (m, m).
+
+        Parameters
+        ----------
+        basis : bsr matrix
+            Blocks as high as the matrix's.
+        dtype : type
+            Of K P, no more than a range of which is ever held in the matrix's own, as P^T K P is.
+        """
+        images: list[sp.bsr_matrix | None] = [None] * len(self._parts)
+        coarse: list[sp.coo_matrix | None] = [None] * len(self._parts)
+        height = basis.blocksize[0]
+
+        def multiply(number: int) -> None:
+            image = self._parts[number] @ basis
+            rows = self._ranges[number]
+            own = _part(basis, rows.start // height, rows.stop // height)
+            coarse[number] = (own.T @ image).tocoo()
+            images[number] = image.astype(dtype)
+
+        share(multiply, len(images))
+        row, column, data = (
+            np.concatenate([getattr(piece, name) for piece in coarse]) for name in ("row", "col", "data")
+        )
+        return Rows(images), sp.csr_matrix((data, (row, column)), shape=2 * basis.shape[1:])
+
+
+def _part(matrix: sp.bsr_matrix, low: int, high: int) -> sp.bsr_matrix:
+    """Return the block rows low .. high of a matrix, without a copy of their entries."""
+    entries = slice(matrix.indptr[low], matrix.indptr[high])
+    return sp.bsr_matrix(
+        (matrix.data[entries], matrix.indices[entries], matrix.indptr[low : high + 1] - matrix.indptr[low]),
+        shape=(matrix.blocksize[0] * (high - low), matrix.shape[1]),
+    )
+
+
+# ---- Flexible conjugate gradients, for symmetric positive definite matrices
+
+
+INDEFINITE = "the stiffness matrix is not positive definite (a buckling or a mechanism)"
+
+
+def conjugate_gradients(matrix: Rows, apply: Apply, state: Iterate, goal: float, most: int) -> str | None:
+    """Improve an iterate in place by preconditioned conjugate gradients (Notay 2000).
+
+    Parameters
+    ----------
+    matrix : Rows, shape (size, size)
+        Symmetric positive definite.
+    apply : callable
+        The preconditioner.
+    state : Iterate
+    goal : float
+        Norm of the residual to reach.
+    most : int
+        Iterations to try.
+
+    Returns
+    -------
+    str or None
+        What went wrong; `INDEFINITE` if a direction has no stiffness. What was found before then lowers the energy
+        all the same (Steihaug 1983).
+    """
+    direction = image = None
+    curvature = 0.0
+    for _ in range(most):
+        if np.linalg.norm(state.residual) <= goal:
+            return None
+        state.iterations += 1
+        correction = apply(state.residual)
+        if direction is None:
+            direction = correction
+        else:
+            # Orthogonal to the last direction itself, not by a formula that presumes a constant preconditioner.
+            direction = correction - (correction @ image) / curvature * direction
+        image = matrix @ direction
+        curvature = direction @ image
+        if not curvature > 0:
+            return INDEFINITE
+        length = (direction @ state.residual) / curvature
+        state.x += length * direction
+        state.residual -= length * image
+    return None
+
+
+# ---- Generalised minimal residuals, for matrices that friction has made unsymmetric
+
+
+RESTART = 30
+"""Iterations after which the search directions are dropped; bounds the memory."""
+
+
+def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, most: int) -> str | None:
+    """Improve an iterate in place by flexible GMRES (Saad 1993); parameters as of `conjugate_gradients`."""
+    start = np.linalg.norm(state.residual)
+    left = most
+    while left > 0 and start > goal:
+        step, used = _cycle(matrix, apply, state.residual, goal, min(RESTART, left, len(state.x)))
+        state.iterations += used
+        left -= used
+        state.x += step
+        state.residual -= matrix @ step
+        reached = np.linalg.norm(state.residual)
+        if not reached < 0.999 * start:
+            return f"minimal residuals stagnate at {reached / state.level:.1e}"
+        start = reached
+    return None
+
+
+def _cycle(
+    matrix: Rows, apply: Apply, residual: np.ndarray, goal: float, most: int
+) -> tuple[np.ndarray, int]:
+    """Return the step (size,) of one cycle of at most so many iterations, and how many it took."""
+    level = np.linalg.norm(residual)
+    basis = SCRATCH.array("directions", most + 1, len(residual))
+    corrections = SCRATCH.array("corrections", most, len(residual))
+    hessenberg, target = np.zeros((most + 1, most)), np.zeros(most + 1)
+    basis[0], target[0] = residual / level, level
+    used, weights = 0, np.empty(0)
+    while used < most:
+        corrections[used] = apply(basis[used])
+        image = matrix @ corrections[used]
+        before = basis[: used + 1]
+        for _ in range(2):  # Gram-Schmidt twice is enough (Giraud et al. 2005)
+            shares = before @ image
+            image -= shares @ before
+            hessenberg[: used + 1, used] += shares
+        rest = np.linalg.norm(image)
+        used += 1
+        hessenberg[used, used - 1] = rest
+        small = hessenberg[: used + 1, :used]
+        weights = np.linalg.lstsq(small, target[: used + 1], rcond=None)[0]
+        if np.linalg.norm(target[: used + 1] - small @ weights) <= goal or not rest > 0:
+            break
+        basis[used] = image / rest
+    return weights @ corrections[:used], used
+
+
+# ---- Krylov methods that keep a preconditioner over many matrices, as long as it pays
+
 
 MOST_ITERATIONS = 400
 """Iterations with a fresh preconditioner after which a solve counts as failed."""

@@ -1,26 +1,435 @@
-"""Preconditioner with one part for each scale of a knit: yarn, crossing and fabric.
-
-- **yarn**: numbered along itself a yarn is a narrow band; a banded Cholesky factor of it costs next to nothing.
-- **crossing**: a small sparse LU over the unknowns around each tied or touching patch, both yarns together.
-- **fabric**: a Galerkin grid whose unknowns are the rigid motions of every few stations of the yarns, a beam network,
-  solved by sparse LU.
-
-They are combined multiplicatively: symmetrically (fabric, crossing, yarn, crossing, fabric) for conjugate gradients,
-and once each (crossing, yarn, fabric) where friction has made the matrix unsymmetric. Minimal residuals need no
-symmetry; on a knit in contact the shorter way takes 7 iterations for 12.
-"""
+"""Preconditioner of three scales: yarns, crossings, fabric."""
 
 from __future__ import annotations
 
-import numpy as np
-import scipy.sparse as sp
+import logging
+from dataclasses import dataclass, replace
 
-from knitstudy.mechanics.linear.crossing import CrossingScale
-from knitstudy.mechanics.linear.fabric import FabricScale
-from knitstudy.mechanics.linear.rows import Rows
-from knitstudy.mechanics.linear.solver import NOWHERE
-from knitstudy.mechanics.linear.structure import KnitStructure
-from knitstudy.mechanics.linear.yarn import YarnScale
+import numpy as np
+import pyamg
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.batches import share
+from knitstudy.mechanics.linear import direct as banded
+from knitstudy.mechanics.linear.direct import LU, factorise
+from knitstudy.mechanics.linear.krylov import Krylov, Rows
+from knitstudy.mechanics.linear.solver import NOWHERE, Solution
+from knitstudy.mechanics.sparse_sums import block_entries
+
+# ---- Where the unknowns of a solid knit lie, and how it moves as a rigid body
+
+
+@dataclass(frozen=True)
+class KnitStructure:
+    """Where the unknowns of a solid knit lie; nodes are numbered yarn by yarn, station by station.
+
+    A node is a node of a mesh or a coefficient: every point of a yarn is a weighted sum of them, undeformed and
+    displaced alike.
+
+    Attributes
+    ----------
+    position : ndarray, shape (n, 3)
+        Nodes [m].
+    unity : ndarray, shape (n,)
+        The nodes' values in the sum that is 1 everywhere: 1 for nodes of a mesh.
+    yarn : ndarray of int, shape (n,)
+        Yarn of every node, ascending.
+    station : ndarray of int, shape (n,)
+        Place along the yarn, ascending: nodes of one cross-section, or of one spline, have it in common.
+    bandwidth : int
+        Largest difference of node numbers within an element of one yarn.
+    patch : ndarray of int, shape (p,), or None
+        Nodes where yarns are tied to each other; None if crossings are no scale of their own, touching ones neither.
+    fixed : ndarray of int, shape (k,)
+        Prescribed unknowns.
+    """
+
+    position: np.ndarray
+    unity: np.ndarray
+    yarn: np.ndarray
+    station: np.ndarray
+    bandwidth: int
+    patch: np.ndarray | None
+    fixed: np.ndarray
+
+    def moved(self, displacement: np.ndarray | None) -> KnitStructure:
+        """Return where the unknowns lie after a displacement (n, 3) of the nodes [m]."""
+        return self if displacement is None else replace(self, position=self.position + displacement)
+
+
+def rigid_modes(structure: KnitStructure) -> np.ndarray:
+    """Return the six rigid motions (size, 6) of the whole knit, zero at prescribed unknowns."""
+    everything = np.zeros(len(structure.position), dtype=np.int64)
+    return rigid_motions(structure, everything)[0].reshape(-1, 6)
+
+
+def rigid_motions(structure: KnitStructure, group: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return the rigid motions of groups of nodes.
+
+    Three translations and three rotations about the group's centre, these over the groups' radius of gyration.
+    A node that is a coefficient of anything but the constant stays where it is in translations.
+
+    Parameters
+    ----------
+    structure : KnitStructure
+    group : ndarray of int, shape (n,)
+        Group of every node, 0 to g - 1.
+
+    Returns
+    -------
+    blocks : ndarray, shape (n, 3, 6)
+        Zero at prescribed unknowns.
+    centre : ndarray, shape (g, 3)
+        Of the groups [m].
+    radius : float
+        Of gyration, the mean of all groups [m].
+    """
+    unity = structure.unity
+    count = np.bincount(group, unity**2)
+    weighted = unity[:, None] * structure.position
+    centre = np.stack([np.bincount(group, weighted[:, i]) / count for i in range(3)], axis=1)
+    arm = structure.position - unity[:, None] * centre[group]
+    radius = float(np.sqrt(np.sum(arm**2) / count.sum()))
+    blocks = np.zeros((len(group), 3, 6))
+    blocks[:, [0, 1, 2], [0, 1, 2]] = unity[:, None]
+    blocks[:, :, 3:] = spins(arm / radius)
+    blocks.reshape(-1, 6)[structure.fixed] = 0
+    return blocks, centre, radius
+
+
+def spins(arm: np.ndarray) -> np.ndarray:
+    """Return the matrices (n, 3, 3) whose columns are e_k x arm."""
+    x, y, z = arm.T
+    zero = np.zeros_like(x)
+    return np.stack(
+        [np.stack([zero, z, -y], -1), np.stack([-z, zero, x], -1), np.stack([y, -x, zero], -1)], axis=1
+    )
+
+
+# ---- The scale of a yarn: numbered along itself it is a narrow band, whose Cholesky factor costs next to nothing
+
+
+WIDER = 1.5
+"""Most that a band may be widened by: factors cost its square. Of solid yarns, a tie reaches one station further."""
+
+CHUNK = 2048
+"""Nodes at a time; bounds the index arrays."""
+
+
+class YarnScale:
+    """Banded Cholesky factors of every yarn's diagonal block.
+
+    Single precision halves memory and time and costs no iteration: the factors only precondition. What
+    lies outside of the elements' band, which only ties and contact bring in, is held by a wider band if that is at
+    most `WIDER` times as wide; otherwise it is left out, and its magnitude is added to the diagonal, so that the block
+    stays positive definite (Ajiz and Jennings 1984).
+    """
+
+    def __init__(self, structure: KnitStructure, dtype: type = np.float32) -> None:
+        counts = np.bincount(structure.yarn)
+        self._bounds = 3 * np.concatenate([[0], np.cumsum(counts)])
+        self._nodes = self._bounds // 3
+        self._bandwidth = structure.bandwidth
+        self._dtype = dtype
+        self._factors: list[np.ndarray | None] = []
+        self._lumps: list[np.ndarray | None] = []
+
+    def update(self, matrix: sp.bsr_matrix) -> None:
+        """Factorise the yarns of a matrix; raises ConvergenceError if one is not positive definite."""
+        count = len(self._nodes) - 1
+        self._factors = self._factors or [None] * count
+        self._lumps = [None] * count
+        share(lambda yarn: self._factorise(matrix, yarn), count)
+        bandwidths = np.array([len(factor) // 3 - 1 for factor in self._factors])
+        self._outside = _outside(matrix, self._nodes, bandwidths, np.concatenate(self._lumps))
+
+    def _factorise(self, matrix: sp.bsr_matrix, yarn: int) -> None:
+        for dtype in (self._dtype, np.float64):
+            # In single precision a yarn that hardly anything holds cannot be told from one that nothing holds.
+            band, self._lumps[yarn] = self._band(matrix, yarn, dtype)
+            minor = banded.factorise_band(band)
+            if minor == 0:
+                self._factors[yarn] = band
+                return
+        raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {minor})")
+
+    def _band(self, matrix: sp.bsr_matrix, yarn: int, dtype: type) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower band (bandwidth + 1, unknowns) of a yarn in LAPACK's order.
+
+        And what was added to the diagonal of every node (nodes, 3) for what lies outside of it.
+        """
+        first, last = self._nodes[yarn : yarn + 2]
+        bandwidth = self._reach(matrix, first, last)
+        width = 3 * (bandwidth + 1)
+        band = self._empty(yarn, (last - first) * 3 * width, dtype)
+        lumps = np.zeros((last - first, 3))
+        for low in range(first, last, CHUNK):
+            high = min(low + CHUNK, last)
+            entries = slice(matrix.indptr[low], matrix.indptr[high])
+            row = np.repeat(np.arange(low, high), np.diff(matrix.indptr[low : high + 1]))
+            column, data = matrix.indices[entries], matrix.data[entries]
+            apart = row - column
+            inside = (apart > 0) & (apart <= bandwidth) & (column >= first)
+            self._put(band, row[inside] - first, column[inside] - first, data[inside], width)
+            diagonal = data[apart == 0]
+            dropped = (np.abs(apart) > bandwidth) & (column >= first) & (column < last)
+            if dropped.any():
+                lump = np.abs(data[dropped]).sum(axis=2)  # (entries, 3)
+                diagonal = diagonal.copy()
+                for axis in range(3):
+                    added = np.bincount(row[dropped] - low, lump[:, axis], high - low)
+                    diagonal[:, axis, axis] += added
+                    lumps[low - first : high - first, axis] = added
+            node = np.arange(low, high) - first
+            for i in range(3):
+                for k in range(i + 1):
+                    band[(3 * node + k) * width + i - k] = diagonal[:, i, k]
+        return band.reshape((width, (last - first) * 3), order="F"), lumps
+
+    def _empty(self, yarn: int, size: int, dtype: type) -> np.ndarray:
+        """Return zeros (size,), in the place of the yarn's last factor if they fit."""
+        last = self._factors[yarn]
+        if last is None or last.size != size or last.dtype != dtype:
+            self._factors[yarn] = None
+            return np.zeros(size, dtype=dtype)
+        flat = last.reshape(-1, order="F")
+        flat[:] = 0
+        return flat
+
+    def _reach(self, matrix: sp.bsr_matrix, first: int, last: int) -> int:
+        """Return the bandwidth of nodes first .. last: what they need of each other, or the elements' own."""
+        reach = self._bandwidth
+        for low in range(first, last, CHUNK):
+            high = min(low + CHUNK, last)
+            row = np.repeat(np.arange(low, high), np.diff(matrix.indptr[low : high + 1]))
+            column = matrix.indices[matrix.indptr[low] : matrix.indptr[high]]
+            reach = max(reach, int((row - column).max(where=column >= first, initial=0)))
+        return reach if reach <= WIDER * self._bandwidth else self._bandwidth
+
+    @staticmethod
+    def _put(band: np.ndarray, row: np.ndarray, column: np.ndarray, data: np.ndarray, width: int) -> None:
+        for k in range(3):
+            start = (3 * column + k) * width + 3 * (row - column) - k
+            for i in range(3):
+                band[start + i] = data[:, i, k]
+
+    def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
+        """Add the correction of all yarns and take its effect off the residual, both (size,) in place.
+
+        What remains of the residual is the effect of what the factors leave out: no product with the whole matrix.
+        """
+        along = np.empty_like(residual)
+
+        def solve(yarn: int) -> None:
+            part = slice(*self._bounds[yarn : yarn + 2])
+            local = residual[part].astype(self._factors[yarn].dtype)
+            banded.solve_band(self._factors[yarn], local)
+            along[part] = local
+
+        share(solve, len(self._factors))
+        correction += along
+        np.negative(self._outside @ along, out=residual)
+
+
+def _outside(
+    matrix: sp.bsr_matrix, nodes: np.ndarray, bandwidth: np.ndarray, lumps: np.ndarray
+) -> sp.csr_matrix:
+    """Return a matrix without the bands of its yarns, and without what was added to them."""
+    parts = []
+    for first, last, reach in zip(nodes[:-1], nodes[1:], bandwidth, strict=True):
+        for low in range(first, last, CHUNK):
+            high = min(low + CHUNK, last)
+            row = np.repeat(np.arange(low, high), np.diff(matrix.indptr[low : high + 1]))
+            column = matrix.indices[matrix.indptr[low] : matrix.indptr[high]]
+            out = np.flatnonzero((np.abs(row - column) > reach) | (column < first) | (column >= last))
+            indptr = np.concatenate([[0], np.cumsum(np.bincount(row[out] - low, minlength=high - low))])
+            data = matrix.data[matrix.indptr[low] + out]
+            part = sp.bsr_matrix(
+                (data, column[out], indptr), shape=(3 * (high - low), matrix.shape[1])
+            ).tocsr()
+            part.eliminate_zeros()  # of links, blocks are diagonal
+            parts.append(part)
+    return sp.vstack(parts, format="csr") - sp.diags(lumps.ravel(), format="csr")
+
+
+# ---- The scale of a crossing: what acts between yarns, solved for both of them together
+
+
+GROUPS = 8
+"""Parts that threads share: patches that do not act on each other, of about as many unknowns each."""
+
+
+class CrossingScale:
+    """Sparse LU over the unknowns around all crossings, which fall apart into patches."""
+
+    def __init__(self, structure: KnitStructure) -> None:
+        self._tied = structure.patch
+        self.unknowns = np.empty(0, dtype=np.int64)
+
+    def update(
+        self,
+        matrix: sp.bsr_matrix,
+        unsymmetric: sp.bsr_matrix | None = None,
+        touching: np.ndarray = NOWHERE,
+    ) -> None:
+        """Factorise the patches of a matrix: around ties, and around the nodes where contact acts.
+
+        What friction adds lies within the patches, whose factors need no symmetry.
+        """
+        self.release()
+        patch = np.union1d(self._tied, neighbours(matrix, touching))
+        self.unknowns = (3 * patch[:, None] + np.arange(3)).ravel()
+        if not len(self.unknowns):
+            return
+        columns = _block_rows(matrix, patch).T.tobsr(blocksize=(3, 3))  # (size, patch): by symmetry the rows
+        if unsymmetric is not None and unsymmetric.nnz:
+            columns = columns + _block_columns(unsymmetric, patch)
+        own = _block_rows(columns, patch).tocsr()
+        reached = np.flatnonzero(np.diff(columns.indptr))  # nodes
+        self._reached = (3 * reached[:, None] + np.arange(3)).ravel()
+        ends = columns.indptr[np.append(0, reached + 1)]  # rows that are left out have no entries
+        self._columns = Rows.of(
+            sp.bsr_matrix((columns.data, columns.indices, ends), shape=(3 * len(reached), own.shape[1]))
+        )
+        self._groups = _groups(own)
+        self._factors = [None] * len(self._groups)
+
+        def make(number: int) -> None:
+            group = self._groups[number]
+            self._factors[number] = factorise(own[group][:, group])
+
+        share(make, len(self._groups))
+
+    def release(self) -> None:
+        """Forget the factors, so that their memory can serve for new ones."""
+        self._columns, self._factors = None, []
+
+    def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
+        """Add the patches' correction and take its effect off the residual, both (size,) in place."""
+        if not len(self.unknowns):
+            return
+        given = residual[self.unknowns]
+        local = np.empty_like(given)
+
+        def solve(number: int) -> None:
+            group = self._groups[number]
+            local[group] = self._factors[number].solve(given[group])
+
+        share(solve, len(self._groups))
+        correction[self.unknowns] += local
+        residual[self._reached] -= self._columns @ local
+
+
+def _groups(matrix: sp.csr_matrix) -> list[np.ndarray]:
+    """Return the unknowns of at most `GROUPS` groups of patches; no entry of the matrix joins two of them."""
+    count, patch = connected_components(matrix, directed=False)
+    size = np.bincount(patch, minlength=count)
+    group = (np.cumsum(size) - size) * GROUPS // len(patch)
+    return [np.flatnonzero(group[patch] == number) for number in np.unique(group)]
+
+
+def neighbours(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
+    """Return nodes and those that share an element or a contact with them."""
+    return np.union1d(nodes, matrix.indices[block_entries(matrix, nodes)])
+
+
+def _block_rows(matrix: sp.bsr_matrix, nodes: np.ndarray) -> sp.bsr_matrix:
+    """Return the rows of all unknowns of some nodes."""
+    entries = block_entries(matrix, nodes)
+    indptr = np.concatenate([[0], np.cumsum(np.diff(matrix.indptr)[nodes])])
+    return sp.bsr_matrix(
+        (matrix.data[entries], matrix.indices[entries], indptr), shape=(3 * len(nodes), matrix.shape[1])
+    )
+
+
+def _block_columns(matrix: sp.bsr_matrix, nodes: np.ndarray) -> sp.bsr_matrix:
+    """Return the columns of all unknowns of some nodes, ascending."""
+    place = np.full(matrix.shape[1] // 3, -1)
+    place[nodes] = np.arange(len(nodes))
+    column = place[matrix.indices]
+    chosen = column >= 0
+    indptr = np.concatenate([[0], np.cumsum(chosen)])[matrix.indptr]
+    return sp.bsr_matrix(
+        (matrix.data[chosen], column[chosen], indptr), shape=(matrix.shape[0], 3 * len(nodes))
+    )
+
+
+# ---- The scale of the fabric: rigid motions of every few stations, a beam network as coarse grid
+
+
+class FabricScale:
+    """Galerkin grid of rigid motions of groups of stations, solved by sparse LU.
+
+    Chains that meet at crossings fill little in. A V-cycle of pyamg on the same grid is quicker to set up, but of a
+    knit of 30 x 30 loops it makes 24 iterations of 9. What takes residuals to the grid and corrections back is held in
+    single precision, as the yarns' factors are; the grid's operator is not.
+    """
+
+    def __init__(self, structure: KnitStructure, stations: int = 2) -> None:
+        self._structure = structure
+        self._group = _groups_fabric(structure, stations)
+
+    def update(self, matrix: sp.bsr_matrix, moved: np.ndarray | None = None) -> None:
+        """Form the grid's operator and its factors, for nodes that have moved (n, 3) [m].
+
+        About undeformed arms rigid motions would stretch what has turned.
+        """
+        self.release()
+        prolongation = self.prolongation(moved)
+        self._effect, coarse = Rows.of(matrix).galerkin(prolongation, np.float32)  # K P, P^T K P
+        prolongation = prolongation.astype(np.float32)
+        self._spread, self._collect = (
+            Rows.of(prolongation),
+            Rows.of(prolongation.T.tobsr(blocksize=(6, 3))),
+        )
+        self._factors = factorise(_anchor(coarse))
+
+    def release(self) -> None:
+        """Forget the factors, so that their memory can serve for new ones."""
+        self._factors = self._spread = self._collect = self._effect = None
+
+    def prolongation(self, moved: np.ndarray | None = None) -> sp.bsr_matrix:
+        """Return the motions of all nodes by those of their groups."""
+        group = self._group
+        blocks, centre, _ = rigid_motions(self._structure.moved(moved), group)
+        shape = (3 * len(group), 6 * len(centre))
+        return sp.bsr_matrix((blocks, group, np.arange(len(group) + 1)), shape=shape)
+
+    def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
+        """Add the grid's correction and take its effect off the residual, both (size,) in place."""
+        given = self._collect @ residual.astype(np.float32)
+        coarse = self._factors.solve(given.astype(float)).astype(np.float32)
+        correction += self._spread @ coarse
+        residual -= self._effect @ coarse
+
+
+def _groups_fabric(structure: KnitStructure, stations: int) -> np.ndarray:
+    """Return the group (n,) of every node: `stations` neighbouring stations of one yarn."""
+    first = np.searchsorted(structure.yarn, structure.yarn)
+    within = (structure.station - structure.station[first]) // stations
+    label = structure.yarn * (within.max() + 1) + within
+    return np.unique(label, return_inverse=True)[1]
+
+
+def _anchor(coarse: sp.csr_matrix) -> sp.csr_matrix:
+    """Give motions that prescribed unknowns leave empty a diagonal entry, so that factors exist."""
+    diagonal = coarse.diagonal()
+    empty = np.where(diagonal > 1e-12 * diagonal.max(), 0.0, diagonal.max())
+    return sp.csr_matrix(coarse + sp.diags(empty)) if empty.any() else coarse
+
+
+# ---- Preconditioner with one part for each scale of a knit: yarn, crossing and fabric
+# - **yarn**: numbered along itself a yarn is a narrow band; a banded Cholesky factor of it costs next to nothing.
+# - **crossing**: a small sparse LU over the unknowns around each tied or touching patch, both yarns together.
+# - **fabric**: a Galerkin grid whose unknowns are the rigid motions of every few stations of the yarns, a beam network,
+#   solved by sparse LU.
+#
+# They are combined multiplicatively: symmetrically (fabric, crossing, yarn, crossing, fabric) for conjugate gradients,
+# and once each (crossing, yarn, fabric) where friction has made the matrix unsymmetric. Minimal residuals need no
+# symmetry; on a knit in contact the shorter way takes 7 iterations for 12.
+
 
 Scale = FabricScale | CrossingScale | YarnScale
 
@@ -61,3 +470,101 @@ class ThreeScale:
     @staticmethod
     def _present(*scales: Scale | None) -> tuple[Scale, ...]:
         return tuple(scale for scale in scales if scale is not None)
+
+
+# ---- Plain algebraic multigrid as a preconditioner
+
+
+class AlgebraicMultigrid:
+    """Plain pyamg: smoothed aggregation with the rigid modes and block smoothing (Vanek et al. 1996)."""
+
+    def __init__(self, structure: KnitStructure) -> None:
+        self._structure = structure
+
+    def update(
+        self,
+        matrix: sp.bsr_matrix,
+        unsymmetric: sp.bsr_matrix | None = None,
+        touching: np.ndarray = NOWHERE,
+        moved: np.ndarray | None = None,
+    ) -> None:
+        """Build the hierarchy of the symmetric part, wherever contact acts."""
+        smoother = ("block_gauss_seidel", {"sweep": "symmetric", "blocksize": 3})
+        self._cycle = pyamg.smoothed_aggregation_solver(
+            matrix if unsymmetric is None else matrix.copy(),
+            B=rigid_modes(self._structure.moved(moved)),
+            presmoother=smoother,
+            postsmoother=smoother,
+            max_coarse=2000,
+            coarse_solver="splu",
+        ).aspreconditioner(cycle="V")
+
+    def apply(self, matrix: Rows, residual: np.ndarray) -> np.ndarray:
+        """Return one V-cycle's correction (size,)."""
+        return self._cycle @ residual
+
+
+# ---- A fast solver, and a robust one for what it cannot solve
+
+
+log = logging.getLogger(__name__)
+
+
+class InTurn:
+    """A `LinearSolver`: iterates, and takes LU for a matrix on which that fails.
+
+    On the way past a limit point a tangent is indefinite: conjugate gradients end there, and a direct solver gives
+    Newton's step all the same.
+
+    Attributes
+    ----------
+    failures : int
+        Systems that were left to LU.
+    """
+
+    def __init__(self, krylov: Krylov) -> None:
+        self._krylov, self._lu = krylov, LU()
+        self.failures = 0
+        self.setup_seconds = 0.0
+
+    @property
+    def preconditioner(self):
+        """The preconditioner of the iterations."""
+        return self._krylov.preconditioner
+
+    @property
+    def setups(self) -> int:
+        """How often it was made."""
+        return self._krylov.setups
+
+    def begin(self) -> None:
+        """Begin an increment."""
+        self._krylov.begin()
+
+    def use(
+        self,
+        matrix: sp.bsr_matrix,
+        unsymmetric: sp.bsr_matrix | None = None,
+        touching: np.ndarray = NOWHERE,
+        moved: np.ndarray | None = None,
+    ) -> None:
+        """Take over a new matrix."""
+        for solver in (self._krylov, self._lu):
+            solver.use(matrix, unsymmetric, touching, moved)
+
+    def release(self) -> None:
+        """Forget the matrix; the preconditioner stays."""
+        self._krylov.release()
+        self._lu.release()
+
+    def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
+        """Solve to a relative residual of `tolerance`; raises ConvergenceError if LU fails as well."""
+        try:
+            solution = self._krylov.solve(rhs, tolerance)
+            self.setup_seconds = self._krylov.setup_seconds
+        except ConvergenceError as error:
+            self.failures += 1
+            log.debug("LU solves what iterations do not: %s", error)
+            solution = self._lu.solve(rhs, tolerance)
+            self.setup_seconds = self._krylov.setup_seconds + self._lu.setup_seconds
+        return solution

@@ -20,8 +20,8 @@ FIDELITIES.register(
         specimens=("knit", "pair"),
         sections=sections,
         stage="dns",
-        solids="knitstudy.solids.hexahedra",
-        stress="knitstudy.solids.hexahedral_stress",
+        solids="knitstudy.models.hexahedra",
+        stress="knitstudy.models.stress",
         outputs=("fields", "vtu", "deck"),
     )
 )

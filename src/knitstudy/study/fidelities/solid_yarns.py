@@ -21,8 +21,8 @@ FIDELITIES.register(
         specimens=("knit", "cut_knit", "pair", "cell"),
         sections=sections,
         stage="dns",
-        solids="knitstudy.solids.polynomial_yarns",
-        stress="knitstudy.solids.polynomial_stress",
+        solids="knitstudy.models.spline_yarns",
+        stress="knitstudy.models.stress",
         outputs=("fields", "vtu"),
     )
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
-from knitstudy.mechanics.polynomial_yarn.disc import LARGEST_DEGREE
+from knitstudy.mechanics.spline_yarn.basis import LARGEST_DEGREE
 from knitstudy.study.keys import Section, key
 
 SHORTEST, LONGEST = 0.05, 2.0

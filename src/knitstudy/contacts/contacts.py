@@ -1,0 +1,291 @@
+"""Area and pressure where the local indentation is a law of contact: Hertz's, from the force at the crossing.
+
+The points that touch there lie on the depth that the law stands for, which is not the area of contact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.contacts.facets import count_zones
+from knitstudy.contacts.kinematics import kinematics
+from knitstudy.errors import DataFileError
+from knitstudy.geometry.lay_out import read_specimen
+from knitstudy.geometry.pattern import Crossings, Knit
+from knitstudy.loading.columns import CONTACTS
+from knitstudy.mechanics.contact.indentation import Crossing
+from knitstudy.mechanics.contact.interaction import PASS_SHARE
+from knitstudy.study.scene import Scene
+
+MODULUS = "indentation_modulus"
+"""Attribute of the histories that this is for: E* of the yarns [Pa]."""
+
+SMALLEST = np.radians(5.0)
+"""Angle below which yarns count as crossing at it: side by side they touch along a line, which has no end."""
+
+
+def indented(knit: Knit, force: np.ndarray, modulus: float) -> dict[str, np.ndarray]:
+    """Return area of contact [m2] and largest pressure [Pa] (I, K) under normal forces (I, K, 3) [N].
+
+    The angle between the yarns is the undeformed one.
+    """
+    crossings, radius = knit.crossings, knit.radius
+    load = np.linalg.norm(force, axis=-1)
+    tangents = np.empty(crossings.point.shape)
+    for number, curve in enumerate(knit.centrelines):
+        here = crossings.yarn == number
+        tangents[here] = curve.tangent(crossings.arc_length[here])
+    tangents /= np.linalg.norm(tangents, axis=-1, keepdims=True)
+    angle = np.arccos(np.clip(np.abs(np.einsum("ki,ki->k", *tangents.swapaxes(0, 1))), 0.0, 1.0))
+    kinds = [Crossing.at(max(float(each), SMALLEST)) for each in angle]
+    semiaxis = (
+        np.array([kind.semiaxis for kind in kinds]) * radius * (load / (modulus * radius**2)) ** (1 / 3)
+    )
+    area = np.pi * np.array([kind.ratio for kind in kinds]) * semiaxis**2
+    pressure = np.divide(1.5 * load, area, out=np.zeros_like(area), where=area > 0)
+    return {"contact_area": area, "largest_pressure": pressure}
+
+
+# ---- What happens at the crossings of a direct simulation, per crossing and increment (sections 2.5, 2.6 and 3.1)
+# The normal that reduced models use is the line of the closest points, not the direction of the resultant that section
+# 2.5 names: a tie also carries shear, and the plane of P1, P2 and its resultant misses the centrelines that it should
+# cut in C1 to C4.
+
+
+def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
+    """Return the contacts of a scene from its geometry and its history; see `extract`."""
+    return extract(read_specimen(geometry), history)
+
+
+def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
+    """Return the contacts dataset of docs/architecture.md.
+
+    Parameters
+    ----------
+    knit : Knit
+        Or another specimen with `crossings`.
+    history : Dataset
+        History of a DNS of that specimen, with the forces of its crossings.
+
+    Raises
+    ------
+    DataFileError
+        If the history holds no crossings, or those of another specimen, or contact points without the number of
+        facets around a yarn.
+    """
+    crossings = knit.crossings
+    _require_crossings(crossings, history)
+    touch = _Touch.of(history)
+    apart = crossings.point[:, 1] - crossings.point[:, 0]
+    normal = apart / np.linalg.norm(apart, axis=1, keepdims=True)
+    tied = history["crossing_tied"].to_numpy().astype(bool)
+    motion = history["crossing_displacement"].to_numpy()
+    force = history["crossing_force"].to_numpy()
+
+    values = {
+        "row": crossings.row,
+        "column": crossings.column,
+        "zone": crossings.zone,
+        "yarn": crossings.yarn,
+        "arc_length": crossings.arc_length,
+        "normal": normal,
+        "tied": tied.astype(np.int8),
+        "force": force,
+        "centroid_displacement": motion,
+        "relative_displacement": motion[:, :, 1] - motion[:, :, 0],
+    }
+    values |= touch.results()
+    kept = {name: history.attrs[name] for name in ("scene", "interaction") if name in history.attrs}
+    if MODULUS in history.attrs:
+        values |= indented(knit, values["normal_resultant"], history.attrs[MODULUS])
+        kept["contact_area_from"] = "the force, by Hertz: local indentation is a law of contact"
+    values["centroid"] = touch.undeformed_centroid(crossings.point.mean(axis=1))
+    values["area"] = values["contact_area"][-1].copy()
+    if "section_gradient" in history:
+        sections = (history[name].to_numpy() for name in ("section_gradient", "section_displacement"))
+        values |= kinematics(knit, *sections, values["relative_displacement"], touch.reference_centroid())
+    _put_ties(values, history, tied)
+    values |= {name: history[name].to_numpy() for name in ("yarn_force", "yarn_moment") if name in history}
+    return xr.Dataset(
+        {"strain": history["strain"]} | CONTACTS.variables(values),
+        coords={"xyz": list("xyz")},
+        attrs=kept,
+    )
+
+
+def _require_crossings(crossings: Crossings, history: xr.Dataset) -> None:
+    if "crossing_force" not in history:
+        raise DataFileError(
+            "the history holds no crossing_force: contacts come from a scene with fidelity 'dns'"
+        )
+    if history.sizes["crossing"] != len(crossings.row):
+        raise DataFileError(
+            f"the history has {history.sizes['crossing']} crossings and the specimen {len(crossings.row)}: "
+            "they belong to different scenes"
+        )
+
+
+@dataclass(frozen=True)
+class _Touch:
+    """Gauss points under pressure that belong to a crossing, of all increments one after another.
+
+    Attributes
+    ----------
+    shape : tuple of 2 ints
+        Increments I and crossings K.
+    place : ndarray of int, shape (p,)
+        Increment times K plus crossing.
+    side : ndarray of int, shape (p,)
+        0: the point lies on the lower row's yarn.
+    cell : ndarray of int, shape (p, 2)
+        Its facet: layer along the yarn, facet around it.
+    around : int
+        Facets around a yarn.
+    position, reference, normal, traction : ndarray, shape (p, 3)
+        Where it is and where it was [m]; outward normal of the touched surface; tangential traction on the point's
+        own yarn [Pa].
+    area, cell_area, pressure, slip, sticks : ndarray, shape (p,)
+        Undeformed area, and that of its facet [m2], pressure [Pa], length slipped [m], and 1 where it sticks.
+    """
+
+    shape: tuple[int, int]
+    place: np.ndarray
+    side: np.ndarray
+    cell: np.ndarray
+    around: int
+    position: np.ndarray
+    reference: np.ndarray
+    normal: np.ndarray
+    traction: np.ndarray
+    area: np.ndarray
+    cell_area: np.ndarray
+    pressure: np.ndarray
+    slip: np.ndarray
+    sticks: np.ndarray
+
+    @classmethod
+    def of(cls, history: xr.Dataset) -> _Touch:
+        """Return the points of a history; none if its crossings are all tied."""
+        shape = history.sizes["increment"], history.sizes["crossing"]
+        if "contact_pressure" not in history:
+            none, vectors = np.zeros(0), np.zeros((0, 3))
+            no, cells = none.astype(int), np.zeros((0, 2), dtype=int)
+            return cls(shape, no, no, cells, 1, *[vectors] * 4, *[none] * 5)
+        if "facets_around" not in history.attrs:
+            raise DataFileError(
+                "the history has contact points but no attribute facets_around, the number of facets around a yarn"
+            )
+        crossing = history["contact_crossing"].to_numpy()
+        here = np.flatnonzero((crossing >= 0) & (history["contact_pressure"].to_numpy() > 0))
+        column = {name: history[f"contact_{name}"].to_numpy()[here] for name in _POINT_COLUMNS}
+        place = history["contact_increment"].to_numpy()[here] * shape[1] + crossing[here]
+        return cls(shape=shape, place=place, around=int(history.attrs["facets_around"]), **column)
+
+    def results(self) -> dict[str, np.ndarray]:
+        """Return all that is known of the crossings (I, K, ...) from their points."""
+        load, sign = self.area * self.pressure, np.where(self.side == 0, 1.0, -1.0)
+        area, total_load = self._sum(self.area), self._sum(load)
+        with np.errstate(invalid="ignore"):  # an open crossing has no centroid, normal, slip or share: 0 / 0
+            mean_normal = self._sum(-(load * sign)[:, None] * self.normal)
+            results = {
+                "contact_centroid": self._sum(load[:, None] * self.position) / total_load[..., None],
+                "contact_normal": mean_normal / np.linalg.norm(mean_normal, axis=-1, keepdims=True),
+                "slip": self._sum(self.area * self.slip) / area,
+                "stick_share": self._sum(self.area * self.sticks) / area,
+            }
+        return results | {
+            "zones": self._zones(),
+            "contact_area": 0.5 * area,  # the mean of two sides
+            "normal_resultant": self._sum((PASS_SHARE * load * sign)[:, None] * self.normal),
+            "tangential_resultant": self._sum((PASS_SHARE * self.area * sign)[:, None] * self.traction),
+            "largest_pressure": self._largest_pressure(load),
+        }
+
+    def _largest_pressure(self, load: np.ndarray) -> np.ndarray:
+        """Return the largest pressure (I, K) that is the mean of a facet, from the load (p,) of points [N].
+
+        There are more points than unknowns of a surface: pressures of single points alternate, their means do not.
+        """
+        of = np.column_stack([self.place, self.side, self.cell])
+        _, first, facet = np.unique(of, axis=0, return_index=True, return_inverse=True)
+        mean = np.bincount(facet.ravel(), load, len(first)) / self.cell_area[first]
+        largest = np.zeros(self.shape)
+        np.maximum.at(largest.reshape(-1), self.place[first], mean)
+        return largest
+
+    def undeformed_centroid(self, otherwise: np.ndarray) -> np.ndarray:
+        """Return where the contact of every crossing (K, 3) lay at the increment when it last touched [m].
+
+        Crossings that never touch get ``otherwise`` (K, 3).
+        """
+        load = self.area * self.pressure
+        total = self._sum(load)
+        last = self.shape[0] - 1 - np.argmax(total[::-1] > 0, axis=0)
+        crossing = np.arange(self.shape[1])
+        moment, weight = self._sum(load[:, None] * self.reference)[last, crossing], total[last, crossing]
+        touched = weight > 0
+        centroid = np.array(otherwise, dtype=float)
+        centroid[touched] = moment[touched] / weight[touched, None]
+        return centroid
+
+    def reference_centroid(self) -> np.ndarray:
+        """Return the centroid of the contact (I, K, 2, 3) on the undeformed yarn of either side [m], nan where open."""
+        load, size = self.area * self.pressure, 2 * self.shape[0] * self.shape[1]
+        columns = np.column_stack([load[:, None] * self.reference, load]).T
+        sums = np.stack([np.bincount(2 * self.place + self.side, each, size) for each in columns], axis=-1)
+        with np.errstate(invalid="ignore"):  # nothing touches: 0 / 0
+            return (sums[:, :3] / sums[:, 3:]).reshape(*self.shape, 2, 3)
+
+    def _zones(self) -> np.ndarray:
+        """Return the numbers of zones (I, K): facets of the two sides differ, and the larger count stands."""
+        sides = count_zones(
+            2 * self.place + self.side, self.cell, self.around, 2 * self.shape[0] * self.shape[1]
+        )
+        return sides.reshape(*self.shape, 2).max(axis=-1)
+
+    def _sum(self, values: np.ndarray) -> np.ndarray:
+        """Return sums (I, K, ...) of the values (p, ...) of the points."""
+        columns = values.reshape(len(values), int(np.prod(values.shape[1:]))).T
+        size = self.shape[0] * self.shape[1]
+        # Where nothing touches, bincount would count: integers, that forces of ties are rounded to.
+        sums = np.stack([np.bincount(self.place, column, size) for column in columns], axis=-1).astype(float)
+        return sums.reshape(*self.shape, *values.shape[1:])
+
+
+def _put_ties(values: dict[str, np.ndarray], history: xr.Dataset, tied: np.ndarray) -> None:
+    """Write what is known of tied crossings into results (..., K, ...), in place.
+
+    A tied crossing is one zone that always sticks; its pressure is not known.
+    """
+    centroid, area = (history[name].to_numpy()[tied] for name in ("tied_centroid", "tied_area"))
+    normal, force = values["normal"][tied], values["force"][:, tied]
+    along = np.einsum("iks,ks->ik", force, normal)[..., None] * normal
+    values["centroid"][tied], values["area"][tied] = centroid, area
+    values["zones"][:, tied] = 1
+    values["contact_area"][:, tied] = area
+    values["contact_centroid"][:, tied] = centroid + values["centroid_displacement"][:, tied].mean(axis=2)
+    values["contact_normal"][:, tied] = normal
+    values["normal_resultant"][:, tied] = along
+    values["tangential_resultant"][:, tied] = force - along
+    values["slip"][:, tied], values["stick_share"][:, tied] = 0.0, 1.0
+    values["largest_pressure"][:, tied] = np.nan
+    for name in {"sliding", "contact_travel", "contact_spin"} & values.keys():
+        values[name][:, tied] = 0.0
+
+
+_POINT_COLUMNS = (
+    "side",
+    "cell",
+    "position",
+    "reference",
+    "normal",
+    "traction",
+    "area",
+    "cell_area",
+    "pressure",
+    "slip",
+    "sticks",
+)

@@ -1,0 +1,283 @@
+"""Facets and points in contact at every crossing; zones of contact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from knitstudy.geometry.pattern import Crossings
+from knitstudy.mechanics.contact.friction import OPEN, STICK, ContactPoints
+from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.study.scene import Scene
+
+# ---- Contact zones: groups of surface facets that touch and hang together
+
+
+NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
+"""Half of the eight cells around a cell (along, around); the other half are those that have it as neighbour."""
+
+
+def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -> np.ndarray:
+    """Return the number of zones (places,) at every place.
+
+    Facets whose edges or corners meet belong to one zone. Those of different places never do.
+
+    Parameters
+    ----------
+    place : ndarray of int, shape (p,)
+        From 0 to ``places`` - 1: what is counted apart, such as the sides of crossings at increments.
+    cell : ndarray of int, shape (p, 2)
+        Layer along the yarn and facet around it of every touching point; one facet may be there several times.
+    around : int
+        Facets around a yarn: the last one is followed by the first.
+    places : int
+        Number of places.
+    """
+    if not len(place):
+        return np.zeros(places, dtype=np.int64)
+    layers = (
+        int(cell[:, 0].max()) + 2
+    )  # a layer beyond the last one keeps neighbours from running into the next place
+
+    def number(place: np.ndarray, layer: np.ndarray, facet: np.ndarray) -> np.ndarray:
+        return (place * layers + layer) * around + facet % around
+
+    facets, index = np.unique(number(place, *cell.T), return_index=True)
+    place, (layer, facet) = place[index], cell[index].T
+    edges = []
+    for step, turn in NEIGHBOURS:
+        neighbour = number(place, layer + step, facet + turn)
+        found = np.minimum(np.searchsorted(facets, neighbour), len(facets) - 1)
+        touching = np.flatnonzero(facets[found] == neighbour)
+        edges.append(np.stack([touching, found[touching]]))
+    start, end = np.concatenate(edges, axis=1)
+    graph = coo_array((np.ones(len(start), dtype=bool), (start, end)), shape=(len(facets), len(facets)))
+    _, zone = connected_components(graph, directed=False)
+    # A zone counts where its first facet is.
+    return np.bincount(place[np.unique(zone, return_index=True)[1]], minlength=places)
+
+
+# ---- Where the rings of surfaces, the edges of contact's cells across a yarn, lie along their yarns
+
+
+@dataclass(frozen=True, eq=False)
+class Rings:
+    """Rings of all yarns.
+
+    Attributes
+    ----------
+    along : tuple of ndarray (r,)
+        Of every yarn: the parameters of its rings, ascending.
+    arc_length : tuple of ndarray (r,)
+        Their arc lengths, m.
+    """
+
+    along: tuple[np.ndarray, ...]
+    arc_length: tuple[np.ndarray, ...]
+
+    @classmethod
+    def of_rows(cls, arc_length: tuple[np.ndarray, ...]) -> Rings:
+        """Return the rings of grids whose rows of nodes, which count as parameters, lie at arc lengths in m."""
+        return cls(tuple(np.arange(float(len(s))) for s in arc_length), arc_length)
+
+    @cached_property
+    def _first(self) -> np.ndarray:
+        return np.concatenate([[0], np.cumsum([len(along) for along in self.along])])
+
+    def arc_length_at(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """Return arc lengths (k,) in m of places with parameters (k,) on yarns (k,)."""
+        return self._by_yarn(yarn, along, lambda n, x: np.interp(x, self.along[n], self.arc_length[n]))
+
+    def nearest(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """Return the rings (k,), counted through all yarns, next to places with parameters (k,) on yarns (k,)."""
+
+        def ring(number: int, along: np.ndarray) -> np.ndarray:
+            edges = self.along[number]
+            return self._first[number] + np.searchsorted(0.5 * (edges[1:] + edges[:-1]), along)
+
+        return self._by_yarn(yarn, along, ring).astype(np.int64)
+
+    def _by_yarn(
+        self, yarn: np.ndarray, along: np.ndarray, function: Callable[[int, np.ndarray], np.ndarray]
+    ) -> np.ndarray:
+        values = np.empty(len(yarn))
+        for number in np.unique(yarn):
+            here = yarn == number
+            values[here] = function(number, along[here])
+        return values
+
+
+# ---- The crossings of a specimen on the surfaces of its mesh: facets that face each other, and what touches near them
+
+
+REACH = 2.0
+"""Distance along the yarn from a crossing, in radii, up to which contact is counted to it."""
+
+
+@dataclass(frozen=True, eq=False)
+class CrossingFacets:
+    """Facets at the closest points of all crossings.
+
+    Attributes
+    ----------
+    crossings : Crossings
+    mesh : SweptMesh
+    nodes : ndarray of int, shape (K, 2, 4)
+        Corners of the facet on each of the two yarns.
+    """
+
+    crossings: Crossings
+    mesh: SweptMesh
+    nodes: np.ndarray
+
+    @classmethod
+    def of(cls, crossings: Crossings, mesh: SweptMesh) -> CrossingFacets:
+        """Find the facets: the layer that the closest point lies in, and what faces the other yarn there."""
+        nodes = np.empty((len(crossings.row), 2, 4), dtype=np.int64)
+        across = crossings.point[:, ::-1] - crossings.point
+        for side in range(2):
+            for yarn in np.unique(crossings.yarn[:, side]):
+                here = np.flatnonzero(crossings.yarn[:, side] == yarn)
+                first, last = mesh.first_slice[yarn : yarn + 2]
+                stations = mesh.arc_length[first:last]
+                layer = np.searchsorted(stations, crossings.arc_length[here, side], side="right") - 1
+                layer = np.clip(layer, 0, len(stations) - 2)
+                directors = mesh.frames[first + layer] + mesh.frames[first + layer + 1]
+                x, y = np.einsum("kdi,ki->dk", directors[:, :2], across[here, side])
+                facet, _ = mesh.facet_at(first + layer, np.arctan2(y, x))
+                nodes[here, side] = mesh.surface_quads(yarn)[layer * mesh.section.ring.size + facet]
+        return cls(crossings, mesh, nodes)
+
+    def displacement(self, displacement: np.ndarray) -> np.ndarray:
+        """Return the mean displacement (K, 2, 3) of the facets [m] from that of all nodes (N, 3)."""
+        return displacement[self.nodes].mean(axis=2)
+
+    def nearest(
+        self, yarn: np.ndarray, other: np.ndarray, arc_length: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return crossing and side (k,) of places where two yarns touch; crossing -1 away from all of them.
+
+        Parameters
+        ----------
+        yarn, other : ndarray of int, shape (k,)
+            Yarn that the place lies on, and the one it touches.
+        arc_length : ndarray, shape (k,)
+            Where: on the first one [m].
+        """
+        side = np.where(yarn < other, 0, 1)
+        crossings = self.crossings
+        crossing = np.full(len(yarn), -1)
+        for mine, theirs in np.unique(np.stack([yarn, other], axis=1), axis=0):
+            here = np.flatnonzero((yarn == mine) & (other == theirs))
+            end = 0 if mine < theirs else 1
+            candidates = np.flatnonzero(
+                (crossings.yarn[:, end] == mine) & (crossings.yarn[:, 1 - end] == theirs)
+            )
+            if not len(candidates):
+                continue
+            apart = np.abs(arc_length[here, None] - crossings.arc_length[candidates, end])
+            nearest = np.argmin(apart, axis=1)
+            close = apart[np.arange(len(here)), nearest] <= REACH * self.mesh.radius
+            crossing[here[close]] = candidates[nearest[close]]
+        return crossing, side
+
+
+# ---- What a simulation keeps of its contact points: one row for every point that touches, at every increment
+
+
+def touching_points(
+    contact: Contact, points: ContactPoints, facets: CrossingFacets, rings: Rings
+) -> dict[str, np.ndarray]:
+    """Return the columns of all points that touch, by the names that `loading.columns` has after ``contact_``.
+
+    Parameters
+    ----------
+    contact : Contact
+    points : ContactPoints
+        Of a converged increment, after its history was brought up to date.
+    facets : CrossingFacets
+    rings : Rings
+        Of the surfaces.
+    """
+    quadrature, history = contact.quadrature, points.history
+    active = np.flatnonzero(history.status != OPEN)
+    point, target = history.point[active], history.surface[active]
+    yarn = quadrature.surface[point]
+    crossing, side = facets.nearest(yarn, target, rings.arc_length_at(yarn, quadrature.xi[point, 0]))
+    return {
+        "crossing": crossing,
+        "side": side,
+        "yarn": yarn,
+        "target": target,
+        "cell": quadrature.cell[point],
+        "position": points.position[active],
+        "reference": contact.reference(point),
+        "area": quadrature.area[point],
+        "cell_area": quadrature.cell_area[point],
+        "normal": points.projection.normal[active],
+        "pressure": history.pressure[active],
+        # Traction of the law acts with the internal force; on the yarn it is the reaction.
+        "traction": -history.traction[active],
+        "gap": history.gap[active],
+        "slip": history.slip[active],
+        "sticks": (history.status[active] == STICK).astype(np.int8),
+    }
+
+
+def crossing_forces(columns: dict[str, np.ndarray], count: int) -> np.ndarray:
+    """Return the force (count, 3) of contact on the lower row's yarn at every crossing [N].
+
+    Each side's points carry half of the stiffness; what acts on the upper row's yarn counts with the other sign.
+    """
+    force = columns["pressure"][:, None] * columns["normal"] + columns["traction"]
+    force *= (PASS_SHARE * columns["area"] * np.where(columns["side"] == 0, 1.0, -1.0))[:, None]
+    total = np.zeros((count, 3))
+    near = columns["crossing"] >= 0
+    np.add.at(total, columns["crossing"][near], force[near])
+    return total
+
+
+# ---- Which crossings of a specimen are tied, and which pieces of yarn hold them (Fig. 3 of the paper)
+
+
+def tied_crossings(scene: Scene, crossings: Crossings) -> np.ndarray:
+    """Return which crossings (K,) of a scene's specimen are tied.
+
+    With interaction "tie" all are. Where yarns touch, those along the free edges of a knit are, for what would slide
+    off there: of the first and last interlock row in course tension, of the first and last column of loops in wale
+    tension.
+    """
+    if not scene.kind.interaction.touches:
+        return np.ones(len(crossings.row), dtype=bool)
+    if scene.specimen == "pair" or scene.contact.tied_edges == "none":
+        return np.zeros(len(crossings.row), dtype=bool)
+    along = crossings.row if scene.load.direction == "course" else crossings.column
+    return (along == along.min()) | (along == along.max())
+
+
+def tied_pieces(stations: Sequence[np.ndarray], crossings: Crossings, tied: np.ndarray) -> np.ndarray:
+    """Return the interlock row (S,) that every station is tied in, -1 where its nearest crossing is not tied.
+
+    Two pieces of yarns of one interlock row that both hold ties are one there: they do not touch each other.
+
+    Parameters
+    ----------
+    stations : sequence of ndarray
+        Arc lengths on every yarn [m]; S in all.
+    crossings : Crossings
+    tied : ndarray of bool, shape (K,)
+    """
+    pieces = []
+    for yarn, arc_length in enumerate(stations):
+        here, side = np.nonzero(crossings.yarn == yarn)
+        along = cKDTree(crossings.arc_length[here, side][:, None])
+        nearest = here[along.query(arc_length[:, None])[1]]
+        pieces.append(np.where(tied[nearest], crossings.row[nearest], -1))
+    return np.concatenate(pieces)

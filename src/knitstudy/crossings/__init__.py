@@ -1,1 +1,0 @@
-"""What acts and moves where two yarns cross. No solver."""

@@ -1,0 +1,257 @@
+"""Files: written whole or not at all, with provenance."""
+
+from __future__ import annotations
+
+import errno
+import glob
+import os
+import signal
+import subprocess
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import netCDF4
+import pandas as pd
+import xarray as xr
+
+import knitstudy
+from knitstudy.errors import DataFileError
+
+if TYPE_CHECKING:
+    from knitstudy.study.scene import Scene
+
+
+# ---- Ctrl-C at a moment where it would do harm
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Put an interruption off until what is done here is over; in other threads than the main one there is none.
+
+    The locks around netCDF files are not given back by an interruption between their taking and their use: closing the
+    file would wait for them for ever.
+    """
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or before is None:
+        yield
+        return
+    came = []
+    signal.signal(signal.SIGINT, lambda *_: came.append(True))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if came:
+            signal.raise_signal(signal.SIGINT)
+
+
+# ---- Files written whole or not at all
+
+
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
+"""Disks that take nothing more: full, beyond a quota or a limit, read only, or broken."""
+
+
+@contextmanager
+def replacing(path: Path | str) -> Iterator[Path]:
+    """Write a file whole or not at all: yield a temporary name beside it that takes its place on success.
+
+    The temporary name keeps the suffix, since many writers choose their format by it. On an exception the
+    temporary file is deleted and what was at ``path`` before stays.
+
+    Raises
+    ------
+    DataFileError
+        When the folder cannot be made, the disk is full or takes nothing more, or the block ended without writing the
+        temporary file.
+    """
+    path = Path(path)
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DataFileError(f"{path}: the folder cannot be made: {error}") from error
+    _clear_abandoned(path)
+    try:
+        yield temporary
+        if not temporary.exists():
+            raise DataFileError(f"{path}: nothing was written")
+        _flush_to_disk(temporary)
+        os.replace(temporary, path)
+        _flush_to_disk(path.parent)
+    except OSError as error:
+        if error.errno not in NO_ROOM:
+            raise
+        raise DataFileError(
+            f"{path}: cannot be written ({error.strerror}): make room on the disk and type the same command again; "
+            "what was there before is as it was"
+        ) from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _clear_abandoned(path: Path) -> None:
+    """Delete what processes that were killed while they wrote this file have left beside it."""
+    for partial in path.parent.glob(f".{glob.escape(path.stem)}.*.partial{path.suffix}"):
+        process = partial.name.removesuffix(f".partial{path.suffix}").rpartition(".")[2]
+        try:
+            os.kill(int(process), 0)
+        except (ValueError, ProcessLookupError):
+            partial.unlink(missing_ok=True)
+        except PermissionError:
+            continue  # alive, and another user's
+
+
+def _flush_to_disk(path: Path) -> None:
+    """Make a rename safe against a crash of the machine: content first, then the folder's entry."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+# ---- What made a result: versions of the code and of the numerical libraries
+
+
+def provenance() -> dict[str, str]:
+    """Return what made a result: version of the code and of the numerical libraries."""
+    return {"code_version": code_version()} | {name: version(name) for name in ("numpy", "scipy", "pyamg")}
+
+
+@cache
+def code_version() -> str:
+    """Return the package's version, with ``git describe`` where the package lies in its checkout."""
+    here = Path(__file__).resolve().parent
+    command = ["git", "-C", str(here), "describe", "--always", "--dirty", "--abbrev=12"]
+    try:
+        answer = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
+        inside = subprocess.run(
+            ["git", "-C", str(here), "ls-files", "--error-unmatch", __file__], capture_output=True, timeout=10
+        )
+    except (OSError, subprocess.SubprocessError):
+        return knitstudy.__version__
+    tracked = inside.returncode == 0  # an environment inside another project's checkout is not that project
+    return f"{knitstudy.__version__}+{answer.stdout.strip()}" if tracked else knitstudy.__version__
+
+
+# ---- Tables as CSV; errors name the file and the remedy
+
+
+def write_table(table: pd.DataFrame, path: Path | str) -> None:
+    """Write a table as CSV without row numbers; column names carry their units, for example ``force [N]``."""
+    with replacing(path) as temporary:
+        table.to_csv(temporary, index=False)
+
+
+def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
+    """Read a CSV table that must have the columns ``needs``.
+
+    Raises
+    ------
+    DataFileError
+        When the file is missing, is not CSV, or lacks a column.
+    """
+    path = Path(path)
+    try:
+        table = pd.read_csv(path)
+    except FileNotFoundError as error:
+        raise DataFileError(f"{path}: there is no such file; make it with `make study`") from error
+    except (OSError, ValueError) as error:
+        said = " ".join(str(error).split())
+        raise DataFileError(f"{path}: is not a CSV table ({said}); delete it and run `make study`") from error
+    missing = [name for name in needs if name not in table.columns]
+    if missing:
+        raise DataFileError(
+            f"{path}: has no column {missing[0]!r}, only {', '.join(map(repr, table.columns))}"
+        )
+    return table
+
+
+# ---- Datasets as netCDF 4, with provenance; errors name the file and the remedy
+
+
+def write_dataset(
+    dataset: xr.Dataset, path: Path | str, scene: Scene | None = None, digest: str | None = None
+) -> None:
+    """Write a dataset as netCDF 4 with provenance attributes.
+
+    Parameters
+    ----------
+    dataset
+        Data in SI units, each variable with an attribute ``units``.
+    path
+        Where to; the file appears whole or not at all.
+    scene
+        When given, its name and hash are recorded.
+    digest
+        Of all that the result depends on: with the same one it is used again.
+
+    Raises
+    ------
+    DataFileError
+        When the file cannot be written.
+    """
+    named = {} if scene is None else {"scene": scene.name}
+    known = {} if digest is None else {"digest": digest}
+    dataset = dataset.assign_attrs(provenance() | named | known)
+    # Compression at its lowest level: fields shrink by a third or more, writing stays as fast.
+    encoding = {
+        name: {"zlib": True, "complevel": 1, "shuffle": True}
+        for name, variable in dataset.variables.items()
+        if variable.dtype.kind in "fiu" and variable.size > 1000
+    }
+    with replacing(path) as temporary:
+        try:
+            with uninterrupted():
+                dataset.to_netcdf(temporary, format="NETCDF4", engine="netcdf4", encoding=encoding)
+        except (OSError, RuntimeError) as error:
+            raise DataFileError(
+                f"{path}: cannot be written: {error}; make room on the disk, or name another folder"
+            ) from error
+
+
+def read_dataset(path: Path | str) -> xr.Dataset:
+    """Read a netCDF file into memory and close it.
+
+    Parameters
+    ----------
+    path
+        File written by `write_dataset`.
+
+    Raises
+    ------
+    DataFileError
+        When the file is missing, truncated or no netCDF.
+    """
+    path = Path(path)
+    remedy = "delete it and make it again, with `make study` or `knitstudy run`"
+    if path.is_dir():
+        raise DataFileError(f"{path}: is a folder; move it away, or name a file in it")
+    if not path.is_file():
+        raise DataFileError(f"{path}: there is no such file; make it with `make study`")
+    try:
+        with uninterrupted():
+            return xr.load_dataset(path, engine="netcdf4")
+    except (OSError, RuntimeError, ValueError, KeyError) as error:
+        raise DataFileError(f"{path}: is truncated or is not netCDF ({error}); {remedy}") from error
+
+
+def recorded_digest(path: Path | str) -> str:
+    """Return the digest that a file was written with; nothing where it has none.
+
+    Raises
+    ------
+    DataFileError
+        When the file is truncated or no netCDF.
+    """
+    try:
+        with netCDF4.Dataset(path) as file:
+            return str(getattr(file, "digest", ""))
+    except OSError as error:
+        raise DataFileError(f"{path}: is truncated or is not netCDF ({error})") from error

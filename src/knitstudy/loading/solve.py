@@ -1,0 +1,225 @@
+"""A problem and its solution along the load path."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import CoarseIncrement, ConvergenceError, DataFileError
+from knitstudy.files import write_dataset
+from knitstudy.loading.history import Meter, Recorder, Stations
+from knitstudy.loading.load_path import Motion, place
+from knitstudy.loading.restart import IN_MEMORY, Checkpoint, Run
+from knitstudy.mechanics.batches import serial_blas
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear.solver import LinearSolver
+from knitstudy.mechanics.model import Model
+from knitstudy.mechanics.newton import trace
+from knitstudy.study.scene import Scene
+
+# ---- A model with what is prescribed, observed and checked along its load path: all that `follow` needs
+
+
+class Observer(Protocol):
+    """Sees what a model does at every converged increment."""
+
+    def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        """Return columns of the history, and columns of the points in contact; see `Recorder.add`."""
+        ...
+
+
+Check = Callable[[Increment, Recorder], None]
+"""Raises a ConvergenceError if a converged increment, which has been recorded, must not count."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A boundary value problem along a load path.
+
+    Attributes
+    ----------
+    scene : Scene
+        What it stands for.
+    model : Model
+    prescribed : PrescribedDisplacement
+    solver : LinearSolver
+    settings : Settings
+    motion : Motion
+        Of the driven side.
+    driven : ndarray of int, shape (k, 3)
+        Unknowns of the driven nodes by component (x, y, z), whose forces are the reaction.
+    stations : Stations
+        Points whose displacement an observer reports.
+    observers : tuple of Observer
+    checks : tuple of Check
+        Called in order after an increment has been recorded, before it is in the restart file: a second run must not
+        go on beyond a state that is refused.
+    constants : dict of str to ndarray
+        Variables of the history that are the same at all increments.
+    fields : callable, optional
+        Returns the variables of the history that are known at the last increment alone, from the model's state.
+    attributes : dict
+        Of the history: numbers and texts.
+    meter : Meter
+        Begun before the model was built.
+    """
+
+    scene: Scene
+    model: Model
+    prescribed: PrescribedDisplacement
+    solver: LinearSolver
+    settings: Settings
+    motion: Motion
+    driven: np.ndarray
+    stations: Stations
+    observers: tuple[Observer, ...]
+    checks: tuple[Check, ...] = ()
+    constants: dict[str, np.ndarray] = field(default_factory=dict)
+    fields: Callable[[Any], dict[str, np.ndarray]] | None = None
+    attributes: dict[str, Any] = field(default_factory=dict)
+    meter: Meter = field(default_factory=Meter)
+
+    def recorder(self) -> Recorder:
+        """Return an empty recorder."""
+        return Recorder(self.stations, self.driven, self.motion, self.meter)
+
+
+# ---- Follows a problem along its load path, with restart file, progress, checks and history
+
+
+log = logging.getLogger(__name__)
+WORTHWHILE = 0.75
+"""Share of what an increment adds to what sums are off by, above which a quarter of it is no better: 1/64 is expected,
+but where the force jumps within it a half may add as much."""
+
+resumed = logging.getLogger(f"{__name__}.resumed")
+"""Says whether a run goes on where another one ended: of use to who has no wish for every increment."""
+
+
+def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
+    """Drive a model to full load and return its history.
+
+    An increment after which a check finds sums over increments too coarse is tried again in halves, as one that does
+    not converge is, as long as that helps.
+
+    Parameters
+    ----------
+    problem : Problem
+    run : Run
+        Restart file, place of a partial history, and progress.
+
+    Returns
+    -------
+    Dataset
+        History in the format of docs/architecture.md.
+
+    Raises
+    ------
+    ConvergenceError
+        If the load cannot be reached or a check refuses a state; the files of the run keep what had converged.
+    DataFileError
+        If the restart file is damaged or belongs to another scene.
+    """
+    scene, recorder = problem.scene, problem.recorder()
+    checkpoint = None
+    if run.restart:
+        checkpoint = Checkpoint(run.restart, scene.hash, type(problem.model.start()))
+    last = checkpoint.load(recorder) if checkpoint else None
+    if last is not None:
+        resumed.info(
+            "going on from increment %d at load factor %.4g (%s)", last.index, last.load, run.restart
+        )
+        run.progress(last.load, place(scene.load, last.load))
+    path = trace(problem.model, problem.prescribed, problem.settings, problem.solver, last)
+    try:
+        with serial_blas():
+            increment, gaps = next(path, None), []
+            while increment is not None:
+                _record(problem, recorder, increment)
+                before, last = last, increment
+                coarse = _checked(problem, last, recorder)
+                if coarse is not None:
+                    gaps.append(coarse.gap)
+                    if _falls(gaps):
+                        last = before
+                        recorder.drop()
+                        increment = path.send(str(coarse))
+                        continue
+                    if not coarse.bearable:
+                        raise coarse
+                if checkpoint:
+                    # A tenth of a reduced model's time, which is not its own.
+                    with problem.meter.paused():
+                        checkpoint.save(last, recorder)
+                run.progress(last.load, place(scene.load, last.load))
+                increment, gaps = next(path, None), []
+    except ConvergenceError as error:
+        if run.partial is None or last is None:
+            raise
+        write_dataset(
+            _history(problem, recorder, last).assign_attrs(incomplete=str(error)), run.partial, scene
+        )
+        raise ConvergenceError(
+            f"{str(error).rstrip('.')}. The history up to load factor {last.load:.4g} is in {run.partial}"
+        ) from None
+    return _history(problem, recorder, last)
+
+
+def _checked(problem: Problem, increment: Increment, recorder: Recorder) -> CoarseIncrement | None:
+    """Let all checks see a converged increment; return what the one says that finds it too coarse."""
+    coarse = None
+    for check in problem.checks:
+        try:
+            check(increment, recorder)
+        except CoarseIncrement as error:
+            coarse = error
+    return coarse
+
+
+def _falls(gaps: list[float]) -> bool:
+    """Return whether halves of an increment may add less and less to what sums are off by."""
+    return len(gaps) < 3 or gaps[-1] <= WORTHWHILE * gaps[-3]
+
+
+def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:
+    """Add what all observers see of a converged increment to the history, and a line to the log."""
+    columns, points = {}, {}
+    for observer in problem.observers:
+        seen, touching = observer.record(increment)
+        if twice := columns.keys() & seen.keys():
+            raise DataFileError(f"two observers report {min(twice)!r}: leave it to one of them")
+        columns |= seen
+        points |= touching
+    recorder.add(increment, columns, points)
+    gap = columns.get("smallest_gap", np.nan)
+    log.info(
+        "increment %d: %s, force %.6g N, %d Newton and %d Krylov iterations, residual %.1e%s",
+        increment.index,
+        place(problem.scene.load, increment.load),
+        recorder.columns["force"][-1],
+        increment.newton_iterations,
+        increment.krylov_iterations,
+        increment.residual,
+        f", smallest gap {gap:.3g} m" if np.isfinite(gap) else "",
+    )
+
+
+def _history(problem: Problem, recorder: Recorder, last: Increment) -> xr.Dataset:
+    """Return the history so far, with the fields of the last increment if asked for."""
+    scene, solver = problem.scene, problem.solver
+    fields = problem.fields(last.state) if problem.fields else {}
+    return recorder.to_dataset(
+        problem.constants | fields,
+        scene=scene.name,
+        fidelity=scene.fidelity,
+        interaction=scene.interaction,
+        unknowns=problem.model.size - len(problem.prescribed.fixed),
+        linear_solver=type(getattr(solver, "preconditioner", solver)).__name__,
+        linear_setups=getattr(solver, "setups", 0),
+        **problem.attributes,
+    )

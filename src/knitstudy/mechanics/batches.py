@@ -1,0 +1,136 @@
+"""Batches of small matrices: closed-form determinants, arrays that are used again, and threads."""
+
+from __future__ import annotations
+
+import math
+import os
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager
+from functools import lru_cache
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from knitstudy.errors import ConfigurationError
+
+# ---- Determinants and inverses of batches of 3 x 3 matrices in closed form: LAPACK's are made for large ones
+
+
+def determinant(matrix: np.ndarray) -> np.ndarray:
+    """Return the determinants (e,) of matrices (e, 3, 3)."""
+    (a, b, c), (d, e, f), (g, h, i) = np.moveaxis(matrix, 0, -1)
+    return a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
+
+
+def inverse(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the inverses (e, 3, 3) of matrices (e, 3, 3), by their cofactors, and the determinants (e,)."""
+    (a, b, c), (d, e, f), (g, h, i) = np.moveaxis(matrix, 0, -1)
+    cofactors = (
+        (e * i - f * h, c * h - b * i, b * f - c * e),
+        (f * g - d * i, a * i - c * g, c * d - a * f),
+        (d * h - e * g, b * g - a * h, a * e - b * d),
+    )
+    size = a * cofactors[0][0] + b * cofactors[1][0] + c * cofactors[2][0]
+    result = np.empty_like(matrix)
+    for row in range(3):
+        for column in range(3):
+            np.divide(cofactors[row][column], size, out=result[:, row, column])
+    return result, size
+
+
+# ---- Arrays that a thread uses again and again
+
+
+class Scratch(threading.local):
+    """Arrays of one thread by name; what is in them lasts until the next use of the name.
+
+    In fresh memory the system clears every page when it is first touched, which costs several times as much as what is
+    computed into it, and threads wait for each other there.
+    """
+
+    def __init__(self) -> None:
+        self._arrays: dict[str, np.ndarray] = {}
+
+    def array(self, name: str, *shape: int) -> np.ndarray:
+        """Return an array whose content is arbitrary."""
+        size = math.prod(shape)
+        flat = self._arrays.get(name)
+        if flat is None or flat.size < size:
+            flat = self._arrays[name] = np.empty(size)
+        return flat[:size].reshape(shape)
+
+
+SCRATCH = Scratch()
+
+
+# ---- Threads: which work they share, batches of elements, yarns and ranges of rows, and how many there are
+# NumPy, SciPy's sparse products and SuperLU leave the interpreter's lock while they compute; SciPy's wrappers of LAPACK
+# do not (docs/performance.md). Results must not depend on how many threads there are: every piece of work writes to a
+# place of its own, and sums are formed in the order of the pieces.
+
+
+VARIABLE = "OMP_NUM_THREADS"
+
+
+def threads() -> int:
+    """Return the number of threads that OMP_NUM_THREADS allows, all cores if it is unset.
+
+    Of a list, one number for each level of nesting, the first counts.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is not a whole number of at least 1.
+    """
+    value = os.environ.get(VARIABLE, "").strip()
+    if not value:
+        return os.cpu_count() or 1
+    first = value.split(",")[0].strip()
+    if not (first.isascii() and first.isdigit() and int(first) >= 1):
+        raise ConfigurationError(
+            f"the environment variable {VARIABLE} is {value!r}; allowed is a whole number of at least 1"
+        )
+    return int(first)
+
+
+def share(work: Callable[[int], None], count: int) -> None:
+    """Call ``work(0)`` to ``work(count - 1)``; threads take the next number whenever they are free.
+
+    The first exception ends it.
+    """
+    helpers = min(threads(), count) - 1
+    numbers: Iterator[int] = iter(range(count))  # taking the next one cannot be interrupted
+
+    def take() -> None:
+        for number in numbers:
+            work(number)
+
+    if helpers < 1:
+        return take()
+    others = [_pool(threads()).submit(take) for _ in range(helpers)]
+    try:
+        take()
+    finally:
+        # After an exception nothing is left to take.
+        for _ in numbers:
+            pass
+        errors = [other.exception() for other in others]
+    for error in filter(None, errors):
+        raise error
+    return None
+
+
+@lru_cache(maxsize=1)
+def _pool(count: int) -> ThreadPoolExecutor:
+    """Return the threads that help the calling one, made once: a new one costs as much as a small batch."""
+    return ThreadPoolExecutor(count - 1, thread_name_prefix="knitstudy")
+
+
+def serial_blas() -> AbstractContextManager:
+    """Return a context in which BLAS stays on the calling thread.
+
+    Its matrices are small here, and its threads would wait in a busy loop for those that share the batches.
+    """
+    return threadpool_limits(limits=1, user_api="blas")

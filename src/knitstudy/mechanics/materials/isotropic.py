@@ -1,0 +1,212 @@
+"""Isotropic elastic laws: Hencky, neo-Hookean, St Venant-Kirchhoff."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+
+from knitstudy.mechanics.materials.material import FULL, VOIGT, Stress, law
+
+# ---- Engineering strains in another frame
+
+
+def rotate_strain(axes: np.ndarray) -> np.ndarray:
+    """Return the matrices (e, 6, 6) that take engineering strains to the axes (e, 3, 3) in columns."""
+    i, j = VOIGT.T
+    # Component (p, q) in the axes is sum over I, J of N_Ip E_IJ N_Jq, with E_IJ = gamma_IJ / 2 off the diagonal.
+    left = axes[:, i[None, :], i[:, None]] * axes[:, j[None, :], j[:, None]]
+    right = axes[:, j[None, :], i[:, None]] * axes[:, i[None, :], j[:, None]]
+    rotation = 0.5 * (left + right)
+    rotation[:, 3:] *= 2
+    return rotation
+
+
+# ---- Hencky's law: linear between logarithmic strain and its stress
+
+
+MOST_NODES = 256
+"""Nodes of the logarithm's quadrature: all digits between stretches of 1/28 and 28, fewer beyond."""
+
+PAIRS = np.array([(p, q) for p in range(6) for q in range(p, 6)])
+"""The 21 pairs (p, q) of two of six components, whatever their order."""
+
+FIRST = np.array([0, 6, 11, 15, 18, 20, 21])
+"""Where the pairs of every p begin."""
+
+UNIT = np.array([1.0, 1, 1, 0, 0, 0])[:, None]
+
+
+@law("hencky", "linear in logarithmic strain")
+def hencky(strain: np.ndarray, mu: float, lame: float, tangent: bool) -> Stress:
+    """W = mu L : L + lame/2 (tr L)^2, L = ln(C) / 2, C = 1 + 2 E (Ogden 1997, section 6.1.4).
+
+    With X = C - 1 and A(t) = (1 + t X)^-1, ln C is the integral of X A(t) over t from 0 to 1 and its derivative that of
+    A H A (Higham 2008, sections 11.1 and 11.5). Both are taken at Gauss's nodes, as many as leave nothing out, and A is
+    ((1 + t tr X) 1 - t X + t^2 adj X) / det(1 + t X): no axes and no differences of principal stretches, so neither
+    small strains nor repeated stretches lose digits. L and C commute: S = C^-1 T with T = 2 mu L + lame tr L.
+    """
+    x = np.ascontiguousarray(2 * strain[:, VOIGT[:, 0], VOIGT[:, 1]].T)  # components first: (6, e)
+    resolvent = Resolvent(x)
+    inverse, nodes, weights = resolvent.inverse, resolvent.nodes, resolvent.weights
+    logs = 0.5 * _product(x, resolvent.sum(weights))
+    volume = logs[:3].sum(axis=0)
+    energy = mu * ((logs[:3] ** 2).sum(axis=0) + 2 * (logs[3:] ** 2).sum(axis=0)) + 0.5 * lame * volume**2
+    stress = _product(inverse, 2 * mu * logs + lame * volume * UNIT)
+    full = stress[FULL].transpose(2, 0, 1)
+    if not tangent:
+        return Stress(energy, full, None)
+    # Of the derivative of C^-1 T: C^-1 A = (C^-1 - t A) / (1 - t).
+    near = weights / (1 - nodes)
+    pairs = resolvent.pairs(-mu * near * nodes)
+    _add_pairs(pairs, 0.5 * (mu * resolvent.sum(near) - stress), inverse)
+    moduli = pairs[CROSSED[0]] + pairs[CROSSED[1]]
+    _add_pairs(moduli, 0.5 * lame * inverse, inverse)
+    return Stress(energy, full, np.ascontiguousarray(moduli.T[:, POSITION]))
+
+
+class Resolvent:
+    """A(t) = (1 + t X)^-1 of symmetric tensors X (6, e) at the nodes of the logarithm's quadrature.
+
+    Attributes
+    ----------
+    inverse : ndarray, shape (6, e)
+        (1 + X)^-1; not a number where nothing is left of the volume.
+    nodes, weights : ndarray, shape (n,)
+    """
+
+    def __init__(self, x: np.ndarray) -> None:
+        self._x, self._adjugate = x, _adjugate(x)
+        self._trace, second = x[:3].sum(axis=0), self._adjugate[:3].sum(axis=0)
+        third = x[0] * self._adjugate[0] + x[3] * self._adjugate[3] + x[5] * self._adjugate[5]
+        determinant = 1 + self._trace + second + third
+        self._trace[~(determinant > 0)] = np.nan
+        self.inverse = ((1 + self._trace) * UNIT - x + self._adjugate) / determinant
+        self.nodes, self.weights = _quadrature(x, self.inverse)
+        self._powers = self.nodes ** np.arange(5)[:, None]  # (5, n)
+        invariants = np.stack([np.ones_like(second), self._trace, second, third])
+        self._over_determinant = 1 / (self._powers[:4].T @ invariants)  # of 1 + t X: (n, e)
+
+    def sum(self, factors: np.ndarray) -> np.ndarray:
+        """Return the sum (6, e) of A over the nodes, times factors (n,)."""
+        s = (factors * self._powers[:3]) @ self._over_determinant
+        return (s[0] + self._trace * s[1]) * UNIT - s[1] * self._x + s[2] * self._adjugate
+
+    def pairs(self, factors: np.ndarray) -> np.ndarray:
+        """Return the sum (21, e) of the products of all pairs of components of A, times factors (n,)."""
+        x, adjugate, trace = self._x, self._adjugate, self._trace
+        s = (factors * self._powers) @ self._over_determinant**2
+        of_unit = (s[0] + 2 * trace * s[1] + trace**2 * s[2]) * UNIT
+        of_unit += 2 * ((s[2] + trace * s[3]) * adjugate - (s[1] + trace * s[2]) * x)
+        total = np.zeros((len(PAIRS), len(trace)))
+        for one, other in ((of_unit, UNIT), (s[2] * x - 2 * s[3] * adjugate, x), (s[4] * adjugate, adjugate)):
+            _add_pairs(total, 0.5 * one, other)
+        return total
+
+
+def _add_pairs(total: np.ndarray, one: np.ndarray, other: np.ndarray) -> None:
+    """Add one_p other_q + one_q other_p to the pairs (21, e) of components (6, e)."""
+    for p, (start, end) in enumerate(pairwise(FIRST)):
+        total[start:end] += one[p] * other[p:]
+        total[start:end] += other[p] * one[p:]
+
+
+def _position_of_pairs() -> np.ndarray:
+    position = np.empty((6, 6), dtype=int)
+    position[PAIRS[:, 0], PAIRS[:, 1]] = position[PAIRS[:, 1], PAIRS[:, 0]] = np.arange(len(PAIRS))
+    return position
+
+
+def _crossed_pairs() -> tuple[np.ndarray, np.ndarray]:
+    """Return where A_ik A_jl and A_il A_jk stand for every pair of the components ij and kl (21,)."""
+    position = _position_of_pairs()
+    (i, j), (k, m) = VOIGT[PAIRS[:, 0]].T, VOIGT[PAIRS[:, 1]].T
+    return position[FULL[i, k], FULL[j, m]], position[FULL[i, m], FULL[j, k]]
+
+
+POSITION, CROSSED = _position_of_pairs(), _crossed_pairs()
+
+
+def _adjugate(x: np.ndarray) -> np.ndarray:
+    """Return the transposed cofactors of symmetric tensors (6, e)."""
+    a, b, c, d, f, g = x
+    return np.stack(
+        [b * c - f * f, a * c - g * g, a * b - d * d, f * g - c * d, d * g - a * f, d * f - b * g]
+    )
+
+
+def _product(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the product (6, e) of symmetric tensors (6, e) that commute."""
+    rows = [(FULL[i], FULL[j]) for i, j in VOIGT]
+    return np.stack([sum(one[p] * other[q] for p, q in zip(*row, strict=True)) for row in rows])
+
+
+def _quadrature(x: np.ndarray, inverse: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return nodes and weights on (0, 1) that leave nothing out of ln C, up to `MOST_NODES`.
+
+    With n nodes the error falls as r^(2n) for a squared stretch z, r = |1 - sqrt(z)| / (1 + sqrt(z)): 1 / (1 + t X) has
+    its pole on the ellipse of axes 1 / r +- r about the interval (Trefethen 2013, theorem 19.3). Norms bound z.
+    """
+    ends = np.sqrt([1 + _norm(x), 1 / (1 + _norm(inverse - UNIT))])
+    ratio = max(np.max(np.abs(1 - ends) / (1 + ends)), 1e-8)
+    return _gauss(min(int(np.ceil(np.log(1e-17) / (2 * np.log(ratio)))), MOST_NODES))
+
+
+def _norm(tensor: np.ndarray) -> float:
+    """Return the largest Frobenius norm of symmetric tensors (6, e)."""
+    squares = (tensor[:3] ** 2).sum(axis=0) + 2 * (tensor[3:] ** 2).sum(axis=0)
+    return float(np.sqrt(np.nanmax(squares, initial=0.0)))
+
+
+@cache
+def _gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return (1 + nodes) / 2, weights / 2
+
+
+# ---- A neo-Hookean law
+
+
+@law("neo_hookean", "of rubber")
+def neo_hookean(strain: np.ndarray, mu: float, lame: float, tangent: bool) -> Stress:
+    """W = mu/2 (tr C - 3) - mu ln J + lame/2 (ln J)^2 (Bonet and Wood 2008, section 6.4.3)."""
+    c = np.eye(3) + 2 * strain
+    inverse = np.linalg.inv(c)
+    log_j = 0.5 * np.log(np.linalg.det(c))
+    trace = np.trace(strain, axis1=1, axis2=2)
+    energy = mu * (trace - log_j) + 0.5 * lame * log_j**2
+    # I - C^-1 = 2 C^-1 E keeps its digits at small strains.
+    stress = 2 * mu * inverse @ strain + (lame * log_j)[:, None, None] * inverse
+    stress = 0.5 * (stress + np.swapaxes(stress, 1, 2))
+    if not tangent:
+        return Stress(energy, stress, None)
+    i, j = VOIGT.T
+    dyad = inverse[:, i, j][:, :, None] * inverse[:, i, j][:, None, :]
+    first = inverse[:, i[:, None], i] * inverse[:, j[:, None], j]
+    second = inverse[:, i[:, None], j] * inverse[:, j[:, None], i]
+    moduli = lame * dyad + (mu - lame * log_j)[:, None, None] * (first + second)
+    return Stress(energy, stress, moduli)
+
+
+# ---- St Venant-Kirchhoff's law: linear between Green's strain and its stress
+
+
+@law(
+    "st_venant_kirchhoff",
+    "linear in Green's strain",
+)
+def st_venant_kirchhoff(strain: np.ndarray, mu: float, lame: float, tangent: bool) -> Stress:
+    """W = mu E:E + lame/2 (tr E)^2. Softens in compression: for comparison below 1% strain or with CalculiX."""
+    trace = np.trace(strain, axis1=1, axis2=2)
+    energy = mu * np.einsum("eij,eij->e", strain, strain) + 0.5 * lame * trace**2
+    stress = 2 * mu * strain + lame * trace[:, None, None] * np.eye(3)
+    constant = np.broadcast_to(linear_stiffness(mu, lame), (len(strain), 6, 6)) if tangent else None
+    return Stress(energy, stress, constant)
+
+
+def linear_stiffness(mu: float, lame: float) -> np.ndarray:
+    """Return the stiffness (6, 6) of small strains [Pa]."""
+    stiffness = np.diag([2 * mu] * 3 + [mu] * 3).astype(float)
+    stiffness[:3, :3] += lame
+    return stiffness

@@ -1,0 +1,358 @@
+"""Local compliance of a loaded patch on a yarn, beyond what a low-order model resolves."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from knitstudy.mechanics.spline_yarn import basis as disc
+from knitstudy.mechanics.spline_yarn.basis import Spline
+from knitstudy.mechanics.spline_yarn.space import Space
+
+# ---- The moments by which discs on yarns are joined, and points that they are summed up at
+
+
+def polar_rule(rings: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (q, 2) and weights (q,) of the mean over the unit disc, on so many rings.
+
+    Gauss points in the square of the radius and equal angles; exact for polynomials of degree 4 rings - 1.
+    """
+    square, weight = np.polynomial.legendre.leggauss(rings)
+    count = 4 * rings
+    angle = 2 * np.pi * (np.arange(count) + 0.5 * (np.arange(rings) % 2)[:, None]) / count
+    radius = np.sqrt(0.5 * (square + 1))[:, None]
+    points = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+    return points.reshape(-1, 2), np.repeat(weight / 2 / count, count)
+
+
+def moments(rule: np.ndarray) -> np.ndarray:
+    """Return the functions (3, q) whose means over the disc are joined: 1, and both coordinates at unit mean square."""
+    return np.stack([np.ones(len(rule)), 2 * rule[:, 0], 2 * rule[:, 1]])
+
+
+# ---- How the surface of a straight elastic cylinder yields to tractions, wave by wave, in closed form
+# The cylinder is solid, of radius 1 and infinitely long. To a traction t exp(i (m theta + k z)) its surface
+# answers with
+# the displacement G(m, k) t exp(i (m theta + k z)). With the harmonic f = I_m(k r) exp(i (m theta + k z)) / I_m(k) and
+# D = r d/dr, three solutions of Navier's equations that stay finite on the axis are
+#
+#     grad f,    curl (f e_z),    grad (D f) + 4 (1 - nu) i k f e_z.
+#
+# On the surface they and their tractions need I_m through D f / f = k I_m'(k) / I_m(k) alone, as D D f = (m^2 + k^2
+# r^2) f.
+
+
+def surface_compliance(m: np.ndarray, k: np.ndarray, poisson_ratio: float) -> np.ndarray:
+    """Return G (..., 3, 3) times E, in the components r, theta, z; Hermitian and positive.
+
+    Parameters
+    ----------
+    m : ndarray of int, shape (...)
+        Waves around.
+    k : ndarray, shape (...)
+        Waves along, times the radius; not 0.
+    poisson_ratio : float
+    """
+    m, k = np.broadcast_arrays(m, np.asarray(k, dtype=float))
+    rate = _logarithmic_slope(np.abs(m), np.abs(k))
+    nu, zero = poisson_ratio, np.zeros(m.shape)
+    im, ik, square = 1j * m, 1j * k, m**2 + k**2
+    displacement = np.stack(
+        [
+            np.stack([rate, im, ik], -1),
+            np.stack([im, -rate, zero], -1),
+            np.stack([square, im * rate, ik * (rate + 4 * (1 - nu))], -1),
+        ],
+        axis=-1,
+    )  # (..., component, solution)
+    traction = np.stack(  # over 2 G
+        [
+            np.stack([square - rate, im * (rate - 1), ik * rate], -1),
+            np.stack([im * (rate - 1), rate - m**2 - k**2 / 2, -m * k / 2], -1),
+            np.stack(
+                [
+                    2 * (1 - nu) * k**2 + square * (rate - 1),
+                    im * (square - rate),
+                    ik * (square + 2 * (1 - nu) * rate),
+                ],
+                -1,
+            ),
+        ],
+        axis=-1,
+    )
+    # E = 2 G (1 + nu)
+    answer = np.linalg.solve(np.swapaxes(traction, -1, -2), np.swapaxes(displacement, -1, -2))
+    return (1 + nu) * np.swapaxes(answer, -1, -2)
+
+
+def _logarithmic_slope(m: np.ndarray, k: np.ndarray) -> np.ndarray:
+    """Return k I_m'(k) / I_m(k) = m + k I_(m+1)(k) / I_m(k), by the recurrence of that ratio from far above."""
+    waves, place = np.unique(k, return_inverse=True)
+    highest = int(m.max(initial=0))
+    ratio = np.zeros(len(waves))
+    ratios = np.empty((highest + 1, len(waves)))
+    for order in range(highest + int(2 * waves.max(initial=0.0)) + 30, -1, -1):
+        ratio = 1 / (2 * (order + 1) / waves + ratio)  # I_(order+1) / I_order
+        if order <= highest:
+            ratios[order] = ratio
+    return m + k * ratios[m, place.reshape(k.shape)]
+
+
+# ---- How a patch on the side of a yarn yields beyond what the yarn does as a beam
+# A patch of radius a on a straight yarn carries a force, spread evenly over it, and every A along the yarn another one
+# of the opposite sign. The mean displacement of the patch is known in closed form, of the elastic cylinder
+# (`polynomial_yarn.patch_compliance`), and so is that of Timoshenko's beam with the force at the end of a rigid arm.
+# Their difference is c_0 + c_1 A to within e^-A: c_0 is local, the indentation; c_1 goes with the bending moment, which
+# widens and narrows the section under the patch. Beams with joints that yield by c_0 leave out c_1.
+
+
+APART = (6.0, 12.0)
+"""Distances of forces in radii, A: the one from the other gives c_0."""
+
+
+@cache
+def local_compliance(radius: float, poisson_ratio: float) -> tuple[float, float, float]:
+    """Return c_0 along the normal, along the yarn and across both, times E R.
+
+    Parameters
+    ----------
+    radius : float
+        Of the patch, over that of the yarn.
+    poisson_ratio : float
+    """
+    near, far = (
+        np.diag(cylinder_patch(radius, apart, poisson_ratio))[:3] - _beam_patch(radius, apart, poisson_ratio)
+        for apart in APART
+    )
+    share = APART[0] / (APART[1] - APART[0])
+    return tuple(float(each) for each in near + share * (near - far))
+
+
+def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray:
+    """Compliance (3,) of such forces on a beam, times E R: normal, along the yarn, across both."""
+    _, along, weight = patch_rule(radius, rings=int(SHORTEST / 2) + 6)
+    k = np.pi * np.arange(1, int(SHORTEST / radius * apart / np.pi) + 1, 2) / apart
+    wave = np.abs(np.exp(-1j * k[:, None] * along) @ weight[0]) ** 2
+    nu = poisson_ratio
+    area, inertia, shear = np.pi, np.pi / 4, 0.5 / (1 + nu)
+    per_shear = (7 + 14 * nu + 8 * nu**2) / (6 * (1 + nu) ** 2) / (shear * area)  # as `curved_rod`
+    bent = 1 / (inertia * k**4) + per_shear / k**2
+    # The arm, of length 1, turns with bending under a force along the yarn, with twist under one across it.
+    stretched = 1 / (area * k**2) + 1 / (inertia * k**2)
+    twisted = bent + 1 / (2 * shear * inertia * k**2)
+    return 2 / apart * np.array([np.sum(wave * each) for each in (bent, stretched, twisted)])
+
+
+# ---- What a space of solid yarns shows of a patch's compliance, and what is missing of it
+# A patch is a small disc on the side of a straight yarn. Forces spread over it with the weights of its moments (the
+# mean and both linear ones) move the same moments of its displacement: a compliance. That of the yarn is known in
+# closed form (`knitstudy.mechanics.patch_compliance`), that of the space from its own stiffness. Their difference is
+# positive, since the space is a part of all displacements, and it is local. Both are taken of yarns of infinite
+# length with patches at least `APART` radii apart, whose forces alternate in sign: nothing has to be held, and waves
+# are independent of each other. What for, and what comes out: docs/ties.md.
+
+
+APART_IN_PATCH = 6.0
+"""Least distance of patches along the yarn, in radii."""
+
+SHORTEST = 16.0
+"""Largest wave number that is summed up, over the inverse of the patch's radius: 0.02 % of the compliance of the
+mean are left out, 0.5 % of that of linear moments."""
+
+MIRROR = np.array([1, 1, -1])
+"""Signs of moments, and of components, in the mirror that the normal and the yarn's axis span."""
+
+WAVES = 4096
+"""Waves at a time; bounds the memory."""
+
+DIGITS = 2
+"""Of the length of a span over the radius: spans that differ by less are one."""
+
+
+def missing(
+    space: Space,
+    radius: float,
+    youngs_modulus: float,
+    poisson_ratio: float,
+    yarn: np.ndarray,
+    arc_length: np.ndarray,
+    patch: float,
+) -> np.ndarray:
+    """Return the compliance (k, 2) of the mean and of the linear moments of patches that yarns do not show [m/N].
+
+    The same for every direction of the force, and for both linear moments: means over what differs, so that a tie
+    with this compliance does not notice how the yarns have turned.
+
+    Parameters
+    ----------
+    space : Space
+    radius : float
+        Of the yarns [m].
+    youngs_modulus, poisson_ratio : float
+    yarn : ndarray of int, shape (k,)
+    arc_length : ndarray, shape (k,)
+        Where the patches lie [m].
+    patch : float
+        Their radius [m].
+    """
+    found = np.empty((len(yarn), 2))
+    for number in np.unique(yarn):
+        here = np.flatnonzero(yarn == number)
+        own = space.yarns[number]
+        spline = own.spline
+        span = spline.span_at(arc_length[here])
+        first = spline.first[span]
+        degree = own.degrees[first[:, None] + np.arange(spline.degree + 1)].min(axis=1)
+        low, high = spline.spans[span].T
+        place = (arc_length[here] - low) / (high - low)
+        length = np.round((high - low) / radius, DIGITS)
+        for kind in set(zip(degree.tolist(), length.tolist(), strict=True)):
+            these = (degree == kind[0]) & (length == kind[1])
+            shape = _along_a_span(
+                kind[0], spline.degree, kind[1], round(patch / radius, DIGITS + 1), poisson_ratio
+            )
+            found[here[these]] = np.cos(2 * np.pi * place[these, None] * np.arange(3)) @ shape
+    return found / (youngs_modulus * radius)
+
+
+@cache
+def _along_a_span(
+    degree: int, spline_degree: int, span: float, patch: float, poisson_ratio: float
+) -> np.ndarray:
+    """Return the missing compliance over its place in a span as amplitudes (3, 2) of cosines, times E R."""
+    values = []
+    for place in (0.0, 0.25, 0.5):
+        full = missing_compliance(degree, spline_degree, span, place, patch, poisson_ratio)
+        each = np.diagonal(full).reshape(3, 3).mean(axis=1)  # moments; over the components
+        values.append((each[0], 0.5 * (each[1] + each[2])))
+    begin, quarter, middle = np.array(values)
+    return np.stack(
+        [(begin + 2 * quarter + middle) / 4, (begin - middle) / 2, (begin - 2 * quarter + middle) / 4]
+    )
+
+
+def missing_compliance(
+    degree: int, spline_degree: int, span: float, place: float, radius: float, poisson_ratio: float
+) -> np.ndarray:
+    """Return the compliance (9, 9) that a space does not show of a patch, times E R.
+
+    Rows and columns are moments, and for each the components along the normal, along the yarn and across it.
+
+    Parameters
+    ----------
+    degree : int
+        p.
+    spline_degree : int
+        d.
+    span : float
+        Length of the spans around the patch, over the yarn's radius.
+    place : float
+        Of the patch's middle in its span, 0 to 1.
+    radius : float
+        Of the patch, over the yarn's.
+    poisson_ratio : float
+    """
+    spans = int(np.ceil(APART_IN_PATCH / span))
+    exact = cylinder_patch(radius, spans * span, poisson_ratio)
+    return exact - space_patch(degree, spline_degree, span, place, radius, poisson_ratio)
+
+
+def patch_rule(radius: float, rings: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return angle (q,), place along (q,) and weights (3, q) of the moments of a patch.
+
+    The patch is the disc in the tangent plane, seen from the axis.
+    """
+    rule, weight = polar_rule(rings)
+    along, across = radius * rule.T
+    return np.arctan(across), along, moments(rule) * weight
+
+
+@cache
+def cylinder_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray:
+    """Return the compliance (9, 9) of patches on a straight elastic yarn, times E R."""
+    largest = SHORTEST / radius
+    angle, along, weight = patch_rule(radius, rings=int(SHORTEST / 2) + 6)
+    k = np.pi * np.arange(1, int(largest * apart / np.pi) + 1, 2) / apart
+    length = np.exp(-1j * along[:, None] * k)  # (q, k)
+    parts = np.concatenate([weight * np.cos(angle), weight * np.sin(angle), weight])  # (part and moment, q)
+    total = np.zeros((9, 9))
+    for m in np.array_split(np.arange(int(largest) + 1), 1 + int(largest) * len(k) // WAVES):
+        around = np.exp(-1j * m[:, None] * angle)
+        waves = ((around[:, None] * parts).reshape(-1, len(angle)) @ length).reshape(len(m), 3, 3, len(k))
+        load = np.zeros((len(m), len(k), 3, 3, 3), dtype=complex)  # moment, component of the force, r theta z
+        cosine, sine, one = np.moveaxis(waves, 3, 1).transpose(2, 0, 1, 3)
+        load[..., 0, 0], load[..., 0, 1], load[..., 1, 2] = cosine, -sine, one
+        load[..., 2, 0], load[..., 2, 1] = sine, cosine
+        load = load.reshape(len(m), -1, 9, 3)
+        answer = load @ np.swapaxes(surface_compliance(m[:, None], k, poisson_ratio), 2, 3)
+        share = np.where(m == 0, 0.5, 1.0)[:, None, None, None]
+        flat = np.moveaxis(share * load, 2, 0).reshape(9, -1)
+        total += np.real(flat.conj() @ np.moveaxis(answer, 2, 0).reshape(9, -1).T)
+    # Waves of -k are the conjugate ones of those of k and -m; those of -m are their mirror images.
+    mirror = np.outer(MIRROR, MIRROR).ravel()
+    return (total + mirror[:, None] * total * mirror) / (np.pi * apart)
+
+
+@cache
+def space_patch(
+    degree: int, spline_degree: int, span: float, place: float, radius: float, poisson_ratio: float
+) -> np.ndarray:
+    """Return the compliance (9, 9) of patches as a space shows it, times E R; arguments of `missing_compliance`."""
+    spans = int(np.ceil(APART_IN_PATCH / span))
+    angle, along, weight = patch_rule(radius, rings=degree + spline_degree + 2)
+    across = disc.values(degree, np.stack([np.cos(angle), np.sin(angle)], axis=-1))  # (q, n)
+    nodes = across.shape[1]
+    layer, spline = _splines(spline_degree, span, along + place * span)
+    phase = np.pi * np.arange(1, 2 * spans, 2) / spans  # between neighbouring spans, (w,)
+    turn = np.exp(-1j * phase[:, None, None] * layer)  # (w, q, d + 1)
+    wave = np.einsum("wqo,qo->wq", turn, spline)
+    load = np.einsum("wq,jq,qn->wnj", wave, weight, across)  # the same for each component
+    stiffness = _bloch_stiffness(degree, spline_degree, span, poisson_ratio, phase).reshape(
+        len(phase), 3 * nodes, 3 * nodes
+    )
+    right = np.einsum("wnj,ab->wnajb", load, np.eye(3)).reshape(len(phase), 3 * nodes, 9)
+    solution = np.linalg.solve(stiffness, right)
+    compliance = np.real(np.einsum("wia,wib->ab", right.conj(), solution)) / spans
+    # Components x1, x2, s of the section at the angle 0 are n, y, s.
+    order = (3 * np.arange(3)[:, None] + [0, 2, 1]).ravel()
+    return compliance[np.ix_(order, order)]
+
+
+def _splines(degree: int, span: float, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return numbers and values (q, d + 1) of uniform splines at places (q,); spline 0 begins the span of place 0."""
+    layer = np.floor(place / span)
+    spline = _uniform(degree, span)
+    values = spline.basis(degree * span + place - layer * span)[1][0]
+    return layer[:, None] + np.arange(degree + 1), values
+
+
+def _uniform(degree: int, span: float) -> Spline:
+    """Return splines whose span number `degree` is as if there were no ends."""
+    return Spline.on(span * np.arange(2 * degree + 2), degree)
+
+
+def _bloch_stiffness(
+    degree: int, spline_degree: int, span: float, poisson_ratio: float, phase: np.ndarray
+) -> np.ndarray:
+    """Return the stiffness (w, n, 3, n, 3) over E R of waves whose phase (w,) grows by as much from span to span."""
+    points, weight = disc.quadrature(degree)
+    value, gradient = disc.gradients(degree, points)
+    across = np.concatenate(
+        [gradient, value[..., None]], axis=-1
+    )  # d/dx1, d/dx2 and, times the spline's slope, 1
+    section = np.einsum("q,qna,qmb->abnm", weight, across, across)
+    node, share = np.polynomial.legendre.leggauss(spline_degree + 1)
+    _, spline = _uniform(spline_degree, span).basis(spline_degree * span + 0.5 * span * (node + 1), orders=1)
+    both = 0.5 * span * np.einsum("g,xgi,ygj->xyij", share, spline, spline)  # orders of derivatives, splines
+    offset = np.arange(spline_degree + 1)
+    apart = offset - offset[:, None]
+    along = np.einsum("xyij,wij->wxy", both, np.exp(1j * phase[:, None, None] * apart))
+    kind = np.array([0, 0, 1])  # which derivative of the spline goes with which component of the gradient
+    pair = section * along[:, kind[:, None], kind][..., None, None]  # (w, a, b, n, m)
+    nu = poisson_ratio
+    shear = 0.5 / (1 + nu)
+    volume = nu / ((1 + nu) * (1 - 2 * nu))
+    stiffness = volume * np.einsum("wabnm->wnamb", pair) + shear * np.einsum("wbanm->wnamb", pair)
+    stiffness += shear * np.einsum("wccnm,ab->wnamb", pair, np.eye(3))
+    return stiffness

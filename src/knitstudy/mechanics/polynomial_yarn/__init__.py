@@ -1,1 +1,0 @@
-"""Yarns as solids that are polynomials over the section times splines along the yarn. No contact, no knits."""

@@ -1,0 +1,293 @@
+"""Sums of element matrices into sparse matrices."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import pairwise
+
+import numpy as np
+import scipy.sparse as sp
+
+# ---- Adds a matrix of few blocks to one of many, whose pattern has most of them, and takes it off again
+
+
+class PatternSum:
+    """The sum of two BSR matrices of fixed patterns: found once, blocks of the large one are moved in runs.
+
+    Parameters
+    ----------
+    large, small : bsr matrix, shape (size, size)
+        Any with the patterns, columns sorted in every row and none there twice.
+
+    Attributes
+    ----------
+    inserted : int
+        Blocks that the small pattern alone has.
+    """
+
+    def __init__(self, large: sp.bsr_matrix, small: sp.bsr_matrix) -> None:
+        self._large, self._small = large.indices, (small.indptr, small.indices)
+        nodes = len(large.indptr) - 1
+        target, self._known = _places(large, small)
+        self._new = ~self._known
+        self.inserted = int(self._new.sum())
+        self._at = target + np.cumsum(self._new) - self._new
+        before = target[self._new]
+        self.indices = np.insert(large.indices, before, small.indices[self._new])
+        row = np.repeat(np.arange(nodes), np.diff(small.indptr))
+        added = np.bincount(row[self._new], minlength=nodes)
+        self.indptr = (large.indptr + np.concatenate([[0], np.cumsum(added)])).astype(large.indptr.dtype)
+        edge, many = np.unique(before, return_counts=True)
+        starts = np.concatenate([[0], edge])
+        ends = np.concatenate([edge, [len(large.indices)]])
+        self._runs = list(
+            zip(starts.tolist(), ends.tolist(), np.concatenate([[0], np.cumsum(many)]).tolist(), strict=True)
+        )
+
+    def fits(self, large: sp.bsr_matrix, small: sp.bsr_matrix) -> bool:
+        """Return whether two matrices have the patterns that this was made for."""
+        indptr, indices = self._small
+        same = np.array_equal(small.indices, indices) and np.array_equal(small.indptr, indptr)
+        return same and (large.indices is self._large or np.array_equal(large.indices, self._large))
+
+    def add(self, large: sp.bsr_matrix, small: sp.bsr_matrix) -> sp.bsr_matrix:
+        """Return the sum; it takes the place of the large matrix if behind that is room for what is inserted.
+
+        Room is what the array whose first part `large.data` is has besides.
+        """
+        if not self.inserted:
+            large.data[self._at] += small.data
+            return large
+        block = math.prod(large.data.shape[1:])
+        source = large.data.reshape(-1)
+        total = _from_its_start(source)
+        if total is None or total.size < len(self.indices) * block:
+            total = np.empty(len(self.indices) * block)
+        for start, end, shift in reversed(
+            self._runs
+        ):  # from behind: in one array, what is moved is not yet covered
+            total[(start + shift) * block : (end + shift) * block] = source[start * block : end * block]
+        data = total[: len(self.indices) * block].reshape(-1, *large.data.shape[1:])
+        data[self._at[self._new]] = small.data[self._new]
+        data[self._at[self._known]] += small.data[self._known]
+        return sp.bsr_matrix((data, self.indices, self.indptr), shape=large.shape)
+
+
+@contextmanager
+def lacking(matrix: sp.bsr_matrix, part: sp.bsr_matrix) -> Iterator[None]:
+    """Take a part, all of whose blocks a matrix has, off that matrix for a while, without a copy of it."""
+    places, known = _places(matrix, part)
+    places = places[known]
+    blocks = matrix.data[places]
+    matrix.data[places] -= part.data[known]
+    try:
+        yield
+    finally:
+        matrix.data[places] = blocks
+
+
+def _places(large: sp.bsr_matrix, small: sp.bsr_matrix) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the large pattern has, or would have, every block of a small one, and whether it has it.
+
+    What it has not goes before the first block of the row with a larger column, or to the row's end.
+    """
+    nodes = len(large.indptr) - 1
+    count = np.diff(small.indptr)
+    row = np.repeat(np.arange(nodes), count)
+    rows = np.flatnonzero(count)
+    entries = block_entries(large, rows)
+    keys = np.repeat(rows, np.diff(large.indptr)[rows]) * np.int64(nodes) + large.indices[entries]
+    wanted = row * np.int64(nodes) + small.indices
+    place = np.searchsorted(keys, wanted)
+    known = np.zeros(len(wanted), dtype=bool)
+    inside = place < len(keys)
+    known[inside] = keys[place[inside]] == wanted[inside]
+    before = np.concatenate([[0], np.cumsum(np.diff(large.indptr)[rows])])
+    return large.indptr[row] + place - before[np.searchsorted(rows, row)], known
+
+
+def _from_its_start(part: np.ndarray) -> np.ndarray | None:
+    """Return the array, flat, that a flat array is the first part of; None if it is another part or not a part."""
+    whole = part.base
+    if not isinstance(whole, np.ndarray) or not whole.flags.c_contiguous or whole.dtype != part.dtype:
+        return None
+    return whole.reshape(-1) if whole.ctypes.data == part.ctypes.data else None
+
+
+def block_entries(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
+    """Return the positions of the blocks of some block rows, row by row."""
+    count = np.diff(matrix.indptr)[nodes]
+    start = np.repeat(matrix.indptr[nodes] - np.cumsum(count) + count, count)
+    return start + np.arange(count.sum())
+
+
+# ---- Sums stiffness blocks of elements whose nodes have consecutive numbers: no table of pairs, but one of first
+# entries
+# In a row of the pattern the columns of such an element stand one after the other, since all of them are there. So an
+# element of a nodes needs a numbers to find its a^2 places.
+
+
+class SpanSum:
+    """The sum of one batch.
+
+    Parameters
+    ----------
+    first : ndarray of int, shape (e,)
+        First node of the elements, rising.
+    width : int
+        a; nodes of an element.
+    indptr, indices : ndarray of int
+        Of the pattern, which has all pairs of nodes of an element, columns sorted.
+    alone : ndarray of bool, shape (n,)
+        Rows that no other batch touches.
+    """
+
+    def __init__(
+        self, first: np.ndarray, width: int, indptr: np.ndarray, indices: np.ndarray, alone: np.ndarray
+    ) -> None:
+        rows = touched_rows(first, width)
+        count = np.diff(indptr)[rows]
+        start = np.concatenate([[0], np.cumsum(count)])  # of the rows, among the entries of the batch
+        self._size = int(start[-1])
+        local = np.searchsorted(rows, first[:, None] + np.arange(width))  # (e, a)
+        self._place = (start[local] + _columns(indptr, indices, rows[local], first)).astype(np.int32)
+        self._rounds = _rounds(first, width)
+        self._width = width
+        change = (np.diff(rows) != 1) | (alone[rows[1:]] != alone[rows[:-1]])
+        self._own: list[
+            tuple[slice, slice]
+        ] = []  # runs of rows, among the entries of the batch and in the pattern
+        self._joint: list[tuple[slice, slice]] = []
+        for low, high in pairwise([0, *(np.flatnonzero(change) + 1).tolist(), len(rows)]):
+            here = slice(int(start[low]), int(start[high]))
+            there = slice(int(indptr[rows[low]]), int(indptr[rows[high - 1] + 1]))
+            (self._own if alone[rows[low]] else self._joint).append((here, there))
+
+    def put(self, data: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+        """Write rows of its own into `data` (entries, 9); return what rows at the seams get, from blocks (e a^2, 9)."""
+        total = np.zeros((self._size, data.shape[1]))
+        blocks = blocks.reshape(len(self._place), -1, data.shape[1])
+        for number in range(self._rounds):  # of elements that share no node
+            chosen = slice(number, None, self._rounds)
+            places = self._place[chosen][:, :, None] + np.arange(self._width)
+            total[places.reshape(len(places), -1)] += blocks[chosen]
+        for here, there in self._own:
+            data[there] = total[here]
+        return np.concatenate([total[here] for here, _ in self._joint] or [total[:0]])
+
+    def clear(self, data: np.ndarray) -> None:
+        """Set the rows at the seams to zero."""
+        for _, there in self._joint:
+            data[there] = 0
+
+    def close(self, data: np.ndarray, seam: np.ndarray) -> None:
+        """Add what `put` has returned."""
+        start = 0
+        for _, there in self._joint:
+            size = there.stop - there.start
+            data[there] += seam[start : start + size]
+            start += size
+
+
+def touched_rows(first: np.ndarray, width: int) -> np.ndarray:
+    """Return the nodes of elements whose nodes have consecutive numbers, ascending."""
+    return np.unique(first[:, None] + np.arange(width))
+
+
+def consecutive(connectivity: np.ndarray) -> bool:
+    """Return whether nodes (E, a) of all elements have consecutive numbers, and the elements rising ones."""
+    return bool(np.all(np.diff(connectivity, axis=1) == 1) and np.all(np.diff(connectivity[:, 0]) > 0))
+
+
+def span_pattern(groups: Sequence[np.ndarray], nodes: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return row pointers and sorted columns (int32) of all pairs of nodes that share an element."""
+    low, high = np.arange(nodes), np.arange(nodes)
+    for connectivity in groups:
+        np.minimum.at(low, connectivity, connectivity[:, :1])
+        np.maximum.at(high, connectivity, connectivity[:, -1:])
+    count = high - low + 1
+    indptr = np.concatenate([[0], np.cumsum(count)])
+    indices = np.arange(indptr[-1], dtype=np.int32)
+    indices += np.repeat((low - indptr[:-1]).astype(np.int32), count)
+    return indptr.astype(np.int32), indices
+
+
+def _columns(indptr: np.ndarray, indices: np.ndarray, rows: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Return where in rows (e, a) the columns `first` (e,) stand: how many entries of the row come before."""
+    low, high = rows.min(), rows.max() + 1
+    keys = np.repeat(np.arange(low, high, dtype=np.int64), np.diff(indptr[low : high + 1]))
+    size = np.int64(len(indptr))
+    keys = keys * size + indices[indptr[low] : indptr[high]]
+    found = np.searchsorted(keys, rows.astype(np.int64) * size + first[:, None])
+    return found + indptr[low] - indptr[rows]
+
+
+def _rounds(first: np.ndarray, width: int) -> int:
+    """Return the least number such that elements that stand so far apart share no node."""
+    for apart in range(1, len(first)):
+        if np.all(first[apart:] >= first[:-apart] + width):
+            return apart
+    return max(len(first), 1)
+
+
+# ---- Ties in matrices of few blocks: T^T K T, of the tangent of contact between surfaces whose nodes may be tied
+
+
+class TiedBlocks:
+    """Collects matrices over all nodes to retained ones.
+
+    Parameters
+    ----------
+    transformation : csr matrix, shape (N, n)
+        T: every node as a weighted sum of retained nodes.
+    """
+
+    def __init__(self, transformation: sp.csr_matrix) -> None:
+        self._transformation, self._kept = transformation, transformation.shape[1]
+        # The retained node that a node is, or -1 if it depends on several.
+        self._itself = np.full(transformation.shape[0], -1)
+        single = np.flatnonzero(np.diff(transformation.indptr) == 1)
+        entry = transformation.indptr[single]
+        same = transformation.data[entry] == 1
+        self._itself[single[same]] = transformation.indices[entry[same]]
+
+    def collect(self, matrix: sp.bsr_matrix) -> sp.bsr_matrix:
+        """Return T^T K T (3 n, 3 n) of K (3 N, 3 N), columns sorted in every row and none there twice."""
+        row = np.flatnonzero(np.diff(matrix.indptr))
+        kept = self._itself[row]
+        alone = kept.min(initial=0) >= 0 and self._itself[matrix.indices].min(initial=0) >= 0
+        if (
+            alone
+            and np.all(np.diff(kept) > 0)
+            and np.all(np.diff(self._itself[np.unique(matrix.indices)]) > 0)
+        ):
+            # Nothing among them is tied: the same blocks under other numbers.
+            indptr = np.zeros(self._kept + 1, dtype=np.int32)
+            indptr[kept + 1] = np.diff(matrix.indptr)[row]
+            indices = self._itself[matrix.indices].astype(np.int32)
+            return self._matrix(matrix.data, indices, np.cumsum(indptr, dtype=np.int32))
+        return self._spread(matrix)
+
+    def _spread(self, matrix: sp.bsr_matrix) -> sp.bsr_matrix:
+        """Collect blocks of nodes that may depend on several."""
+        count = len(matrix.indices)
+        row = np.repeat(np.arange(len(matrix.indptr) - 1), np.diff(matrix.indptr))
+        first, second = self._transformation[row], self._transformation[matrix.indices]
+        width = np.diff(second.indptr)
+        many = np.diff(first.indptr) * width
+        entry = np.repeat(np.arange(count), many)
+        within = np.arange(len(entry)) - np.repeat(np.cumsum(many) - many, many)
+        i = first.indptr[entry] + within // width[entry]
+        j = second.indptr[entry] + within % width[entry]
+        key = first.indices[i].astype(np.int64) * self._kept + second.indices[j]
+        key, place = np.unique(key, return_inverse=True)
+        weights = first.data[i] * second.data[j]
+        total = sp.csr_matrix((weights, (place, entry)), shape=(len(key), count))
+        data = (total @ matrix.data.reshape(count, 9)).reshape(-1, 3, 3)
+        indptr = np.searchsorted(key, self._kept * np.arange(self._kept + 1, dtype=np.int64))
+        return self._matrix(data, (key % self._kept).astype(np.int32), indptr.astype(np.int32))
+
+    def _matrix(self, data: np.ndarray, indices: np.ndarray, indptr: np.ndarray) -> sp.bsr_matrix:
+        return sp.bsr_matrix((data, indices, indptr), shape=(3 * self._kept, 3 * self._kept))

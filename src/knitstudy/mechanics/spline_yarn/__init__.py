@@ -1,0 +1,1 @@
+"""Spline yarns: polynomials over the section times B-splines along the yarn."""

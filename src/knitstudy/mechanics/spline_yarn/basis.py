@@ -1,0 +1,261 @@
+"""Basis functions of a spline yarn: polynomials on the unit disc, B-splines along the yarn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from math import factorial
+
+import numpy as np
+import scipy
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+from knitstudy.errors import MeshError
+
+# ---- Orthonormal polynomials on the unit disc: Zernike's, degree by degree, and a quadrature for their products
+# Born and Wolf 1999, Principles of Optics, section 9.2.1 and appendix VII.
+#
+# With z = x1 + i x2 and rho = |z|^2 the functions of degree n are c Re z^m P(2 rho - 1) and c Im z^m P(2 rho - 1),
+# m = n, n - 2, ..., where P is the Jacobi polynomial P_j^(0, m), j = (n - m) / 2. Their mean square over the disc is 1,
+# so that phi_0 = 1, phi_1 = 2 x1 and phi_2 = 2 x2. On the rim P is 1: they are c cos(m theta) and c sin(m theta) there.
+
+
+LARGEST_DEGREE = 12
+"""Beyond it nothing has been verified, and a span costs more than those that it saves."""
+
+
+def size(degree: int | np.ndarray) -> int | np.ndarray:
+    """Return the number of functions up to a degree: 1, 3, 6, 10, 15, ..."""
+    return (degree + 1) * (degree + 2) // 2
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Degree n, wave number m (n_p,) of the functions up to some degree, which are sines, and their factors c."""
+
+    degree: np.ndarray
+    wave: np.ndarray
+    sine: np.ndarray
+    factor: np.ndarray
+
+
+@cache
+def modes(degree: int) -> Modes:
+    """Return what the functions up to a degree are, by rising degree."""
+    rows = [
+        (n, m, sine) for n in range(degree + 1) for m in range(n, -1, -2) for sine in ((0, 1) if m else (0,))
+    ]
+    n, m, sine = np.array(rows).T
+    return Modes(n, m, sine.astype(bool), np.sqrt((n + 1) * np.where(m > 0, 2.0, 1.0)))
+
+
+def values(degree: int, x: np.ndarray) -> np.ndarray:
+    """Return phi (k, n_p) at points x (k, 2), also outside of the disc."""
+    kind = modes(degree)
+    power, radial = _power(degree, x), _radial(kind, x)
+    return kind.factor * _part(power[:, kind.wave], kind) * radial
+
+
+def gradients(degree: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return phi (k, n_p) and its derivatives (k, n_p, 2) at points x (k, 2)."""
+    kind = modes(degree)
+    power, radial = _power(degree, x), _radial(kind, x)
+    j, m = (kind.degree - kind.wave) // 2, kind.wave
+    squared = np.einsum("kc,kc->k", x, x)[:, None]
+    slope = np.where(
+        j > 0, (j + m + 1) * scipy.special.eval_jacobi(np.maximum(j - 1, 0), 1, m + 1, 2 * squared - 1), 0.0
+    )
+    wave = _part(power[:, m], kind)
+    turned = m * power[:, np.maximum(m - 1, 0)]  # d z^m / d x1; times i: d / d x2
+    first = _part(turned, kind) * radial + wave * slope * 2 * x[:, :1]
+    second = _part(1j * turned, kind) * radial + wave * slope * 2 * x[:, 1:]
+    return kind.factor * wave * radial, kind.factor[:, None] * np.stack([first, second], axis=-1)
+
+
+@cache
+def quadrature(degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (m, 2) and weights (m,) that integrate up to degree 2 p + 2: Gauss in r^2 times 2 p + 3 angles.
+
+    Two degrees more than products of two functions have, for the Jacobian of a bent yarn and for strains that are not
+    linear in displacements. The weights add up to pi.
+    """
+    node, weight = np.polynomial.legendre.leggauss((degree + 3) // 2)
+    angles = 2 * degree + 3
+    theta = 2 * np.pi * np.arange(angles) / angles
+    r = np.sqrt(0.5 * (1 + node))
+    ring = np.stack([np.cos(theta), np.sin(theta)], axis=-1)
+    points = (r[:, None, None] * ring).reshape(-1, 2)
+    return points, np.repeat(0.5 * np.pi * weight / angles, angles)
+
+
+def _power(degree: int, x: np.ndarray) -> np.ndarray:
+    """Return z^m (k, degree + 1)."""
+    return np.vander(x[:, 0] + 1j * x[:, 1], degree + 1, increasing=True)
+
+
+def _part(power: np.ndarray, kind: Modes) -> np.ndarray:
+    return np.where(kind.sine, power.imag, power.real)
+
+
+def _radial(kind: Modes, x: np.ndarray) -> np.ndarray:
+    squared = np.einsum("kc,kc->k", x, x)[:, None]
+    return scipy.special.eval_jacobi((kind.degree - kind.wave) // 2, 0, kind.wave, 2 * squared - 1)
+
+
+# ---- B-splines of one variable on an open knot vector: values and derivatives at many places at once
+
+
+@dataclass(frozen=True, eq=False)
+class Spline:
+    """The B-splines of a degree on a knot vector whose first and last knot stand degree + 1 times.
+
+    Attributes
+    ----------
+    degree : int
+        d.
+    knots : ndarray, shape (J + d + 1,)
+        Rising. J functions; the first and the last alone do not vanish at the ends.
+    """
+
+    degree: int
+    knots: np.ndarray
+
+    @classmethod
+    def on(cls, breaks: np.ndarray, degree: int, sharp: Sequence[int] = ()) -> Spline:
+        """Return the splines with knots at breaks (b,), smooth there but for the breaks of numbers `sharp`.
+
+        At a sharp break the knot stands `degree` times: one function alone is 1 there, and what is prescribed on one
+        side ends there exactly.
+
+        Raises
+        ------
+        MeshError
+            If the degree is no positive number, or breaks do not rise.
+        """
+        breaks = np.asarray(breaks, dtype=float)
+        if degree < 1:
+            raise MeshError(f"spline degree {degree} is not allowed; it must be at least 1")
+        if len(breaks) < 2 or not np.all(np.diff(breaks) > 0):
+            raise MeshError("spans of a yarn: there must be at least one, and every one longer than 0")
+        times = np.ones(len(breaks), dtype=int)
+        times[list(sharp)] = degree
+        times[[0, -1]] = degree + 1
+        return cls(degree, np.repeat(breaks, times))
+
+    @property
+    def size(self) -> int:
+        """Number of functions J."""
+        return len(self.knots) - self.degree - 1
+
+    @cached_property
+    def _interval(self) -> np.ndarray:
+        """Numbers (E,) of the knots that spans begin with."""
+        return np.flatnonzero(np.diff(self.knots) > 0)
+
+    @cached_property
+    def spans(self) -> np.ndarray:
+        """Ends (E, 2) of the spans."""
+        return np.stack([self.knots[self._interval], self.knots[self._interval + 1]], axis=-1)
+
+    @cached_property
+    def first(self) -> np.ndarray:
+        """First function (E,) of every span; d + 1 of them do not vanish there."""
+        return self._interval - self.degree
+
+    @cached_property
+    def reach(self) -> np.ndarray:
+        """Ends (J, 2) of what every function reaches over."""
+        return np.stack([self.knots[: self.size], self.knots[self.degree + 1 :]], axis=-1)
+
+    def span_at(self, s: np.ndarray) -> np.ndarray:
+        """Return the spans (k,) of places (k,); the nearest one outside of the yarn."""
+        return np.clip(np.searchsorted(self.spans[:, 0], s, side="right") - 1, 0, len(self.spans) - 1)
+
+    def basis(
+        self, s: np.ndarray, orders: int = 0, span: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the first function (k,) and all of them with derivatives (orders + 1, k, d + 1) at places (k,).
+
+        Outside of the yarn its last spans go on.
+
+        Parameters
+        ----------
+        s : ndarray, shape (k,)
+        orders : int
+            Highest derivative.
+        span : ndarray of int, shape (k,), optional
+            Spans to evaluate; by default those of the places.
+        """
+        s = np.asarray(s, dtype=float)
+        span = self.span_at(s) if span is None else span
+        beyond = s - self.spans[span, 0]
+        powers = np.zeros((len(s), orders + 1, self.degree + 1))
+        for order in range(min(orders, self.degree) + 1):
+            powers[:, order, order] = factorial(order)
+            for n in range(order + 1, self.degree + 1):
+                powers[:, order, n] = powers[:, order, n - 1] * (beyond * (n / (n - order)))
+        return self.first[span], np.swapaxes(powers @ self._pieces[span], 0, 1)
+
+    @cached_property
+    def _pieces(self) -> np.ndarray:
+        """Coefficients (E, d + 1, d + 1) of the powers of the way into every span, for all functions there."""
+        derivatives = self._recursion(self.spans[:, 0], self._interval)
+        return np.stack([values / factorial(order) for order, values in enumerate(derivatives)], axis=1)
+
+    def _recursion(self, s: np.ndarray, interval: np.ndarray) -> list[np.ndarray]:
+        """Return all functions (k, d + 1) at places (k,) of spans, and each of their d derivatives.
+
+        De Boor's recursion (Piegl and Tiller 1997, The NURBS Book, sections 2.2 and 2.3).
+        """
+        found = []
+        for order in range(self.degree + 1):
+            values = np.ones((len(s), 1))
+            for q in range(1, self.degree + 1):
+                values = self._raise(values, q, s, interval, derive=q > self.degree - order)
+            found.append(values)
+        return found
+
+    def _raise(
+        self, lower: np.ndarray, q: int, s: np.ndarray, interval: np.ndarray, derive: bool
+    ) -> np.ndarray:
+        """Return functions of degree q (k, q + 1), or their derivatives, from what those of degree q - 1 are."""
+        around = self.knots[interval[:, None] + np.arange(1 - q, q + 1)]  # (k, 2 q)
+        low, high = around[:, :q], around[:, q:]
+        share = lower / (high - low)
+        values = np.zeros((len(s), q + 1))
+        if derive:
+            values[:, 1:] += q * share
+            values[:, :-1] -= q * share
+        else:
+            values[:, 1:] += (s[:, None] - low) * share
+            values[:, :-1] += (high - s[:, None]) * share
+        return values
+
+    def matrix(self, s: np.ndarray) -> sp.csr_matrix:
+        """Return the values (k, J) at places (k,)."""
+        first, values = self.basis(s)
+        column = first[:, None] + np.arange(self.degree + 1)
+        indptr = np.arange(len(s) + 1) * (self.degree + 1)
+        return sp.csr_matrix((values[0].ravel(), column.ravel(), indptr), shape=(len(s), self.size))
+
+    def fit(self, s: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Return the coefficients (J, m) of values (k, m) at rising places (k,) from end to end.
+
+        Least squares, but the first and the last value are met.
+
+        Raises
+        ------
+        MeshError
+            If there are too few places for the spans.
+        """
+        ends = values[[0, -1]]
+        matrix = self.matrix(s)
+        inner = matrix[:, 1:-1]
+        normal = sp.csc_matrix(inner.T @ inner)
+        rest = inner.T @ (values - matrix[:, [0, self.size - 1]] @ ends)
+        if not np.all(normal.diagonal() > 0) or len(s) < self.size:
+            raise MeshError(f"{len(s)} places of a yarn are too few to fit {self.size} splines")
+        found = splu(normal).solve(np.ascontiguousarray(rest)) if inner.shape[1] else rest
+        return np.concatenate([ends[:1], found, ends[1:]])

@@ -1,0 +1,288 @@
+"""The space of displacements of solid yarns, and how its coefficients are numbered.
+
+    u(x1, x2, s) = sum_j sum_(k < n_p(j)) phi_k(x1, x2) N_j(s) U_jk
+
+phi_k are Zernike's polynomials on the unit disc (`disc`), N_j B-splines (`spline`). The degree p belongs to the
+spline j: where it falls there are fewer unknowns, and elements are smaller. Coefficients U_jk are the "nodes": yarn by
+yarn, spline by spline along a yarn, k within; every yarn is a narrow band. The undeformed yarn lies in the same space,
+so rigid motions do as well: x -> Q x + t maps coefficients X_jk to Q X_jk + t where k = 0, to Q X_jk where not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.errors import MeshError
+from knitstudy.mechanics.spline_yarn import basis as disc
+from knitstudy.mechanics.spline_yarn.basis import Spline
+
+LEAST_DEGREE = 2
+"""Of a yarn that bends."""
+
+
+def require_degree(degree: int) -> None:
+    """Refuse degrees over the section that a yarn that bends must not have.
+
+    Raises
+    ------
+    MeshError
+    """
+    if degree == 1:
+        raise MeshError(
+            f"mesh.degree is 1, but must be at least {LEAST_DEGREE}: sections that stay flat and linear cannot widen "
+            "where a bent yarn is compressed, which makes it (1 - nu) / ((1 + nu) (1 - 2 nu)) times too stiff, 2.1 at "
+            "nu = 0.4"
+        )
+    if not LEAST_DEGREE <= degree <= disc.LARGEST_DEGREE:
+        raise MeshError(
+            f"mesh.degree is {degree}, but must be a whole number from {LEAST_DEGREE} to {disc.LARGEST_DEGREE}"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class YarnSpace:
+    """The space of one yarn.
+
+    Attributes
+    ----------
+    spline : Spline
+        Over arc length [m].
+    degrees : ndarray of int, shape (J,)
+        p of every coefficient along the yarn, at least 1.
+    """
+
+    spline: Spline
+    degrees: np.ndarray
+
+    @cached_property
+    def first_node(self) -> np.ndarray:
+        """First node (J + 1,) of every coefficient along the yarn, then the number of nodes."""
+        return np.concatenate([[0], np.cumsum(disc.size(self.degrees))])
+
+    @property
+    def size(self) -> int:
+        """Number of nodes."""
+        return int(self.first_node[-1])
+
+    @property
+    def degree(self) -> int:
+        """Largest p."""
+        return int(self.degrees.max())
+
+    @property
+    def stride(self) -> int:
+        """Functions over the section of the largest p."""
+        return disc.size(self.degree)
+
+    @property
+    def span_sizes(self) -> np.ndarray:
+        """Number of nodes (E,) of every span."""
+        first = self.spline.first
+        return self.first_node[first + self.spline.degree + 1] - self.first_node[first]
+
+    @property
+    def bandwidth(self) -> int:
+        """Largest difference of the numbers of two nodes that share a span."""
+        return int(self.span_sizes.max()) - 1
+
+    def weights(
+        self, first: np.ndarray, along: np.ndarray, across: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return nodes and weights (k, (d + 1) n_p) of sums over functions, with zeros where a coefficient has fewer.
+
+        Parameters
+        ----------
+        first : ndarray of int, shape (k,)
+            First spline.
+        along : ndarray, shape (k, d + 1)
+            Values or derivatives of the splines.
+        across : ndarray, shape (k, n_p)
+            Of the functions over the section, up to the largest degree.
+        """
+        spline = first[:, None] + np.arange(along.shape[1])
+        k = np.arange(across.shape[1])
+        there = k < disc.size(self.degrees)[spline][..., None]
+        nodes = self.first_node[spline][..., None] + np.where(there, k, 0)
+        weights = np.where(there, along[..., None] * across[:, None], 0.0)
+        return nodes.reshape(len(first), -1), weights.reshape(len(first), -1)
+
+    def coefficients(self, centre: np.ndarray, d1: np.ndarray, d2: np.ndarray, radius: float) -> np.ndarray:
+        """Return the nodes (N, 3) of a round yarn from the coefficients (J, 3) of centreline and unit directors."""
+        nodes = np.zeros((self.size, 3))
+        at = self.first_node[:-1]
+        nodes[at] = centre
+        nodes[at + 1] = 0.5 * radius * d1  # phi_1 = 2 x1
+        nodes[at + 2] = 0.5 * radius * d2
+        return nodes
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """The spaces of all yarns, numbered one after the other.
+
+    Attributes
+    ----------
+    yarns : tuple of YarnSpace
+    """
+
+    yarns: tuple[YarnSpace, ...]
+
+    @cached_property
+    def first_node(self) -> np.ndarray:
+        """First node (Y + 1,) of every yarn, then the number of nodes N."""
+        return np.concatenate([[0], np.cumsum([yarn.size for yarn in self.yarns])])
+
+    @property
+    def size(self) -> int:
+        """Number of nodes N."""
+        return int(self.first_node[-1])
+
+    @property
+    def stride(self) -> int:
+        """Largest number of functions over a section."""
+        return max(yarn.stride for yarn in self.yarns)
+
+    @cached_property
+    def yarn(self) -> np.ndarray:
+        """Yarn (N,) of every node."""
+        return np.repeat(np.arange(len(self.yarns)), np.diff(self.first_node))
+
+    @cached_property
+    def station(self) -> np.ndarray:
+        """Number (N,) of every node's spline among those of all yarns."""
+        counts = disc.size(np.concatenate([yarn.degrees for yarn in self.yarns]))
+        return np.repeat(np.arange(len(counts)), counts)
+
+    @cached_property
+    def order(self) -> np.ndarray:
+        """k (N,) of every node."""
+        return np.concatenate(
+            [
+                np.arange(yarn.size) - np.repeat(yarn.first_node[:-1], np.diff(yarn.first_node))
+                for yarn in self.yarns
+            ]
+        )
+
+    @property
+    def unity(self) -> np.ndarray:
+        """Coefficients (N,) of the constant 1."""
+        return (self.order == 0).astype(float)
+
+    def weights(
+        self, yarn: np.ndarray, x: np.ndarray, s: np.ndarray, derivative: int | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return nodes and weights (k, c) of places, or of a first derivative there.
+
+        Parameters
+        ----------
+        yarn : ndarray of int, shape (k,)
+        x : ndarray, shape (k, 2)
+            Place in the section over the radius, also outside of it.
+        s : ndarray, shape (k,)
+            Arc length [m].
+        derivative : int, optional
+            0 or 1 across, 2 along [1/m].
+        """
+        splines = 1 + max(each.spline.degree for each in self.yarns)
+        nodes = np.zeros((len(s), splines * self.stride), dtype=np.int64)
+        weights = np.zeros(nodes.shape)
+        for number, space in enumerate(self.yarns):
+            here = np.flatnonzero(yarn == number)
+            if not here.size:
+                continue
+            first, along = space.spline.basis(s[here], orders=1)
+            value, gradient = disc.gradients(space.degree, x[here])
+            across = value if derivative in (None, 2) else gradient[..., derivative]
+            found, weight = space.weights(first, along[int(derivative == 2)], across)
+            nodes[here] = found[:, :1] + self.first_node[number]
+            nodes[here, : found.shape[1]] = found + self.first_node[number]
+            weights[here, : found.shape[1]] = weight
+        return nodes, weights
+
+    def matrix(self, yarn: np.ndarray, x: np.ndarray, s: np.ndarray) -> sp.csr_matrix:
+        """Return the weights (k, N) of places as a matrix; arguments as of `weights`."""
+        nodes, weights = self.weights(yarn, x, s)
+        indptr = np.arange(len(nodes) + 1) * nodes.shape[1]
+        matrix = sp.csr_matrix((weights.ravel(), nodes.ravel(), indptr), shape=(len(nodes), self.size))
+        matrix.sum_duplicates()
+        matrix.eliminate_zeros()
+        return matrix
+
+
+def yarn_space(
+    breaks: np.ndarray,
+    degrees: np.ndarray,
+    spline_degree: int = 3,
+    sharp: Sequence[int] = (),
+    bends: bool = True,
+) -> YarnSpace:
+    """Return the space of a yarn whose spans have the degrees over the section that are asked for.
+
+    A coefficient takes the largest degree of the spans that it reaches over, so that no span has less.
+
+    Parameters
+    ----------
+    breaks : ndarray, shape (E + 1,)
+        Ends of the spans [m].
+    degrees : ndarray of int, shape (E,)
+        p of every span.
+    spline_degree : int
+        d.
+    sharp : sequence of int
+        Breaks where a grip ends.
+    bends : bool
+        Whether the yarn bends: with p = 1 it must not.
+
+    Raises
+    ------
+    MeshError
+        For degrees and breaks that are not allowed.
+    """
+    degrees = np.broadcast_to(np.asarray(degrees, dtype=int), (len(breaks) - 1,))
+    for degree in np.unique(degrees):
+        if bends or degree != 1:
+            require_degree(int(degree))
+    spline = Spline.on(breaks, spline_degree, sharp)
+    largest = np.zeros(spline.size, dtype=int)
+    for function in range(spline_degree + 1):
+        np.maximum.at(largest, spline.first + function, degrees)
+    return YarnSpace(spline, largest)
+
+
+# ---- Places and their derivatives at the same points of many sections of one yarn: sums along it first, then across
+
+
+def sections(
+    yarn: YarnSpace, nodes: np.ndarray, s: np.ndarray, x: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return values (k, q, 3) and derivatives (k, q, 3, 3), the last axis by x1, x2 [m] and s, of nodes of a yarn.
+
+    Parameters
+    ----------
+    yarn : YarnSpace
+    nodes : ndarray, shape (n, 3)
+        Of this yarn: places or displacements [m].
+    s : ndarray, shape (k,)
+        Arc lengths of the sections [m].
+    x : ndarray, shape (q, 2)
+        Points in a section, over the radius.
+    """
+    k = np.arange(yarn.stride)
+    there = k < np.diff(yarn.first_node)[:, None]
+    coefficients = np.where(there[..., None], nodes[np.where(there, yarn.first_node[:-1, None] + k, 0)], 0.0)
+    first, along = yarn.spline.basis(s, orders=1)
+    here = coefficients[first[:, None] + np.arange(along.shape[2])]  # (k, d + 1, n_p, 3)
+    value, slope = np.einsum("okj,kjni->okni", along, here, optimize=True)
+    phi, gradient = disc.gradients(yarn.degree, x)
+    across = np.moveaxis(gradient, -1, 0)[:, None] @ value  # (2, k, q, 3)
+    return phi @ value, np.stack([*across, phi @ slope], axis=-1)
+
+
+def deformation_gradient(slope: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """Return F (..., 3, 3) from the derivatives of undeformed places and of displacements that `sections` gives."""
+    return np.eye(3) + change @ np.linalg.inv(slope)

@@ -1,0 +1,273 @@
+"""Solid yarns in general: nodes, surfaces, and which weighted sum of nodes every place is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.contacts.facets import Rings
+from knitstudy.errors import ConfigurationError
+from knitstudy.geometry.pair import YarnPair
+from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.spline import Centreline
+from knitstudy.mechanics.contact.cylinders import Cylinders
+from knitstudy.mechanics.contact.grids import Grid, circular_chords, circular_stretch
+from knitstudy.mechanics.contact.surface import Surfaces
+from knitstudy.mechanics.elements import ElementGroup
+from knitstudy.mechanics.spline_yarn.space import Space
+from knitstudy.mesh.grips import Grips
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.study.scene import Scene
+
+# ---- Faces of the elements on the surfaces of yarns: whose nodes they have, and what a place on one is of these
+
+
+@dataclass(frozen=True, eq=False)
+class Faces:
+    """Faces of all yarns, in the order of `SweptMesh.surface_quads`.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (N, 3)
+        Undeformed [m].
+    of_yarn : tuple of ndarray of int, shape (f, c)
+        Nodes of the faces of every yarn; the first four are its corners.
+    weights : callable
+        Weights (k, c) of the nodes at places, from their shares (k,) along the yarn and (k,) around it.
+    """
+
+    nodes: np.ndarray
+    of_yarn: tuple[np.ndarray, ...]
+    weights: Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+def linear_faces(mesh: SweptMesh) -> Faces:
+    """Return the faces of linear hexahedra."""
+    return Faces(mesh.nodes, tuple(mesh.surface_quads(yarn) for yarn in range(mesh.yarns)), bilinear)
+
+
+def bilinear(along: np.ndarray, around: np.ndarray) -> np.ndarray:
+    """Return the weights (k, 4) of a face's corners."""
+    return np.stack(
+        [(1 - along) * (1 - around), (1 - along) * around, along * around, along * (1 - around)], axis=1
+    )
+
+
+def serendipity(along: np.ndarray, around: np.ndarray) -> np.ndarray:
+    """Return the weights (k, 8) of a face's corners, and of the middles of the edges that follow each of them."""
+    corner = bilinear(along, around)
+    middle = 4 * np.stack(
+        [
+            around * (1 - around) * (1 - along),
+            along * (1 - along) * around,
+            around * (1 - around) * along,
+            along * (1 - along) * (1 - around),
+        ],
+        axis=1,
+    )
+    return np.concatenate([corner - 0.5 * (middle + np.roll(middle, 1, axis=1)), middle], axis=1)
+
+
+# ---- The yarn surface as a smooth tube of the true radius around its centreline
+
+
+def project_on_tube(centreline: Centreline, points: np.ndarray, guess: np.ndarray) -> np.ndarray:
+    """Return the spline parameters (k,) of the nearest points of a centreline.
+
+    Newton's method on (x - r(u)) . r'(u) = 0; where the curve bends away so strongly that its slope loses its
+    sign, the step of a straight line is taken.
+
+    Parameters
+    ----------
+    centreline : Centreline
+    points : ndarray, shape (k, 3)
+        Points within a radius of curvature of the centreline [m].
+    guess : ndarray, shape (k,)
+        Spline parameters near the nearest points.
+    """
+    curve = centreline.curve
+    u = np.array(guess, dtype=float)
+    for _ in range(30):
+        gap, along = points - curve.value(u), curve.d1(u)
+        square = np.einsum("ki,ki->k", along, along)
+        slope = square - np.einsum("ki,ki->k", gap, curve.d2(u))
+        move = np.einsum("ki,ki->k", gap, along) / np.maximum(slope, 0.1 * square)
+        u = u + move
+        if np.max(np.abs(move), initial=0.0) < 1e-12 * curve.period:
+            break
+    return u
+
+
+def distance_to_tube(centreline: Centreline, points: np.ndarray, guess: np.ndarray) -> np.ndarray:
+    """Return the distances (k,) [m] of points (k, 3) to a centreline; `guess` as in `project`."""
+    u = project_on_tube(centreline, points, guess)
+    return np.linalg.norm(points - centreline.curve.value(u), axis=1)
+
+
+# ---- Surfaces of yarns of hexahedra: smooth through the nodes of their meshes
+
+
+def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
+    """Return the surface of every yarn; its polygon is inflated, the contact surface has the true radius."""
+    inflated = mesh.radius * float(np.linalg.norm(mesh.section.points[mesh.section.ring], axis=1).mean())
+    stretch = circular_stretch(mesh.section.ring.size)
+    graded = circular_chords(mesh.angles) if mesh.pull.any() else None
+    grids = []
+    for yarn in range(mesh.yarns):
+        chords = None if graded is None else graded[slice(*mesh.first_slice[yarn : yarn + 2])]
+        grid = Grid(mesh.surface_nodes(yarn), offset=inflated - mesh.radius, stretch=stretch, chords=chords)
+        grids.append(grid)
+    return grids
+
+
+# ---- What solid yarns are divided into, for all that must not know: nodes, of which every place is a weighted sum
+
+
+Locate = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+@dataclass(frozen=True, eq=False)
+class Discretisation:
+    """Yarns of a specimen, divided.
+
+    Undeformed places and displacements are the same weighted sums of nodes, so that yarns can move rigidly: nodes x go
+    to Q x + unity t. Nodes are numbered yarn by yarn, station by station along the yarn.
+
+    Attributes
+    ----------
+    mesh : SweptMesh
+        Cross-sections at which motion is observed and drawn; its nodes are places.
+    nodes : ndarray, shape (N, 3)
+        Undeformed: places, or coefficients of them [m].
+    unity : ndarray, shape (N,)
+        Coefficients of the constant 1.
+    yarn, station : ndarray of int, shape (N,)
+        Yarn of a node, and its place along all yarns, both ascending.
+    bandwidth : int
+        Largest difference of the numbers of two nodes of an element, counted without nodes that depend on others.
+    groups : callable
+        Elements, from the nodes (N, 3) that ties may have moved; raises MeshError where one is folded.
+    volume : callable
+        Of every node (N,) [m3], from the groups.
+    surfaces : Surfaces
+        One of every yarn, for contact.
+    ends : Grips
+        Nodes that are held and driven.
+    locate : callable
+        Nodes (k, a) and weights (k, a) whose sum a material point is, from places (k, 3) [m] in or next to yarns (k,).
+    size : float
+        Length h of an element [m].
+    sampling : csr matrix, shape (M, N), optional
+        Nodes of `mesh` as weighted sums of nodes; None where they are the nodes.
+    dependence : csr matrix, shape (N, N), optional
+        Nodes as weighted sums of nodes that depend on no others; the identity if None.
+    connectivity : ndarray of int, shape (E, a), optional
+        Nodes of hexahedra, in the order of those of `mesh`, where the elements are hexahedra.
+    faces : Faces, optional
+        Of elements, where there are any on the surface: what ties by facets join.
+    rings : Rings, optional
+        Where the edges of the surfaces' cells across lie along the yarns; of those that contact knows.
+    missing : callable, optional
+        Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one yarn's
+        alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement shows it all.
+    """
+
+    mesh: SweptMesh
+    nodes: np.ndarray
+    unity: np.ndarray
+    yarn: np.ndarray
+    station: np.ndarray
+    bandwidth: int
+    groups: Callable[[np.ndarray], tuple[ElementGroup, ...]]
+    volume: Callable[[tuple[ElementGroup, ...]], np.ndarray]
+    surfaces: Surfaces
+    ends: Grips
+    locate: Locate
+    size: float
+    sampling: sp.csr_matrix | None = None
+    dependence: sp.csr_matrix | None = None
+    connectivity: np.ndarray | None = None
+    faces: Faces | None = None
+    rings: Rings | None = None
+    missing: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
+
+    def sampled(self, values: np.ndarray) -> np.ndarray:
+        """Return what the nodes (N, ...) give at the nodes of `mesh` (M, ...)."""
+        return values if self.sampling is None else self.sampling @ values
+
+    def nodes_of(self, yarn: int) -> np.ndarray:
+        """Return the nodes of a yarn, ascending."""
+        return np.flatnonzero(self.yarn == yarn)
+
+
+def discretised(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+    """Return the yarns of a scene, divided as its fidelity says.
+
+    Raises
+    ------
+    MeshError
+        If elements are too large for the yarn, or too many for the memory.
+    """
+    return import_module(scene.kind.fidelity.solids).discretise(scene, mesh, specimen)
+
+
+# ---- Cells of contact on the surfaces of solid yarns without hexahedra: small near crossings, few elsewhere
+
+
+COARSE = 3.0
+"""Length of cells away from crossings, over that near them."""
+
+
+def contact_surfaces(scene: Scene, space: Space, specimen: Knit | YarnPair) -> tuple[Cylinders, Rings]:
+    """Return the surfaces of yarns for contact, and where their rings lie; coarse where nothing touches.
+
+    Raises
+    ------
+    ConfigurationError
+        If crossings of a yarn are nearer to each other than the law of contact allows.
+    """
+    radius, crossings = specimen.radius, specimen.crossings
+    keys = scene.contact if scene.kind.interaction.touches else None
+    cell = (keys.cell if keys else 1.0) * radius
+    window = (keys.window if keys else 0.0) * radius
+    along = []
+    for number, yarn in enumerate(space.yarns):
+        stations = np.sort(crossings.arc_length[crossings.yarn == number])
+        if keys and keys.law == "indentation":
+            _require_apart(stations, window, radius)
+        along.append(_edges(yarn.spline.knots[-1], stations, window, cell))
+    surfaces = Cylinders(space, radius, along, int(np.ceil(2 * np.pi * radius / cell)))
+    parameters = tuple(surfaces.edges(number)[0] for number in range(len(along)))
+    return surfaces, Rings(parameters, tuple(along))
+
+
+def _edges(length: float, stations: np.ndarray, window: float, cell: float) -> np.ndarray:
+    """Return the arc lengths (m + 1,) of edges of cells on a yarn [m]."""
+    bounds = np.stack([stations - window, stations + window], axis=1).clip(0.0, length)
+    # Windows that meet are one.
+    first = np.ones(len(bounds), dtype=bool)
+    first[1:] = bounds[1:, 0] > np.maximum.accumulate(bounds[:-1, 1]) + cell
+    low = bounds[first, 0]
+    high = np.maximum.reduceat(bounds[:, 1], np.flatnonzero(first)) if len(bounds) else low
+    stops = np.unique(np.concatenate([[0.0, length], low, high]))
+    middle = 0.5 * (stops[1:] + stops[:-1])
+    fine = np.any((middle[:, None] > low) & (middle[:, None] < high), axis=1)
+    parts = np.ceil(np.diff(stops) / np.where(fine, cell, COARSE * cell) - 1e-9).astype(int)
+    start = np.repeat(np.cumsum(parts) - parts, parts)
+    share = (np.arange(parts.sum()) - start) / np.repeat(parts, parts)
+    return np.append(np.repeat(stops[:-1], parts) + share * np.repeat(np.diff(stops), parts), length)
+
+
+def _require_apart(stations: np.ndarray, window: float, radius: float) -> None:
+    """Refuse crossings so near to each other that the areas of contact are not alone."""
+    nearest = np.diff(stations).min(initial=np.inf)
+    if nearest < window:
+        raise ConfigurationError(
+            f"contact.law is 'indentation', but two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, "
+            f"less than contact.window, {window / radius:.2f}: what each indents would count twice; use contact.law "
+            "'penalty' or a smaller contact.window"
+        )

@@ -1,0 +1,218 @@
+"""Yarns of hexahedra."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.contacts.facets import Rings
+from knitstudy.geometry.pair import YarnPair
+from knitstudy.geometry.pattern import Knit
+from knitstudy.loading.gates import fewest_across, require_elements_across
+from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
+from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
+from knitstudy.mechanics.elements.hexahedron import shape, shape_gradient
+from knitstudy.mechanics.elements.inverse_map import InverseMap
+from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape, quadratic_shape_gradient
+from knitstudy.mechanics.materials import Material
+from knitstudy.mesh.grips import Grips, grips
+from knitstudy.mesh.memory import require_memory_to_simulate
+from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.models.discretisation import Discretisation, Faces, linear_faces, serendipity, yarn_surfaces
+from knitstudy.study.scene import Scene
+
+# ---- Elements of hexahedra, of the kind and the material that a scene names
+
+
+def hexahedral_elements(
+    scene: Scene, connectivity: np.ndarray, nodes: np.ndarray
+) -> tuple[ElementGroup, ...]:
+    """Return the hexahedra of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    connectivity : ndarray of int, shape (E, a)
+        Nodes of every hexahedron.
+    nodes : ndarray, shape (N, 3)
+        Undeformed [m].
+
+    Raises
+    ------
+    MeshError
+        If one is folded.
+    """
+    yarn = scene.yarn
+    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
+    kind = ELEMENTS.find(scene.mesh.element)
+    return (ElementGroup(connectivity, kind.build(nodes[connectivity], material, scene.solver.hourglass)),)
+
+
+# ---- Solid yarns of quadratic hexahedra
+
+
+__all__ = ["NODES", "divide"]
+
+
+def _lumped() -> np.ndarray:
+    """Return the share (20,) of a cube's volume that each node gets; three Gauss points are exact for the squares."""
+    place, weight = np.polynomial.legendre.leggauss(3)
+    natural = np.stack(np.meshgrid(place, place, place, indexing="ij"), axis=-1).reshape(-1, 3)
+    squares = np.einsum("i,j,k->ijk", weight, weight, weight).ravel() @ quadratic_shape(natural) ** 2
+    return squares / squares.sum()
+
+
+LUMPED = _lumped()
+
+
+def divide_quadratic(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+    """Return the yarns of a scene as quadratic hexahedra, one for each of a swept mesh.
+
+    Raises
+    ------
+    MeshError
+        If one is folded.
+    """
+    quadratic = quadratic_mesh(mesh, specimen.centrelines)
+    return Discretisation(
+        mesh=quadratic.corners,
+        nodes=quadratic.nodes,
+        unity=np.ones(len(quadratic.nodes)),
+        yarn=quadratic.yarn,
+        station=quadratic.station,
+        bandwidth=quadratic.bandwidth,
+        groups=partial(hexahedral_elements, scene, quadratic.elements),
+        volume=partial(_volume, len(quadratic.nodes)),
+        surfaces=Grids(_grids(quadratic)),
+        rings=Rings.of_rows(quadratic.arc_lengths),
+        ends=_ends(quadratic, grips(quadratic.corners, scene, specimen)),
+        locate=InverseMap(
+            quadratic.nodes, quadratic.elements, quadratic.yarn, quadratic_shape, quadratic_shape_gradient
+        ).locate,
+        size=scene.mesh.smallest,
+        sampling=_sampling(quadratic),
+        dependence=_dependence(quadratic),
+        connectivity=quadratic.elements,
+        faces=Faces(
+            quadratic.nodes,
+            tuple(quadratic.faces[_faces_of(quadratic, yarn)] for yarn in range(mesh.yarns)),
+            serendipity,
+        ),
+    )
+
+
+def _grids(mesh: QuadraticMesh) -> list[Grid]:
+    """Return the surface of every yarn, through nodes at half the spacing."""
+    stretch = circular_stretch(2 * mesh.section.ring_edges.size)
+    if not mesh.corners.pull.any():
+        return [Grid(grid, stretch=stretch) for grid in mesh.grids]
+    pairs = zip(mesh.grids, mesh.angles, strict=True)
+    return [Grid(grid, chords=circular_chords(angles)) for grid, angles in pairs]
+
+
+def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
+    """Return the volume (N,) of every node [m3]: of each element in proportion to the squares of its functions.
+
+    Hinton, Rock and Zienkiewicz (1976): what the functions themselves hold is negative at corners.
+    """
+    (group,) = groups
+    volume = group.elements.volume[:, None] * LUMPED
+    return np.bincount(group.connectivity.ravel(), volume.ravel(), count)
+
+
+def _ends(mesh: QuadraticMesh, corners: Grips) -> Grips:
+    """Return gripped nodes, from gripped corners: a middle is gripped where both ends of its edge are."""
+    return Grips(*(_with_middles(mesh, mesh.corner_nodes[nodes]) for nodes in (corners.held, corners.driven)))
+
+
+def _with_middles(mesh: QuadraticMesh, nodes: np.ndarray) -> np.ndarray:
+    gripped = np.zeros(len(mesh.nodes), dtype=bool)
+    gripped[nodes] = True
+    gripped[mesh.elements[:, 8:][gripped[mesh.elements[:, EDGES]].all(axis=2)]] = True
+    return np.flatnonzero(gripped)
+
+
+def _sampling(mesh: QuadraticMesh) -> sp.csr_matrix:
+    """Return what picks the corners (M, N)."""
+    count = len(mesh.corner_nodes)
+    return sp.csr_matrix(
+        (np.ones(count), (np.arange(count), mesh.corner_nodes)), shape=(count, len(mesh.nodes))
+    )
+
+
+def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:
+    """Return nodes as weighted sums of nodes (N, N): the centres of faces are."""
+    count = len(mesh.nodes)
+    free = np.setdiff1d(np.arange(count), mesh.face_centres)
+    rows = np.concatenate([free, np.repeat(mesh.face_centres, 8)])
+    columns = np.concatenate([free, mesh.faces.ravel()])
+    values = np.concatenate([np.ones(len(free)), np.tile(FACE_CENTRE, len(mesh.face_centres))])
+    return sp.csr_matrix((values, (rows, columns)), shape=(count, count))
+
+
+def _faces_of(mesh: QuadraticMesh, yarn: int) -> slice:
+    layers = mesh.corners.first_slice[yarn : yarn + 2] - np.arange(yarn, yarn + 2)
+    first, last = layers * mesh.section.ring_edges.size
+    return slice(int(first), int(last))
+
+
+# ---- Solid yarns of hexahedra: linear ones here, quadratic ones in `quadratic_hexahedra`
+
+
+def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+    """Return the yarns of a scene as hexahedra.
+
+    Raises
+    ------
+    MeshError
+        If elements are too large for the yarn, or too many for the memory.
+    """
+    fewest = scene.gates.elements_across or fewest_across(scene.specimen, scene.mesh.refinement)
+    require_elements_across(scene.yarn.diameter, scene.mesh.size, fewest)
+    parts = divide(scene, mesh, specimen)
+    each = parts.connectivity.shape[1]
+    require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size, each)
+    return parts
+
+
+def divide(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+    """Return the yarns of a scene as hexahedra, whether or not they are fit to be simulated.
+
+    Raises
+    ------
+    MeshError
+        If one is folded.
+    """
+    if ELEMENTS.find(scene.mesh.element).nodes == NODES:
+        return divide_quadratic(scene, mesh, specimen)
+    station = np.repeat(np.arange(mesh.slices), mesh.section.size)
+    return Discretisation(
+        mesh=mesh,
+        nodes=mesh.nodes,
+        unity=np.ones(len(mesh.nodes)),
+        yarn=mesh.yarn_of_slice[station],
+        station=station,
+        bandwidth=mesh.section.size + mesh.section.bandwidth,
+        groups=partial(hexahedral_elements, scene, mesh.hexahedra),
+        volume=partial(_volume_hexahedra, len(mesh.nodes)),
+        surfaces=Grids(yarn_surfaces(mesh)),
+        rings=Rings.of_rows(mesh.stations),
+        ends=grips(mesh, scene, specimen),
+        locate=InverseMap(
+            mesh.nodes, mesh.hexahedra, mesh.yarn_of_slice[station], shape, shape_gradient
+        ).locate,
+        size=scene.mesh.smallest,
+        connectivity=mesh.hexahedra,
+        faces=linear_faces(mesh),
+    )
+
+
+def _volume_hexahedra(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
+    """Return the volume (N,) of every node: an eighth of every element around it [m3]."""
+    (group,) = groups
+    hexahedra = group.connectivity
+    each = group.elements.volume.reshape(-1, len(hexahedra)).sum(axis=0)  # of its integration points
+    return np.bincount(hexahedra.ravel(), np.repeat(each / 8, 8), count)

@@ -1,0 +1,278 @@
+"""The planar honeycomb of beams."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.contacts.segments import KINDS
+from knitstudy.errors import ConfigurationError, GeometryError
+from knitstudy.geometry.pattern import Knit
+from knitstudy.loading.history import Stations
+from knitstudy.models.network import Network
+
+# ---- The planar honeycomb whose segments lie along the maximum principal stress (section 3.4, Fig. 14, Table 4)
+# The paper sets "the same distance between contact zones along the x-axis and y-axis" and positions the segments by
+# angles. A honeycomb repeats from row to row, so an interlock leads as far along x as a leg leads back: with the
+# distances along x kept, any two angles of interlock and leg close it, and the heights follow,
+#
+#     h = |dx| tan(angle to x),
+#
+# while with lengths kept it would not close. Heads and sinkers lie along x: they join zones of one height, left
+# and right
+# mirror each other, and an axis of a stress that is its own mirror image lies along x or y.
+#
+# Directions are those of the deformed knit, as the paper prints them, averaged over the segments that end in the centre
+# cell.
+
+
+INTERLOCKS, LEGS = ("interlock, left", "interlock, right"), ("leg, left", "leg, right")
+
+UPRIGHT = 89.5
+"""Angle to x beyond which a segment is too steep to give a height [deg]: there a tenth of a degree is a fifth of it."""
+
+
+@dataclass(frozen=True)
+class Heights:
+    """Of the rows of a honeycomb.
+
+    Attributes
+    ----------
+    interlock, leg : float
+        From the lower to the upper zones of an interlock, and on to the lower zones of the next row [m].
+    """
+
+    interlock: float
+    leg: float
+
+    @property
+    def course(self) -> float:
+        """Distance of two rows [m]."""
+        return self.interlock + self.leg
+
+
+def plane_angles(stresses: xr.Dataset, kinds: tuple[str, ...], extent: str = "whole") -> np.ndarray:
+    """Return the angles (k,) to x, in the plane and from 0 to 90, of the maximum principal stress [deg].
+
+    Parameters
+    ----------
+    stresses : Dataset
+        In the format of docs/architecture.md.
+    kinds : tuple of str
+        Of `crossings.segments.KINDS`; segments that end in the centre cell are taken.
+    extent : str
+        What is averaged over, "whole" or "middle".
+    """
+    wanted = [KINDS.index(kind) for kind in kinds]
+    here = np.isin(stresses["segment_kind"], wanted) & (stresses["segment_central"].to_numpy() == 1)
+    axis = stresses["segment_axis"].sel(extent=extent).to_numpy()[here, 0]
+    return np.degrees(np.arctan2(*np.abs(axis[:, [1, 0]]).T))
+
+
+def heights(knit: Knit, contacts: xr.Dataset, interlock: float, leg: float) -> Heights:
+    """Return the heights of a honeycomb with the contacts' distances along x, from the angles of its segments [deg]."""
+    x = zone_places(knit, contacts)[:, 0]
+    step = 0.5 * (abs(x[2] - x[0]) + abs(x[3] - x[1]))
+    return Heights(*(float(step * np.tan(np.radians(angle))) for angle in (interlock, leg)))
+
+
+def heights_by_stress(knit: Knit, contacts: xr.Dataset, stresses: xr.Dataset) -> Heights:
+    """Return the heights of the honeycomb along the maximum principal stress.
+
+    Raises
+    ------
+    GeometryError
+        If the knit has no legs, or a direction gives no height.
+    """
+    angles = []
+    for name, kinds in (("interlocks", INTERLOCKS), ("legs", LEGS)):
+        found = plane_angles(stresses, kinds)
+        if found.size == 0:
+            raise GeometryError(
+                f"the centre cell has no {name} with stresses: a honeycomb by principal stress needs a knit of two "
+                "rows or more"
+            )
+        angle = float(found.mean())
+        if not 90 - UPRIGHT < angle < UPRIGHT:
+            raise GeometryError(
+                f"the maximum principal stress in {name} of the centre cell is at {angle:.2f} degrees to x: only "
+                f"angles from {90 - UPRIGHT:g} to {UPRIGHT:g} make a honeycomb; use rom.honeycomb geometry"
+            )
+        angles.append(angle)
+    return heights(knit, contacts, *angles)
+
+
+def zone_places(knit: Knit, contacts: xr.Dataset) -> np.ndarray:
+    """Return the mean places (4, 2) of the zones in their cells, from the left edge of the cell and row 0 on [m]."""
+    row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
+    steps = np.column_stack([column * knit.loop.wale_spacing, row * knit.loop.course_spacing])
+    within = contacts["centroid"].to_numpy()[:, :2] - steps
+    return np.stack([within[zone == each].mean(axis=0) for each in range(4)])
+
+
+def moved(knit: Knit, contacts: xr.Dataset, found: Heights) -> xr.Dataset:
+    """Return contacts whose centroids are the joints of a honeycomb of some heights; x is each zone's mean."""
+    row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
+    place = zone_places(knit, contacts)
+    centroid = contacts["centroid"].to_numpy().copy()
+    centroid[:, 0] = column * knit.loop.wale_spacing + place[zone, 0]
+    centroid[:, 1] = place[:2, 1].mean() + row * found.course + np.where(zone >= 2, found.interlock, 0.0)
+    return contacts.assign(centroid=(contacts["centroid"].dims, centroid, contacts["centroid"].attrs))
+
+
+# ---- Two-dimensional reduced model, Fig. 4: straight beams in the plane from contact zone to contact zone
+# A node in a contact zone is shared by both yarns. Between the lower and the upper zone of one side of an
+# interlock both yarns run along the same segment, which has the section of one yarn (or of both, as a
+# variant).
+#
+# The feet of the bottom yarn and the heads of the top yarn meet no other yarn. Their corners stand where the
+# contact zones of the next row would be: the zones of the outermost row of interlocks, one course away. The
+# yarn's ends lie in the cut through the sinker's centres, on the line through the zones that the sinker would
+# link.
+
+
+def planar_network(
+    knit: Knit,
+    contacts: xr.Dataset,
+    elements: int = 1,
+    doubled: bool = False,
+    stresses: xr.Dataset | None = None,
+) -> Network:
+    """Return the network of a knit.
+
+    Parameters
+    ----------
+    knit : Knit
+        Size of the pattern and lengths of the yarns.
+    contacts : Dataset
+        Contacts in the format of docs/architecture.md.
+    elements : int
+        Elements a segment.
+    doubled : bool
+        Whether a segment that two yarns share has the section of both.
+    stresses : Dataset, optional
+        Of the directions that segments take instead of joining the contacts (`principal_honeycomb`).
+
+    Raises
+    ------
+    ConfigurationError
+        If `elements` is not a positive whole number.
+    GeometryError
+        If the stresses make no honeycomb.
+    """
+    if elements < 1 or elements != int(elements):
+        raise ConfigurationError(
+            f"elements a segment: {elements} is not allowed, only whole numbers from 1 on"
+        )
+    course = knit.loop.course_spacing
+    if stresses is not None:
+        rows = heights_by_stress(knit, contacts, stresses)
+        contacts, course = moved(knit, contacts, rows), rows.course
+    corners = _end_in_cut(knit, _corners(knit, contacts, course))
+    first = np.flatnonzero(corners.begins)
+    legs = np.column_stack([corners.number[first], corners.number[first + 1]])
+    segments, which, yarns = np.unique(np.sort(legs, axis=1), axis=0, return_inverse=True, return_counts=True)
+    nodes, chains = _divide(corners.point, segments, elements)
+    forwards = legs[:, :1] == segments[which, :1]
+    stations, station_node = _stations(corners, np.where(forwards, chains[which], chains[which, ::-1]), nodes)
+    ends = np.stack([chains[:, :-1], chains[:, 1:]], axis=-1).reshape(-1, 2)
+    return Network(
+        nodes=nodes,
+        ends=ends,
+        offsets=np.zeros((len(ends), 2, 3)),
+        arms_turn=True,
+        yarns_side_by_side=np.repeat(yarns if doubled else np.ones(len(yarns)), elements),
+        stations=stations,
+        station_node=station_node,
+        station_offset=np.zeros((len(station_node), 3)),
+        beam_nodes=len(nodes),
+        height=knit.rows * course,
+    )
+
+
+@dataclass(frozen=True)
+class _Corners:
+    """The corners that the yarns pass, yarn by yarn and in order of arc length.
+
+    ``yarn``, ``arc_length`` and ``number`` have one entry a passage; ``point`` (C, 3) one a corner.
+    """
+
+    yarn: np.ndarray
+    arc_length: np.ndarray
+    number: np.ndarray
+    point: np.ndarray
+
+    @property
+    def begins(self) -> np.ndarray:
+        """Passages (bool) from which the yarn goes on along a segment; the others are right ends."""
+        return np.append(self.yarn[1:] == self.yarn[:-1], False)
+
+    @classmethod
+    def sorted(
+        cls, yarn: np.ndarray, arc_length: np.ndarray, number: np.ndarray, point: np.ndarray
+    ) -> _Corners:
+        order = np.lexsort((arc_length, yarn))
+        return cls(yarn[order], arc_length[order], number[order], point)
+
+
+def _corners(knit: Knit, contacts: xr.Dataset, spacing: float) -> _Corners:
+    """Corners in contact zones, and where the zones of the rows beyond the edges would be."""
+    zone = contacts["centroid"].to_numpy() * [1.0, 1.0, 0.0]
+    row = contacts["row"].to_numpy()
+    yarn, arc_length = contacts["yarn"].to_numpy().astype(int), contacts["arc_length"].to_numpy()
+    course = np.array([0.0, spacing, 0.0])
+    feet, heads = np.flatnonzero(row == 0), np.flatnonzero(row == knit.rows - 1)
+    number = np.arange(len(zone))
+    # All yarns have one shape: the bottom yarn's feet are where yarn 1 has them, the top yarn's heads where
+    # the yarn below it has them.
+    return _Corners.sorted(
+        np.concatenate([yarn[:, 0], yarn[:, 1], yarn[feet, 0], yarn[heads, 1]]),
+        np.concatenate([arc_length[:, 0], arc_length[:, 1], arc_length[feet, 1], arc_length[heads, 0]]),
+        np.concatenate([number, number, len(zone) + np.arange(len(feet) + len(heads))]),
+        np.concatenate([zone, zone[feet] - course, zone[heads] + course]),
+    )
+
+
+def _end_in_cut(knit: Knit, corners: _Corners) -> _Corners:
+    """Add the ends of the yarns."""
+    start = np.flatnonzero(np.append(True, np.diff(corners.yarn) != 0))
+    stop = np.append(start[1:], len(corners.yarn)) - 1
+    length = np.array([centreline.length for centreline in knit.centrelines])
+    arc_length = np.concatenate([np.zeros(len(length)), length])
+    tips = np.stack([c.position(np.array([0.0, c.length])) for c in knit.centrelines], axis=1)  # (2, Y, 3)
+    end = corners.point[corners.number[np.append(start, stop)]]
+    end[:, 0] = tips[..., 0].ravel()
+    return _Corners.sorted(
+        np.concatenate([corners.yarn, corners.yarn[start], corners.yarn[stop]]),
+        np.concatenate([corners.arc_length, arc_length]),
+        np.concatenate([corners.number, len(corners.point) + np.arange(len(end))]),
+        np.concatenate([corners.point, end]),
+    )
+
+
+def _divide(corners: np.ndarray, segments: np.ndarray, elements: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes (N, 3) of divided segments (G, 2), corners first, and the chain (G, elements + 1) of each."""
+    share = (np.arange(1, elements) / elements)[:, None]
+    start, stop = corners[segments[:, 0], None], corners[segments[:, 1], None]
+    inner = len(corners) + np.arange(len(segments) * (elements - 1)).reshape(len(segments), -1)
+    nodes = np.concatenate([corners, ((1 - share) * start + share * stop).reshape(-1, 3)])
+    return nodes, np.column_stack([segments[:, 0], inner, segments[:, 1]])
+
+
+def _stations(corners: _Corners, chains: np.ndarray, nodes: np.ndarray) -> tuple[Stations, np.ndarray]:
+    """Stations along all yarns and their nodes, from the chains (legs, elements + 1) that the yarns follow.
+
+    Arc length is that of the yarn, shared evenly by the nodes of a segment.
+    """
+    elements = chains.shape[1] - 1
+    follow = np.repeat(corners.begins[:, None], elements, axis=1)
+    follow[:, 0] = True  # a right end is a station without a segment
+    node = np.repeat(corners.number[:, None], elements, axis=1)
+    node[corners.begins] = chains[:, :-1]
+    rise = np.diff(corners.arc_length, append=0.0)[:, None]
+    arc_length = corners.arc_length[:, None] + rise * np.arange(elements) / elements
+    yarn = np.repeat(corners.yarn[:, None], elements, axis=1)
+    station_node = node[follow]
+    return Stations(yarn[follow], arc_length[follow], nodes[station_node]), station_node

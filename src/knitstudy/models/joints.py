@@ -1,0 +1,373 @@
+"""Joints of the reduced models: points where yarns are joined, ties and springs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import elementwise
+
+from knitstudy.errors import ConfigurationError, DataFileError, GeometryError
+from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.spline import Centreline
+from knitstudy.loading.columns import CONTACTS
+from knitstudy.mechanics.patch_compliance import local_compliance
+from knitstudy.models.springs import Springs, springs
+from knitstudy.study.sections.yarn import Yarn
+
+# ---- Points C1 to C4 of the three-dimensional model, Fig. 5 and section 2.5 of the paper
+# P1 and P2 are the centroids of the two contacts on one side of an interlock, the lower and the upper one,
+# where the same two yarns touch one after the other. The line P1 P2 and the contact normal at P1 span the
+# contact normal plane of P1, which cuts the centrelines of the two yarns near P1 in C1 and C3; the normal at
+# P2 gives C2 and C4 in the same way.
+#
+# The paper takes one normal for both points; here each has its own, for the two differ by some 90
+# degrees on a loop with the angles of Table 4. Where centroid and normal come from the closest points of the
+# centrelines, these are the points C. The left and the right contact of one level would be the other reading
+# of Fig. 5; their plane grazes the yarn that turns into a sinker or a head (14 degrees, against 37 and 48
+# here), and misses it for centroids a little off.
+
+
+SAMPLES = 40
+"""Intervals of the search for the cut, over a diameter to either side of the crossing."""
+
+
+@dataclass(frozen=True)
+class JointPoints:
+    """Where two yarns touch and where their centrelines belong to that touch, for K crossings.
+
+    Attributes
+    ----------
+    yarn : ndarray of int, shape (K, 2)
+        The lower row's yarn and the upper row's yarn.
+    arc_length : ndarray, shape (K, 2)
+        Of the points C on their centrelines [m].
+    point : ndarray, shape (K, 2, 3)
+        The points C [m].
+    centroid : ndarray, shape (K, 3)
+        The points P [m].
+    """
+
+    yarn: np.ndarray
+    arc_length: np.ndarray
+    point: np.ndarray
+    centroid: np.ndarray
+
+
+def joint_points(knit: Knit, contacts: xr.Dataset) -> JointPoints:
+    """Return points P and C of all crossings.
+
+    Parameters
+    ----------
+    knit : Knit
+        Centrelines and yarn radius.
+    contacts : Dataset
+        Contacts in the format of docs/architecture.md.
+
+    Raises
+    ------
+    GeometryError
+        If a contact has no partner on its side of the interlock, the normal lies along the line P1 P2, or a
+        centreline does not cut the plane within a diameter of its crossing.
+    """
+    yarn = contacts["yarn"].to_numpy().astype(int)
+    centroid = contacts["centroid"].to_numpy()
+    plane = contact_normal_planes(contacts)
+    arc_length = np.empty(yarn.shape)
+    point = np.empty((*yarn.shape, 3))
+    for number, centreline in enumerate(knit.centrelines):
+        on_yarn = yarn == number
+        crossing = np.nonzero(on_yarn)[0]
+        arc_length[on_yarn] = _cut(
+            centreline,
+            contacts["arc_length"].to_numpy()[on_yarn],
+            plane[crossing],
+            centroid[crossing],
+            2 * knit.loop.radius,
+            lambda k, crossing=crossing, number=number: _name(contacts, crossing[k], number),
+        )
+        point[on_yarn] = centreline.position(arc_length[on_yarn])
+    return JointPoints(yarn, arc_length, point, centroid)
+
+
+def contact_normal_planes(contacts: xr.Dataset) -> np.ndarray:
+    """Return the unit normals (K, 3) of the contact normal planes, which hold P1, P2 and the contact normal.
+
+    Raises
+    ------
+    GeometryError
+        If a contact has no partner on its side of the interlock, or its normal lies along the line P1 P2.
+    """
+    row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
+    place = {key: k for k, key in enumerate(zip(row, column, zone, strict=True))}
+    # Zones 0 and 1 are left and right below, 2 and 3 left and right above.
+    partner = np.array(
+        [place.get((r, c, (z + 2) % 4), -1) for r, c, z in zip(row, column, zone, strict=True)]
+    )
+    if np.any(partner < 0):
+        k = int(np.argmin(partner))
+        raise GeometryError(
+            f"contacts: row {row[k]}, column {column[k]} has zone {zone[k]} but not zone {(zone[k] + 2) % 4} on "
+            "the same side of the interlock; the contact normal plane needs both"
+        )
+    centroid, normal = contacts["centroid"].to_numpy(), contacts["normal"].to_numpy()
+    line = centroid[partner] - centroid
+    line /= np.linalg.norm(line, axis=1, keepdims=True)
+    across = np.cross(line, normal)
+    sine = np.linalg.norm(across, axis=1)
+    if np.any(~(sine > 1e-3)):
+        k = int(np.argmin(np.nan_to_num(sine)))
+        raise GeometryError(
+            f"contacts: the normal {normal[k]} at row {row[k]}, column {column[k]}, zone {zone[k]} lies "
+            "along the line between the two contacts of its side; together they must span a plane"
+        )
+    return across / sine[:, None]
+
+
+def _cut(
+    centreline: Centreline,
+    start: np.ndarray,
+    plane: np.ndarray,
+    centroid: np.ndarray,
+    reach: float,
+    name: Callable[[int], str],
+) -> np.ndarray:
+    """Arc lengths (k,) nearest to `start` where a centreline cuts planes (k, 3) through centroids (k, 3)."""
+    curve = centreline.curve
+
+    def height(u, *plane_and_level):
+        *across, level = plane_and_level
+        return np.einsum("ki,ki->k", curve.value(u), np.column_stack(across)) - level
+
+    level = np.einsum("ki,ki->k", plane, centroid)
+    # In the curve's own parameter u, whose unit is a segment: arc lengths would be inverted at every point.
+    limits = np.clip(start + np.array([[-reach], [reach]]), 0.0, centreline.length)
+    u = np.linspace(*centreline.parameter(limits), SAMPLES + 1, axis=1)
+    above = np.einsum("kqi,ki->kq", curve.value(u), plane) > level[:, None]
+    changes = above[:, 1:] != above[:, :-1]
+    if not changes.any(axis=1).all():
+        k = int(np.argmin(changes.any(axis=1)))
+        raise GeometryError(
+            f"{name(k)}: the centreline does not cut the contact normal plane within a yarn diameter "
+            f"({reach:.3g} m) of the crossing; contact and centreline do not belong together"
+        )
+    middle = centreline.arc_length(0.5 * (u[:, 1:] + u[:, :-1]))
+    nearest = np.argmin(np.where(changes, np.abs(middle - start[:, None]), np.inf), axis=1)
+    each = np.arange(len(u))
+    bracket = (u[each, nearest], u[each, nearest + 1])
+    cut = elementwise.find_root(height, bracket, args=(*plane.T, level), tolerances={"xatol": 1e-12})
+    return centreline.arc_length(cut.x)
+
+
+def _name(contacts: xr.Dataset, k: int, yarn: int) -> str:
+    row, column, zone = (int(contacts[name][k]) for name in ("row", "column", "zone"))
+    return f"contact of row {row}, column {column}, zone {zone} on yarn {yarn}"
+
+
+# ---- Contacts as the geometry alone predicts them: one touching point, or one tied disc, at every crossing
+# They stand in where no simulation of the solid yarns is at hand, or is needed, in the format of its contacts (see
+# docs/architecture.md).
+
+
+def contacts_of_crossings(knit: Knit, tied: float = 0.0) -> xr.Dataset:
+    """Return contacts at the closest points of the centrelines of a knit.
+
+    The centroid is halfway between the two closest points and the normal points from side 0 to side 1. Forces and
+    displacements are left out.
+
+    Parameters
+    ----------
+    knit : Knit
+    tied : float
+        Radius of the disc that joins two yarns at a crossing, over that of the yarn; 0 for a point without area.
+
+    Raises
+    ------
+    GeometryError
+        If two centrelines meet, so that there is no normal.
+    """
+    crossings = knit.crossings
+    apart = crossings.point[:, 1] - crossings.point[:, 0]
+    distance = np.linalg.norm(apart, axis=1)
+    if not np.all(distance > 0):
+        k = int(np.argmin(distance))
+        raise GeometryError(
+            f"crossing {k} (row {crossings.row[k]}, column {crossings.column[k]}, zone {crossings.zone[k]}): "
+            "the centrelines of its two yarns meet, which leaves no contact normal; they must be apart"
+        )
+    values = {
+        "row": np.asarray(crossings.row),
+        "column": np.asarray(crossings.column),
+        "zone": np.asarray(crossings.zone),
+        "yarn": np.asarray(crossings.yarn),
+        "arc_length": np.asarray(crossings.arc_length),
+        "centroid": crossings.point.mean(axis=1),
+        "normal": apart / distance[:, None],
+        "area": np.full(len(distance), np.pi * (tied * knit.radius) ** 2),
+    }
+    return xr.Dataset(
+        CONTACTS.variables(values),
+        coords={"xyz": list("xyz")},
+    )
+
+
+# ---- Pins that yield as the tied patches of two yarns do (`mechanics.rod_patch`)
+
+
+SMALLEST, LARGEST = 0.1, 0.6
+"""Radius of a patch over that of the yarn: waves to resolve a smaller one are many, a larger one is not local."""
+
+
+def patch_stiffness(knit: Knit, points: JointPoints, contacts: xr.Dataset, yarn: Yarn) -> np.ndarray:
+    """Return the stiffness matrices (K, 3, 3) [N/m] of the tied patches of all crossings.
+
+    Tied areas are alike in size: their mean is taken. The two yarns yield one after the other, each along the contact
+    normal, along itself and across.
+
+    Raises
+    ------
+    DataFileError
+        If the contacts have no ties, or of a size that this is not for.
+    """
+    tied = contacts["tied"].to_numpy() > 0 if "tied" in contacts else np.ones(len(points.yarn), dtype=bool)
+    area = contacts["area"].to_numpy()[tied].mean() if tied.any() else 0.0
+    size = round(float(np.sqrt(area / np.pi)) / yarn.radius, 3)
+    if not SMALLEST <= size <= LARGEST:
+        raise DataFileError(
+            f"ties have a radius of {size:g} yarn radii, but rom.joint 'patch' needs {SMALLEST} to {LARGEST}: use "
+            "such a tie.radius, contacts of a dns scene with ties of such a size, or rom.joint 'pinned'"
+        )
+    normal = contacts["normal"].to_numpy()
+    compliance = np.zeros((len(normal), 3, 3))
+    for number, centreline in enumerate(knit.centrelines):
+        crossing, side = np.nonzero(points.yarn == number)
+        frame = _frames(normal[crossing], centreline.tangent(points.arc_length[crossing, side]))
+        each = frame.swapaxes(1, 2) @ (np.array(local_compliance(size, yarn.poisson_ratio))[:, None] * frame)
+        np.add.at(compliance, crossing, each)
+    return yarn.youngs_modulus * yarn.radius * np.linalg.inv(compliance)
+
+
+def _frames(normal: np.ndarray, tangent: np.ndarray) -> np.ndarray:
+    """Rows (k, 3, 3): normal, along the yarn in the tangent plane, across both."""
+    across = np.cross(normal, tangent)
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    return np.stack([normal, np.cross(across, normal), across], axis=1)
+
+
+# ---- What joins the two yarns at each crossing of a reduced model: a tie, a spring, or nothing
+
+
+@dataclass(frozen=True)
+class Joints:
+    """Joints of K crossings; what has no spring and is not open is tied.
+
+    Attributes
+    ----------
+    open : ndarray of bool, shape (K,)
+        Crossings without a joint.
+    stiffness : ndarray, shape (K, 3, 3)
+        Symmetric matrices of the springs [N/m]; nan where there is none.
+    """
+
+    open: np.ndarray
+    stiffness: np.ndarray
+
+    @property
+    def sprung(self) -> np.ndarray:
+        """Crossings with a spring (K,)."""
+        return np.isfinite(self.stiffness[:, 0, 0])
+
+    @property
+    def tied(self) -> np.ndarray:
+        """Crossings that are tied (K,)."""
+        return ~self.sprung & ~self.open
+
+    def pinned(self, stiffness: float | np.ndarray) -> Joints:
+        """Return these joints with pins for ties: they hold the two points together and leave sections free to turn.
+
+        Parameters
+        ----------
+        stiffness : float or ndarray, shape (K, 3, 3)
+            Of the pins: in all directions, or a matrix each [N/m].
+        """
+        matrices = stiffness * np.eye(3) if np.ndim(stiffness) == 0 else stiffness
+        pins = np.where(self.tied[:, None, None], matrices, self.stiffness)
+        return Joints(self.open, pins)
+
+    @classmethod
+    def all_tied(cls, count: int) -> Joints:
+        """Return the joints of a knit whose crossings are all tied."""
+        return cls(np.zeros(count, dtype=bool), np.full((count, 3, 3), np.nan))
+
+
+def spring_joints(
+    contacts: xr.Dataset,
+    measure: str,
+    axes: str = "global",
+    each: bool = False,
+    springs_from: xr.Dataset | None = None,
+    given: tuple[float, ...] = (),
+) -> Joints:
+    """Return the joints of a knit in contact: ties where it is tied, springs where yarns touch at full load.
+
+    Parameters
+    ----------
+    contacts : Dataset
+        Contacts in the format of docs/architecture.md, of a simulation with contact.
+    measure : {"interface", "centreline"}
+        Which relative displacement the springs are secants of.
+    axes : {"global", "contact"}
+        Along what they are measured and act.
+    each : bool
+        Whether every crossing has its own springs, or all have the average.
+    springs_from : Dataset, optional
+        Contacts of another simulation whose averaged springs are taken.
+    given : tuple of float
+        Stiffness along every axis [N/m] that all springs have; empty where they are measured.
+
+    Raises
+    ------
+    ConfigurationError
+        If the average is not positive along all axes, or a crossing has no secant of its own.
+    DataFileError
+        If the contacts are not of a simulation with contact.
+    """
+    own = springs(contacts, measure, axes)
+    if given:
+        stiffness = np.array(given)
+    elif each:
+        stiffness = _of_each(own, contacts)
+    elif springs_from is None:
+        stiffness = _averaged(own, contacts)
+    else:
+        stiffness = _averaged(springs(springs_from, measure, axes), springs_from)
+    return Joints(own.open, np.where(own.bridged[:, None, None], own.matrices(stiffness), np.nan))
+
+
+def _averaged(measured: Springs, contacts: xr.Dataset) -> np.ndarray:
+    averaged = measured.averaged
+    if not np.all(averaged > 0):
+        axis = int(np.argmin(np.nan_to_num(averaged, nan=-np.inf)))
+        scene = contacts.attrs.get("scene", "the contacts")
+        raise ConfigurationError(
+            f"the averaged spring of {scene} along {measured.axes[axis]} is {averaged[axis]:.4g} N/m "
+            f"({measured.negative[axis]} of {measured.used[axis]} crossings have a negative secant) but must be "
+            "positive; rom.axes contact, the other rom.displacement or rom.springs_from another dns scene may do"
+        )
+    return averaged
+
+
+def _of_each(measured: Springs, contacts: xr.Dataset) -> np.ndarray:
+    stiffness = measured.stiffness
+    lost = measured.bridged & ~np.isfinite(stiffness).all(axis=1)
+    if np.any(lost):
+        k = int(np.argmax(lost))
+        row, column, zone = (int(contacts[name][k]) for name in ("row", "column", "zone"))
+        axis = measured.axes[int(np.argmin(np.isfinite(stiffness[k])))]
+        raise ConfigurationError(
+            f"rom.springs is 'zones': the crossing of row {row}, column {column}, zone {zone} has not moved along "
+            f"{axis} since first contact, so that it has no spring there; rom.springs averaged is defined"
+        )
+    return stiffness

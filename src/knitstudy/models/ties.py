@@ -1,0 +1,398 @@
+"""Ties of solid yarns: two patches that move as one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar, Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.linalg import qr
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from knitstudy.contacts.facets import tied_crossings
+from knitstudy.errors import MeshError
+from knitstudy.geometry.pair import YarnPair
+from knitstudy.geometry.pattern import Knit
+from knitstudy.mechanics.patch_compliance import moments, polar_rule
+from knitstudy.models.discretisation import Discretisation, project_on_tube
+from knitstudy.models.facet_tie import tie_crossings
+from knitstudy.study.scene import Scene
+
+# ---- Discs between crossing yarns, and what both yarns say of the points of a disc
+# A disc lies in the tangent plane midway between the closest points of two centrelines, in the small gap that is left
+# between the yarns. A point of it belongs to neither; each yarn is continued to it along its own radius: from the
+# yarn's
+# surface by the difference that it shows over a depth of one disc radius. That is a weighted sum of the yarn's nodes,
+# exact for affine motions, and it stays bounded as elements become small, which a continuation by the gradient at the
+# surface does not: the patch would become softer without end.
+
+
+@dataclass(frozen=True)
+class Discs:
+    """Discs (D,) at some of the crossings of a specimen.
+
+    Attributes
+    ----------
+    crossing : ndarray of int, shape (D,)
+    centre : ndarray, shape (D, 3)
+        Middles of the closest points [m].
+    axes : ndarray, shape (D, 2, 3)
+        Unit vectors in the tangent plane, the first along the lower row's yarn.
+    radius : float
+        [m]
+    """
+
+    crossing: np.ndarray
+    centre: np.ndarray
+    axes: np.ndarray
+    radius: float
+
+    @classmethod
+    def of(cls, specimen: Knit | YarnPair, crossing: np.ndarray, radius: float) -> Discs:
+        """Return the discs of a radius [m] at crossings (D,) of a specimen."""
+        crossings = specimen.crossings
+        ends = crossings.point[crossing]
+        normal = ends[:, 1] - ends[:, 0]
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        along = np.empty_like(normal)
+        for yarn in np.unique(crossings.yarn[crossing, 0]):
+            here = crossings.yarn[crossing, 0] == yarn
+            along[here] = specimen.centrelines[yarn].tangent(crossings.arc_length[crossing[here], 0])
+        along -= np.einsum("di,di->d", along, normal)[:, None] * normal
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        return cls(crossing, ends.mean(axis=1), np.stack([along, np.cross(normal, along)], axis=1), radius)
+
+    def points(self, rule: np.ndarray) -> np.ndarray:
+        """Return the places (D, q, 3) [m] of points (q, 2) of the unit disc."""
+        return self.centre[:, None] + self.radius * rule @ self.axes
+
+
+def continued(
+    specimen: Knit | YarnPair, parts: Discretisation, discs: Discs, side: int, places: np.ndarray
+) -> sp.csr_matrix:
+    """Return the weighted sums (D q, N) of nodes that a yarn is at points of the discs.
+
+    Parameters
+    ----------
+    specimen : Knit or YarnPair
+    parts : Discretisation
+    discs : Discs
+    side : int
+        0 the lower row's yarn, 1 the upper row's.
+    places : ndarray, shape (D, q, 3)
+        [m]
+    """
+    crossings = specimen.crossings
+    yarn = np.repeat(crossings.yarn[discs.crossing, side], places.shape[1])
+    arc_length = np.repeat(crossings.arc_length[discs.crossing, side], places.shape[1])
+    place = places.reshape(-1, 3)
+    outward, height = np.empty_like(place), np.empty(len(place))
+    for one in np.unique(yarn):
+        here = yarn == one
+        line = specimen.centrelines[one]
+        u = project_on_tube(line, place[here], line.parameter(arc_length[here]))
+        radial = place[here] - line.curve.value(u)
+        far = np.linalg.norm(radial, axis=1)
+        outward[here], height[here] = radial / far[:, None], far - specimen.radius
+    depth = discs.radius
+    surface = place - height[:, None] * outward
+    share = height / depth
+    return sp.csr_matrix(
+        _sums(parts, surface, yarn, 1 + share) - _sums(parts, surface - depth * outward, yarn, share)
+    )
+
+
+def _sums(parts: Discretisation, points: np.ndarray, yarn: np.ndarray, factor: np.ndarray) -> sp.csr_matrix:
+    """Return what points (k, 3) are of the nodes, times factors (k,)."""
+    found, weight = parts.locate(points, yarn)
+    rows = np.arange(len(points) + 1) * found.shape[1]
+    values = (factor[:, None] * weight).ravel()
+    matrix = sp.csr_matrix((values, found.ravel(), rows), shape=(len(points), len(parts.nodes)))
+    matrix.sum_duplicates()
+    return matrix
+
+
+# ---- Ties of a physical size: discs on which the mean and the linear moments of two yarns' displacement are joined
+# Nine equations a crossing, as springs that hold the relative displacement u of the upper yarn to the lower one,
+#
+#     1/2 k_0 |mean u|^2 + 1/2 k_1 (|mean 2 xi u / a|^2 + |mean 2 eta u / a|^2),
+#
+# xi, eta on a disc of radius a. Formulation, and why so: docs/ties.md.
+
+
+STIFFNESS = 100.0
+"""Of a tie where the yarns show all of the patch's compliance, over E R; ten times as much moves no force by 0.03 %."""
+
+RINGS = 3
+"""Fewest rings of points on a disc."""
+
+WIDEST_STEP = 0.5
+"""Largest distance of rings, in elements: between them a disc would push elements that lie inside of it too little."""
+
+NARROWEST = 0.25
+"""Least radius of a disc, in elements. At 0.3 the force of a cell is 6 % (one point) to 15 % too large
+(docs/ties.md)."""
+
+BESIDE = 1.5
+"""Distance from the middle of a disc, in its radii, beyond which the yarns are not held by it."""
+
+
+@dataclass(frozen=True, eq=False)
+class PatchTie:
+    """Springs between the moments of two yarns' displacement on the discs of all tied crossings.
+
+    Attributes
+    ----------
+    discs : Discs
+    moments : csr matrix, shape (3 D, N)
+        Mean and linear moments of the upper yarn's displacement less the lower one's, as sums of nodes.
+    stiffness : ndarray, shape (D, 3)
+        Of the three moments [N/m].
+    nodes : ndarray, shape (N, 3)
+        Undeformed; ties of this kind move none [m].
+    crossings : int
+        K, those that are not tied included.
+    """
+
+    discs: Discs
+    moments: sp.csr_matrix
+    stiffness: np.ndarray
+    nodes: np.ndarray
+    crossings: int
+
+    dependence: ClassVar[None] = None
+
+    @cached_property
+    def links(self) -> sp.csr_matrix | None:
+        """Their stiffness (N, N), the same for every component [N/m]; None if nothing is tied."""
+        if not len(self.discs.crossing):
+            return None
+        matrix = sp.csr_matrix(self.moments.T @ sp.diags(self.stiffness.ravel()) @ self.moments)
+        return sp.csr_matrix(0.5 * (matrix + matrix.T))
+
+    @cached_property
+    def joined(self) -> np.ndarray:
+        """Nodes that the ties act on, ascending."""
+        return np.unique(self.moments.indices)
+
+    @cached_property
+    def area(self) -> np.ndarray:
+        """Tied area (K,) [m2]; nan where a crossing is not tied."""
+        area = np.full(self.crossings, np.nan)
+        area[self.discs.crossing] = np.pi * self.discs.radius**2
+        return area
+
+    @cached_property
+    def centroid(self) -> np.ndarray:
+        """Centroid (K, 3) of the tied area [m]; nan where there is none."""
+        centroid = np.full((self.crossings, 3), np.nan)
+        centroid[self.discs.crossing] = self.discs.centre
+        return centroid
+
+    def attributes(self) -> dict[str, float]:
+        """Return what a history says of the ties."""
+        return {
+            "tie_radius": self.discs.radius,
+            "tie_nodes": len(self.joined),
+            "tie_least_stiffness": float(self.stiffness.min(initial=np.inf)),
+        }
+
+    def resultants(self, node_force: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+        """Return the force (K, 3) of every crossing's tie on the lower row's yarn [N].
+
+        Parameters
+        ----------
+        node_force : ndarray, shape (N, 3)
+            Not looked at: the springs know their force.
+        displacement : ndarray, shape (N, 3)
+            Of the nodes [m].
+        """
+        total = np.zeros((self.crossings, 3))
+        mean = (self.moments @ displacement).reshape(-1, 3, 3)[:, 0]  # of (disc, moment, component)
+        total[self.discs.crossing] = self.stiffness[:, :1] * mean
+        return total
+
+    def equations(self, fixed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the ties as rigid constraints: slave nodes (S,), and nodes (S, c) and weights (S, c) of their sums.
+
+        Three nodes of a disc are the slaves, those that its moments weigh most; discs that share nodes are solved
+        together, so that no slave is in another's sum.
+
+        Parameters
+        ----------
+        fixed : ndarray of int, shape (k,)
+            Nodes that may be no slaves.
+        """
+        touched = (self.moments != 0).astype(np.int8)
+        count, group = connected_components(touched @ touched.T, directed=False)
+        slaves, sums = [], []
+        for number in range(count):
+            rows = self.moments[group == number]
+            nodes = np.unique(rows.indices)
+            dense = rows[:, nodes].toarray()
+            allowed = np.isin(nodes, fixed, invert=True)
+            order = np.flatnonzero(allowed)[qr(dense[:, allowed], mode="r", pivoting=True)[1]]
+            chosen, others = order[: len(dense)], np.setdiff1d(np.arange(len(nodes)), order[: len(dense)])
+            slaves.append(nodes[chosen])
+            weight = -np.linalg.solve(dense[:, chosen], dense[:, others])
+            sums += [(nodes[others], each) for each in weight]
+        width = max((len(nodes) for nodes, _ in sums), default=0)
+        master, weight = np.zeros((len(sums), width), dtype=np.int64), np.zeros((len(sums), width))
+        for place, (nodes, each) in enumerate(sums):
+            master[place, : len(nodes)], weight[place, : len(nodes)] = nodes, each
+        return np.concatenate([np.empty(0, dtype=np.int64), *slaves]), master, weight
+
+    def beside(self, points: np.ndarray) -> np.ndarray:
+        """Return which undeformed points (k, 3) [m] lie beside all discs (k,)."""
+        if not len(self.discs.crossing):
+            return np.ones(len(points), dtype=bool)
+        return cKDTree(self.discs.centre).query(points)[0] > BESIDE * self.discs.radius
+
+
+def tie_patches(
+    parts: Discretisation,
+    specimen: Knit | YarnPair,
+    tied: np.ndarray,
+    radius: float,
+    youngs_modulus: float,
+) -> PatchTie:
+    """Tie crossings of a specimen on discs.
+
+    Parameters
+    ----------
+    parts : Discretisation
+    specimen : Knit or YarnPair
+    tied : ndarray of bool, shape (K,)
+    radius : float
+        Of the discs, over the yarn's.
+    youngs_modulus : float
+        Of the yarns [Pa].
+
+    Raises
+    ------
+    MeshError
+        If discs overlap each other, reach over the end of a yarn, or are narrower than elements can show.
+    """
+    crossing = np.flatnonzero(tied)
+    discs = Discs.of(specimen, crossing, radius * specimen.radius)
+    _require_room(specimen, discs, radius)
+    if parts.missing is None and len(crossing):
+        _require_resolution(specimen, radius, parts.size)
+    rings = int(np.ceil(discs.radius / (WIDEST_STEP * parts.size)))
+    rule, weight = polar_rule(max(RINGS, rings))
+    places = discs.points(rule)
+    lower, upper = (continued(specimen, parts, discs, side, places) for side in range(2))
+    mean = sp.kron(sp.identity(len(crossing)), moments(rule) * weight, format="csr")  # (3 D, D q)
+    joined = sp.csr_matrix(mean @ (upper - lower))
+    joined.eliminate_zeros()
+    compliance = np.full((len(crossing), 2), 1 / (STIFFNESS * youngs_modulus * specimen.radius))
+    if parts.missing is not None:
+        crossings = specimen.crossings
+        for side in range(2):
+            yarn, place = crossings.yarn[crossing, side], crossings.arc_length[crossing, side]
+            compliance += parts.missing(yarn, place, discs.radius)
+    return PatchTie(discs, joined, 1 / compliance[:, [0, 1, 1]], parts.nodes, len(tied))
+
+
+def _require_resolution(specimen: Knit | YarnPair, radius: float, size: float) -> None:
+    """Refuse discs so narrow that elements of a size [m] show little of how a yarn yields under them."""
+    least = NARROWEST * size / specimen.radius
+    if radius < least:
+        raise MeshError(
+            f"tie.radius is {radius:g} radii, but elements of {size:.4g} m show no patches of less than "
+            f"{least:.3g}: use that at least, a smaller mesh.size, a larger mesh.refinement, or tie.rule facets"
+        )
+
+
+def _require_room(specimen: Knit | YarnPair, discs: Discs, radius: float) -> None:
+    """Refuse discs that overlap each other on a yarn, or reach over its end."""
+    crossings = specimen.crossings
+    for side in range(2):
+        yarn, place = crossings.yarn[discs.crossing, side], crossings.arc_length[discs.crossing, side]
+        length = np.array([specimen.centrelines[one].length for one in yarn])
+        room = np.minimum(place, length - place)
+        if np.any(room < discs.radius):
+            worst = int(np.argmin(room))
+            raise MeshError(
+                f"tie.radius is {radius:g} radii, but crossing {discs.crossing[worst]} lies "
+                f"{room[worst] / specimen.radius:.3g} radii from the end of yarn {yarn[worst]}: use a smaller one"
+            )
+    if len(discs.crossing) > 1:
+        apart, other = cKDTree(discs.centre).query(discs.centre, k=2)
+        worst = int(np.argmin(apart[:, 1]))
+        if apart[worst, 1] < 2 * discs.radius:
+            raise MeshError(
+                f"tie.radius is {radius:g} radii, but crossings {discs.crossing[worst]} and "
+                f"{discs.crossing[other[worst, 1]]} lie {apart[worst, 1] / specimen.radius:.3g} radii apart: use "
+                "less than half of that"
+            )
+
+
+# ---- The ties of a scene, by whichever rule: what all that hold, see or write them ask for
+
+
+class Tie(Protocol):
+    """What ties do to solid yarns.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (N, 3)
+        Undeformed nodes, moved where the ties need that [m].
+    dependence : csr matrix, shape (N, N), or None
+        Nodes as weighted sums of nodes that depend on no others.
+    links : csr matrix, shape (N, N), or None
+        Stiffness between nodes, the same for every component [N/m].
+    joined : ndarray of int
+        Nodes that the ties act on, ascending.
+    area : ndarray, shape (K,)
+        Tied area of every crossing [m2]; nan where it is not tied.
+    centroid : ndarray, shape (K, 3)
+        Its centroid [m]; nan where there is none.
+    """
+
+    nodes: np.ndarray
+    dependence: sp.csr_matrix | None
+    links: sp.csr_matrix | None
+    joined: np.ndarray
+    area: np.ndarray
+    centroid: np.ndarray
+
+    def attributes(self) -> dict[str, float]:
+        """Return what a history says of the ties."""
+        ...
+
+    def resultants(self, node_force: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+        """Return the force (K, 3) of every tie on the lower row's yarn [N].
+
+        From the internal forces of the elements (N, 3) [N] and the displacement (N, 3) [m] of the nodes.
+        """
+        ...
+
+    def equations(self, fixed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the ties as rigid constraints: slave nodes (S,), and nodes (S, c) and weights (S, c) of their sums.
+
+        Slaves are none of the nodes `fixed` (k,), where there is a choice; weights may be 0.
+        """
+        ...
+
+    def beside(self, points: np.ndarray) -> np.ndarray:
+        """Return which undeformed points (k, 3) [m] lie where the ties no longer hold the yarns together (k,)."""
+        ...
+
+
+def tie_of(scene: Scene, parts: Discretisation, specimen: Knit | YarnPair) -> Tie:
+    """Return the ties of a scene's yarns.
+
+    Raises
+    ------
+    MeshError
+        If a crossing cannot be tied by the scene's rule.
+    """
+    tied = tied_crossings(scene, specimen.crossings)
+    if scene.value("tie.rule") != "facets":  # solid yarns without facets have no such key
+        return tie_patches(parts, specimen, tied, scene.tie.radius, scene.yarn.youngs_modulus)
+    tie = tie_crossings(parts.mesh, specimen, scene.tie.tolerance, tied, parts.faces)
+    return tie if parts.dependence is None else replace(tie, nodes=parts.dependence @ tie.nodes)

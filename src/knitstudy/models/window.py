@@ -1,0 +1,281 @@
+"""A window of solid yarns in a network of beams."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.contacts.kinematics import section_motion
+from knitstudy.geometry.cut import Pieces
+from knitstudy.geometry.pattern import Knit
+from knitstudy.loading.gates import require_no_jump, require_sound
+from knitstudy.loading.history import Meter, Stations
+from knitstudy.loading.load_path import load_path
+from knitstudy.loading.restart import IN_MEMORY, Run
+from knitstudy.loading.solve import Problem, follow
+from knitstudy.mechanics.beam_model import BeamModel
+from knitstudy.mechanics.increment import Increment, Settings
+from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.solids_and_beams import MixedState, Seams, SolidsAndBeams
+from knitstudy.mechanics.spline_yarn.space import Space
+from knitstudy.mesh.grips import Grips
+from knitstudy.models.discretisation import Discretisation
+from knitstudy.models.network import Network, grips, tension
+from knitstudy.models.pieces import assemble, divided
+from knitstudy.models.solid_yarns import SolidYarns
+from knitstudy.models.window_network import Window, cut_nodes, surroundings, touching_beams, window_of
+from knitstudy.study.scene import Scene
+
+# ---- The solid arcs of a window, all tied or all in contact, and the sections at their ends that beams carry
+
+
+def solid_pieces(scene: Scene, pieces: Pieces) -> SolidYarns:
+    """Return the solid yarns of a window: all crossings are tied, or all in contact.
+
+    Raises
+    ------
+    MeshError
+        If the yarn bends tighter than its radius, crossings cannot be tied, or yarns overlap.
+    """
+    tied = np.full(len(pieces.crossings.row), not scene.kind.interaction.touches)
+    return assemble(scene, divided(scene, pieces, _ends), pieces, tied)
+
+
+def end_sections(parts: Discretisation) -> np.ndarray:
+    """Return the nodes (P, 2, 3) that the mean and the linear moments of both end sections of all pieces are."""
+    ends = np.stack([parts.ends.held, parts.ends.driven]).reshape(2, -1, 3)
+    return ends.swapaxes(0, 1)
+
+
+def _ends(space: Space) -> Grips:
+    return Grips(*(_carried(space, last) for last in (0, -1)))
+
+
+def _carried(space: Space, last: int) -> np.ndarray:
+    """Return the three nodes of the first (0) or last (-1) section of every piece that a beam's node carries."""
+    first = [own.first_node[:-1][last] for own in space.yarns]
+    return ((space.first_node[:-1] + first)[:, None] + np.arange(3)).ravel()
+
+
+# ---- A knit with a window, put together: solid pieces, beams around them, and the seams between
+
+
+@dataclass(frozen=True, eq=False)
+class MixedKnit:
+    """A knit of beams with solid yarns in a window.
+
+    Attributes
+    ----------
+    window : Window
+    yarns : SolidYarns
+        The pieces; what it calls yarns are solid arcs of the window.
+    network : Network
+    beams : BeamModel
+        Of the network, without contact.
+    model : SolidsAndBeams
+    order : ndarray of int, shape (S,)
+        Stations of the network, then sections of the pieces, in the order of yarns and arc lengths.
+    stations : Stations
+        Of all yarns, solid or not, in that order.
+    """
+
+    window: Window
+    yarns: SolidYarns
+    network: Network
+    beams: BeamModel
+    model: SolidsAndBeams
+    order: np.ndarray
+    stations: Stations
+
+    def station_displacement(self, state: MixedState, sections: np.ndarray) -> np.ndarray:
+        """Return the displacement (S, 3) of all stations from that of the pieces' sections (k, 3) [m]."""
+        beams = self.network.station_displacement(self.beams, state.frame)
+        return np.concatenate([beams, sections])[self.order]
+
+
+def mixed_knit(scene: Scene, knit: Knit, contacts: xr.Dataset | None = None) -> MixedKnit:
+    """Return the knit of a scene with its window.
+
+    Raises
+    ------
+    ConfigurationError
+        As `window_of` and `surroundings`.
+    MeshError
+        As `solid_pieces`.
+    GeometryError
+        If two joints of a yarn coincide.
+    """
+    window = window_of(scene, knit)
+    yarns = solid_pieces(scene, Pieces(knit, window))
+    network = surroundings(scene, knit, window, contacts)
+    beams = network.model(scene.yarn, scene.mesh.section_law)
+    section = end_sections(yarns.parts).reshape(-1, 3)
+    arms = yarns.parts.nodes[section[:, 1:]]
+    seams = Seams(section, cut_nodes(network, window).ravel(), arms)
+    order, stations = _stations(network, yarns, window)
+    outer = touching_beams(scene, knit, window, network, beams) if contacts is None else None
+    model = SolidsAndBeams(yarns.model, outer or beams, seams)
+    return MixedKnit(window, yarns, network, beams, model, order, stations)
+
+
+def _stations(network: Network, yarns: SolidYarns, window: Window) -> tuple[np.ndarray, Stations]:
+    """Return the order of all stations along the yarns, and the stations in it; seams are those of the network."""
+    mesh, outer = yarns.parts.mesh, network.stations
+    piece = mesh.yarn_of_slice
+    yarn = np.concatenate([outer.yarn, window.yarn[piece]])
+    arc_length = np.concatenate([outer.arc_length, window.arc[piece, 0] + mesh.arc_length])
+    position = np.concatenate([outer.position, mesh.centres])
+    order = np.lexsort((arc_length, yarn))
+    return order, Stations(yarn[order], arc_length[order], position[order])
+
+
+# ---- What a window leaves of every converged increment: what solid yarns leave of its crossings, and forces at seams
+
+
+class WindowObserver:
+    """Sees crossings by their numbers in the whole knit; nothing is known of those that lie outside of the window.
+
+    Parameters
+    ----------
+    knit : MixedKnit
+    crossings : int
+        K, of the whole knit.
+    """
+
+    def __init__(self, knit: MixedKnit, crossings: int) -> None:
+        self.knit, self.crossings = knit, crossings
+
+    def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        """Return columns of the history, and of the points in contact."""
+        knit, state = self.knit, increment.state
+        yarns, solids = knit.yarns, state.solids
+        mesh, tie, facets = yarns.parts.mesh, yarns.tie, yarns.facets
+        moved = yarns.model.node_displacement(solids)
+        displacement = yarns.parts.sampled(moved)
+        force = tie.resultants(increment.response.node_force, moved)
+        contact, points = {}, {}
+        if yarns.touching is not None:
+            contact, points, pushed = yarns.touching.record(_of_solids(increment), len(force))
+            force += pushed
+        sections = section_motion(facets.crossings, mesh, yarns.parts.sampled(tie.nodes), displacement)
+        columns = {
+            "centreline_displacement": knit.station_displacement(state, mesh.ring_means(displacement)),
+            "crossing_force": self.of_all(force),
+            "crossing_displacement": self.of_all(facets.displacement(displacement)),
+            "section_gradient": self.of_all(sections.gradient),
+            "section_displacement": self.of_all(sections.displacement),
+        }
+        return columns | contact | self._seams(state), self._named(points)
+
+    def _seams(self, state: Any) -> dict[str, np.ndarray | float]:
+        """Return what the beams exert on the solids at the seams, and by how much both sides differ."""
+        force, moment = self.knit.model.seam_forces(state)
+        return {
+            "seam_force": -force[:, 1],
+            "seam_moment": -moment[:, 1],
+            "seam_jump": float(np.linalg.norm(force.sum(axis=1), axis=1).max()),
+        }
+
+    def of_all(self, values: np.ndarray) -> np.ndarray:
+        """Return values (K, ...) of all crossings from those of the window (V, ...)."""
+        every = np.full((self.crossings, *values.shape[1:]), np.nan)
+        every[self.knit.window.crossing] = values
+        return every
+
+    def _named(self, points: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return the points in contact by crossings and yarns of the whole knit."""
+        if not points:
+            return {}
+        window, here = self.knit.window, points["crossing"]
+        crossing = np.where(here < 0, -1, window.crossing[here])
+        yarns = {name: window.yarn[points[name]] for name in ("yarn", "target")}
+        return points | {"crossing": crossing} | yarns
+
+
+def _of_solids(increment: Increment) -> Increment:
+    """Return an increment as the solids alone would leave it."""
+    return replace(increment, state=increment.state.solids)
+
+
+# ---- A window under load: the loop and the history of the solids
+
+
+def simulate(
+    scene: Scene, geometry: xr.Dataset, springs: xr.Dataset | None = None, run: Run = IN_MEMORY
+) -> xr.Dataset:
+    """Return the history of a scene of fidelity "window".
+
+    Parameters
+    ----------
+    scene : Scene
+    geometry : Dataset
+        Of the scene, in the format of docs/architecture.md.
+    springs : Dataset, optional
+        Contacts of the simulation that ``window.springs_from`` names.
+    run : Run
+
+    Raises
+    ------
+    ConfigurationError, GeometryError, MeshError
+        As `mixed_knit`.
+    ConvergenceError, DataFileError
+        As `knitstudy.loading.solve.follow`.
+    """
+    return follow(problem(scene, Knit.from_dataset(geometry), springs), run)
+
+
+def problem(scene: Scene, knit: Knit, springs: xr.Dataset | None = None) -> Problem:
+    """Return a scene of fidelity "window" as a problem; arguments and errors as of `simulate`."""
+    meter = Meter()
+    return problem_of(mixed_knit(scene, knit, springs), scene, knit, meter)
+
+
+def problem_of(mixed: MixedKnit, scene: Scene, knit: Knit, meter: Meter | None = None) -> Problem:
+    """Return a knit with a window under the load of a scene, and with what is seen and refused on the way."""
+    model, yarns, window = mixed.model, mixed.yarns, mixed.window
+    motion = load_path(scene, knit)
+    ends = grips(mixed.network, knit, scene.load.direction)
+    prescribed = tension(ends, motion, scene.load.lateral)
+    settings = Settings.of(scene.solver)
+    if yarns.touching is not None:
+        # Where contact begins, a parabola through what came before overshoots far into the other yarn.
+        settings = replace(settings, predictor=1)
+    count = len(knit.crossings.row)
+    observer = WindowObserver(mixed, count)
+    shown = np.zeros(count, dtype=np.int8)
+    shown[window.shown] = 1
+    tied = np.zeros(count, dtype=np.int8)
+    tied[window.crossing] = np.isfinite(yarns.tie.area)
+    return Problem(
+        scene=scene,
+        model=model,
+        prescribed=replace(prescribed, fixed=model.first_beam + prescribed.fixed),
+        solver=LU(),
+        settings=settings,
+        motion=motion,
+        driven=model.first_beam + 6 * ends.driven[:, None] + np.arange(3),
+        stations=mixed.stations,
+        observers=(observer,),
+        checks=(partial(require_sound, scene, None), partial(require_no_jump, scene)),
+        constants={
+            "window_crossing": shown,
+            "crossing_tied": tied,
+            "tied_area": observer.of_all(yarns.tie.area),
+            "tied_centroid": observer.of_all(yarns.tie.centroid),
+            "seam_yarn": np.repeat(window.yarn, 2),
+            "seam_arc_length": window.arc.ravel(),
+        },
+        attributes={
+            "dof": model.size,
+            "solid_unknowns": yarns.model.size,
+            "elements": sum(len(group.connectivity) for group in yarns.model.groups)
+            + len(mixed.network.ends),
+            **yarns.tie.attributes(),
+            **(yarns.touching.attributes() if yarns.touching else {}),
+        },
+        meter=meter or Meter(),
+    )

@@ -1,1 +1,0 @@
-"""Yarns as beams: reduced order models and beams in contact. Nothing of solids."""
