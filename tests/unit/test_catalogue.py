@@ -97,7 +97,9 @@ def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
     assert tables.scenes("toy_stiffness") == {}
     alone = displays(TABLES, [scene for scene in scenes if "wale" not in scene.name])
     assert "toy_stiffness" not in alone.names()
-    with pytest.raises(ConfigurationError, match=r"'toy_stiffness' needs contacts of yarns-tie-wale or .*: the study has no"):
+    with pytest.raises(
+        ConfigurationError, match=r"'toy_stiffness' needs contacts of yarns-tie-wale or .*: the study has no"
+    ):
         alone.files("toy_stiffness", "out")
 
 

@@ -13,8 +13,7 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import styled
 from knitstudy.figures.sweep import draw_sweep
 from knitstudy.measures.catalogue import DRAWN, of_case, several
-from knitstudy.measures.loops import refused
-from knitstudy.measures.sweeps import SPACING, series_of
+from knitstudy.measures.sweeps import SPACING, refused, sweeps_of
 from knitstudy.study.scene import Scene
 
 
@@ -47,7 +46,7 @@ def draw(
     reference, loops : DataFrame
         ``resources/reference/reference.csv`` and ``loops.csv``.
     """
-    series = series_of(SPACING, drawn | sweeps, scenes, reference)
+    series = sweeps_of(SPACING, drawn | sweeps, scenes, reference)
     spacing = MILLIMETRE * series[0].points[0].scene.pattern.course_spacing
     lost = refused(loops, "course ratio [1]", spacing)
     return draw_sweep(series, lost, "course spacing (mm)", lambda point: spacing * point.value)

@@ -13,8 +13,7 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import styled
 from knitstudy.figures.sweep import draw_sweep
 from knitstudy.measures.catalogue import DRAWN, of_case, several
-from knitstudy.measures.loops import refused
-from knitstudy.measures.sweeps import DIAMETER, series_of
+from knitstudy.measures.sweeps import DIAMETER, refused, sweeps_of
 from knitstudy.study.scene import Scene
 
 
@@ -47,6 +46,6 @@ def draw(
     reference, loops : DataFrame
         ``resources/reference/reference.csv`` and ``loops.csv``.
     """
-    series = series_of(DIAMETER, drawn | sweeps, scenes, reference)
+    series = sweeps_of(DIAMETER, drawn | sweeps, scenes, reference)
     lost = refused(loops, "yarn diameter [m]", MILLIMETRE)
     return draw_sweep(series, lost, "yarn diameter (mm)", lambda point: MILLIMETRE * point.value)

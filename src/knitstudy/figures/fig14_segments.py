@@ -22,7 +22,7 @@ from knitstudy.figures.view import FRONT
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import centre_cell
-from knitstudy.measures.segment_angles import SEGMENT, central
+from knitstudy.measures.segments import SEGMENT, central
 from knitstudy.models.honeycomb import heights_by_stress, zone_places
 
 TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}
