@@ -23,7 +23,7 @@ from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import NORMAL, SLIP, TANGENTIAL
 from knitstudy.measures.trade import as_direct, points_of
 from knitstudy.measures.trade_point import REFERENCE, Point
-from knitstudy.study.fronts import ALIKE, cheapest, digits, front, nearest
+from knitstudy.study.choice import ALIKE, cheapest, digits, front, nearest
 from knitstudy.tables import catalogue as tables
 from knitstudy.tables.trade import AT_MOST, CASE, ERROR, SECONDS, knobs, sentences, with_fronts
 

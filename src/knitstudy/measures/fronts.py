@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from knitstudy.study.fronts import digits
+from knitstudy.study.choice import digits
 
 ACCURACIES = (0.20, 0.10, 0.05, 0.02)
 """Errors that sentences are about [1]."""

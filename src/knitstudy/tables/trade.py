@@ -13,7 +13,7 @@ from knitstudy.measures.names import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS, UNITS
 from knitstudy.measures.trade import points_of
 from knitstudy.measures.trade_point import TIES, Point
-from knitstudy.study.fronts import cheapest, front, nearest
+from knitstudy.study.choice import cheapest, front, nearest
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
