@@ -5,8 +5,8 @@ import study
 from click.testing import CliRunner
 
 from knitstudy.cli.main import main
+from knitstudy.measures.promises import Comparison, compare
 from knitstudy.measures.response import FORCE
-from knitstudy.measures.second_model import Comparison, compare
 from knitstudy.stages.simulate import Results
 from knitstudy.study.choice import AGAIN, Ask, Choice, Rung, second
 

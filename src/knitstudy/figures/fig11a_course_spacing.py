@@ -12,8 +12,7 @@ from knitstudy.figures.annotation import MILLIMETRE
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import styled
 from knitstudy.figures.sweep import draw_sweep
-from knitstudy.measures.loops import refused
-from knitstudy.measures.sweeps import SPACING, series_of
+from knitstudy.measures.sweeps import SPACING, refused, sweeps_of
 from knitstudy.study.scene import Scene
 
 
@@ -41,7 +40,7 @@ def draw(
     reference, loops : DataFrame
         ``resources/reference/reference.csv`` and ``loops.csv``.
     """
-    series = series_of(SPACING, sweeps, scenes, reference)
+    series = sweeps_of(SPACING, sweeps, scenes, reference)
     drawn = MILLIMETRE * series[0].points[0].scene.pattern.course_spacing
     lost = None if loops is None else refused(loops, "course ratio [1]", drawn)
     return draw_sweep(series, lost, "course spacing (mm)", lambda point: drawn * point.value)

@@ -12,8 +12,7 @@ from knitstudy.figures.annotation import MILLIMETRE
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import styled
 from knitstudy.figures.sweep import draw_sweep
-from knitstudy.measures.loops import refused
-from knitstudy.measures.sweeps import DIAMETER, series_of
+from knitstudy.measures.sweeps import DIAMETER, refused, sweeps_of
 from knitstudy.study.scene import Scene
 
 
@@ -41,6 +40,6 @@ def draw(
     reference, loops : DataFrame
         ``resources/reference/reference.csv`` and ``loops.csv``.
     """
-    series = series_of(DIAMETER, sweeps, scenes, reference)
+    series = sweeps_of(DIAMETER, sweeps, scenes, reference)
     lost = None if loops is None else refused(loops, "yarn diameter [m]", MILLIMETRE)
     return draw_sweep(series, lost, "yarn diameter (mm)", lambda point: MILLIMETRE * point.value)

@@ -21,7 +21,7 @@ from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.centre_cell import centre_cell
-from knitstudy.measures.segment_angles import SEGMENT, central
+from knitstudy.measures.segments import SEGMENT, central
 from knitstudy.measures.selection import ISOTROPIC_COURSE
 from knitstudy.models.honeycomb import heights_by_stress, zone_places
 

@@ -15,7 +15,7 @@ from knitstudy.figures.elevation import colour_bar, elevated_yarns, elevation, l
 from knitstudy.figures.picture import bounds, show
 from knitstudy.figures.style import DOUBLE, figure, panel_letter, styled
 from knitstudy.figures.view import FRONT
-from knitstudy.measures.names import INTERACTIONS, NAMES
+from knitstudy.measures.discretisation import INTERACTIONS, NAMES
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.response import RMS_U_Z, out_of_plane_agreement, rms_out_of_plane
 from knitstudy.measures.selection import TIED_COURSE, TIED_WALE

@@ -15,7 +15,7 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import PERCENT
 from knitstudy.figures.style import DOUBLE, FAINT, INK, INTERACTIONS, PAPER, figure, panel_letter, styled
 from knitstudy.measures.claims.evidence import NOT_REPRODUCED, OPEN, REPRODUCED
-from knitstudy.measures.claims.inputs import CLAIMS, Finding, findings
+from knitstudy.measures.claims.verdicts import CLAIMS, Finding, findings
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
 from knitstudy.measures.selection import COURSE
 from knitstudy.measures.variations import INPUTS, WITHOUT_LIMIT, Variation

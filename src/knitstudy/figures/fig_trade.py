@@ -14,10 +14,10 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import BEAMS, FAINT, INK, MODELS, Look, figure, panel_letter, styled
-from knitstudy.measures.names import INTERACTIONS
+from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS
 from knitstudy.measures.trade import points_of
-from knitstudy.measures.trade_point import Point
+from knitstudy.measures.trade_points import Point
 from knitstudy.study.choice import front
 from knitstudy.study.scene import Scene
 

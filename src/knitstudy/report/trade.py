@@ -5,8 +5,8 @@ from __future__ import annotations
 import pandas as pd
 
 from knitstudy.errors import DataFileError
-from knitstudy.measures.fronts import rungs
-from knitstudy.measures.promise import BAR, DEAREST
+from knitstudy.measures.promises import BAR, DEAREST
+from knitstudy.measures.trade import rungs
 from knitstudy.study.choice import digits
 from knitstudy.tables.trade import AT_MOST, CALLED, CASE, MEMORY, SECONDS, knobs, sentences
 

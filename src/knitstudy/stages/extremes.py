@@ -35,7 +35,7 @@ from knitstudy.figures.extremes_map import draw
 from knitstudy.figures.saving import save
 from knitstudy.files import replacing, write_table
 from knitstudy.loading.restart import Progress
-from knitstudy.measures.energy_balance import (
+from knitstudy.measures.history_checks import (
     faults,
     hourglass,
     is_unloaded,
@@ -109,7 +109,7 @@ KEYS = tuple(f"{section}.{name}" for section, names in all_sections().items() fo
 def digest_of(trial: Trial) -> str:
     """Return the digest of a row: of the base, what is changed of it, and the code of all stages."""
     code = code_digest(
-        "knitstudy.measures.energy_balance", *(stage.module for stage in STAGES.all().values())
+        "knitstudy.measures.history_checks", *(stage.module for stage in STAGES.all().values())
     )
     return digest({"base": trial.base.hash, "changes": dict(trial.changes), "code": code})
 

@@ -22,14 +22,12 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.files import read_dataset, read_table, write_table
 from knitstudy.measures.cost import seconds_of
-from knitstudy.measures.discretisation import made_of
+from knitstudy.measures.discretisation import INTERACTIONS, made_of, problem_of
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.fronts import ACCURACIES
-from knitstudy.measures.knobs import model_of
-from knitstudy.measures.names import INTERACTIONS
-from knitstudy.measures.problem import problem_of
-from knitstudy.measures.promise import Promise, corrected, error_made
+from knitstudy.measures.promises import Promise, corrected, error_made
 from knitstudy.measures.reference import Reference, reference_of
+from knitstudy.measures.trade import ACCURACIES
+from knitstudy.measures.trade_points import model_of
 from knitstudy.stages.displays import REFERENCE
 from knitstudy.stages.kept import RESULTS, up_to_date
 from knitstudy.stages.plan import Plan
