@@ -96,7 +96,7 @@ def scene(
         name="pulled",
         specimen=specimen,
         interaction=interaction,
-        kind=SimpleNamespace(interaction=INTERACTIONS.find(interaction)),
+        kind=SimpleNamespace(interaction=INTERACTIONS[interaction]),
         yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42, material=material),
         pair=SimpleNamespace(angle=90.0, support="ends"),
         load=SimpleNamespace(direction="course", strain=0.05, lateral=lateral, path=path, stops=stops),

@@ -19,7 +19,7 @@ from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS
 from knitstudy.measures.trade import points_of
 from knitstudy.measures.trade_points import Point
-from knitstudy.study.fronts import front
+from knitstudy.study.choice import front
 from knitstudy.study.scene import Scene
 
 WIDTH, HEIGHT = 174.0, 190.0
