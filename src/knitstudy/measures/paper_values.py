@@ -45,7 +45,7 @@ def numbers(paper: pd.DataFrame, table: str, case: str, quantity: str) -> np.nda
     return _floats(reported(paper, table, case, quantity))
 
 
-def printed(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
+def number_if_printed(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
     """Return a number in its unit, nan where the paper prints none."""
     there = _is(paper, table, case, quantity).any()
     return number(paper, table, case, quantity) if there else np.nan

@@ -1,4 +1,4 @@
-"""Claims judged at other values of inputs: what one changed input does to force, motion and verdicts."""
+"""All rules by claim, and what claims come to at other values of inputs."""
 
 from __future__ import annotations
 
@@ -9,13 +9,30 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.carried import CARRIED, carried_over
-from knitstudy.measures.claims.evidence import NOT_RUN, OPEN, Evidence, Judgement
-from knitstudy.measures.claims.rules import RULES
-from knitstudy.measures.reference import Reference, reference_of
+from knitstudy.measures.claims import contact, fabric, models
+from knitstudy.measures.claims.evidence import NOT_RUN, OPEN, Evidence, Judgement, Rule
+from knitstudy.measures.reference import TRANSFERRED, Reference, reference_of, transferred_uncertainty
 from knitstudy.measures.response import QUANTITIES
 from knitstudy.measures.variations import Variation, variations
 from knitstudy.study.scene import Scene
+
+# ---- All rules by which claims are judged
+
+
+RULES: dict[str, Rule] = {
+    **fabric.UNIT_CELL_RULES,
+    **contact.CONTACT_RULES,
+    **contact.KINEMATICS_RULES,
+    **models.MODEL_RULES,
+    **fabric.STRESS_RULES,
+    **fabric.SIZE_RULES,
+    **fabric.SWEEP_RULES,
+}
+"""By the claim's id."""
+
+
+# ---- Claims judged at other values of inputs: what one changed input does to force, motion and verdicts
+
 
 CLAIMS = ("K1", "K2", "K3", "K4", "K5", "K6", "K8", "K11", "E1")
 """What histories and contacts of a knit in course tension can decide. K7 is K5 at all coefficients of friction."""
@@ -56,7 +73,7 @@ def findings(
     """Return what comes out with every value of every input (`measures.variations`), the base first.
 
     The reference knows the base alone. So the base, too, is judged by its own histories, with the uncertainty that
-    they have for it (`measures.carried`): verdicts differ for nothing but the input.
+    they have for it (`measures.reference`): verdicts differ for nothing but the input.
 
     Parameters
     ----------
@@ -77,7 +94,9 @@ def findings(
     result: list[Finding] = []
     for each in found:
         estimates = {
-            kind: carried_over(known[kind], histories[base.scenes[kind].name], histories[scene.name])
+            kind: transferred_uncertainty(
+                known[kind], histories[base.scenes[kind].name], histories[scene.name]
+            )
             for kind, scene in each.scenes.items()
         }
         compared = dict(each.scenes)
@@ -87,7 +106,7 @@ def findings(
         first = result[0] if result else None
         values = {
             (quantity, kind): _at_full_strain(histories[each.scenes[kind].name], quantity)
-            for quantity in CARRIED
+            for quantity in TRANSFERRED
             for kind in each.varied or base.scenes
         }
         result.append(
