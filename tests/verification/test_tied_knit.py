@@ -9,7 +9,7 @@ from pull import knit_and_mesh, pull, pull_apart
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.files import read_dataset
-from knitstudy.measures.energy_balance import hourglass_share, ledger_gap
+from knitstudy.measures.history_checks import hourglass_share, ledger_gap
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.newton import trace
 from knitstudy.models import solid_yarns as dns
