@@ -17,7 +17,7 @@ from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
 from knitstudy.stages.memory import machine_memory
 from knitstudy.study.configuration import load_study
-from knitstudy.study.sections.workflow import workflow_configuration
+from knitstudy.study.configuration import workflow_configuration
 
 
 def stop(error):

@@ -17,7 +17,7 @@ import xarray as xr
 
 from knitstudy.contacts import contacts as crossings
 from knitstudy.errors import ConfigurationError
-from knitstudy.exchange import inp, shell_section, vtu
+from knitstudy.exchange import inp, vtu
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.mechanics.elements import ELEMENTS
@@ -349,7 +349,7 @@ STAGES: dict[str, Stage] = {
         Stage(
             name="shell_section",
             path_pattern="simulation/{scene}.abaqus.inp",
-            function=shell_section.write_deck,
+            function=inp.write_shell,
             reads=(),
             of=_is_tied_cell,
             needs=lambda scene, named: {"history": ("simulation", scene)},
