@@ -49,6 +49,6 @@ def test_scene_that_exceeds_the_machine_is_refused_before_it_begins(monkeypatch)
     monkeypatch.setattr("psutil.virtual_memory", lambda: SimpleNamespace(total=0.3e9, available=0.3e9))
     with pytest.raises(
         ConfigurationError,
-        match=r"coarse': loops is 3, .*mesh.size is .*'simulation' would take some 0\.\d+ GB.*has 0.3",
+        match=r"coarse': pattern.loops is 3, .*mesh.size is .*'simulation' would take some 0\.\d+ GB.*has 0.3",
     ):
         simulate(load_scene("dns-tie-course-coarse"))
