@@ -88,7 +88,6 @@ def _scene(options: argparse.Namespace) -> Scene:
     }
     alike = {
         "yarn.material": "st_venant_kirchhoff",
-        "tie.rule": "facets",
         "solver.hourglass": CALCULIX_HOURGLASS * (1 + scene.yarn.poisson_ratio),
         "load.stops": [],
     }
@@ -112,7 +111,7 @@ def here(scene: dict, folder: str) -> dict:
 def there(scene: Scene, folder: Path, threads: int, rests: bool = True) -> dict:
     """Run CalculiX on the knit and the mesh in a folder; without contact nothing `rests` before the load."""
     knit, mesh = knits.load(str(folder))
-    deck = specimen_deck(scene, knit, mesh, assemble_yarns(scene, mesh, knit).tie, "equations")
+    deck = specimen_deck(scene, knit, mesh, assemble_yarns(scene, mesh, knit).tie)
     write_inp(replace(deck, fields=False, rests=rests), folder / "peer.inp", "calculix")
     try:
         run = calculix.run(folder / "peer.inp", threads)

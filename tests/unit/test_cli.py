@@ -10,7 +10,6 @@ from knitstudy.cli.export import export
 from knitstudy.cli.main import main
 from knitstudy.cli.output import plain, shortened
 from knitstudy.errors import ConvergenceError
-from knitstudy.exchange.deck import CONSTRAINTS
 from knitstudy.exchange.dialects.dialect import DIALECTS
 from knitstudy.files import write_dataset
 from knitstudy.stages.simulate import Results
@@ -89,7 +88,7 @@ def test_dialects_are_those_of_decks():
     choices = {
         option.name: option.type.choices for option in export.params if hasattr(option.type, "choices")
     }
-    assert choices == {"dialect": DIALECTS.names(), "constraints": CONSTRAINTS}
+    assert choices == {"dialect": DIALECTS.names()}
 
 
 def test_list(knitstudy, config):
@@ -150,7 +149,7 @@ def test_plugins_of_the_configuration_are_imported(knitstudy, config, monkeypatc
 def test_check_prints_keys_of_the_kind_alone(knitstudy, config):
     keys = {row[0] for row in table(knitstudy("check", "rom3d-a", "--config", config))}
     assert {"mesh.beam_size", "rom.joint", "rom.contacts_from"} <= keys
-    assert not {"mesh.size", "contact.friction", "tie.tolerance", "beam.tie", "pair.angle"} & keys
+    assert not {"mesh.size", "contact.friction", "beam.tie", "pair.angle"} & keys
 
 
 @pytest.mark.parametrize("command", ["run", "check", ("export", "--dialect", "abaqus")])

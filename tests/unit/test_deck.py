@@ -16,7 +16,6 @@ from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing
 from knitstudy.mesh.sweep import sweep
-from knitstudy.models.facet_tie import FacetTie
 from knitstudy.study.kinds import INTERACTIONS
 
 # Corners of the faces S1 to S6 of C3D8, from its definition.
@@ -42,28 +41,14 @@ def mesh():
     )
 
 
+WEIGHT = np.array([[0.25, 0.25, 0.25, 0.25], [1, 0, 0, 0], [0, 0.5, 0.5, 0], [0.1, 0.2, 0.3, 0.4]])
+
+
 @pytest.fixture
 def tie(mesh):
-    """One facet of the upper yarn that hangs on one facet of the lower, node by node."""
-    slave, master = (
-        quads[mesh.nodes[quads].mean(axis=1)[:, 1].argsort(kind="stable")]
-        for quads in (mesh.surface_quads(1), mesh.surface_quads(0)[:, [1, 0, 3, 2]])
-    )
-    nodes = mesh.nodes.copy()
-    weight = np.eye(4)
-    nodes[slave[0]] = mesh.nodes[master[-1]]
-    return FacetTie(
-        slave=slave[0],
-        master=np.tile(master[-1], (4, 1)),
-        weight=weight,
-        crossing=np.zeros(4, dtype=int),
-        nodes=nodes,
-        adjustment=np.linalg.norm(nodes[slave[0]] - mesh.nodes[slave[0]], axis=1),
-        area=np.ones(1),
-        centroid=np.zeros((1, 3)),
-        tolerance=0.0,
-        facet=0.5,
-    )
+    """Four nodes of the upper yarn that hang on four of the lower one."""
+    slave, master = mesh.surface_quads(1)[0], np.tile(mesh.surface_quads(0)[0], (4, 1))
+    return SimpleNamespace(area=np.ones(1), equations=lambda fixed: (slave, master, WEIGHT))
 
 
 @pytest.fixture
@@ -135,19 +120,17 @@ def test_facets_are_faces_of_their_hexahedra(mesh, yarn):
 
 
 @pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
-@pytest.mark.parametrize("constraints", ["surfaces", "equations"])
-def test_another_reader_finds_the_mesh(mesh, tie, knit, tmp_path, dialect, constraints):
-    write_inp(specimen_deck(scene(), knit, mesh, tie, constraints), tmp_path / "deck.inp", dialect)
+def test_another_reader_finds_the_mesh(mesh, tie, knit, tmp_path, dialect):
+    write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", dialect)
     read = meshio.read(tmp_path / "deck.inp")
-    expected = tie.nodes if constraints == "equations" else mesh.nodes
-    np.testing.assert_allclose(read.points, expected, rtol=1e-12, atol=1e-15)  # 13 digits are written
+    np.testing.assert_allclose(read.points, mesh.nodes, rtol=1e-12, atol=1e-15)  # 13 digits are written
     np.testing.assert_array_equal(np.vstack([block.data for block in read.cells]), mesh.hexahedra)
     np.testing.assert_array_equal(read.point_sets["HELD"], np.sort(mesh.end_nodes("left")))
     np.testing.assert_array_equal(read.point_sets["DRIVEN"], np.sort(mesh.end_nodes("right")))
 
 
 def test_numbers_fit_into_what_calculix_reads(mesh, tie, knit, tmp_path):
-    write_inp(specimen_deck(scene(), knit, mesh, tie, "equations"), tmp_path / "deck.inp", "calculix")
+    write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", "calculix")
     lines = (tmp_path / "deck.inp").read_text().splitlines()
     numbers = [entry.strip() for line in lines if not line.startswith("*") for entry in line.split(",")]
     assert max(map(len, numbers[1:])) <= 20  # the first line is the title
@@ -175,19 +158,8 @@ def test_increments_are_those_of_the_scene(mesh, tie, knit, tmp_path):
     assert step == [("*STATIC, DIRECT", ["1.0, 12.0"])]
 
 
-def test_tied_surfaces_hold_the_tied_facets(mesh, tie, knit):
-    (pair,) = specimen_deck(scene(), knit, mesh, tie).ties
-    assert pair.slave.elements.size == 1
-    corners = mesh.hexahedra[pair.slave.elements[0]][FACES[pair.slave.faces[0] - 1]]
-    assert set(corners) == set(tie.slave)
-    assert mesh.yarn_of_slice[mesh.slice_of_element[pair.master.elements]].max() == 0
-    assert tie.adjustment.max() < pair.tolerance < 1.1 * tie.adjustment.max()
-
-
 def test_equations_repeat_the_elimination(mesh, tie, knit, tmp_path):
-    weight = np.array([[0.25, 0.25, 0.25, 0.25], [1, 0, 0, 0], [0, 0.5, 0.5, 0], [0.1, 0.2, 0.3, 0.4]])
-    tie = replace(tie, weight=weight)
-    write_inp(specimen_deck(scene(), knit, mesh, tie, "equations"), tmp_path / "deck.inp", "calculix")
+    write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", "calculix")
     (rows,) = data(tmp_path / "deck.inp", "*EQUATION")
     entries = iter(",".join(rows).replace(" ", "").split(","))
     found = np.zeros((12, 3 * len(mesh.nodes)))
@@ -195,19 +167,16 @@ def test_equations_repeat_the_elimination(mesh, tie, knit, tmp_path):
         for _ in range(int(next(entries))):
             node, component, factor = int(next(entries)), int(next(entries)), float(next(entries))
             found[k, 3 * (node - 1) + component - 1] += factor
-    for k, (slave, master, weight) in enumerate(zip(tie.slave, tie.master, tie.weight, strict=True)):
+    for k, (slave, master, weight) in enumerate(zip(*tie.equations(None), strict=True)):
         for i in range(3):
             expected = np.zeros(3 * len(mesh.nodes))
             expected[3 * slave + i] = -1
             expected[3 * master + i] = weight
             np.testing.assert_allclose(found[3 * k + i], expected, atol=1e-12)
-    assert not data(tmp_path / "deck.inp", "*TIE")
 
 
 def contact_deck(mesh, knit, **options):
-    nothing = np.empty(0, dtype=int)
-    area = np.full(len(knit.crossings.row), np.nan)
-    untied = SimpleNamespace(slave=nothing, crossing=nothing, nodes=mesh.nodes, area=area)
+    untied = SimpleNamespace(area=np.full(len(knit.crossings.row), np.nan))
     return specimen_deck(scene(**{"interaction": "isotropic"} | options), knit, mesh, untied)
 
 
@@ -312,8 +281,6 @@ def test_calculix_rests_before_yarns_that_touch_are_moved(mesh, tie, knit, tmp_p
 
 
 def test_what_is_not_allowed_is_refused(mesh, tie, knit, tmp_path):
-    with pytest.raises(ConfigurationError, match="'penalty' is not allowed; one of surfaces, equations"):
-        specimen_deck(scene(), knit, mesh, tie, "penalty")
     with pytest.raises(
         ConfigurationError, match="unknown deck dialect 'nastran'; allowed are abaqus, calculix"
     ):
@@ -410,6 +377,7 @@ def test_what_a_deck_leaves_unsaid_is_in_it_and_in_the_log(
 ):
     tied = options.get("interaction", "tie") == "tie"
     deck = specimen_deck(scene(**options), knit, mesh, tie) if tied else contact_deck(mesh, knit, **options)
+    keys = keys + ["tie"] * tied
     write_inp(deck, tmp_path / "deck.inp", dialect)
     assert remarks(tmp_path / "deck.inp") == keys
     assert [record.levelname for record in caplog.records] == ["WARNING"] * len(keys)
@@ -468,14 +436,11 @@ def test_a_dialect_is_one_class_that_registers_itself(mesh, tie, knit, tmp_path)
         materials: ClassVar = {"hencky": lambda material: dialect.Wording("*HENCKY\n")}
         interactions: ClassVar = {}
 
-        def tie(self, name, tolerance):
-            return "*GLUE\n"
-
         def outputs(self, deck):
             return ""
 
     write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", "terse")
-    assert {"*HENCKY", "*GLUE"} <= {card for card, _ in cards(tmp_path / "deck.inp")}
+    assert "*HENCKY" in {card for card, _ in cards(tmp_path / "deck.inp")}
     with pytest.raises(ConfigurationError, match="interaction is 'rough', which Terse has no word for"):
         write_inp(contact_deck(mesh, knit, interaction="rough"), tmp_path / "rough.inp", "terse")
     dialect.DIALECTS.forget("terse")

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,6 @@ from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.mesh.knit import mesh_pair
-from knitstudy.models.facet_tie import tie_crossings
 from knitstudy.study.configuration import load_scene
 
 pytestmark = [
@@ -33,7 +33,7 @@ def pulled(folder, path, increments, interaction="isotropic", rests=True):
     scene = scene.replace("interaction", interaction)
     pair = YarnPair(scene.yarn.radius, scene.pair.angle, scene.pair.length, scene.pair.clearance)
     mesh = mesh_pair(pair, SIZE, scene.mesh.growth)
-    untied = tie_crossings(mesh, pair, scene.tie.tolerance, np.zeros(1, dtype=bool))
+    untied = SimpleNamespace(area=np.full(1, np.nan))
     deck = replace(specimen_deck(scene, pair, mesh, untied), fields=False, rests=rests)
     write_inp(deck, folder / "deck.inp", "calculix")
     run = calculix.run(folder / "deck.inp")

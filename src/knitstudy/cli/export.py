@@ -14,11 +14,6 @@ from knitstudy.cli.options import changed_scene, config_option, set_option
 @click.option(
     "--dialect", type=click.Choice(["abaqus", "calculix"]), required=True, help="The other program."
 )
-@click.option(
-    "--constraints",
-    type=click.Choice(["surfaces", "equations"]),
-    help="Ties as surfaces that the program ties itself (the default for tie.rule facets), or as equations.",
-)
 @set_option
 @click.option(
     "-o",
@@ -27,9 +22,7 @@ from knitstudy.cli.options import changed_scene, config_option, set_option
     help="The deck's file; SCENE.DIALECT.inp in the current folder by default.",
 )
 @config_option
-def export(
-    scene: str, dialect: str, constraints: str | None, changes: tuple, output: Path | None, config: Path
-) -> None:
+def export(scene: str, dialect: str, changes: tuple, output: Path | None, config: Path) -> None:
     """Write a scene of solid yarns as an input deck (.inp): mesh, ties, contact, grips and load, in m, N and Pa.
 
     \b
@@ -48,6 +41,6 @@ def export(
     chosen, specimen, mesh = lay_out(wanted, config=config)
     tie = tie_of(chosen, divide(chosen, mesh, specimen), specimen)
     path = output or Path(f"{chosen.name}.{dialect}.inp")
-    deck = specimen_deck(chosen, specimen, mesh, tie, constraints)
+    deck = specimen_deck(chosen, specimen, mesh, tie)
     write_inp(deck, path, dialect)
     click.echo(f"{path}: {len(deck.nodes)} nodes, {len(mesh.hexahedra)} hexahedra; m, N, Pa")

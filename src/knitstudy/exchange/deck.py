@@ -1,9 +1,7 @@
 """Input decks of other finite-element programs: what they hold, whatever the dialect.
 
-The same ties can be handed over in two ways. As *surfaces*, the other program finds tied facets itself; as
-*equations* it gets linear constraints: of facets exactly those that are eliminated here, on the adjusted mesh, of
-patches those that stiff springs stand for here. Contact is always handed over as surfaces, one pair for every row
-of crossings that are not tied.
+Ties are linear equations, which the stiff springs of the scene stand for. Contact is a pair of surfaces for every
+row of crossings that are not tied.
 """
 
 from __future__ import annotations
@@ -22,7 +20,6 @@ from knitstudy.loading.load_path import load_path
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models.facet_tie import tie_crossings
 from knitstudy.models.hexahedra import divide
 from knitstudy.models.ties import STIFFNESS
 from knitstudy.models.yarn_contact import penalties
@@ -30,21 +27,10 @@ from knitstudy.models.yarn_contact import penalties
 if TYPE_CHECKING:
     from knitstudy.geometry.pair import YarnPair
     from knitstudy.geometry.pattern import Knit
-    from knitstudy.models.discretisation import Discretisation
-    from knitstudy.models.facet_tie import FacetTie
-    from knitstudy.models.ties import Tie
+    from knitstudy.models.ties import Ties
     from knitstudy.study.scene import Scene
 
-CONSTRAINTS = ("surfaces", "equations")
-
-EXACTLY_JOINED = (
-    f"tie.rule is patch: springs of {STIFFNESS:g} E R join moments in the scene, equations without "
-    f"any compliance in a deck"
-)
-FACETS_INSTEAD = "tie.rule is patch: a program that ties surfaces ties facets within tie.tolerance instead"
-
-POSITION_MARGIN = 1.05
-"""Position tolerance over the gap of the farthest slave node: rounding must not lose it."""
+RIGID_TIES = f"tie: springs of {STIFFNESS:g} E R in the scene, equations without compliance in a deck"
 
 CONTACT_REACH = 1.0
 """Distance of facets that may come to touch, over the yarn's radius, besides what the load moves them."""
@@ -56,16 +42,6 @@ class Surface:
 
     elements: np.ndarray
     faces: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class TiedPair:
-    """Two surfaces, of which the nodes of ``slave`` within ``tolerance`` (m) follow ``master``."""
-
-    name: str
-    slave: Surface
-    master: Surface
-    tolerance: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +117,6 @@ class Deck:
     steps : tuple of Step
     driven : str
         Node set whose total reaction is written.
-    ties : tuple of TiedPair
     equations : Equations or None
     contacts : tuple of ContactPair
     interaction : Interaction or None
@@ -166,7 +141,6 @@ class Deck:
     hourglass: float
     steps: tuple[Step, ...]
     driven: str
-    ties: tuple[TiedPair, ...] = ()
     equations: Equations | None = None
     contacts: tuple[ContactPair, ...] = ()
     interaction: Interaction | None = None
@@ -194,8 +168,7 @@ def specimen_deck(
     scene: Scene,
     specimen: Knit | YarnPair,
     mesh: SweptMesh,
-    tie: Tie,
-    constraints: str | None = None,
+    tie: Ties,
 ) -> Deck:
     """Deck of a knit in tension, or of a pair of yarns on its path: ties, contact, grips and load.
 
@@ -204,42 +177,23 @@ def specimen_deck(
     scene : Scene
     specimen : Knit or YarnPair
     mesh : SweptMesh
-    tie : Tie
-        Constraints of the tied crossings; elsewhere yarns touch by the scene's interaction.
-    constraints : {"surfaces", "equations"}, optional
-        Whether the other program ties the surfaces itself, or gets the constraints as equations; by default
-        surfaces for ties of facets, and equations for patches, which no program has.
-
-    Raises
-    ------
-    ConfigurationError
-        If ``constraints`` is unknown.
+    tie : Ties
+        Of the tied crossings; elsewhere yarns touch by the scene's interaction.
     """
-    patches = scene.value("tie.rule") == "patch"
-    if constraints is None:
-        constraints = "equations" if patches else "surfaces"
-    if constraints not in CONSTRAINTS:
-        raise ConfigurationError(
-            f"deck constraints: {constraints!r} is not allowed; one of {', '.join(CONSTRAINTS)}"
-        )
     parts = divide(scene, mesh, specimen)
     mesh = parts.mesh
-    as_equations = constraints == "equations"
     tied = np.isfinite(tie.area)
     free = tied_pieces(mesh.stations, specimen.crossings, tied) < 0
     touching = np.unique(specimen.crossings.row[~tied])
     reach = CONTACT_REACH * mesh.radius + _travel(scene)
     equations = None
-    if as_equations and tied.any():
-        equations = Equations(*tie.equations(np.union1d(parts.ends.held, parts.ends.driven)))
     departures = tuple(_unsaid(scene)) if touching.size else ()
-    if patches and tied.any():
-        departures += (EXACTLY_JOINED if as_equations else FACETS_INSTEAD,)
-        if not as_equations:
-            tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied, parts.faces)
+    if tied.any():
+        equations = Equations(*tie.equations(np.union1d(parts.ends.held, parts.ends.driven)))
+        departures += (RIGID_TIES,)
     return Deck(
         title=_title(scene, specimen),
-        nodes=tie.nodes if as_equations else parts.nodes,
+        nodes=parts.nodes,
         elements={
             f"YARN{yarn}": parts.connectivity[_yarn_elements(mesh, yarn)] for yarn in range(mesh.yarns)
         },
@@ -249,7 +203,6 @@ def specimen_deck(
         hourglass=scene.solver.hourglass,
         steps=_steps(scene, specimen),
         driven="DRIVEN",
-        ties=() if as_equations else tied_pairs(parts, tie),
         equations=equations,
         contacts=tuple(touching_row(mesh, row, reach, free) for row in touching),
         interaction=interaction(scene) if touching.size else None,
@@ -284,25 +237,6 @@ def touching_row(mesh: SweptMesh, row: int, reach: float, free: np.ndarray) -> C
     slave = (cKDTree(lower).query(upper)[0] < reach) & may_touch[0]
     master = (cKDTree(upper).query(lower)[0] < reach) & may_touch[1]
     return ContactPair(f"ROW{row}", facet_faces(mesh, row + 1, slave), facet_faces(mesh, row, master))
-
-
-def tied_pairs(parts: Discretisation, tie: FacetTie) -> tuple[TiedPair, ...]:
-    """One pair of surfaces for every interlock row.
-
-    The slave surface holds exactly the tied facets of the upper yarn; the master surface the facets of the
-    lower yarn that lie within a radius of them.
-    """
-    mesh, yarn_of_slave = parts.mesh, parts.yarn[tie.slave]
-    pairs = []
-    for yarn in np.unique(yarn_of_slave):
-        slaves = tie.slave[yarn_of_slave == yarn]
-        tied = np.isin(parts.faces.of_yarn[yarn], slaves).all(axis=1)
-        centroids = mesh.nodes[mesh.surface_quads(yarn - 1)].mean(axis=1)
-        near = cKDTree(parts.nodes[slaves]).query(centroids)[0] < mesh.radius
-        tolerance = POSITION_MARGIN * tie.adjustment[yarn_of_slave == yarn].max()
-        slave, master = facet_faces(mesh, yarn, tied), facet_faces(mesh, yarn - 1, near)
-        pairs.append(TiedPair(f"ROW{yarn - 1}", slave, master, tolerance))
-    return tuple(pairs)
 
 
 def facet_faces(mesh: SweptMesh, yarn: int, chosen: np.ndarray) -> Surface:

@@ -11,7 +11,7 @@ from typing import TextIO
 import numpy as np
 import xarray as xr
 
-from knitstudy.exchange.deck import ContactPair, Deck, Equations, Step, Surface, TiedPair, specimen_deck
+from knitstudy.exchange.deck import ContactPair, Deck, Equations, Step, Surface, specimen_deck
 from knitstudy.exchange.dialects.dialect import DIALECTS, NUMBER, Dialect, Element, Wording
 from knitstudy.files import code_version, replacing
 from knitstudy.geometry.lay_out import read_specimen
@@ -58,7 +58,6 @@ def write_inp(deck: Deck, path: Path | str, dialect: str) -> None:
     with replacing(path) as temporary, open(temporary, "w", encoding="ascii") as file:
         _write_heading(file, deck, departures)
         _write_mesh(file, deck, element)
-        _write_ties(file, deck, program)
         if deck.equations is not None:
             _write_equations(file, deck.equations)
         _write_section(file, material, element)
@@ -93,19 +92,13 @@ def _write_mesh(file: TextIO, deck: Deck, element: Element) -> None:
         file.writelines(_wrapped(nodes + 1))
 
 
-def _write_ties(file: TextIO, deck: Deck, dialect: Dialect) -> None:
-    for pair in deck.ties:
-        names = _write_surfaces(file, pair)
-        file.write(dialect.tie(pair.name, pair.tolerance) + names)
-
-
 def _write_contacts(file: TextIO, deck: Deck, behaviour: Wording) -> None:
     names = [_write_surfaces(file, pair) for pair in deck.contacts]
     file.write(f"*SURFACE INTERACTION, NAME={INTERACTION}\n" + behaviour.cards)
     file.write(f"*CONTACT PAIR, INTERACTION={INTERACTION}, TYPE=SURFACE TO SURFACE\n" + "".join(names))
 
 
-def _write_surfaces(file: TextIO, pair: TiedPair | ContactPair) -> str:
+def _write_surfaces(file: TextIO, pair: ContactPair) -> str:
     """Write both surfaces of a pair; return the line that names slave and master."""
     names = {f"{pair.name}_SLAVE": pair.slave, f"{pair.name}_MASTER": pair.master}
     for name, surface in names.items():

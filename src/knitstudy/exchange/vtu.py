@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import meshio
@@ -25,9 +25,7 @@ from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, QuadraticSectio
 from knitstudy.mesh.quality import scaled_jacobian
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models.hexahedra import divide
 from knitstudy.models.spline_yarns import space_on, undeformed, yarn_spans
-from knitstudy.models.ties import tie_of
 from knitstudy.study.scene import Scene
 
 # ---- Cells with fields, in the XML format of VTK that ParaView opens
@@ -390,6 +388,5 @@ def write_deformed(
         write_solid_yarns(scene, path, specimen, history)
         return
     swept = SweptMesh.from_dataset(mesh)
-    tie = tie_of(scene, divide(scene, swept, specimen), specimen)
     fields = {"displacement": history["node_displacement"].to_numpy()}
-    write_vtu(replace(_mesh_of(scene, swept, specimen), nodes=tie.nodes), path, fields)
+    write_vtu(_mesh_of(scene, swept, specimen), path, fields)

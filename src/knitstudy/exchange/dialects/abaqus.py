@@ -103,12 +103,6 @@ class Abaqus(Dialect):
     }
     interactions: ClassVar[Words] = {"rough": rough, "isotropic": isotropic}
 
-    def tie(self, name: str, tolerance: float) -> str:
-        """Return the line that opens a tie; every slave node meets the master facet under it, as in CalculiX."""
-        return (
-            f"*TIE, NAME={name}, TYPE=NODE TO SURFACE, ADJUST=YES, POSITION TOLERANCE={NUMBER % tolerance}\n"
-        )
-
     def step(self, deck: Deck) -> str:
         """Return the parameters of every step; friction makes the tangent unsymmetric."""
         return ", UNSYMM=YES" if deck.contacts else ""

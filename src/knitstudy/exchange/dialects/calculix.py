@@ -114,10 +114,6 @@ class CalculiX(Dialect):
     }
     interactions: ClassVar[Words] = {"rough": rough, "isotropic": isotropic}
 
-    def tie(self, name: str, tolerance: float) -> str:
-        """Return the line that opens a tie; slave nodes are moved onto the master unless that is switched off."""
-        return f"*TIE, NAME={name}, POSITION TOLERANCE={NUMBER % tolerance}\n"
-
     def steps(self, deck: Deck) -> tuple[Step, ...]:
         """Return those of the deck, with contact after a step in which nothing is driven.
 

@@ -57,7 +57,7 @@ class Dialect(ABC):
     materials : dict of str to function (Material) -> Wording
         Words for ``yarn.material``.
     interactions : dict of str to function (Interaction) -> Wording
-        Words for ``interaction`` where yarns touch; ties are a matter of surfaces or equations.
+        Words for ``interaction`` where yarns touch; ties are equations.
     """
 
     name: ClassVar[str]
@@ -95,10 +95,6 @@ class Dialect(ABC):
             If the dialect has no word for the interaction.
         """
         return self._word("interaction", interaction.kind, self.interactions)(interaction)
-
-    @abstractmethod
-    def tie(self, name: str, tolerance: float) -> str:
-        """Return the line that opens a tie of the nodes within a distance [m]."""
 
     def steps(self, deck: Deck) -> tuple[Step, ...]:
         """Return the steps that the program needs for those of the deck."""

@@ -3,7 +3,7 @@
 from knitstudy.study.kinds import FIDELITIES, Fidelity, Interaction, Sections
 from knitstudy.study.sections.beam import Beam
 from knitstudy.study.sections.gates import Gates
-from knitstudy.study.sections.interaction import PatchTie, TiedEdges
+from knitstudy.study.sections.interaction import Tie, TiedEdges
 from knitstudy.study.sections.mesh import BeamMesh
 from knitstudy.study.sections.solver import Newton
 
@@ -12,7 +12,7 @@ def sections(interaction: Interaction) -> Sections:
     """Return the sections of a scene."""
     return {
         "mesh": BeamMesh,
-        "tie": PatchTie,
+        "tie": Tie,
         "contact": interaction.contact(TiedEdges),
         "solver": Newton,
         "gates": Gates,

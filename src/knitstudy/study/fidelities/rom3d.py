@@ -2,7 +2,7 @@
 
 from knitstudy.study.kinds import FIDELITIES, Fidelity, Interaction, Sections
 from knitstudy.study.sections.gates import Gates
-from knitstudy.study.sections.interaction import PatchTie
+from knitstudy.study.sections.interaction import Tie
 from knitstudy.study.sections.mesh import BeamMesh
 from knitstudy.study.sections.rom import SpatialJoints, Springs
 from knitstudy.study.sections.solver import Newton
@@ -10,7 +10,7 @@ from knitstudy.study.sections.solver import Newton
 
 def sections(interaction: Interaction) -> Sections:
     """Return the sections of a scene: springs where yarns touch, ties of some size where they are all tied."""
-    joints = {"rom": Springs} if interaction.touches else {"tie": PatchTie, "rom": SpatialJoints}
+    joints = {"rom": Springs} if interaction.touches else {"tie": Tie, "rom": SpatialJoints}
     return {"mesh": BeamMesh, "solver": Newton, "gates": Gates, **joints}
 
 

@@ -2,7 +2,7 @@
 
 from knitstudy.study.kinds import FIDELITIES, Fidelity, Interaction, Sections
 from knitstudy.study.sections.gates import SolidGates
-from knitstudy.study.sections.interaction import PatchTie
+from knitstudy.study.sections.interaction import Tie
 from knitstudy.study.sections.polynomial_contact import PolynomialContact
 from knitstudy.study.sections.polynomial_mesh import PolynomialMesh
 from knitstudy.study.sections.solver import SolidNewton
@@ -11,7 +11,7 @@ from knitstudy.study.sections.solver import SolidNewton
 def sections(interaction: Interaction) -> Sections:
     """Return the sections of a scene: those of contact where yarns are not all tied."""
     contact = {"contact": interaction.contact(PolynomialContact)} if interaction.touches else {}
-    return {"mesh": PolynomialMesh, "tie": PatchTie, **contact, "solver": SolidNewton, "gates": SolidGates}
+    return {"mesh": PolynomialMesh, "tie": Tie, **contact, "solver": SolidNewton, "gates": SolidGates}
 
 
 FIDELITIES.register(

@@ -1,7 +1,7 @@
 """A window of solid yarns in a knit of beams: contact of a few cells of a large knit."""
 
 from knitstudy.study.kinds import FIDELITIES, Fidelity, Interaction, Sections
-from knitstudy.study.sections.interaction import PatchTie
+from knitstudy.study.sections.interaction import Tie
 from knitstudy.study.sections.polynomial_contact import PolynomialContact
 from knitstudy.study.sections.solver import Newton
 from knitstudy.study.sections.window import Window, WindowGates, WindowMesh
@@ -12,7 +12,7 @@ def sections(interaction: Interaction) -> Sections:
     contact = {"contact": interaction.contact(PolynomialContact)} if interaction.touches else {}
     return {
         "mesh": WindowMesh,
-        "tie": PatchTie,
+        "tie": Tie,
         **contact,
         "solver": Newton,
         "gates": WindowGates,
