@@ -1,19 +1,13 @@
-"""Yarns of quadratic hexahedra: what they are for ties, contact, grips, decks and ParaView."""
+"""Yarns of quadratic hexahedra: what they are for ties, contact and grips."""
 
-import meshio
 import numpy as np
 import pytest
 
-from knitstudy.exchange.deck import specimen_deck
-from knitstudy.exchange.inp import write_inp
-from knitstudy.exchange.vtu import write_vtu
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.mechanics.elements.quadratic import EDGES
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.knit import mesh_specimen
-from knitstudy.mesh.quadratic import quadratic_mesh
 from knitstudy.models.hexahedra import divide
-from knitstudy.models.ties import tie_of
 
 RADIUS, SIZE = 0.9e-3, 0.45e-3
 
@@ -94,33 +88,3 @@ def test_places_are_sums_of_nodes_that_move_with_the_yarn(parts):
     assert (parts.yarn[nodes] == 0).all()
     placed = np.einsum("ka,kai->ki", weights, moved(parts.nodes)[nodes])
     np.testing.assert_allclose(placed, moved(points), atol=1e-9 * RADIUS)
-
-
-@pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
-def test_decks(scene, swept, pair, tmp_path, dialect):
-    tied = scene.replace("interaction", "tie")
-    parts = divide(tied, swept, pair)
-    tie = tie_of(tied, parts, pair)
-    deck = specimen_deck(tied, pair, swept, tie)
-    write_inp(deck, tmp_path / "deck.inp", dialect)
-    text = (tmp_path / "deck.inp").read_text()
-    assert "TYPE=C3D20R" in text
-    read = meshio.read(tmp_path / "deck.inp")
-    np.testing.assert_allclose(read.points, parts.nodes, atol=1e-15)
-    np.testing.assert_array_equal(np.vstack([block.data for block in read.cells]), parts.connectivity)
-    # What was tied moves as one in the other program as well.
-    equations, rigid = deck.equations, moved(parts.nodes) - parts.nodes
-    followed = np.einsum("km,kmi->ki", equations.weight, rigid[equations.master])
-    np.testing.assert_allclose(followed, rigid[equations.slave], atol=1e-10 * RADIUS)
-    assert "NOT QUITE THE SCENE: tie: springs" in text
-
-
-def test_paraview_gets_quadratic_cells(swept, pair, tmp_path):
-    mesh = quadratic_mesh(swept, pair.centrelines)
-    write_vtu(mesh, tmp_path / "mesh.vtu", {"displacement": 2 * mesh.nodes})
-    read = meshio.read(tmp_path / "mesh.vtu")
-    cells = read.cells_dict["hexahedron20"]
-    np.testing.assert_allclose(read.points[cells], mesh.nodes[mesh.elements])
-    np.testing.assert_allclose(read.point_data["displacement"], 2 * read.points)
-    assert len(read.points) == len(mesh.nodes) - len(mesh.face_centres)
-    assert set(read.point_data) == {"displacement", "yarn", "arc_length"}

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from knitstudy.loading.history import FORMS
-from knitstudy.measures.energy_balance import hourglass_share, ledger_gap
+from knitstudy.measures.history_checks import hourglass_share, ledger_gap
 from knitstudy.tables import catalogue
 
 

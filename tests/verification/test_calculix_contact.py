@@ -1,8 +1,7 @@
-"""What CalculiX's contact of surfaces computes (docs/calculix.md), from two crossing yarns."""
+"""What CalculiX's contact of surfaces computes (docs/decks.md), from two crossing yarns."""
 
 from dataclasses import replace
 from functools import partial
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -33,8 +32,7 @@ def pulled(folder, path, increments, interaction="isotropic", rests=True):
     scene = scene.replace("interaction", interaction)
     pair = YarnPair(scene.yarn.radius, scene.pair.angle, scene.pair.length, scene.pair.clearance)
     mesh = mesh_pair(pair, SIZE, scene.mesh.growth)
-    untied = SimpleNamespace(area=np.full(1, np.nan))
-    deck = replace(specimen_deck(scene, pair, mesh, untied), fields=False, rests=rests)
+    deck = replace(specimen_deck(scene, pair, mesh), fields=False, rests=rests)
     write_inp(deck, folder / "deck.inp", "calculix")
     run = calculix.run(folder / "deck.inp")
     assert not run.warnings

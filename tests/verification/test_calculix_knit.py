@@ -88,7 +88,7 @@ def pulled_by_calculix(folder, deck):
 
 def test_patches_as_equations_give_the_force_of_stiff_springs(knit, mesh, patches, tmp_path, verify):
     """Equations are springs without compliance: ties of 100 E R are softer by what that is worth, and no more."""
-    deck = specimen_deck(SCENE, knit, mesh, patches)
+    deck = specimen_deck(SCENE, knit, mesh)
     assert deck.equations is not None
     force = pulled_by_calculix(tmp_path, replace(deck, tolerance=1e-7)).force[:, 0]
     own, stiff = (

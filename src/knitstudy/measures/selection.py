@@ -33,9 +33,8 @@ from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any
 
-from knitstudy.measures.discretisation import discretisation, finer, is_cut, is_direct, made_of
+from knitstudy.measures.discretisation import discretisation, finer, is_cut, is_direct, made_of, problem_of
 from knitstudy.measures.domain import series_of
-from knitstudy.measures.problem import problem_of
 from knitstudy.measures.response import STRAINS
 from knitstudy.measures.sweeps import FRICTION, swept
 from knitstudy.measures.variations import COEFFICIENT, WITHOUT_LIMIT, variations

@@ -35,7 +35,7 @@ from knitstudy.figures.extremes_map import draw
 from knitstudy.figures.saving import save
 from knitstudy.files import replacing, write_table
 from knitstudy.loading.restart import Progress
-from knitstudy.measures.energy_balance import (
+from knitstudy.measures.history_checks import (
     faults,
     hourglass,
     is_unloaded,
@@ -54,7 +54,8 @@ from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES, stage_of
 from knitstudy.study.campaign import Campaign, Trial, load_campaign
 from knitstudy.study.configuration import CONFIG
-from knitstudy.study.scene import Scene, all_sections, digest
+from knitstudy.study.kinds import all_sections
+from knitstudy.study.scene import Scene, digest
 
 ROWS, RESULTS = Path("run/extremes"), Path("run/extremes/results")
 """One file a trial; and what its scenes leave, so that those of one geometry share it."""
@@ -108,7 +109,7 @@ KEYS = tuple(f"{section}.{name}" for section, names in all_sections().items() fo
 def digest_of(trial: Trial) -> str:
     """Return the digest of a row: of the base, what is changed of it, and the code of all stages."""
     code = code_digest(
-        "knitstudy.measures.energy_balance", *(stage.module for stage in STAGES.all().values())
+        "knitstudy.measures.history_checks", *(stage.module for stage in STAGES.all().values())
     )
     return digest({"base": trial.base.hash, "changes": dict(trial.changes), "code": code})
 

@@ -15,8 +15,8 @@ import pandas as pd
 
 from knitstudy.errors import DataFileError, KnitstudyError
 from knitstudy.files import read_dataset, read_table, write_table
+from knitstudy.measures.reference import refinement_series_of
 from knitstudy.measures.selection import ways
-from knitstudy.measures.ways import ways_of
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES, stage_of
@@ -98,7 +98,7 @@ def keep(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, code: st
     reference = limits(all_values, scenes)
     of = all_values.groupby("scene")[["code", "made"]].first()
     marks = {}
-    for problem, found_ways in ways_of(scenes[name] for name in of.index).items():
+    for problem, found_ways in refinement_series_of(scenes[name] for name in of.index).items():
         behind = of.loc[[name for way in found_ways for name in way.simulated]]
         marks[problem] = SEPARATOR.join(sorted(set(behind["code"]))), behind["made"].max()
     if not reference.empty:
