@@ -20,7 +20,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, KnitstudyError
-from knitstudy.files import read_dataset, read_table, write_table
+from knitstudy.files import read_result, read_table, write_table
 from knitstudy.measures.cost import seconds_of
 from knitstudy.measures.discretisation import INTERACTIONS, made_of, problem_of
 from knitstudy.measures.estimate import Estimate
@@ -189,7 +189,7 @@ def _pair(scene: Scene, plan: Plan, results: Path) -> tuple[Scene, Scene] | None
 
 def _read(scene: Scene, results: Path) -> tuple[xr.Dataset, xr.Dataset]:
     return tuple(
-        read_dataset(results / stage.path(scene)) for stage in (STAGES["simulation"], STAGES["contacts"])
+        read_result(results / stage.path(scene)) for stage in (STAGES["simulation"], STAGES["contacts"])
     )
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import pandas as pd
 
 from knitstudy.errors import DataFileError, KnitstudyError
-from knitstudy.files import read_dataset, read_table, write_table
+from knitstudy.files import read_result, read_table, write_table
 from knitstudy.measures.reference import refinement_series_of
 from knitstudy.measures.selection import ways
 from knitstudy.stages.code import code_digest
@@ -62,7 +62,7 @@ def found(scenes: Mapping[str, Scene], results: Path, config: Path = CONFIG) -> 
     for name, scene in scenes.items():
         steps = STAGES["simulation"], STAGES["contacts"]
         if all(plan.is_up_to_date(stage, scene, results) for stage in steps):
-            histories[name], contacts[name] = (read_dataset(results / stage.path(scene)) for stage in steps)
+            histories[name], contacts[name] = (read_result(results / stage.path(scene)) for stage in steps)
     return values_of(histories, contacts)
 
 
