@@ -26,8 +26,6 @@ from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.solve import Problem
-from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.elements.calculix_one_point import CalculixHexahedron
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.knit import mesh_scene
@@ -65,7 +63,6 @@ def main() -> None:
     yarns = dns.assemble_yarns(scene, mesh_scene(scene, knit), knit)
     problem = dns.problem_of(yarns, scene, knit)
     pulls = [
-        _here(problem, "this code, CalculiX's hourglass control", _with_calculix_element(yarns.model)),
         _here(problem, f"this code, hourglass coefficient {scene.solver.hourglass}", yarns.model),
         *(_there(yarns, scene, knit, kind, options.threads) for kind in CONSTRAINTS),
     ]
@@ -88,14 +85,6 @@ def _options() -> argparse.Namespace:
     )
     parser.add_argument("--log", help="file that keeps the table")
     return parser.parse_args()
-
-
-def _with_calculix_element(model: SolidModel) -> SolidModel:
-    (group,) = model.groups
-    elements = CalculixHexahedron(model.nodes[group.connectivity], group.elements.material)
-    return SolidModel(
-        model.nodes, [ElementGroup(group.connectivity, elements)], model.length, model.transformation
-    )
 
 
 def _here(problem: Problem, label: str, model: SolidModel) -> Pull:

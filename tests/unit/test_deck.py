@@ -342,21 +342,6 @@ def test_one_point_element_and_its_hourglass_control(mesh, tie, knit, tmp_path, 
 
 
 @pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
-def test_element_with_incompatible_modes(mesh, tie, knit, tmp_path, dialect):
-    write_inp(
-        specimen_deck(scene(element="incompatible_modes"), knit, mesh, tie), tmp_path / "deck.inp", dialect
-    )
-    assert {
-        card.split(",")[1] for card, _ in cards(tmp_path / "deck.inp") if card.startswith("*ELEMENT,")
-    } == {" TYPE=C3D8I"}
-    assert not data(tmp_path / "deck.inp", "*SECTION CONTROLS")
-    assert np.vstack([block.data for block in meshio.read(tmp_path / "deck.inp").cells]).shape == (
-        len(mesh.hexahedra),
-        8,
-    )
-
-
-@pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
 @pytest.mark.parametrize(
     ("law", "card", "numbers"),
     [
@@ -384,13 +369,11 @@ def remarks(path):
         ("abaqus", {}, ["yarn.material"]),
         ("abaqus", {"material": "neo_hookean"}, ["yarn.material"]),
         ("abaqus", {"material": "st_venant_kirchhoff"}, ["yarn.material"]),
-        ("abaqus", {"element": "incompatible_modes"}, ["mesh.element", "yarn.material"]),
         ("abaqus", {"interaction": "rough"}, ["yarn.material"]),
         ("abaqus", {"interaction": "isotropic"}, ["yarn.material", "contact.tangential_stiffness"]),
         ("calculix", {}, ["solver.hourglass", "yarn.material"]),
         ("calculix", {"material": "st_venant_kirchhoff"}, ["solver.hourglass"]),
         ("calculix", {"material": "neo_hookean"}, ["solver.hourglass", "yarn.material"]),
-        ("calculix", {"element": "incompatible_modes"}, ["mesh.element", "yarn.material"]),
         ("calculix", {"interaction": "rough"}, ["solver.hourglass", "yarn.material", "interaction"]),
         (
             "calculix",
@@ -442,7 +425,7 @@ def test_departures_of_laws_are_as_large_as_said():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"element": "shell"}, "mesh.element is 'shell'.*has words for one_point, incompatible_modes"),
+        ({"element": "shell"}, "mesh.element is 'shell'.*has words for one_point, quadratic"),
         (
             {"material": SimpleNamespace(law="mooney", poisson_ratio=NU)},
             "yarn.material is 'mooney'.*has words for hencky, neo_hookean, st_venant_kirchhoff",

@@ -11,7 +11,6 @@ from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.elements.calculix_one_point import CalculixHexahedron
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.direct import LU
@@ -20,9 +19,7 @@ from knitstudy.mechanics.model import transformation
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.knit import mesh_knit
-from knitstudy.models.discretisation import discretised
 from knitstudy.models.facet_tie import tie_crossings
-from knitstudy.models.ties import tie_patches
 from knitstudy.study.configuration import load_scene
 
 pytestmark = [
@@ -65,13 +62,6 @@ def tie(mesh, knit):
     return tie_crossings(mesh, knit, tolerance=0.1)
 
 
-@pytest.fixture(scope="module")
-def patches(mesh, knit):
-    scene = SCENE.vary({"mesh.size": SIZE, "gates.elements_across": 2})
-    parts = discretised(scene, mesh, knit)
-    return tie_patches(parts, knit, np.ones(4, dtype=bool), 0.183, scene.yarn.youngs_modulus)
-
-
 def pulled_here(knit, mesh, tie, element, *options):
     """Reaction in N of every increment, with this code."""
     material = Material("st_venant_kirchhoff", SCENE.yarn.youngs_modulus, SCENE.yarn.poisson_ratio)
@@ -107,32 +97,10 @@ def peer(knit, mesh, tie, tmp_path_factory):
     return pulled_by_calculix(tmp_path_factory.mktemp("ccx"), deck)
 
 
-def test_same_element_gives_the_same_force(knit, mesh, tie, peer):
-    force = pulled_here(knit, mesh, tie, CalculixHexahedron)
-    # Seven digits are printed; both codes are converged to about 1e-6.
-    np.testing.assert_allclose(force, peer.force[:, 0], rtol=3e-6)
-
-
 def test_own_element_differs_by_its_hourglass_control_alone(knit, mesh, tie, peer):
     force = pulled_here(knit, mesh, tie, OnePointHexahedron, 0.005)
     # Five elements across, the coarsest section there is: its hourglass energy is some 3% of all.
     np.testing.assert_allclose(force, peer.force[:, 0], rtol=0.05)
-
-
-def test_patches_as_equations_give_the_force_of_stiff_springs(knit, mesh, patches, tmp_path, verify):
-    """Equations are springs without compliance: ties of 100 E R are softer by what that is worth, and no more."""
-    deck = specimen_deck(SCENE.replace("tie.rule", "patch"), knit, mesh, patches)
-    assert deck.equations is not None
-    force = pulled_by_calculix(tmp_path, replace(deck, tolerance=1e-7)).force[:, 0]
-    own, stiff = (
-        pulled_here(knit, mesh, each, CalculixHexahedron)
-        for each in (patches, replace(patches, stiffness=1000 * patches.stiffness))
-    )
-    np.testing.assert_allclose(stiff, force, rtol=1e-5)
-    assert (own < stiff).all()
-    verify.at_most(
-        "tied patches: springs against CalculiX's equations, force", np.abs(own / force - 1).max(), 1e-3
-    )
 
 
 def test_calculix_ties_the_surfaces_to_the_same_effect(knit, mesh, tie, peer, tmp_path):

@@ -6,7 +6,6 @@ from knitstudy.study.scene import Scene
 
 HEXAHEDRA = {
     "one_point": "one-point hexahedra",
-    "incompatible_modes": "hexahedra with incompatible modes",
     "quadratic": "quadratic hexahedra",
 }
 """By ``mesh.element``; an element from outside goes by its own name."""

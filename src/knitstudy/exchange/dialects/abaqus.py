@@ -32,13 +32,6 @@ def one_point(deck: Deck) -> Element:
     return Element("C3D8R", controls, section=", CONTROLS=HOURGLASS")
 
 
-def incompatible_modes(deck: Deck) -> Element:
-    """C3D8I: of the same family, with more modes inside."""
-    return Element(
-        "C3D8I", departures=("mesh.element: C3D8I has 13 inner freedoms in Abaqus, the scene's element 9",)
-    )
-
-
 def hencky(material: Material) -> Wording:
     """*ELASTIC under NLGEOM."""
     return Wording(
@@ -93,7 +86,6 @@ class Abaqus(Dialect):
     program = "Abaqus"
     elements: ClassVar[Words] = {
         "one_point": one_point,
-        "incompatible_modes": incompatible_modes,
         "quadratic": quadratic,
     }
     materials: ClassVar[Words] = {

@@ -42,17 +42,6 @@ def one_point(deck: Deck) -> Element:
     )
 
 
-def incompatible_modes(deck: Deck) -> Element:
-    """C3D8I: the same modes, without the factor that lets them pass the patch test."""
-    return Element(
-        "C3D8I",
-        departures=(
-            "mesh.element: the inner modes of C3D8I lack the factor j0 / j in CalculiX, so that it differs and fails "
-            "the patch test where elements are distorted (docs/calculix.md)",
-        ),
-    )
-
-
 def hencky(material: Material) -> Wording:
     """*ELASTIC under NLGEOM, for want of the law."""
     return Wording(
@@ -104,7 +93,6 @@ class CalculiX(Dialect):
     program = "CalculiX"
     elements: ClassVar[Words] = {
         "one_point": one_point,
-        "incompatible_modes": incompatible_modes,
         "quadratic": quadratic,
     }
     materials: ClassVar[Words] = {

@@ -8,17 +8,11 @@ from knitstudy.study.keys import Section, key
 
 
 class Beam(Section):
-    """Contact at a "point" of every crossing or along a "line", of "rigid" or "hertz" sections; kind of ties.
+    """Contact at the closest points of every crossing, of "rigid" or "hertz" sections; kind of ties.
 
-    `stiffness` is the penalty of rigid sections, over E R of a point and over E of a line.
+    Section 3.3: only one contact node is captured for beams that are not parallel. `stiffness` is the penalty of rigid
+    sections, over E R.
     """
-
-    contact: Literal["point", "line"] = key(
-        "point (the closest points of a crossing) or line (points along the yarns)",
-        standing="inferred",
-        source="section 3.3: only one contact node is captured for beams that are not parallel",
-        checked="point and line (scenes beam-*)",
-    )
 
     section: Literal["rigid", "hertz"] = key(
         "rigid (a penalty) or hertz (the approach of two crossed cylinders)",
@@ -38,8 +32,8 @@ class Beam(Section):
     )
 
     stiffness: float = key(
-        "a number > 0 and <= 1e12, times E R of a point or E of a line",
-        unit="E R, or E",
+        "a number > 0 and <= 1e12, times E R",
+        unit="E R",
         standing="assumed",
         source="nothing printed; hard contact",
         checked="10 and 100 (scenes beam-*)",

@@ -1,8 +1,6 @@
-"""Contact of solid yarns that are polynomials times splines: its law, and where its points are."""
+"""Contact of solid yarns that are polynomials times splines: where its points are."""
 
 from __future__ import annotations
-
-from typing import Literal
 
 from pydantic import model_validator
 
@@ -13,22 +11,11 @@ from knitstudy.study.sections.interaction import SolidContact
 class PolynomialContact(SolidContact):
     """Contact of solid yarns without hexahedra, on their true surfaces.
 
-    By the law "indentation" the local indentation that polynomials cannot show is added in series, computed from their
-    own space; what stiffnesses, penetration and augmentations say is then of no effect.
+    The local indentation that polynomials cannot show is added in series, computed from their own space: stiffnesses,
+    penetration and augmentations have no effect.
     Cells of contact are as long as `cell` along the yarn within `window` of a crossing, and three times as long
     elsewhere; around they are `cell`.
     """
-
-    law: Literal["indentation", "penalty"] = key(
-        "indentation (what the space does not show of Hertz's, computed) or penalty (stiffnesses over E / h)",
-        standing="choice",
-        source=(
-            "numerical; on a penalty two crossing yarns of degree 2 to 4 resist with 1.2 to 1.7 times the force "
-            "(docs/contact.md)"
-        ),
-        checked="both, of two crossing yarns (docs/contact.md)",
-        default="indentation",
-    )
 
     cell: float = key(
         "a number from 0.05 to 0.5, in yarn radii",
