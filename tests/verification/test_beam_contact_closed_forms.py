@@ -145,14 +145,13 @@ def test_spin_in_place_slips(verify):
     verify.within("crossing beams, one spun: slip", case.slip(increments[-1]), RADIUS * angle - give, 0.01)
 
 
-@pytest.mark.parametrize("law", LAWS)
-def test_rolling_does_not_slip(law, verify):
+def test_rolling_does_not_slip(verify):
     """A yarn that moves by R times the angle of its spin rolls: what is left of friction is second order."""
-    case, angle = beams(law=law), DRAG / RADIUS
+    case, angle = beams(), DRAG / RADIUS
     _, increments = case.trace([[0, 0, -PRESS], [DRAG, 0, -PRESS]], increments=20, spins=[0.0, angle])
     force = case.contact_force(increments[-1])
     verify.at_most(
-        f"crossing beams, one rolled: friction over mu N, {law}", abs(force[0] / force[2]) / FRICTION, 0.05
+        "crossing beams, one rolled: friction over mu N", abs(force[0] / force[2]) / FRICTION, 0.05
     )
     assert case.slip(increments[-1]) < 1e-3 * DRAG
 
