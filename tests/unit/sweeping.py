@@ -3,7 +3,7 @@
 import pandas as pd
 import study
 
-from knitstudy.measures.problem import problem_of
+from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.reference import NEEDED
 from knitstudy.measures.response import LARGEST_U_Z
 from knitstudy.measures.sweeps import swept

@@ -99,7 +99,6 @@ def message(config, monkeypatch):
         # Choices that are not there.
         ("solver.linear", "LU", "'LU'", "auto, three_scale, amg or lu"),
         ("mesh.element", "C3D8R", "'C3D8R'", "one_point (with hourglass"),
-        ("tie.rule", "glue", "'glue'", "patch (a disc of tie.radius) or facets"),
         ("pattern.keep", "width", "'width'", "shape, length or wale_spacing"),
         ("load.direction", "x", "'x'", "course or wale"),
         ("load.lateral", "no", "False", "fixed or free"),
@@ -147,7 +146,7 @@ def test_value_that_is_none(message, key, text, value, allowed):
             ["fidelity=rom3d", "interaction=rough"],
             ("contacts_from is empty but must name a dns scene", "springs are measured"),
         ),
-        (["fidelity=beam"], ("interaction is 'tie' but must be isotropic or rough", "fidelity is beam")),
+        (["fidelity=beam"], ("interaction is 'tie' but must be rough or isotropic", "fidelity is beam")),
         (
             ["specimen=pair", "fidelity=beam", "interaction=rough"],
             ("fidelity is 'beam' but must be", "is pair"),

@@ -19,9 +19,9 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.claims.contact import asymmetry, largest_bend
 from knitstudy.measures.claims.evidence import Evidence
-from knitstudy.measures.claims.rules import RULES
-from knitstudy.measures.energy_balance import stabilisation_share
-from knitstudy.measures.problem import problem_of
+from knitstudy.measures.claims.verdicts import RULES
+from knitstudy.measures.discretisation import problem_of
+from knitstudy.measures.history_checks import stabilisation_share
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
 from knitstudy.tables.catalogue import TABLES
 

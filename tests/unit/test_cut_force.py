@@ -7,7 +7,7 @@ import xarray as xr
 
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
-from knitstudy.measures.cut_force import cell_force, cut_force
+from knitstudy.measures.segments import cell_force, cut_force
 from knitstudy.tables import catalogue
 
 STRESS, AREA, LENGTH, CELLS = 2e6, 3e-6, 0.05, 1000

@@ -11,10 +11,9 @@ from knitstudy.figures import catalogue as figures
 from knitstudy.files import read_table
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
-from knitstudy.measures.carried import carried_over
-from knitstudy.measures.claims.inputs import findings, hanging
+from knitstudy.measures.claims.verdicts import findings, hanging
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.reference import Reference
+from knitstudy.measures.reference import Reference, transferred_uncertainty
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
 from knitstudy.measures.selection import COURSE, roles_of
 from knitstudy.measures.variations import variations
@@ -105,11 +104,11 @@ def test_estimate_is_as_uncertain_as_the_discretisation_is_off():
     """10.3 N beside 10 +- 0.1: off by 4 %."""
     known = Reference({(FORCE, 0.05): Estimate(10.0, 0.1), (LARGEST_U_Z, 0.08): Estimate(1e-3, 1e-4)})
     base, history = (synthetic.history(force=(0, 5, end), lift=1e-4) for end in (10.3, 20.0))
-    carried = carried_over(known, base, history)
+    carried = transferred_uncertainty(known, base, history)
     assert carried.at(FORCE, 0.05).value == 20.0
     assert carried.at(FORCE, 0.05).uncertainty == pytest.approx(0.8)
     assert not carried.at(LARGEST_U_Z, 0.08).known  # neither history gets there
-    assert not carried_over(Reference(), base, history).known
+    assert not transferred_uncertainty(Reference(), base, history).known
 
 
 def test_base_has_every_verdict_and_nothing_hangs_on_inputs_without_effect(sources):

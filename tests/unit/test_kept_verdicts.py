@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_table, write_table
-from knitstudy.measures.claims.rules import RULES
+from knitstudy.measures.claims.verdicts import RULES
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.verdicts import VERDICTS
 

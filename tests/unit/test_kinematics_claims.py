@@ -10,8 +10,8 @@ import synthetic
 from knitstudy.contacts.contacts import extract
 from knitstudy.files import read_table
 from knitstudy.measures.centre_cell import centre_cell
+from knitstudy.measures.claims.contact import judge_kinematics
 from knitstudy.measures.claims.evidence import Evidence
-from knitstudy.measures.claims.kinematics import judge_kinematics
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 

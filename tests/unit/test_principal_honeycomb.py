@@ -7,7 +7,7 @@ import synthetic
 from knitstudy.errors import ConfigurationError, GeometryError
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
-from knitstudy.measures.segment_angles import angles_to_axes, honeycomb_segments
+from knitstudy.measures.segments import angles_to_axes, honeycomb_segments
 from knitstudy.models import honeycomb
 from knitstudy.models import reduced_models as run
 from knitstudy.models.honeycomb import heights_by_stress, moved, zone_places

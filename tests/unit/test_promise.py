@@ -6,7 +6,7 @@ import study
 
 from knitstudy.errors import DataFileError
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.promise import Promise, corrected, error_made
+from knitstudy.measures.promises import Promise, corrected, error_made
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, NORMAL
 from knitstudy.report.trade import BEGIN, END, filled, written

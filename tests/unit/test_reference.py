@@ -10,11 +10,10 @@ import synthetic
 from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_table, write_dataset, write_table
-from knitstudy.measures.problem import problem_of
-from knitstudy.measures.reference import reference_of
+from knitstudy.measures.discretisation import problem_of
+from knitstudy.measures.reference import reference_of, refinement_series_of
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, STRAINS, rms_out_of_plane
 from knitstudy.measures.selection import roles_of
-from knitstudy.measures.ways import ways_of
 from knitstudy.stages import reference as kept
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
@@ -106,7 +105,6 @@ def test_only_simulations_that_stop_at_its_strains_are_ways(solid):
 def test_problems_are_told_apart_by_their_physics_alone(plain_scene):
     touching = plain_scene.vary({"fidelity": "dns", "interaction": "isotropic"})
     same = {
-        "tie.rule": "patch",
         "mesh.size": 0.2e-3,
         "mesh.element": "quadratic",
         "solver.increments": 3,
@@ -127,20 +125,14 @@ def test_problems_are_told_apart_by_their_physics_alone(plain_scene):
     assert len(found | {problem_of(touching)}) == len(others) + 1
 
 
-def test_simulations_of_other_ties_are_another_way(solid):
-    scenes = [*way(solid, "one_point").values(), *way(solid, "one_point", **{"tie.tolerance": 0.1}).values()]
-    (ways,) = ways_of(scenes).values()
-    assert [each.name for each in ways] == ["one-point hexahedra"] * 2
-
-
 def test_ways_run_from_the_coarsest_to_the_finest(solid):
     scenes = way(solid, "one_point", (0.3e-3, 0.45e-3, 0.2e-3))
-    (ways,) = ways_of(scenes.values()).values()
+    (ways,) = refinement_series_of(scenes.values()).values()
     assert ways[0].said == "0.45, 0.3, 0.2 mm"
 
 
 def test_one_resolution_is_no_way(solid):
-    (found,) = ways_of(way(solid, "one_point", SIZES[:1]).values()).values()
+    (found,) = refinement_series_of(way(solid, "one_point", SIZES[:1]).values()).values()
     assert found == []
 
 
@@ -279,7 +271,7 @@ def test_nothing_is_kept_of_nothing(copy, sources):
 def test_only_simulations_that_are_up_to_date_are_kept(config, sources, tmp_path):
     """Their digests say so: one of the history and one of the contacts."""
     history, contacts = (next(iter(sources[name].values())) for name in ("ways", "ways_contacts"))
-    plan, steps = Plan.of(config), [STAGES.find("dns"), STAGES.find("contacts")]
+    plan, steps = Plan.of(config), [STAGES["simulation"], STAGES["contacts"]]
     scenes = {"dns-a": plan.scenes["dns-a"]}
     assert kept.found(scenes, tmp_path, config).empty
     for digests, there in (([None, "old"], False), ([None, None], True), (["old", None], False)):
@@ -315,6 +307,6 @@ def test_the_kept_reference_speaks_of_the_cases_of_the_study():
 
 def test_study_reference_has_the_problems_of_the_kept_one():
     scenes = load_scenes()
-    ways = ways_of(scenes[name] for name in load_study("reference"))
+    ways = refinement_series_of(scenes[name] for name in load_study("reference"))
     assert len(ways) == 12
     assert set(read_table(KEPT)["problem"]) <= set(ways)

@@ -376,7 +376,7 @@ def test_geometry_key_knows_what_determines_the_geometry(scene):
         assert scene.replace(key, value).geometry_key != scene.geometry_key
     for key, value in [("yarn.youngs_modulus", 1e9), ("load.strain", 0.01), ("mesh.size", 1e-3)]:
         assert scene.replace(key, value).geometry_key == scene.geometry_key
-    for key, value in [("interaction", "rough"), ("tie.tolerance", 0.1), ("load.stops", [0.01])]:
+    for key, value in [("interaction", "rough"), ("tie.radius", 0.1), ("load.stops", [0.01])]:
         assert scene.replace(key, value).geometry_key == scene.geometry_key
 
 
@@ -412,7 +412,7 @@ def test_springs_of_another_scene_are_averaged_and_need_springs(sprung, value):
 
 
 def test_beams_in_contact_are_not_tied(scene):
-    with pytest.raises(ConfigurationError, match="must be isotropic or rough where fidelity is beam"):
+    with pytest.raises(ConfigurationError, match="must be rough or isotropic where fidelity is beam"):
         scene.replace("fidelity", "beam")
     assert scene.vary({"fidelity": "beam", "interaction": "isotropic"}).contact.tied_edges == "outer"
 

@@ -6,7 +6,7 @@ import pytest
 from knitstudy.contacts.segments import KINDS, NO_SEGMENT, segments
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
-from knitstudy.measures.segment_angles import angles_to_axes
+from knitstudy.measures.segments import angles_to_axes
 
 
 @pytest.fixture(scope="module")

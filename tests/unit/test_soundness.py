@@ -5,7 +5,7 @@ import pytest
 from synthetic import history
 
 from knitstudy.loading.history import FORMS
-from knitstudy.measures.energy_balance import DEEPEST, faults, is_unloaded, unbalanced_contact
+from knitstudy.measures.history_checks import DEEPEST, faults, is_unloaded, unbalanced_contact
 
 WORK = 1e-3
 """External work at full load [J]."""

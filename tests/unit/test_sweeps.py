@@ -11,9 +11,8 @@ from knitstudy.figures.catalogue import draw
 from knitstudy.files import read_table
 from knitstudy.geometry.reach import FOUND
 from knitstudy.measures.claims.evidence import Evidence
-from knitstudy.measures.claims.rules import RULES
-from knitstudy.measures.loops import refused
-from knitstudy.measures.sweeps import DIAMETER, SPACING, series_of
+from knitstudy.measures.claims.verdicts import RULES
+from knitstudy.measures.sweeps import DIAMETER, SPACING, refused, sweeps_of
 from knitstudy.study.configuration import CONFIG
 from knitstudy.tables.catalogue import tabulate
 
@@ -38,7 +37,7 @@ def judged(claim, scenes, reference, slopes, left_out=()):
 
 
 def test_series_are_of_one_reading_interaction_and_discretisation(scenes, reference):
-    found = series_of(SPACING, histories(scenes, {"shape": 1.0}), scenes, reference)
+    found = sweeps_of(SPACING, histories(scenes, {"shape": 1.0}), scenes, reference)
     main = {(each.keep, each.interaction): each for each in found if each.main}
     assert len(main) == 6
     ratios = [point.value for point in main["wale_spacing", "isotropic"].points]
@@ -48,7 +47,7 @@ def test_series_are_of_one_reading_interaction_and_discretisation(scenes, refere
 
 
 def test_thickness_is_swept_at_the_drawn_spacing(scenes, reference):
-    found = series_of(DIAMETER, histories(scenes, {"shape": 1.0}), scenes, reference)
+    found = sweeps_of(DIAMETER, histories(scenes, {"shape": 1.0}), scenes, reference)
     for each in found:
         assert {point.scene.pattern.course_ratio for point in each.points} == {1.0}
 
@@ -59,7 +58,7 @@ def test_error_of_a_series_is_the_largest_that_is_known(scenes, reference):
     def error():
         (series,) = (
             each
-            for each in series_of(SPACING, found, scenes, reference)
+            for each in sweeps_of(SPACING, found, scenes, reference)
             if each.main and (each.keep, each.interaction) == ("length", "isotropic")
         )
         return series.points[0].u_z.uncertainty / series.points[0].u_z.value

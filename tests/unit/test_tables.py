@@ -15,8 +15,8 @@ from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact, snapshots
 from knitstudy.measures.cost import element_length
-from knitstudy.measures.energy_balance import penetration
-from knitstudy.measures.printed import number, numbers
+from knitstudy.measures.history_checks import penetration
+from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.response import transverse_contraction
 from knitstudy.tables import catalogue
 

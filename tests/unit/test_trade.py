@@ -11,19 +11,21 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures import catalogue as figures
 from knitstudy.figures.fig_trade import number_axes
-from knitstudy.measures.bracket import bracket
 from knitstudy.measures.cost import PROCESSOR, WALL, Expense, expense_of
+from knitstudy.measures.discretisation import problem_of, sticks, tied_problem_of
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.fronts import nothing, rungs, sentence
-from knitstudy.measures.knobs import turned
-from knitstudy.measures.luck import no_surer_for_less, no_surer_in_one_direction
-from knitstudy.measures.problem import problem_of, sticks, tied_problem_of
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, known
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import NORMAL, SLIP, TANGENTIAL
-from knitstudy.measures.trade import as_direct, points_of
-from knitstudy.measures.trade_point import REFERENCE, Point
-from knitstudy.study.fronts import ALIKE, cheapest, digits, front, nearest
+from knitstudy.measures.trade import as_direct, bracket, nothing, points_of, rungs, sentence
+from knitstudy.measures.trade_points import (
+    REFERENCE,
+    Point,
+    bound_cheaper_settings,
+    turned,
+    worst_over_directions,
+)
+from knitstudy.study.choice import ALIKE, cheapest, digits, front, nearest
 from knitstudy.tables import catalogue as tables
 from knitstudy.tables.trade import AT_MOST, CASE, ERROR, SECONDS, knobs, sentences, with_fronts
 
@@ -156,7 +158,7 @@ def test_what_saves_is_no_surer_than_its_model_and_its_change(plain_scene):
         point("shorter", 0.004, 40.0, mesh__span=0.6, mesh__crossing_span=0.6),
         point("other", 0.003, 5.0, mesh__degree=3, mesh__crossing_degree=3, solver__increments=4),
     ]
-    bounds = {each.scene.name: each.bound for each in no_surer_for_less(points)}
+    bounds = {each.scene.name: each.bound for each in bound_cheaper_settings(points)}
     assert bounds == pytest.approx(
         {
             "main": 0.023,
@@ -177,7 +179,7 @@ def test_beams_in_contact_are_no_surer_in_one_direction(scenes, sources):
         replace(point, error=Estimate(1e-3, 0.0)) if "course" in point.scene.name else point
         for point in points
     ]
-    found = {(each.scene.name, each.question.name): each.bound for each in no_surer_in_one_direction(lucky)}
+    found = {(each.scene.name, each.question.name): each.bound for each in worst_over_directions(lucky)}
     assert found["beam-isotropic-course", "force"] == found["beam-isotropic-wale", "force"]
     assert found["rom3d-tie-course", "force"] < found["rom3d-tie-wale", "force"]
     assert found["dns-isotropic-course", "force"] < found["dns-isotropic-wale", "force"] + 1e-3

@@ -6,7 +6,7 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.measures.windows import distance, in_full, windows
-from knitstudy.tables.windows import tabulate
+from knitstudy.tables.models import tabulate_windows
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +60,7 @@ def test_a_row_for_every_window(scenes):
         values = {"force": ("increment", [0.0, force]), "seam_jump": ("increment", [0.0, 1e-9])}
         return xr.Dataset(values, attrs={"unknowns": unknowns, "wall_seconds": seconds})
 
-    table = tabulate(
+    table = tabulate_windows(
         {"full": history(10.0, 200.0, 4000), "window": history(9.9, 10.0, 1000)},
         {"full": FULL},
         {"window": SHOWN},

@@ -6,7 +6,7 @@ import xarray as xr
 
 from knitstudy.geometry.lay_out import lay_out, read_specimen
 from knitstudy.geometry.pattern import Knit
-from knitstudy.measures.cut_force import cell_force, cut_force
+from knitstudy.measures.segments import cell_force, cut_force
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.solid import cauchy_stress, principal_axes
 from knitstudy.mesh.knit import mesh as mesh_stage

@@ -8,7 +8,7 @@ import pytest
 from pull import pull, pull_apart
 
 from knitstudy.files import read_dataset
-from knitstudy.measures.energy_balance import ledger_gap
+from knitstudy.measures.history_checks import ledger_gap
 from knitstudy.study.configuration import load_scene
 
 NAME = "dns-isotropic-course-coarse"

@@ -9,7 +9,7 @@ from pull import knit_and_mesh, pull, pull_apart
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.files import read_dataset
-from knitstudy.measures.energy_balance import hourglass_share, ledger_gap
+from knitstudy.measures.history_checks import hourglass_share, ledger_gap
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.newton import trace
 from knitstudy.models import solid_yarns as dns
@@ -87,7 +87,7 @@ def test_tie_follows_rigid_rotations(cell, verify):
     knit, mesh = knit_and_mesh(cell)
     yarns = dns.assemble_yarns(cell, mesh, knit)
     rotation = exp(np.array([0.4, -1.2, 0.9]))
-    nodes = yarns.tie.nodes[yarns.retained]
+    nodes = yarns.parts.nodes[yarns.retained]
     force = yarns.model.respond(SolidState(nodes @ rotation.T - nodes), stiffness=False).force
     level = cell.yarn.youngs_modulus * cell.mesh.size**2
     verify.at_most("rigid rotation of a tied cell: force over E h^2", np.abs(force).max() / level, 1e-10)

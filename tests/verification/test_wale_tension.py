@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pull import pull
 
-from knitstudy.measures.energy_balance import hourglass_share, ledger_gap
+from knitstudy.measures.history_checks import hourglass_share, ledger_gap
 from knitstudy.study.configuration import load_scene
 
 CELL = {"pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}

@@ -105,7 +105,7 @@ def _planned(scene: str, changes: dict[str, Any], config: Path) -> Planned | Non
 
 def _compared(planned: Planned, results: Results, output: Path, config: Path) -> str:
     """Return how far off a result is, by a second model of the same scene."""
-    from knitstudy.measures.second_model import compare
+    from knitstudy.measures.promises import compare
     from knitstudy.stages.simulate import simulate
 
     ask, other = planned.choice.ask, compared(planned, load_scenes(config))

@@ -15,8 +15,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.measures.names import INTERACTIONS as INTERACTION_NAMES
-from knitstudy.measures.names import NAMES
+from knitstudy.measures.discretisation import INTERACTIONS as INTERACTION_NAMES
+from knitstudy.measures.discretisation import NAMES
 
 INCH = 25.4
 """Millimetres."""

@@ -11,10 +11,9 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.curves import WIDTH
 from knitstudy.figures.style import INK, figure
-from knitstudy.measures.discretisation import SOLID_YARNS
+from knitstudy.measures.discretisation import INTERACTIONS, SOLID_YARNS
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.names import INTERACTIONS
-from knitstudy.measures.sweeps import HELD, Point, Series
+from knitstudy.measures.sweeps import HELD, Point, Sweep
 
 LINE = 3.6
 """A line of the legend [mm]."""
@@ -33,7 +32,7 @@ PANEL, HEAD, FOOT, BETWEEN, LEFT, RIGHT = 52.0, 3.0, 12.0, 13.0, 15.0, 3.0
 
 
 def draw_sweep(
-    series: Sequence[Series], loops: pd.DataFrame | None, label: str, scale: Callable[[Point], float]
+    series: Sequence[Sweep], loops: pd.DataFrame | None, label: str, scale: Callable[[Point], float]
 ) -> Figure:
     """Return a figure of the largest |u_z| and of its share of the diameter.
 
@@ -80,7 +79,7 @@ def draw_sweep(
 
 
 def _draw_series(
-    axes: Axes, series: Series, scale: Callable[[Point], float], quantity: Callable[[Point], Estimate]
+    axes: Axes, series: Sweep, scale: Callable[[Point], float], quantity: Callable[[Point], Estimate]
 ) -> None:
     dash, marker = LOOKS[series.interaction]
     at = np.array([scale(point) for point in series.points])
@@ -102,7 +101,7 @@ def _draw_series(
     )
 
 
-def _label(series: Series) -> str:
+def _label(series: Sweep) -> str:
     return f"{HELD[series.keep]}, {INTERACTIONS[series.interaction]}" if series.main else series.made_of
 
 

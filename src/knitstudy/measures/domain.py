@@ -9,8 +9,7 @@ from math import nan
 import numpy as np
 import xarray as xr
 
-from knitstudy.measures.discretisation import is_cut, is_direct, made_of
-from knitstudy.measures.names import INTERACTIONS, NAMES
+from knitstudy.measures.discretisation import INTERACTIONS, NAMES, is_cut, is_direct, made_of
 from knitstudy.measures.response import NORMAL, QUANTITIES, largest_out_of_plane
 from knitstudy.measures.windows import is_window
 from knitstudy.study.scene import LABELS, Scene, digest

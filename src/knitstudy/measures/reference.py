@@ -1,23 +1,33 @@
-"""The reference: forces and motions that all models are measured against, each with its uncertainty.
-
-They are the limits of direct simulations by independent discretisations (`knitstudy.tables.reference`), kept in
-``resources/reference/reference.csv``. Whoever compares a model with the truth asks `reference_of` and nobody else.
-"""
+"""The reference: limits of independent discretisations, each value with its uncertainty."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from math import nan
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.measures.estimate import UNKNOWN, Estimate
-from knitstudy.measures.problem import problem_of
-from knitstudy.measures.response import FORCE, SAME_STRAIN, distance_of_curves
-from knitstudy.study.scene import Scene
+from knitstudy.measures.discretisation import PHYSICS, SOLID_YARNS, discretisation, problem_of, resolution
+from knitstudy.measures.estimate import UNKNOWN, Estimate, Limit, limit_of_degrees, limit_of_sizes
+from knitstudy.measures.response import (
+    FORCE,
+    LARGEST_U_Z,
+    QUANTITIES,
+    SAME_STRAIN,
+    at_strain,
+    common_strain,
+    distance_of_curves,
+)
+from knitstudy.study.scene import Scene, digest
+
+# ---- The reference: forces and motions that all models are measured against, each with its uncertainty
+# They are the limits of direct simulations by independent discretisations (`knitstudy.tables.reference`), kept in
+# ``resources/reference/reference.csv``. Whoever compares a model with the truth asks `reference_of` and nobody else.
+
 
 NEEDED = ("problem", "quantity", "strain [1]", "value", "uncertainty")
 """Columns that are read."""
@@ -129,3 +139,133 @@ def reference_of(table: pd.DataFrame, scene: Scene) -> Reference:
         raise DataFileError(
             f"the reference holds what is no number ({error}); make it again with `make reference`"
         ) from error
+
+
+# ---- What a direct simulation says of a problem without a reference: as uncertain as its discretisation is elsewhere
+
+
+TRANSFERRED = (FORCE, LARGEST_U_Z)
+"""Quantities of which it speaks."""
+
+
+def transferred_uncertainty(known: Reference, base: xr.Dataset, history: xr.Dataset) -> Reference:
+    """Return force and largest |u_z| of a history with the uncertainty that its discretisation has where it is known.
+
+    That is by how much the base is off the reference, and the uncertainty of this, added, over the reference: it is
+    taken to be the same with another value of an input.
+
+    Parameters
+    ----------
+    known : Reference
+        Of the problem of `base`.
+    base, history : Dataset
+        Histories of one discretisation and one interaction, of which inputs differ; they may be the same.
+
+    Returns
+    -------
+    Reference
+        At those strains of the reference that both reach; nothing where it knows nothing.
+    """
+    reached, found = common_strain([base, history]), {}
+    for quantity in TRANSFERRED:
+        _, values = QUANTITIES[quantity]
+        here, there = (values(each, each) for each in (history, base))
+        for strain in known.strains(quantity, reached):
+            true = known.at(quantity, strain)
+            off = (abs(at_strain(base, strain, there) - true.value) + true.uncertainty) / true.value
+            value = at_strain(history, strain, here)
+            found[quantity, strain] = Estimate(value, off * value)
+    return Reference(found)
+
+
+# ---- Independent ways to one result: simulations of a problem by discretisation, each with rising resolution
+
+
+ORDER = 2.0
+"""At which forces are taken to converge in the element size. Quadratic elements could do better on smooth problems, but
+the edges of ties and contacts lie inside elements, where stresses have kinks: that leaves second order to all."""
+
+NUMERICAL = ("mesh", "tie", "contact")
+RESOLUTION = ("size", "degree", "crossing_degree", "span", "crossing_span")
+"""Sections that the simulations of a way share, but for these keys of their meshes."""
+
+
+@dataclass(frozen=True)
+class RefinementSeries:
+    """Simulations of one problem that differ in nothing but their resolution.
+
+    Attributes
+    ----------
+    name : str
+        Of the discretisation.
+    scenes : tuple of Scene
+        From the coarsest to the finest.
+    """
+
+    name: str
+    scenes: tuple[Scene, ...]
+
+    @property
+    def simulated(self) -> list[str]:
+        """Names of all scenes that its limit is drawn from."""
+        return [scene.name for scene in self.scenes]
+
+    @property
+    def resolutions(self) -> list[float]:
+        """Element sizes [m], or degrees of polynomials."""
+        return [resolution(scene) for scene in self.scenes]
+
+    @property
+    def said(self) -> str:
+        """Resolutions in words."""
+        if self.name == SOLID_YARNS:
+            return "p = " + ", ".join(f"{degree:g}" for degree in self.resolutions)
+        return ", ".join(f"{1e3 * size:g}" for size in self.resolutions) + " mm"
+
+    @property
+    def order(self) -> float:
+        """Of convergence in the element size, as assumed; nan of polynomials."""
+        return nan if self.name == SOLID_YARNS else ORDER
+
+    def limit(self, values: Mapping[str, float]) -> Limit:
+        """Return where values, by scene, tend."""
+        found = [values[scene.name] for scene in self.scenes]
+        if self.name == SOLID_YARNS:
+            return limit_of_degrees(self.resolutions, found)
+        return limit_of_sizes(self.resolutions, found, self.order)
+
+
+def refinement_series_of(scenes: Iterable[Scene]) -> dict[str, list[RefinementSeries]]:
+    """Return the ways to each problem, by its digest.
+
+    A discretisation of one resolution alone is none.
+
+    Parameters
+    ----------
+    scenes : iterable of Scene
+        Direct simulations, in the order of the families.
+    """
+    groups: dict[str, dict[str, dict[float, Scene]]] = {}
+    for scene in scenes:
+        of = groups.setdefault(problem_of(scene), {}).setdefault(_all_but_resolution(scene), {})
+        of.setdefault(resolution(scene), scene)
+    return {
+        problem: [_series(of) for of in found.values() if len(of) > 1] for problem, found in groups.items()
+    }
+
+
+def _all_but_resolution(scene: Scene) -> str:
+    """Return a digest of all that the simulations of one way share beside their problem."""
+    numbers = {
+        f"{section}.{key}": value
+        for section, keys in scene.read(NUMERICAL).items()
+        for key, value in keys.items()
+        if key not in RESOLUTION and f"{section}.{key}" not in PHYSICS
+    }
+    return digest({"discretisation": discretisation(scene)} | numbers)
+
+
+def _series(by_resolution: Mapping[float, Scene]) -> RefinementSeries:
+    name = discretisation(next(iter(by_resolution.values())))
+    order = sorted(by_resolution, reverse=name != SOLID_YARNS)
+    return RefinementSeries(name, tuple(by_resolution[each] for each in order))

@@ -33,9 +33,8 @@ from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any
 
-from knitstudy.measures.discretisation import discretisation, finer, is_cut, is_direct, made_of
+from knitstudy.measures.discretisation import discretisation, finer, is_cut, is_direct, made_of, problem_of
 from knitstudy.measures.domain import series_of
-from knitstudy.measures.problem import problem_of
 from knitstudy.measures.response import STRAINS
 from knitstudy.measures.sweeps import FRICTION, swept
 from knitstudy.measures.variations import COEFFICIENT, WITHOUT_LIMIT, variations
@@ -219,7 +218,7 @@ def others_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
     problem = problem_of(main)
     return [
         scene
-        for scene in _direct(scenes, main, ("load.strain", "tie.rule"))
+        for scene in _direct(scenes, main, ("load.strain",))
         if made_of(scene) != made_of(main)
         and scene.value("contact.augmentations") != 0
         and problem_of(scene) == problem

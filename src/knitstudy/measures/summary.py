@@ -11,7 +11,7 @@ import xarray as xr
 from knitstudy.errors import DataFileError
 from knitstudy.loading.history import FORMS
 from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
-from knitstudy.measures.segment_angles import SEGMENT, stress_angles
+from knitstudy.measures.segments import SEGMENT, stress_angles
 
 PROVENANCE = dict.fromkeys(("scene", "digest", "code_version", "numpy", "scipy", "pyamg"), "")
 """Attributes that say where a result comes from."""

@@ -15,6 +15,8 @@ from typing import Any
 import pandas as pd
 import xarray as xr
 
+from knitstudy.errors import DataFileError
+from knitstudy.geometry.reach import FOUND
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, is_direct
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import reference_of
@@ -56,7 +58,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Series:
+class Sweep:
     """Points of one reading, interaction and discretisation, in rising order of the swept value.
 
     Attributes
@@ -108,9 +110,9 @@ def groups(scenes: Iterable[Scene], key: str) -> list[dict[float, Scene]]:
     return [dict(sorted(values.items())) for values in found.values() if len(values) > 1]
 
 
-def series_of(
+def sweeps_of(
     key: str, histories: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
-) -> list[Series]:
+) -> list[Sweep]:
     """Return the series of a sweep in the order of `HELD`.
 
     Parameters
@@ -135,13 +137,13 @@ def series_of(
             Point(scene, value, Estimate(moved[scene.name], error * moved[scene.name]))
             for value, scene in values.items()
         )
-        found.append(Series(first.pattern.keep, first.interaction, _made_of(first), False, points))
+        found.append(Sweep(first.pattern.keep, first.interaction, _made_of(first), False, points))
     most = {}
     for each in found:
         alike = (each.keep, each.interaction)
         most[alike] = max(most.get(alike, 0), len(each.points))
     marked = [
-        Series(s.keep, s.interaction, s.made_of, len(s.points) == most[s.keep, s.interaction], s.points)
+        Sweep(s.keep, s.interaction, s.made_of, len(s.points) == most[s.keep, s.interaction], s.points)
         for s in found
     ]
     return sorted(marked, key=lambda each: (list(HELD).index(each.keep), not each.main))
@@ -202,3 +204,38 @@ def _made_of(scene: Scene) -> str:
     near = scene.value("mesh.refinement") or 1
     finer = f", {near:g} times finer at crossings" if near != 1 else ""
     return f"{discretisation(scene)}, {scene.yarn.diameter / scene.mesh.size:.3g} across{finer}"
+
+
+# ---- Loops that cannot be made, from the kept table of `knitstudy.geometry.reach`
+
+
+SWEPT = ("course ratio [1]", "yarn diameter [m]")
+NEEDED = ("held fixed", "outcome", *SWEPT)
+
+
+def refused(loops: pd.DataFrame, column: str, scale: float) -> pd.DataFrame:
+    """Return the loops that cannot be made along one sweep: what is held fixed, and the swept value as ``at``.
+
+    Parameters
+    ----------
+    loops : DataFrame
+        ``resources/reference/loops.csv``.
+    column : str
+        One of `SWEPT`; the other one is as drawn.
+    scale : float
+        Factor of its values.
+
+    Raises
+    ------
+    DataFileError
+        When a column is missing.
+    """
+    missing = [name for name in NEEDED if name not in loops]
+    if missing:
+        raise DataFileError(
+            f"the table of loops has no column {missing[0]!r}; make it again with `python -m knitstudy.geometry.reach`"
+        )
+    (other,) = (name for name in SWEPT if name != column)
+    along = loops[loops[other] == loops[other].mode()[0]]
+    lost = along[along["outcome"] != FOUND]
+    return pd.DataFrame({"held fixed": lost["held fixed"], "at": scale * lost[column]})

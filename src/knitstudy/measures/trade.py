@@ -1,24 +1,93 @@
-"""What accuracy costs: every simulation of a problem that something is known of, by question, error and expense."""
+"""What accuracy costs: all simulations of a problem by question, error and expense, and what their fronts say."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.bracket import Bracket, bracket
 from knitstudy.measures.cost import expense_of
-from knitstudy.measures.discretisation import is_direct
-from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.luck import no_surer_for_less, no_surer_in_one_direction, no_surer_than_ties
-from knitstudy.measures.problem import loops_of, problem_of, sticks, tied_problem_of
+from knitstudy.measures.discretisation import (
+    NAMES,
+    discretisation,
+    finer,
+    is_direct,
+    loops_of,
+    made_of,
+    problem_of,
+    sticks,
+    tied_problem_of,
+)
+from knitstudy.measures.estimate import UNKNOWN, Estimate
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, SLIP, Question, answers, known
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.response import STRAINS
-from knitstudy.measures.trade_point import REFERENCE, Point
+from knitstudy.measures.trade_points import (
+    REFERENCE,
+    Point,
+    bound_cheaper_settings,
+    bound_ties_in_place_of_contact,
+    worst_over_directions,
+)
+from knitstudy.study.choice import digits
 from knitstudy.study.scene import Scene
+
+# ---- Quantities that no reference knows, between what the finest two independent models say of them
+
+
+TRUST = (
+    "quadratic hexahedra",
+    "solid yarns",
+    "one-point hexahedra",
+    "rom3d patch",
+    "beam hertz patch",
+)
+"""Independent models, the one before the other where both are at hand; what is not here brackets nothing."""
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """An estimate, and the models that it lies between, in words."""
+
+    estimate: Estimate = UNKNOWN
+    said: str = ""
+
+
+def family_of(scene: Scene) -> str:
+    """Return the independent model that a scene is one resolution of."""
+    if is_direct(scene):
+        return discretisation(scene)
+    variants = (scene.value(key) for key in ("rom.joint", "beam.section", "beam.tie"))
+    return " ".join([scene.fidelity, *filter(None, variants)])
+
+
+def bracket(values: Mapping[str, float], scenes: Mapping[str, Scene]) -> Bracket:
+    """Return the middle of what two models say, as uncertain as half of what lies between them.
+
+    Of the models that are trusted the first two count, each by its finest resolution.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        Of one quantity of one problem, by scene.
+    scenes : mapping of str to Scene
+    """
+    finest: dict[str, Scene] = {}
+    for scene in (scenes[name] for name in values):
+        known = finest.setdefault(family_of(scene), scene)
+        if is_direct(scene) and finer(scene, known):
+            finest[family_of(scene)] = scene
+    taken = [finest[family] for family in TRUST if family in finest][:2]
+    if len(taken) < 2:
+        return Bracket()
+    one, other = (values[scene.name] for scene in taken)
+    said = " and ".join(made_of(scene) if is_direct(scene) else NAMES[scene.fidelity] for scene in taken)
+    return Bracket(Estimate(0.5 * (one + other), 0.5 * abs(one - other)), said)
+
+
+# ---- What accuracy costs: every simulation of a problem that something is known of, by question, error and expense
 
 
 @dataclass
@@ -57,7 +126,7 @@ def points_of(
         for question in QUESTIONS.values()
         for point in _points(question, problem, histories, contacts)
     ]
-    return no_surer_than_ties(no_surer_in_one_direction(no_surer_for_less(points)))
+    return bound_ties_in_place_of_contact(worst_over_directions(bound_cheaper_settings(points)))
 
 
 def as_direct(scene: Scene, scenes: Mapping[str, Scene]) -> Scene | None:
@@ -182,3 +251,39 @@ def _true(
         values = {name: each[quantity] for name, each in found.items() if quantity in each and name in own}
         brackets[quantity] = bracket(values, own)
     return brackets[quantity].estimate, f"between {brackets[quantity].said}"
+
+
+# ---- What fronts of error and price say: sentences, and rungs
+
+
+ACCURACIES = (0.20, 0.10, 0.05, 0.02)
+"""Errors that sentences are about [1]."""
+
+
+def sentence(words: str, accuracy: float, name: str, seconds: float, memory: float, error: float) -> str:
+    """Return the sentence that a reader wants.
+
+    >>> sentence("force", 0.05, "3D ROM, patch joints", 1.04, 14.9, 0.011)
+    'For 5 % in force take 3D ROM, patch joints: 1 s, 15 MB (error at most 1.1 %).'
+    """
+    return (
+        f"For {100 * accuracy:g} % in {words} take {name}: {digits(seconds)} s, {digits(memory)} MB "
+        f"(error at most {digits(100 * error)} %)."
+    )
+
+
+def nothing(words: str, accuracy: float, name: str, error: float) -> str:
+    """Return the sentence of an accuracy that nothing reaches, with what comes nearest."""
+    return (
+        f"Nothing measured gives {words} within {100 * accuracy:g} %: {name} comes nearest with "
+        f"{digits(100 * error)} %."
+    )
+
+
+def rungs(seconds: Sequence[float], errors: Sequence[float]) -> dict[str, bool]:
+    """Return which rungs a front has: under 1 s, under 30 s, within 2 %."""
+    return {
+        "under 1 s": any(value < 1 for value in seconds),
+        "under 30 s": any(value < 30 for value in seconds),
+        "within 2 %": any(value <= 0.02 for value in errors),
+    }

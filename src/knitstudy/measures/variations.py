@@ -7,11 +7,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from knitstudy.measures.discretisation import is_cut, is_direct
-from knitstudy.measures.names import INTERACTIONS
+from knitstudy.measures.discretisation import INTERACTIONS, is_cut, is_direct
 from knitstudy.study.keys import Description, describe
-from knitstudy.study.scene import LABELS, Scene, all_sections, digest
-from knitstudy.study.sections.labels import Labels
+from knitstudy.study.kinds import Labels, all_sections
+from knitstudy.study.scene import LABELS, Scene, digest
 
 INPUTS = {
     "contact.friction": "coefficient of friction",

@@ -10,8 +10,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.measures.discretisation import is_direct, made_of
-from knitstudy.measures.problem import problem_of
+from knitstudy.measures.discretisation import is_direct, made_of, problem_of
 from knitstudy.study.scene import Scene
 
 

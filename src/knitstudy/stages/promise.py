@@ -22,24 +22,21 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.files import read_dataset, read_table, write_table
 from knitstudy.measures.cost import seconds_of
-from knitstudy.measures.discretisation import made_of
+from knitstudy.measures.discretisation import INTERACTIONS, made_of, problem_of
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.fronts import ACCURACIES
-from knitstudy.measures.knobs import model_of
-from knitstudy.measures.names import INTERACTIONS
-from knitstudy.measures.problem import problem_of
-from knitstudy.measures.promise import Promise, corrected, error_made
+from knitstudy.measures.promises import Promise, corrected, error_made
 from knitstudy.measures.reference import Reference, reference_of
+from knitstudy.measures.trade import ACCURACIES
+from knitstudy.measures.trade_points import model_of
 from knitstudy.stages.displays import REFERENCE
 from knitstudy.stages.kept import RESULTS, up_to_date
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.simulate import simulate
-from knitstudy.stages.table import STAGES, stage_of
+from knitstudy.stages.table import STAGES
 from knitstudy.stages.trade import PROMISES_KEPT, READ, TRADE, write_page
-from knitstudy.study.choice import LARGE, Choice, Rung, numerics, resolved
+from knitstudy.study.choice import LARGE, Ask, Choice, Rung, numerics, resolved
 from knitstudy.study.planning import planned
 from knitstudy.study.scene import Scene
-from knitstudy.study.sections.ask import Ask
 from knitstudy.tables.trade import AT_MOST, CALLED
 
 LONGEST = 30.0
@@ -192,7 +189,7 @@ def _pair(scene: Scene, plan: Plan, results: Path) -> tuple[Scene, Scene] | None
 
 def _read(scene: Scene, results: Path) -> tuple[xr.Dataset, xr.Dataset]:
     return tuple(
-        read_dataset(results / stage.path(scene)) for stage in (stage_of(scene), STAGES.find("contacts"))
+        read_dataset(results / stage.path(scene)) for stage in (STAGES["simulation"], STAGES["contacts"])
     )
 
 

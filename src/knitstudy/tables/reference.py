@@ -8,15 +8,15 @@ from math import isfinite
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.estimate import common_limit
-from knitstudy.measures.names import INTERACTIONS
+from knitstudy.measures.reference import RefinementSeries, refinement_series_of
 from knitstudy.measures.response import QUANTITIES, STRAINS, increment_at
-from knitstudy.measures.ways import Way, ways_of
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
 SAID = ["problem", "knit", "interaction", "direction", "strain [1]", "quantity", "unit"]
-"""What a row is of; ``problem`` is the digest by which models find it (`knitstudy.measures.problem`)."""
+"""What a row is of; ``problem`` is the digest by which models find it (`knitstudy.measures.discretisation`)."""
 
 COLUMNS = [
     *SAID,
@@ -115,7 +115,7 @@ def limits(values: pd.DataFrame, scenes: Mapping[str, Scene]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _row(said: dict, found: list[tuple[Way, dict[str, float]]]) -> dict:
+def _row(said: dict, found: list[tuple[RefinementSeries, dict[str, float]]]) -> dict:
     common = common_limit([way.limit(values) for way, values in found])
     return said | {
         "value": common.value,
@@ -128,7 +128,7 @@ def _row(said: dict, found: list[tuple[Way, dict[str, float]]]) -> dict:
     }
 
 
-def _row_of(said: dict, way: Way, values: dict[str, float]) -> dict:
+def _row_of(said: dict, way: RefinementSeries, values: dict[str, float]) -> dict:
     limit = way.limit(values)
     return said | {
         "way": way.name,
@@ -143,14 +143,14 @@ def _row_of(said: dict, way: Way, values: dict[str, float]) -> dict:
 
 def _found(
     values: pd.DataFrame, scenes: Mapping[str, Scene]
-) -> Iterator[tuple[dict, list[tuple[Way, dict[str, float]]]]]:
+) -> Iterator[tuple[dict, list[tuple[RefinementSeries, dict[str, float]]]]]:
     """Yield what each row is of, and the ways to it whose simulations all have a value."""
     simulated = set(values["scene"])
     by_row = {
         key: dict(zip(of["scene"], of["value"], strict=True))
         for key, of in values.groupby(["quantity", "strain [1]"])
     }
-    for problem, ways in ways_of(scenes[name] for name in scenes if name in simulated).items():
+    for problem, ways in refinement_series_of(scenes[name] for name in scenes if name in simulated).items():
         for quantity, (unit, _) in QUANTITIES.items():
             for strain in STRAINS:
                 known = by_row.get((quantity, strain), {})

@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.measures.printed import number
+from knitstudy.measures.paper_values import number
 from knitstudy.models.springs import AXES, MEASURES, Springs, springs
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
@@ -102,3 +102,58 @@ def _over_crossings(statistic, found: Springs) -> list[float]:
 
 def _reported(paper: pd.DataFrame, scene: Scene, axis: str) -> float:
     return number(paper, "2", scene.load.direction, f"spring stiffness k{axis}")
+
+
+# ---- Table 2 at a glance: the averaged springs of interfaces, one row a direct simulation
+
+
+DISPLACEMENT, STATISTIC = "interface", next(iter(STATISTICS))
+"""What is shown: what the main reduced models use."""
+
+NAMES = {"x": "kx", "y": "ky", "z": "kz", "normal": "normal to contact", "tangential": "along contact"}
+"""Columns by axis."""
+
+
+@TABLES.add(
+    "springs",
+    "Table 2 at a glance: springs",
+    needs=("sprung_contacts", "paper", "scenes"),
+    order=4,
+)
+def tabulate_averages(
+    sprung_contacts: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
+) -> pd.DataFrame:
+    """Return stiffnesses along all axes beside the paper's, and how many of the crossings are negative.
+
+    Parameters
+    ----------
+    sprung_contacts, paper, scenes
+        As of `table2_springs`.
+    """
+    springs = tabulate(sprung_contacts, paper, scenes)
+    shown = springs[(springs["displacement"] == DISPLACEMENT) & (springs["statistic"] == STATISTIC)]
+    return pd.DataFrame(
+        [
+            _row_of_averages(name, of.set_index("axis"), scenes)
+            for name, of in shown.groupby("scene", sort=False)
+        ]
+    )
+
+
+def _row_of_averages(name: str, of: pd.DataFrame, scenes: Mapping[str, Scene]) -> dict:
+    scene, first = scenes[name], of.iloc[0]
+    row = {
+        "scene": name,
+        "load": first["load"],
+        "interaction": first["interaction"],
+        "mesh size [m]": scene.value("mesh.size"),
+        "contact stiffness over E / h [1]": scene.contact.normal_stiffness,
+        "penalty alone": scene.contact.augmentations == 0,
+    }
+    for axis, column in NAMES.items():
+        row[f"{column} [N/m]"] = of.loc[axis, "stiffness [N/m]"]
+    for axis in "xyz":
+        row[f"k{axis}, paper [N/m]"] = of.loc[axis, "paper [N/m]"]
+    for axis in "xyz":
+        row[f"k{axis} negative at crossings [1]"] = int(of.loc[axis, "negative [1]"])
+    return row | {"crossings [1]": int(first["crossings [1]"])}

@@ -10,8 +10,8 @@ import xarray as xr
 
 from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.discretisation import is_direct
-from knitstudy.measures.domain import Series, seconds_a_newton_iteration, series_of
-from knitstudy.measures.printed import printed
+from knitstudy.measures.domain import Series, domain_response, seconds_a_newton_iteration, series_of
+from knitstudy.measures.paper_values import number_if_printed
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
@@ -150,9 +150,68 @@ def _of_paper(scene: Scene, paper: pd.DataFrame) -> dict:
     size = f"c{scene.pattern.loops}w{scene.pattern.rows}"
     if scene.interaction == "tie":
         return {
-            "degrees of freedom, paper [1]": printed(paper, "fig12a", f"{size} tie", "degrees of freedom")
+            "degrees of freedom, paper [1]": number_if_printed(
+                paper, "fig12a", f"{size} tie", "degrees of freedom"
+            )
         }
     return {
-        "degrees of freedom, paper [1]": printed(paper, "3", size, "degrees of freedom"),
-        "memory, paper [MB]": printed(paper, "3", size, "memory"),
+        "degrees of freedom, paper [1]": number_if_printed(paper, "3", size, "degrees of freedom"),
+        "memory, paper [MB]": number_if_printed(paper, "3", size, "memory"),
     }
+
+
+# ---- How the response of a square knit depends on its size
+
+
+RESPONSE = [
+    "model",
+    "interaction",
+    "cells in a row [1]",
+    "scene",
+    "strain [1]",
+    "force over width [N/m]",
+    "the same, over that of the largest knit [1]",
+    "largest |u_z| [m]",
+    "mean normal force in the centre cell [N]",
+    "the same, over that of the largest knit's [1]",
+]
+
+
+@TABLES.add(
+    "domain_response",
+    "Response of square knits of rising size",
+    needs=("domain", "domain_contacts", "scenes"),
+    order=5.7,
+)
+def tabulate_response(
+    domain: Mapping[str, xr.Dataset], domain_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
+) -> pd.DataFrame:
+    """Return one row for every size of every series.
+
+    Parameters
+    ----------
+    domain, domain_contacts : mapping of str to Dataset
+        Histories by scene, and contacts of the direct simulations among them.
+    scenes : mapping of str to Scene
+        Their scenes by the same names.
+    """
+    rows = []
+    for series in series_of(scenes.values()):
+        found = [domain_response(scene, domain, domain_contacts) for scene in series.scenes]
+        largest = found[-1]
+        rows += [
+            (
+                series.model,
+                series.interaction,
+                int(cells),
+                scene.name,
+                float(domain[scene.name]["strain"][-1]),
+                response.force,
+                response.force / largest.force,
+                response.out_of_plane,
+                response.normal,
+                response.normal / largest.normal,
+            )
+            for cells, scene, response in zip(series.cells, series.scenes, found, strict=True)
+        ]
+    return pd.DataFrame(rows, columns=RESPONSE)

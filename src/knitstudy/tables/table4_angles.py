@@ -8,10 +8,18 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.discretisation import made_of
-from knitstudy.measures.names import INTERACTIONS
-from knitstudy.measures.printed import numbers
-from knitstudy.measures.segment_angles import SEGMENT, angles_to_axes, honeycomb_segments, stress_angles
+from knitstudy.geometry.pattern import Knit
+from knitstudy.measures.discretisation import INTERACTIONS, made_of
+from knitstudy.measures.paper_values import numbers
+from knitstudy.measures.segments import (
+    SEGMENT,
+    angles_to_axes,
+    cell_force,
+    central,
+    cut_force,
+    honeycomb_segments,
+    stress_angles,
+)
 from knitstudy.measures.selection import TIED_COURSE
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
@@ -107,3 +115,105 @@ def _row(honeycomb: str, kind: str, angle: np.ndarray, theirs: np.ndarray) -> di
     row["largest difference [deg]"] = round(np.abs(ours - theirs).max(), DECIMALS)
     row["spread over equivalent segments [deg]"] = round(np.ptp(angle, axis=0).max(), DECIMALS)
     return row
+
+
+# ---- Stresses averaged over the six segments of the centre cell (section 3.4)
+
+
+COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")
+
+XYZ = "xyz"
+
+
+@TABLES.add(
+    "segment_stress",
+    "Stress averaged over the segments of the centre cell",
+    needs=("fields_stress", "scenes"),
+    of=TIED_COURSE,
+    order=6.5,
+)
+def tabulate_stress(fields_stress: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+    """Return principal values and components of the mean Cauchy stress at full load, a row a segment.
+
+    Parameters
+    ----------
+    fields_stress : mapping of str to Dataset
+        Stresses of direct simulations by scene (see docs/architecture.md).
+    scenes : mapping of str to Scene
+        Their scenes.
+    """
+    rows = []
+    for name, stresses in fields_stress.items():
+        whole = stresses.sel(extent="whole")
+        for kind, number in SEGMENT.items():
+            for segment in central(stresses, kind):
+                rows.append(
+                    {
+                        "segment": number,
+                        "kind": kind,
+                        "scene": name,
+                        "discretisation": made_of(scenes[name]),
+                        "row": int(stresses["segment_row"][segment]),
+                        "column": int(stresses["segment_column"][segment]),
+                        **_stress(whole.isel(segment=segment)),
+                    }
+                )
+    return pd.DataFrame(rows)
+
+
+def _stress(segment: xr.Dataset) -> dict[str, float]:
+    principal, stress = segment["segment_principal"].to_numpy(), segment["segment_stress"].to_numpy()
+    axis = np.abs(segment["segment_axis"].to_numpy()[0])
+    angles = np.degrees(np.arccos(np.clip(axis, 0, 1)))
+    return {
+        "deformed volume [m3]": float(segment["segment_volume"]),
+        **{f"principal stress {i + 1} [Pa]": value for i, value in enumerate(principal)},
+        **{f"angle of 1 to {axis} [deg]": angle for axis, angle in zip(XYZ, angles, strict=True)},
+        **{f"stress {name} [Pa]": stress[XYZ.index(name[0]), XYZ.index(name[1])] for name in COMPONENTS},
+    }
+
+
+# ---- Forces through the knit from stresses, beside those of the grips
+
+
+CUTS = (0.3, 0.4, 0.5, 0.6, 0.7)
+"""Shares of the knit along the load: slabs about them lie between the grips."""
+
+
+@TABLES.add(
+    "cut_forces",
+    "Forces from averaged stresses and of the grips",
+    needs=("geometry", "fields_stress", "scenes"),
+    of=TIED_COURSE,
+    order=6.6,
+)
+def tabulate_cut_forces(
+    geometry: xr.Dataset, fields_stress: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
+) -> pd.DataFrame:
+    """Return one row a simulation.
+
+    Parameters
+    ----------
+    geometry : Dataset
+        Result of the geometry stage.
+    fields_stress : mapping of str to Dataset
+        Stresses of direct simulations by scene (see docs/architecture.md).
+    scenes : mapping of str to Scene
+        Their scenes.
+    """
+    knit = Knit.from_dataset(geometry)
+    rows = []
+    for name, stresses in fields_stress.items():
+        grips = stresses.attrs["force"]
+        through = [cut_force(stresses, share) / grips for share in CUTS]
+        rows.append(
+            {
+                "scene": name,
+                "discretisation": made_of(scenes[name]),
+                "force of the grips [N]": grips,
+                "smallest force through a cut, over it [1]": min(through),
+                "largest force through a cut, over it [1]": max(through),
+                "force by the pieces of the centre cells, over it [1]": cell_force(stresses, knit) / grips,
+            }
+        )
+    return pd.DataFrame(rows)

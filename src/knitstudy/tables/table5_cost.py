@@ -7,11 +7,10 @@ from collections.abc import Iterator, Mapping
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.cases import Case, Simulation, cases_of, label_of
-from knitstudy.measures.comparison import OVER_REFERENCE, UNCERTAIN
+from knitstudy.measures.cases import OVER_REFERENCE, UNCERTAIN, Case, Simulation, cases_of, label_of
 from knitstudy.measures.cost import MEGABYTE, element_length
 from knitstudy.measures.discretisation import discretisation
-from knitstudy.measures.printed import REPORTED, number, reported
+from knitstudy.measures.paper_values import REPORTED, number, reported
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 

@@ -7,13 +7,11 @@ from collections.abc import Iterable, Mapping
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.fronts import ACCURACIES, nothing, rungs, sentence
-from knitstudy.measures.knobs import shown, turned
-from knitstudy.measures.names import INTERACTIONS
+from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS, UNITS
-from knitstudy.measures.trade import points_of
-from knitstudy.measures.trade_point import TIES, Point
-from knitstudy.study.fronts import cheapest, front, nearest
+from knitstudy.measures.trade import ACCURACIES, nothing, points_of, rungs, sentence
+from knitstudy.measures.trade_points import TIES, Point, shown, turned
+from knitstudy.study.choice import cheapest, front, nearest
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 

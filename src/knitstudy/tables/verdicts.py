@@ -1,4 +1,4 @@
-"""The paper's claims, and what this study finds of each by which rule: verdicts are computed, never written down."""
+"""The paper's claims with the computed verdicts, and the claims that hang on an input."""
 
 from __future__ import annotations
 
@@ -6,18 +6,22 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.measures.claims.evidence import OPEN, Evidence
-from knitstudy.measures.claims.inputs import CLAIMS, findings, hanging
-from knitstudy.measures.claims.rules import RULES
-from knitstudy.measures.discretisation import made_of
+from knitstudy.measures.claims.verdicts import CLAIMS, RULES, Finding, findings, hanging
+from knitstudy.measures.discretisation import INTERACTIONS, made_of
+from knitstudy.measures.reference import TRANSFERRED
+from knitstudy.measures.response import QUANTITIES
 from knitstudy.measures.selection import COURSE, VARIANTS, variants_of
 from knitstudy.measures.variations import INPUTS
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
+
+# ---- The paper's claims, and what this study finds of each by which rule: verdicts are computed, never written down
 
 
 @TABLES.add(
@@ -90,7 +94,7 @@ def tabulate(
     )
     evidence = replace(evidence, again=_again(evidence, contact))
     hang = _hanging(evidence, contact)
-    return pd.DataFrame([_row(claim, evidence, hang) for claim in claims.itertuples()])
+    return pd.DataFrame([_row_of_claim(claim, evidence, hang) for claim in claims.itertuples()])
 
 
 def _again(evidence: Evidence, found: Mapping[str, Any]) -> dict[str, Evidence]:
@@ -137,7 +141,7 @@ def _hanging(evidence: Evidence, found: Mapping[str, Any]) -> dict[str, str]:
     return said
 
 
-def _row(claim: Any, evidence: Evidence, hang: Mapping[str, str]) -> dict[str, str]:
+def _row_of_claim(claim: Any, evidence: Evidence, hang: Mapping[str, str]) -> dict[str, str]:
     rule = RULES.get(claim.id)
     if rule is None:
         raise ConfigurationError(
@@ -158,3 +162,70 @@ def _row(claim: Any, evidence: Evidence, hang: Mapping[str, str]) -> dict[str, s
         "note": judged.note,
         "see": ", ".join(rule.see),
     }
+
+
+# ---- One input at a time changed: force, out-of-plane motion, verdicts, and the claims that hang on an input
+
+
+PERCENT = 100.0
+
+BASE = "none"
+"""What stands for the key of the base."""
+
+
+@TABLES.add(
+    "inputs",
+    "One input at a time at another value",
+    needs=("variations", "variations_contacts", "geometry", "scenes", "paper", "reference"),
+    of=COURSE,
+    order=16,
+)
+def tabulate_inputs(
+    variations: Mapping[str, xr.Dataset],
+    variations_contacts: Mapping[str, xr.Dataset],
+    geometry: xr.Dataset,
+    scenes: Mapping[str, Scene],
+    paper: pd.DataFrame,
+    reference: pd.DataFrame,
+) -> pd.DataFrame:
+    """Return one row a value of an input, the base first; cells are empty where the input is of no effect.
+
+    Parameters
+    ----------
+    variations, variations_contacts : mapping of str to Dataset
+        Histories and contacts of direct simulations that differ in one input each, by scene (see
+        docs/architecture.md).
+    geometry : Dataset
+        Result of the geometry stage.
+    scenes : mapping of str to Scene
+        Their scenes.
+    paper, reference : DataFrame
+        ``resources/reference/paper_tables.csv`` and ``reference.csv``.
+    """
+    varied = [scenes[name] for name in variations]
+    found = findings(varied, variations, variations_contacts, geometry, paper, reference)
+    claims = [claim for claim in CLAIMS if any(claim in each.judged for each in found)]
+    hang = hanging(found)
+    return pd.DataFrame([_row_of_input(each, claims, hang) for each in found])
+
+
+def _row_of_input(
+    finding: Finding, claims: list[str], hang: Mapping[str, tuple[str, ...]]
+) -> dict[str, object]:
+    variation = finding.variation
+    described = variation.described if variation.key else None
+    row: dict[str, object] = {
+        "input": variation.key or BASE,
+        "value": "" if variation.value is None else f"{variation.value}",
+        "unit": described.unit if described else "",
+        "standing": described.standing if described else "",
+    }
+    for quantity in TRANSFERRED:
+        unit, _ = QUANTITIES[quantity]
+        for kind, name in INTERACTIONS.items():
+            row[f"{quantity}, {name} [{unit}]"] = finding.values.get((quantity, kind), np.nan)
+    for quantity in TRANSFERRED:
+        for kind, name in INTERACTIONS.items():
+            row[f"change of {quantity}, {name} [%]"] = PERCENT * finding.changes.get((quantity, kind), np.nan)
+    row |= {claim: finding.judged[claim].verdict if claim in finding.judged else "" for claim in claims}
+    return row | {"claims that hang on the input": ", ".join(hang.get(variation.key, ()))}

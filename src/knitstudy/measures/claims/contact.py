@@ -7,14 +7,33 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import xarray as xr
 
-from knitstudy.measures.carried import carried_over
-from knitstudy.measures.centre_cell import Snapshot, first_symmetric_contact, snapshots, zones_of_cell
-from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, at_full_strain, lacking, verdict
-from knitstudy.measures.claims.rule import AFTER, AGAIN, OF_REFERENCE, UNRECORDED, Rule
-from knitstudy.measures.energy_balance import stabilisation_share
+from knitstudy.measures.centre_cell import (
+    Snapshot,
+    centre_cell,
+    closest_neighbour,
+    first_symmetric_contact,
+    rotation_angle,
+    snapshots,
+    zones_of_cell,
+)
+from knitstudy.measures.claims.evidence import (
+    AFTER,
+    AGAIN,
+    NOT_RUN,
+    OF_REFERENCE,
+    UNRECORDED,
+    Evidence,
+    Judgement,
+    Rule,
+    at_full_strain,
+    lacking,
+    verdict,
+)
+from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.estimate import Estimate, all_hold
-from knitstudy.measures.names import INTERACTIONS
-from knitstudy.measures.printed import number
+from knitstudy.measures.history_checks import stabilisation_share
+from knitstudy.measures.paper_values import number
+from knitstudy.measures.reference import transferred_uncertainty
 from knitstudy.measures.response import (
     FORCE,
     LARGEST_U_Z,
@@ -173,7 +192,7 @@ def judge_smaller_friction(evidence: Evidence) -> Judgement:
         for name in alike:
             carried = known[name]
             if not carried.known:
-                carried = carried_over(known[base], histories[base], histories[name])
+                carried = transferred_uncertainty(known[base], histories[base], histories[name])
             forces[name] = carried.at(FORCE, max(carried.strains(FORCE), default=0.0))
     (tie, *_), (rough, *_), slides = (names[kind] for kind in INTERACTIONS)
     slides = sorted(slides, key=lambda name: evidence.scenes[name].contact.friction, reverse=True)
@@ -230,7 +249,7 @@ def judge_stabilisation(evidence: Evidence) -> Judgement:
     return at_full_strain(evidence, judged, histories.values(), next(iter(histories)))
 
 
-RULES = {
+CONTACT_RULES = {
     "K1": Rule(
         judge_no_contact,
         "no zone in the centre cell at 0.05 % strain",
@@ -370,3 +389,83 @@ def _listed(values: Mapping[str, float], form: str) -> str:
     """Name values from the largest to the smallest."""
     order = sorted(values, key=values.__getitem__, reverse=True)
     return ", ".join(f"{INTERACTIONS[name]} {form.format(values[name])}" for name in order)
+
+
+# ---- The claim about local kinematics: K8 of ``resources/reference/paper_claims.csv``
+
+
+TURNS = np.radians(1.0)
+"""Least rotation of a section that counts as one [rad]."""
+
+SLIDES = 0.02
+"""Least sliding that counts as such, over the yarn's diameter: more than surfaces give way that stick."""
+
+SPINS = np.radians(3.0)
+"""Least angle of a contact area about the yarn that counts as spin [rad]: facets are 15 degrees wide, and the
+centroid of few points moves by a degree or two where they come into contact or open."""
+
+
+def judge_kinematics(evidence: Evidence) -> Judgement:
+    """K8: at every crossing of the centre cell each yarn turns, contracts and slides, and its contact area spins."""
+    contacts = evidence.contacts.get("isotropic")
+    if contacts is None:
+        return lacking(INTERACTIONS["isotropic"])
+    if "section_rotation" not in contacts:
+        return Judgement("", NOT_RUN, "the history holds no motion of the sections")
+    crossings = centre_cell(contacts)
+    turned, closer, slid, spun = (
+        values[:, crossings]
+        for values in (
+            rotation_angle(contacts),
+            closest_neighbour(contacts),
+            # Of a crossing: along that yarn which it slides along.
+            np.abs(contacts["sliding"].to_numpy()).max(axis=-1),
+            np.abs(contacts["contact_spin"].to_numpy()),
+        )
+    )
+    diameter = 2 * float(evidence.geometry["radius"])
+    measured = (
+        f"centre cell: sections turn by {_range(np.degrees(turned[-1]), '.2g')} degrees, crossings come "
+        f"{_range(100 * closer[-1], '.2g')} % of the chord closer to a neighbour on the yarn, surfaces slide "
+        f"{_range(1e3 * slid[-1], '.2g')} mm, contact areas spin by {_range(np.degrees(spun[-1]), '.2g')} degrees "
+        f"about the yarns; half of the rotation at {_half(contacts, turned):.2%} strain, half of the sliding at "
+        f"{_half(contacts, slid):.2%}"
+    )
+    # A crossing that is open has slid nowhere: comparisons with nan do not hold.
+    holds = (
+        (turned[-1] >= TURNS).all()
+        and (closer[-1] > 0).all()
+        and (slid[-1] >= SLIDES * diameter).all()
+        and (spun[-1] >= SPINS).all()
+    )
+    judged = Judgement(
+        measured,
+        verdict(bool(holds)),
+        f"rotation from {np.degrees(TURNS):g} degree on, sliding from {SLIDES:g} d, spin from {np.degrees(SPINS):g} "
+        "degrees; contraction by its sign; the order of the states does not judge",
+    )
+    return at_full_strain(evidence, judged, [contacts], "isotropic")
+
+
+KINEMATICS_RULES = {
+    "K8": Rule(
+        judge_kinematics,
+        "at every crossing of the centre cell, at full strain: sections turn by "
+        f"{np.degrees(TURNS):g} degree or more, the crossing comes closer to a neighbour on the yarn, surfaces slide "
+        f"by {SLIDES:g} d or more, and contact areas spin by {np.degrees(SPINS):g} degrees or more",
+        AFTER,
+        ("fig10_kinematics",),
+        AGAIN,
+    )
+}
+
+
+def _range(values: np.ndarray, form: str) -> str:
+    """Name the smallest and the largest of some values."""
+    return f"{values.min():{form}} to {values.max():{form}}"
+
+
+def _half(contacts: xr.Dataset, values: np.ndarray) -> float:
+    """Return the first strain at which the mean of values (I, ...) over all places is half of the last one."""
+    mean = np.nan_to_num(values.reshape(len(values), -1)).mean(axis=1)
+    return float(contacts["strain"][int(np.argmax(mean >= 0.5 * mean[-1]))])

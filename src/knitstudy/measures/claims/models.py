@@ -9,18 +9,22 @@ import numpy as np
 
 from knitstudy.measures.cases import Case, Simulation, is_plain
 from knitstudy.measures.claims.evidence import (
+    AFTER,
     NOT_RUN,
+    OF_COSTS,
+    OF_REFERENCE,
     REPRODUCED,
+    UNRECORDED,
     Evidence,
     Judgement,
+    Rule,
     at_full_strain,
     verdict,
 )
-from knitstudy.measures.claims.rule import AFTER, OF_COSTS, OF_REFERENCE, UNRECORDED, Rule
 from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import UNKNOWN, Estimate, all_hold
-from knitstudy.measures.printed import REPORTED, number
+from knitstudy.measures.paper_values import REPORTED, number
 from knitstudy.measures.response import (
     LARGEST_U_Z,
     RMS_U_Z,
@@ -248,7 +252,7 @@ def judge_beams(evidence: Evidence) -> Judgement:
     return at_full_strain(evidence, judged, histories, case.dns.scene.name)
 
 
-RULES = {
+MODEL_RULES = {
     "R1": Rule(
         judge_forces,
         f"relative L2 distance of F(strain) to the reference: 3D at most {MUCH_CLOSER:g} times 2D, in four cases",

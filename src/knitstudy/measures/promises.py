@@ -1,0 +1,173 @@
+"""Whether a model that was chosen for an accuracy keeps it: on other knits, and beside a second model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.measures.estimate import UNKNOWN, Estimate
+from knitstudy.measures.questions import QUESTIONS, answers, known
+from knitstudy.measures.reference import Reference
+from knitstudy.measures.response import QUANTITIES, at_strain
+from knitstudy.study.scene import Scene
+
+# ---- Whether models that were chosen for an accuracy keep it on knits that they were not measured on
+
+
+BAR, DEAREST = 0.95, 3.0
+"""Share of promises that have to hold, and price over that of the cheapest that would have done."""
+
+
+@dataclass(frozen=True)
+class Promise:
+    """One scene and question.
+
+    Attributes
+    ----------
+    scene, question, model : str
+    accuracy : float
+        What was asked for [1].
+    error : Estimate
+        What was made [1].
+    quantity : str
+        Where it is the largest.
+    seconds, cheapest : float
+        Of the model, and of the cheapest that was tried and would have done [s].
+    other : bool
+        Whether the model is another one than that which the truth is drawn from: else a promise cannot but hold.
+    """
+
+    scene: str
+    question: str
+    model: str
+    accuracy: float
+    error: Estimate
+    quantity: str
+    seconds: float
+    cheapest: float
+    other: bool = True
+
+    @property
+    def held(self) -> bool:
+        """Whether the error is within what was asked for: its value, whatever its uncertainty."""
+        return self.error.value <= self.accuracy
+
+    @property
+    def surely(self) -> bool | None:
+        """The same with the uncertainty; None where that leaves it open."""
+        return self.error.below(self.accuracy)
+
+
+def corrected(
+    reference: Reference,
+    base: tuple[xr.Dataset, xr.Dataset],
+    here: tuple[xr.Dataset, xr.Dataset],
+    strain: float,
+) -> Reference:
+    """Return what is to be expected of a knit without a reference: a simulation of it, less what it is off elsewhere.
+
+    The error of a discretisation where the reference knows it is taken to be the same here. Half of the correction is
+    left open besides the uncertainty of the reference, as where limits are drawn (docs/reference.md). Where degrees 2
+    and 3 were both run, at the ends of both sweeps, the corrections differ by 0.7 % in force and 4 % in out-of-plane
+    motion at most.
+
+    Parameters
+    ----------
+    reference : Reference
+        Of the problem of `base`.
+    base, here : tuple of Dataset
+        Histories and contacts of one discretisation.
+    strain : float
+        One of the reference.
+    """
+    found = {}
+    for quantity, (_, values) in QUANTITIES.items():
+        true = known(reference, quantity, strain)
+        if not true.known:
+            continue
+        there, ours = (at_strain(each[0], strain, values(*each)) for each in (base, here))
+        if ours <= 0 or there <= 0:
+            continue
+        ratio = true.value / there
+        open_share = true.uncertainty / true.value + 0.5 * abs(ratio - 1)
+        found[quantity, strain] = Estimate(ratio * ours, open_share * ratio * ours)
+    return Reference(found)
+
+
+def error_made(
+    question: str,
+    scene: Scene,
+    history: xr.Dataset,
+    contacts: xr.Dataset | None,
+    truth: Reference,
+    strain: float,
+) -> tuple[str, Estimate]:
+    """Return the quantity of a question that a model is off by most, and its error [1]; unknown where nothing is."""
+    found = []
+    for quantity, value in answers(QUESTIONS[question], scene, history, contacts, strain).items():
+        true = known(truth, quantity, strain)
+        if true.known and np.isfinite(value):
+            found.append((quantity, true.of(lambda other, value=value: abs(value / other - 1))))
+    return max(found, key=lambda each: each[1].value, default=("", UNKNOWN))
+
+
+# ---- How far off a result is, by another model of the same scene whose own error is known to be bounded
+
+
+Result = tuple[Scene, xr.Dataset, xr.Dataset | None]
+"""Scene, history, and contacts of a direct simulation."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What two results of one scene say of the first one's error.
+
+    Attributes
+    ----------
+    quantity : str
+        In which they differ most.
+    least, most : float
+        Between which the error of the first lies, if that of the second is bounded as assumed [1].
+    """
+
+    quantity: str
+    least: float
+    most: float
+
+    def judged(self, accuracy: float, by: str) -> str:
+        """Return in words whether an accuracy was kept, by what model that was seen."""
+        said = f"{self.quantity} is off by {self.least:.1%} to {self.most:.1%}, by {by}"
+        if self.least > accuracy:
+            return f"warning: {said}: more than the {accuracy:.2g} that was asked for; ask for less, or name a model"
+        return f"{said}: as asked for" + ("" if self.most <= accuracy else ", but not for certain")
+
+
+def compare(question: str, one: Result, other: Result, error: float) -> Comparison | None:
+    """Return between which bounds the error of one result lies, or None where both answer nothing alike.
+
+    With d = |a / b - 1| and b off the truth by at most e, a is off by at most d (1 + e) + e, and at least by
+    d (1 - e) - e.
+
+    Parameters
+    ----------
+    question : str
+        One of `questions.QUESTIONS`.
+    one, other : tuple of Scene, Dataset, Dataset or None
+        The result to judge, and the one that it is compared with.
+    error : float
+        What the other one is off by at most [1].
+    """
+    strain = one[0].load.strain
+    mine, theirs = (answers(QUESTIONS[question], *result, strain) for result in (one, other))
+    apart = {
+        quantity: abs(value / theirs[quantity] - 1)
+        for quantity, value in mine.items()
+        if theirs.get(quantity, 0.0) > 0 and np.isfinite(value)
+    }
+    if not apart:
+        return None
+    quantity = max(apart, key=apart.__getitem__)
+    d = apart[quantity]
+    return Comparison(quantity, max(0.0, d * (1 - error) - error), d * (1 + error) + error)
