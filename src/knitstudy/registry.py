@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -89,11 +89,7 @@ class Registry(Generic[Entry]):
         ConfigurationError
             If there is none of that name.
         """
-        entries = self.all()
-        if name not in entries:
-            message = unknown_choice(f"unknown {self.what}", str(name), str(name), list(entries))
-            raise ConfigurationError(f"{where}: {message}" if where else message)
-        return entries[name]
+        return find(self.what, self.all(), name, where)
 
     def module(self, name: str) -> str:
         """Return the dotted name of the module that registers an entry."""
@@ -102,10 +98,21 @@ class Registry(Generic[Entry]):
 
     def allowed(self) -> str:
         """Return all names with what they mean, where entries say it."""
-        meanings = {name: getattr(entry, "meaning", "") for name, entry in self.all().items()}
-        return listed(
-            [f"{name} ({meaning})" if meaning else name for name, meaning in sorted(meanings.items())]
-        )
+        return meanings(self.all())
+
+
+def find(what: str, entries: Mapping[str, Entry], name: str, where: str = "") -> Entry:
+    """Return the entry of a name; `where` begins the message of the ConfigurationError if there is none."""
+    if name not in entries:
+        message = unknown_choice(f"unknown {what}", str(name), str(name), sorted(entries))
+        raise ConfigurationError(f"{where}: {message}" if where else message)
+    return entries[name]
+
+
+def meanings(entries: Mapping[str, Entry]) -> str:
+    """Return all names with what they mean, where entries say it."""
+    said = {name: getattr(entry, "meaning", "") for name, entry in entries.items()}
+    return listed([f"{name} ({meaning})" if meaning else name for name, meaning in sorted(said.items())])
 
 
 def load_plugins(modules: Iterable[str]) -> None:

@@ -147,7 +147,7 @@ def test_value_that_is_none(message, key, text, value, allowed):
             ["fidelity=rom3d", "interaction=rough"],
             ("contacts_from is empty but must name a dns scene", "springs are measured"),
         ),
-        (["fidelity=beam"], ("interaction is 'tie' but must be isotropic or rough", "fidelity is beam")),
+        (["fidelity=beam"], ("interaction is 'tie' but must be rough or isotropic", "fidelity is beam")),
         (
             ["specimen=pair", "fidelity=beam", "interaction=rough"],
             ("fidelity is 'beam' but must be", "is pair"),

@@ -20,20 +20,30 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
+from knitstudy.measures.catalogue import network, several, solid
 from knitstudy.measures.response import secant_stiffness
-from knitstudy.measures.selection import TIED_COURSE
 from knitstudy.tables.catalogue import TABLES
 
 
-@FIGURES.add("toy_curve", "A toy", needs=("dns", "scenes"), of=TIED_COURSE, optional=("beams",), texts={"alt": "line"})
+@FIGURES.add(
+    "toy_curve",
+    "A toy",
+    results={"dns": solid("simulation", "tie-course"), "beams": several("simulation", "beam-*-none", optional=True)},
+    scenes=True,
+    texts={"alt": "line"},
+)
 def curve(dns, scenes, beams=None):
     figure = Figure()
     figure.subplots().plot(dns["strain"], dns["force"], label=scenes["dns"].name)
     return figure
 
 
-@TABLES.add("toy_stiffness", "Another", needs=("rom3d", "tie_wale_dns_contacts"), of=TIED_COURSE)
-def stiffness(rom3d, tie_wale_dns_contacts):
+@TABLES.add(
+    "toy_stiffness",
+    "Another",
+    results={"rom3d": network("rom3d", "tie-course"), "contacts": solid("contacts", "tie-wale")},
+)
+def stiffness(rom3d, contacts):
     return pd.DataFrame({"k": [secant_stiffness(rom3d)]})
 """
 
@@ -65,7 +75,7 @@ def test_figure_from_outside_is_drawn_and_named_with_its_code(toy, plain_scene):
 
 
 def test_table_from_outside_is_built(toy):
-    table = tabulate("toy_stiffness", rom3d=synthetic.history(), tie_wale_dns_contacts=None)
+    table = tabulate("toy_stiffness", rom3d=synthetic.history(), contacts=None)
     pd.testing.assert_frame_equal(table, pd.DataFrame({"k": table["k"]}))
     assert table["k"].item() > 0
 
@@ -79,7 +89,7 @@ def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
     assert figures.files("toy_curve", "out") == {"dns": "out/dns/dns-tie-course.nc"}
     assert tables.files("toy_stiffness", "out") == {
         "rom3d": "out/rom/rom3d-tie-course.nc",
-        "tie_wale_dns_contacts": "out/contacts/dns-tie-wale.nc",
+        "contacts": "out/contacts/dns-tie-wale.nc",
     }
     assert {role: scene.name for role, scene in figures.scenes("toy_curve").items()} == {
         "dns": "dns-tie-course"
@@ -87,7 +97,9 @@ def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
     assert tables.scenes("toy_stiffness") == {}
     alone = displays(TABLES, [scene for scene in scenes if "wale" not in scene.name])
     assert "toy_stiffness" not in alone.names()
-    with pytest.raises(ConfigurationError, match=r"'toy_stiffness' needs rom3d, .*: the study lacks a scene"):
+    with pytest.raises(
+        ConfigurationError, match=r"'toy_stiffness' needs contacts of yarns-tie-wale or .*: the study has no"
+    ):
         alone.files("toy_stiffness", "out")
 
 

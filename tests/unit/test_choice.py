@@ -7,10 +7,9 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.files import write_table
 from knitstudy.stages.kept import Kept
 from knitstudy.stages.trade import GROWTH, TRADE
-from knitstudy.study.choice import GROWTH_KEPT, INTERACTIONS, TRADE_KEPT, choose, numerics, resolved
+from knitstudy.study.choice import GROWTH_KEPT, INTERACTIONS, TRADE_KEPT, Ask, choose, numerics, resolved
 from knitstudy.study.configuration import CONFIG, load_changed, load_scenes, plan_of
 from knitstudy.study.planning import planned, problem_and_ask
-from knitstudy.study.sections.ask import Ask
 
 ROWS = [  # scene, interaction, question, error at most, seconds, memory
     ("planar", "tie", "force", 3.0, 1.5, 4.0),

@@ -10,8 +10,7 @@ from knitstudy.cli.export import export
 from knitstudy.cli.main import main
 from knitstudy.cli.output import plain, shortened
 from knitstudy.errors import ConvergenceError
-from knitstudy.exchange.deck import CONSTRAINTS
-from knitstudy.exchange.dialects.dialect import DIALECTS
+from knitstudy.exchange.dialects import DIALECTS
 from knitstudy.files import write_dataset
 from knitstudy.stages.simulate import Results
 
@@ -89,7 +88,7 @@ def test_dialects_are_those_of_decks():
     choices = {
         option.name: option.type.choices for option in export.params if hasattr(option.type, "choices")
     }
-    assert choices == {"dialect": DIALECTS.names(), "constraints": CONSTRAINTS}
+    assert choices == {"dialect": tuple(DIALECTS)}
 
 
 def test_list(knitstudy, config):
@@ -209,7 +208,7 @@ def test_what_cannot_be_planned_is_one_message(knitstudy, ask, said):
     assert said in message(knitstudy("plan", "yarns-tie-course", *ask))
 
 
-def test_deck_is_of_solid_yarns(knitstudy, config):
+def test_deck_is_of_hexahedra(knitstudy, config):
     line = message(knitstudy("export", "rom3d-a", "--dialect", "abaqus", "--config", config))
     assert "fidelity is rom3d but must be dns" in line
 

@@ -15,8 +15,7 @@ from knitstudy.study.documentation import (
     schema_of,
 )
 from knitstudy.study.keys import STANDINGS, describe
-from knitstudy.study.scene import all_kinds, all_sections
-from knitstudy.study.sections.labels import Labels
+from knitstudy.study.kinds import Labels, all_kinds, all_sections
 
 DESCRIBED = [("", name, Labels) for name in Labels.model_fields] + [
     (f"{section}.", name, described)
@@ -55,7 +54,7 @@ def kinds(**wanted):
     [
         ({}, "all"),
         ({"specimen": ["pair"]}, "all of a pair"),
-        ({"fidelity": ["rom2d", "beam"]}, "beam; rom2d"),
+        ({"fidelity": ["rom2d", "beam"]}, "rom2d; beam"),
         ({"fidelity": ["dns"], "interaction": ["tie"]}, "dns with tie"),
         (
             {"fidelity": ["dns"], "specimen": ["knit"], "interaction": ["rough", "isotropic"]},

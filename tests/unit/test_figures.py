@@ -113,6 +113,8 @@ def results(knit, plain_scene, touching):
             "rough": synthetic.history(force=(0, 8, 16), lift=3e-4),
             "isotropic": synthetic.history(force=(0, 6, 12), lift=2e-4),
             "cut": synthetic.history(force=(0, 5, 10), lift=1e-4),
+            "drawn": {},
+            "loops": read_table(PAPER.with_name("loops.csv")),
             "sweeps": sweeping.histories(sweeping.scenes(), {"shape": 1.0}),
             "others": {"dns-tie-course-medium": synthetic.history(force=(0, 5.5, 11))},
             "reduced": {
@@ -187,7 +189,7 @@ def texts(figure):
 def test_every_figure_is_written_whole_with_its_origin(drawn, results, pairs, name, tmp_path):
     figure = drawn(name)
     sources = {
-        need: (results | pairs)[need] for need in catalogue.FIGURES.find(name).needs if need != "scenes"
+        need: (results | pairs)[need] for need in catalogue.FIGURES.find(name).needed if need != "scenes"
     }
     save(figure, [tmp_path / "a.png", tmp_path / "a.pdf"], sources, "A title")
     assert imread(tmp_path / "a.png")[..., :3].std() > 0.02

@@ -8,12 +8,12 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.registry import load_plugins
 from knitstudy.study.configuration import load_scenes
 from knitstudy.study.documentation import inputs_table, keys_page, schema_of
-from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS
-from knitstudy.study.scene import Scene, all_kinds
+from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS, all_kinds
+from knitstudy.study.scene import Scene
 
 STICKY = '''
 from knitstudy.study.keys import Section, key
-from knitstudy.study.kinds import INTERACTIONS, Interaction
+from knitstudy.study.kinds import Interaction, register
 
 
 class Adhesion(Section):
@@ -24,18 +24,18 @@ class Adhesion(Section):
     )
 
 
-INTERACTIONS.register(Interaction("sticky", "contact that sticks", friction=lambda scene: 0.0, keys=Adhesion))
+register(Interaction("sticky", "contact that sticks", friction=lambda scene: 0.0, keys=Adhesion))
 '''
 
 RODS = """
-from knitstudy.study.kinds import FIDELITIES, Fidelity
-from knitstudy.study.sections.mesh import BeamMesh
-from knitstudy.study.sections.solver import Newton
+from knitstudy.study.kinds import Fidelity, register
+from knitstudy.study.model_sections import BeamMesh
+from knitstudy.study.model_sections import Newton
 
-FIDELITIES.register(
+register(
     Fidelity(
         name="rods", meaning="rods without torsion", specimens=("knit", "pair"), stage="rods",
-        sections=lambda interaction: {"mesh": BeamMesh, "solver": Newton},
+        sections={"mesh": BeamMesh, "solver": Newton},
     )
 )
 """
@@ -45,7 +45,7 @@ FIDELITIES.register(
 def plugin(tmp_path, monkeypatch):
     """Function that imports a module written for it; what it registers is forgotten afterwards."""
     monkeypatch.syspath_prepend(tmp_path)
-    before = {id(registry): set(registry.names()) for registry in (SPECIMENS, INTERACTIONS, FIDELITIES)}
+    before = [dict(kinds) for kinds in (SPECIMENS, INTERACTIONS, FIDELITIES)]
     written = []
 
     def load(name, text):
@@ -54,9 +54,9 @@ def plugin(tmp_path, monkeypatch):
         load_plugins([name])
 
     yield load
-    for registry in (SPECIMENS, INTERACTIONS, FIDELITIES):
-        for name in set(registry.names()) - before[id(registry)]:
-            registry.forget(name)
+    for kinds, known in zip((SPECIMENS, INTERACTIONS, FIDELITIES), before, strict=True):
+        for name in kinds.keys() - known:
+            del kinds[name]
     for name in written:
         sys.modules.pop(name, None)
 
@@ -79,7 +79,7 @@ def test_an_interaction_brings_its_keys(plugin, config):
         scene.vary({"interaction": "rough", "contact.adhesion": 1e5})
     assert "contact.adhesion\tPa\tassumed\ta test\tnone\n" in inputs_table()
     assert (
-        "| beam with sticky; dns with sticky; solid_yarns with sticky; window with sticky | assumed |"
+        "| dns with sticky; solid_yarns with sticky; beam with sticky; window with sticky | assumed |"
         in keys_page()
     )
     assert "adhesion" in schema_of(sticky.kind)["properties"]["contact"]["properties"]
@@ -91,9 +91,7 @@ def test_a_fidelity_says_which_sections_it_has(plugin, config):
     rods = scene.replace("fidelity", "rods")
     assert set(rods.sections) == {"pattern", "geometry", "load", "yarn", "mesh", "solver"}
     assert rods.outputs == ()
-    assert len([kind for kind in all_kinds() if kind.fidelity.name == "rods"]) == 2 * len(
-        INTERACTIONS.names()
-    )
+    assert len([kind for kind in all_kinds() if kind.fidelity.name == "rods"]) == 2 * len(INTERACTIONS)
     with pytest.raises(ConfigurationError, match=r"unknown fidelity 'rids' \(did you mean 'rods'\?\)"):
         scene.replace("fidelity", "rids")
 
@@ -102,7 +100,7 @@ def test_what_is_forgotten_leaves_nothing(plugin, config):
     page = keys_page()
     plugin("sticky_again", STICKY)
     assert keys_page() != page
-    INTERACTIONS.forget("sticky")
+    del INTERACTIONS["sticky"]
     assert keys_page() == page
 
 

@@ -6,7 +6,7 @@ import pytest
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.loading.load_path import Motion, load_path, place
 from knitstudy.mechanics.increment import PrescribedDisplacement
-from knitstudy.study.sections.load import Path
+from knitstudy.study.problem_sections import Path
 
 CORNERS = np.array([[0, 0, -1e-5], [3e-5, 0, -1e-5], [3e-5, 6e-5, -1e-5], [0, 0, 0]])
 QUARTERS = (0.25, 0.5, 0.75, 1.0)

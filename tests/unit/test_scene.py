@@ -424,7 +424,7 @@ def test_springs_of_another_scene_are_averaged_and_need_springs(sprung, value):
 
 
 def test_beams_in_contact_are_not_tied(scene):
-    with pytest.raises(ConfigurationError, match="must be isotropic or rough where fidelity is beam"):
+    with pytest.raises(ConfigurationError, match="must be rough or isotropic where fidelity is beam"):
         scene.replace("fidelity", "beam")
     assert scene.vary({"fidelity": "beam", "interaction": "isotropic"}).contact.tied_edges == "outer"
 

@@ -4,7 +4,7 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.study.configuration import default_keys, load_scene
-from knitstudy.study.differences import differences, flattened
+from knitstudy.study.scene import differences, flattened
 
 
 def test_a_scene_of_another_kind_takes_its_sections_from_the_defaults(config):

@@ -8,8 +8,7 @@ from knitstudy.cli.main import main
 from knitstudy.measures.promises import Comparison, compare
 from knitstudy.measures.response import FORCE
 from knitstudy.stages.simulate import Results
-from knitstudy.study.choice import AGAIN, Choice, Rung, second
-from knitstudy.study.sections.ask import Ask
+from knitstudy.study.choice import AGAIN, Ask, Choice, Rung, second
 
 ASKS = ("--set", "fidelity=auto", "--set", "ask.question=force", "--set", "ask.accuracy=0.05")
 

@@ -25,7 +25,7 @@ from knitstudy.measures.trade_points import (
     turned,
     worst_over_directions,
 )
-from knitstudy.study.fronts import ALIKE, cheapest, digits, front, nearest
+from knitstudy.study.choice import ALIKE, cheapest, digits, front, nearest
 from knitstudy.tables import catalogue as tables
 from knitstudy.tables.trade import AT_MOST, CASE, ERROR, SECONDS, knobs, sentences, with_fronts
 

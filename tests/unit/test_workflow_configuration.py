@@ -5,8 +5,7 @@ from typing import get_args
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.configuration import CONFIG, STUDIES
-from knitstudy.study.sections.workflow import Workflow, workflow_configuration
+from knitstudy.study.configuration import CONFIG, STUDIES, Workflow, workflow_configuration
 
 GIVEN = {"study": "ci", "folder": "config"}
 

@@ -66,7 +66,7 @@ def test_load_path_runs_no_mesh(checkout, edited):
 
 def test_new_key_with_a_default_runs_nothing(checkout, edited):
     edited(
-        "src/knitstudy/study/sections/solver.py",
+        "src/knitstudy/study/model_sections.py",
         "class Newton(Section):",
         """class Sized(Section):
     \"\"\"Keys that were added.\"\"\"

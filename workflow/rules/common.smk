@@ -16,7 +16,7 @@ from knitstudy.stages import freshness
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES, machine_memory, stage_of
 from knitstudy.study.configuration import load_study
-from knitstudy.study.sections.workflow import workflow_configuration
+from knitstudy.study.configuration import workflow_configuration
 
 
 def stop(error):

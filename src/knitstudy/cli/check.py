@@ -9,10 +9,9 @@ import click
 from knitstudy.cli.options import changed_scene, config_option, load_plugins_of, set_option
 from knitstudy.cli.output import print_table
 from knitstudy.study.configuration import STUDIES, knits_of, load_scenes, load_study
-from knitstudy.study.differences import flattened
 from knitstudy.study.keys import describe
-from knitstudy.study.scene import Scene
-from knitstudy.study.sections.labels import Labels
+from knitstudy.study.kinds import Labels
+from knitstudy.study.scene import Scene, flattened
 
 
 @click.command(short_help="Is a configuration valid; all keys of a scene.")

@@ -11,14 +11,14 @@ from knitstudy.cli.output import plain, print_table
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import unknown_choice
 from knitstudy.study.configuration import STUDIES, default_keys, load_families, load_scenes
-from knitstudy.study.differences import differences
 from knitstudy.study.kinds import FIDELITIES
+from knitstudy.study.scene import differences
 
 
 @click.command("list", short_help="Which scenes there are.")
 @click.option("--study", type=click.Choice(STUDIES), help="Only scenes of this study.")
 @click.option("--family", help="Only scenes of this family, by the name of its file.")
-@click.option("--fidelity", type=click.Choice(FIDELITIES.names()), help="Only scenes of this model.")
+@click.option("--fidelity", type=click.Choice(sorted(FIDELITIES)), help="Only scenes of this model.")
 @config_option
 def list_scenes(study: str | None, family: str | None, fidelity: str | None, config: Path) -> None:
     """List the scenes, each with its family, its studies and the keys that differ from the defaults (SI units).

@@ -10,10 +10,9 @@ import click
 from knitstudy.cli.output import plain
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import load_plugins
-from knitstudy.study.configuration import CONFIG, load_changed
+from knitstudy.study.configuration import CONFIG, load_changed, workflow_configuration
 from knitstudy.study.documents import parsed, read_yaml
 from knitstudy.study.scene import Scene
-from knitstudy.study.sections.workflow import workflow_configuration
 
 
 class Change(click.ParamType):

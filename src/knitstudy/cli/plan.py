@@ -8,10 +8,10 @@ import click
 
 from knitstudy.cli.options import config_option, set_option
 from knitstudy.cli.output import plain, print_table
+from knitstudy.study.choice import digits
 from knitstudy.study.configuration import plan_of
-from knitstudy.study.differences import flattened
-from knitstudy.study.fronts import digits
 from knitstudy.study.planning import Planned, of_model
+from knitstudy.study.scene import flattened
 
 ASKS = ("question", "accuracy", "seconds", "memory")
 

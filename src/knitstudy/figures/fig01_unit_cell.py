@@ -15,8 +15,8 @@ from knitstudy.figures.style import PAPER, YARNS, figure, panel_letter, styled
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
+from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import loop_of
-from knitstudy.measures.selection import TIED_COURSE
 
 WIDTH = 130.0
 """Of the figure [mm]."""
@@ -35,8 +35,7 @@ STATES = ("before", "after")
 @FIGURES.add(
     "fig01_unit_cell",
     "Fig. 1: unit cell before and after optimisation",
-    needs=("geometry",),
-    of=TIED_COURSE,
+    results={"geometry": solid("geometry", "tie-course")},
 )
 @styled
 def draw(geometry: xr.Dataset) -> Figure:

@@ -17,7 +17,7 @@ from knitstudy.figures.style import ACCENT, INK, PAPER, YARNS, styled, tint
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.cut import head_arcs, sinker_arcs
 from knitstudy.geometry.pattern import Knit
-from knitstudy.measures.selection import ISOTROPIC_COURSE, ISOTROPIC_WALE
+from knitstudy.measures.catalogue import solid
 from knitstudy.study.scene import Scene
 
 STEP = 0.15
@@ -39,14 +39,20 @@ PULL = 2.2
 @FIGURES.add(
     "fig03a_interactions",
     "Fig. 3a: crossings that are tied and that touch with friction, course tension",
-    needs=("geometry", "contacts", "scenes"),
-    of=ISOTROPIC_COURSE,
+    results={
+        "geometry": solid("geometry", "isotropic-course"),
+        "contacts": solid("contacts", "isotropic-course"),
+    },
+    scenes=True,
 )
 @FIGURES.add(
     "fig03b_interactions",
     "Fig. 3b: crossings that are tied and that touch with friction, wale tension",
-    needs=("geometry", "contacts", "scenes"),
-    of=ISOTROPIC_WALE,
+    results={
+        "geometry": solid("geometry", "isotropic-wale"),
+        "contacts": solid("contacts", "isotropic-wale"),
+    },
+    scenes=True,
 )
 @styled
 def draw(geometry: xr.Dataset, contacts: xr.Dataset, scenes: Mapping[str, Scene]) -> Figure:

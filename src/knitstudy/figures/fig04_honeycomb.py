@@ -15,7 +15,7 @@ from knitstudy.figures.shapes import yarn_of_mesh
 from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, YARNS, styled, tint
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.pattern import Knit
-from knitstudy.measures.selection import TIED_COURSE
+from knitstudy.measures.catalogue import solid
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models import honeycomb
 from knitstudy.models.network import Network
@@ -24,8 +24,11 @@ from knitstudy.models.network import Network
 @FIGURES.add(
     "fig04_honeycomb",
     "Fig. 4: 2D reduced model on the solid knit",
-    needs=("geometry", "mesh", "contacts"),
-    of=TIED_COURSE,
+    results={
+        "geometry": solid("geometry", "tie-course"),
+        "mesh": solid("mesh", "tie-course"),
+        "contacts": solid("contacts", "tie-course"),
+    },
 )
 @styled
 def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure:

@@ -16,7 +16,7 @@ from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE, figure, styled
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
-from knitstudy.measures.selection import TIED_COURSE
+from knitstudy.measures.catalogue import solid
 
 VIEW = View.orbit(turn=-12, tilt=-36)
 """From below: here the two planes and the two normals part most in the picture."""
@@ -54,8 +54,10 @@ PLACES = {
 @FIGURES.add(
     "fig05_contact_points",
     "Fig. 5: points of the 3D reduced model",
-    needs=("geometry", "contacts"),
-    of=TIED_COURSE,
+    results={
+        "geometry": solid("geometry", "tie-course"),
+        "contacts": solid("contacts", "tie-course"),
+    },
 )
 @styled
 def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:

@@ -16,7 +16,7 @@ from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, p
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import View
 from knitstudy.geometry.pattern import Knit
-from knitstudy.measures.selection import TIED_COURSE
+from knitstudy.measures.catalogue import network, solid
 from knitstudy.models.joints import joint_points
 
 WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=34, tilt=-37)
@@ -40,8 +40,11 @@ PLACES = {"C_1": (-32, -10), "C_3": (34, 8), "P_1": (0, -30)}
 @FIGURES.add(
     "fig06_joints",
     "Fig. 6: 3D reduced model and its joints",
-    needs=("geometry", "contacts", "rom3d"),
-    of=TIED_COURSE,
+    results={
+        "geometry": solid("geometry", "tie-course"),
+        "contacts": solid("contacts", "tie-course"),
+        "rom3d": network("rom3d", "tie-course"),
+    },
 )
 @styled
 def draw(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figure:

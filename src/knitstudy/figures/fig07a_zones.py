@@ -9,8 +9,8 @@ from matplotlib.ticker import MaxNLocator
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import PERCENT, WIDTH, explain_snapshots, mark_snapshots, strain_label
 from knitstudy.figures.style import FAINT, INTERACTIONS, figure, styled
+from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import area_of_cell, snapshots, zones_of_cell
-from knitstudy.measures.selection import ISOTROPIC_COURSE
 
 HEIGHT = 100.0
 """Of the figure [mm]."""
@@ -21,8 +21,7 @@ SQUARE_MILLIMETRES = 1e6
 @FIGURES.add(
     "fig07a_zones",
     "Fig. 7a: contact zones in the centre cell, their number and area",
-    needs=("contacts",),
-    of=ISOTROPIC_COURSE,
+    results={"contacts": solid("contacts", "isotropic-course")},
 )
 @styled
 def draw(contacts: xr.Dataset) -> Figure:

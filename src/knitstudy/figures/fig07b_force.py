@@ -8,15 +8,14 @@ from matplotlib.figure import Figure
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import HEIGHT, PERCENT, WIDTH, explain_snapshots, mark_snapshots, strain_label
 from knitstudy.figures.style import INTERACTIONS, figure, styled
+from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import snapshots
-from knitstudy.measures.selection import ISOTROPIC_COURSE
 
 
 @FIGURES.add(
     "fig07b_force",
     "Fig. 7b: force against strain with isotropic friction",
-    needs=("dns",),
-    of=ISOTROPIC_COURSE,
+    results={"dns": solid("simulation", "isotropic-course")},
 )
 @styled
 def draw(dns: xr.Dataset) -> Figure:

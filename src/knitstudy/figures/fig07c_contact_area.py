@@ -17,8 +17,8 @@ from knitstudy.figures.style import ACCENT, DOUBLE, INK, YARNS, figure, panel_le
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.pattern import Knit
+from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import Snapshot, centre_cell, snapshots
-from knitstudy.measures.selection import ISOTROPIC_COURSE
 
 COLOURS = "cividis"
 
@@ -37,8 +37,11 @@ ARROW = 13.0
 @FIGURES.add(
     "fig07c_contact_area",
     "Fig. 7c: where the centre cell touches",
-    needs=("geometry", "dns", "contacts"),
-    of=ISOTROPIC_COURSE,
+    results={
+        "geometry": solid("geometry", "isotropic-course"),
+        "dns": solid("simulation", "isotropic-course"),
+        "contacts": solid("contacts", "isotropic-course"),
+    },
 )
 @styled
 def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:

@@ -14,8 +14,8 @@ from knitstudy.figures.picture import bounds, show
 from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import ACCENT, DOUBLE, FAINT, INK, figure, panel_letter, styled, tint
 from knitstudy.figures.view import FRONT, View
+from knitstudy.measures.catalogue import solid
 from knitstudy.measures.response import transverse_contraction
-from knitstudy.measures.selection import ISOTROPIC_COURSE
 
 OBLIQUE = View.orbit(turn=-28, tilt=24)
 
@@ -29,8 +29,11 @@ FOOT, HEAD = 15.0, 6.0
 @FIGURES.add(
     "fig08_out_of_plane",
     "Fig. 8: contraction, out-of-plane motion and interfacial forces",
-    needs=("geometry", "dns", "contacts"),
-    of=ISOTROPIC_COURSE,
+    results={
+        "geometry": solid("geometry", "isotropic-course"),
+        "dns": solid("simulation", "isotropic-course"),
+        "contacts": solid("contacts", "isotropic-course"),
+    },
 )
 @styled
 def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:

@@ -8,14 +8,17 @@ from matplotlib.figure import Figure
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import Curve, draw_curves
 from knitstudy.figures.style import INTERACTIONS, styled
-from knitstudy.measures.selection import ISOTROPIC_COURSE
+from knitstudy.measures.catalogue import solid
 
 
 @FIGURES.add(
     "fig09a_force",
     "Fig. 9a: force against strain with ties, rough contact and isotropic friction",
-    needs=("tie", "rough", "isotropic"),
-    of=ISOTROPIC_COURSE,
+    results={
+        "tie": solid("simulation", "tie-course"),
+        "rough": solid("simulation", "rough-course"),
+        "isotropic": solid("simulation", "isotropic-course"),
+    },
 )
 @styled
 def draw(tie: xr.Dataset, rough: xr.Dataset, isotropic: xr.Dataset) -> Figure:

@@ -9,15 +9,18 @@ from knitstudy.figures.annotation import MILLIMETRE
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import Curve, draw_curves
 from knitstudy.figures.style import INTERACTIONS, styled
+from knitstudy.measures.catalogue import solid
 from knitstudy.measures.response import out_of_plane
-from knitstudy.measures.selection import ISOTROPIC_COURSE
 
 
 @FIGURES.add(
     "fig09b_out_of_plane",
     "Fig. 9b: out-of-plane motion with ties, rough contact and isotropic friction",
-    needs=("tie", "rough", "isotropic"),
-    of=ISOTROPIC_COURSE,
+    results={
+        "tie": solid("simulation", "tie-course"),
+        "rough": solid("simulation", "rough-course"),
+        "isotropic": solid("simulation", "isotropic-course"),
+    },
 )
 @styled
 def draw(tie: xr.Dataset, rough: xr.Dataset, isotropic: xr.Dataset) -> Figure:

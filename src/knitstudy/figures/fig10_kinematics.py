@@ -14,8 +14,8 @@ from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import PERCENT
 from knitstudy.figures.style import DOUBLE, FAINT, figure, panel_letter, styled, tint
+from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import centre_cell, closest_neighbour, rotation_angle
-from knitstudy.measures.selection import ISOTROPIC_COURSE
 
 HEIGHT = 178.0
 """Of the figure [mm]."""
@@ -71,8 +71,7 @@ QUANTITIES = (
 @FIGURES.add(
     "fig10_kinematics",
     "Fig. 10: rotation, contraction, sliding and spin at the crossings of the centre cell",
-    needs=("contacts",),
-    of=ISOTROPIC_COURSE,
+    results={"contacts": solid("contacts", "isotropic-course")},
 )
 @styled
 def draw(contacts: xr.Dataset) -> Figure:

@@ -12,6 +12,7 @@ from knitstudy.figures.annotation import MILLIMETRE
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import styled
 from knitstudy.figures.sweep import draw_sweep
+from knitstudy.measures.catalogue import DRAWN, of_case, several
 from knitstudy.measures.sweeps import DIAMETER, refused, sweeps_of
 from knitstudy.study.scene import Scene
 
@@ -19,27 +20,32 @@ from knitstudy.study.scene import Scene
 @FIGURES.add(
     "fig11b_yarn_diameter",
     "Fig. 11b: out-of-plane motion against yarn diameter",
-    needs=("sweeps", "scenes", "reference"),
-    optional=("loops",),
+    results={
+        "drawn": several("simulation", *of_case("tie-course", DRAWN), *of_case("isotropic-course", DRAWN)),
+        "sweeps": several("simulation", "sweep-*"),
+    },
+    files=("reference", "loops"),
+    scenes=True,
 )
 @styled
 def draw(
+    drawn: Mapping[str, xr.Dataset],
     sweeps: Mapping[str, xr.Dataset],
     scenes: Mapping[str, Scene],
     reference: pd.DataFrame,
-    loops: pd.DataFrame | None = None,
+    loops: pd.DataFrame,
 ) -> Figure:
     """Draw the largest |u_z| at full strain over the diameter of the yarn.
 
     Parameters
     ----------
-    sweeps : mapping of str to Dataset
+    drawn, sweeps : mapping of str to Dataset
         Histories by scene (see docs/architecture.md).
     scenes : mapping of str to Scene
         Their scenes by the same names.
     reference, loops : DataFrame
         ``resources/reference/reference.csv`` and ``loops.csv``.
     """
-    series = sweeps_of(DIAMETER, sweeps, scenes, reference)
-    lost = None if loops is None else refused(loops, "yarn diameter [m]", MILLIMETRE)
+    series = sweeps_of(DIAMETER, drawn | sweeps, scenes, reference)
+    lost = refused(loops, "yarn diameter [m]", MILLIMETRE)
     return draw_sweep(series, lost, "yarn diameter (mm)", lambda point: MILLIMETRE * point.value)

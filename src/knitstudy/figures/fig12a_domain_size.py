@@ -14,6 +14,7 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.cells_axis import draw_cells_axis
 from knitstudy.figures.domain_line import domain_line
 from knitstudy.figures.style import figure, panel_letter, styled
+from knitstudy.measures.catalogue import SQUARES, several
 from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.domain import Series, series_of
 from knitstudy.study.scene import Scene
@@ -28,7 +29,9 @@ SHOWN = np.geomspace(3.0, 30.0, 40)
 @FIGURES.add(
     "fig12a_domain_size",
     "Fig. 12a: degrees of freedom and memory against the size of the domain",
-    needs=("domain", "scenes", "paper"),
+    results={"domain": several("simulation", *SQUARES, fewest=12)},
+    files=("paper",),
+    scenes=True,
 )
 @styled
 def draw(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], paper: pd.DataFrame) -> Figure:

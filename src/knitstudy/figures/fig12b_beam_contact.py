@@ -23,8 +23,8 @@ from knitstudy.figures.curves import (
 )
 from knitstudy.figures.style import BEAMS, MODELS, Look, styled
 from knitstudy.measures.cases import label_of
+from knitstudy.measures.catalogue import BEAM_MODELS, network, of_case, several, solid
 from knitstudy.measures.reference import reference_of
-from knitstudy.measures.selection import ISOTROPIC_COURSE
 from knitstudy.study.scene import Scene
 
 DASHES = {"pinned": ":", "patch": "-."}
@@ -34,9 +34,14 @@ DASHES = {"pinned": ":", "patch": "-."}
 @FIGURES.add(
     "fig12b_beam_contact",
     "Fig. 12b: force against strain of beams in contact and of solid yarns",
-    needs=("dns", "beams", "scenes", "reference"),
-    of=ISOTROPIC_COURSE,
-    optional=("rom3d", "tie_course_rom3d"),
+    results={
+        "dns": solid("simulation", "isotropic-course"),
+        "beams": several("simulation", *of_case("isotropic-course", BEAM_MODELS)),
+        "rom3d": network("rom3d", "isotropic-course", optional=True),
+        "tie_course_rom3d": network("rom3d", "tie-course", optional=True),
+    },
+    files=("reference",),
+    scenes=True,
 )
 @styled
 def draw(

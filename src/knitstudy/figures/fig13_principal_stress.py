@@ -17,7 +17,7 @@ from knitstudy.figures.stress_flow import ribbons, streaks, yarn_surfaces
 from knitstudy.figures.style import DOUBLE, figure, panel_letter, styled
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import FRONT
-from knitstudy.measures.selection import ISOTROPIC_COURSE
+from knitstudy.measures.catalogue import solid
 from knitstudy.mesh.sweep import SweptMesh
 
 MEGAPASCAL = 1e-6
@@ -53,13 +53,12 @@ SILL = 3.0
 @FIGURES.add(
     "fig13_principal_stress",
     "Fig. 13: flow of the maximum principal stress, isotropic friction",
-    needs=(
-        "isotropic_course_dns_mesh",
-        "isotropic_course_dns_stress",
-        "isotropic_wale_dns_mesh",
-        "isotropic_wale_dns_stress",
-    ),
-    of=ISOTROPIC_COURSE,
+    results={
+        "isotropic_course_dns_mesh": solid("mesh", "isotropic-course"),
+        "isotropic_course_dns_stress": solid("stress", "isotropic-course"),
+        "isotropic_wale_dns_mesh": solid("mesh", "isotropic-wale"),
+        "isotropic_wale_dns_stress": solid("stress", "isotropic-wale"),
+    },
 )
 @styled
 def draw(**results: xr.Dataset) -> Figure:

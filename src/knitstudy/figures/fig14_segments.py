@@ -20,9 +20,9 @@ from knitstudy.figures.style import DOUBLE, INK, MODELS, PAPER, figure, panel_le
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import FRONT
 from knitstudy.geometry.pattern import Knit
+from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.segments import SEGMENT, central
-from knitstudy.measures.selection import ISOTROPIC_COURSE
 from knitstudy.models.honeycomb import heights_by_stress, zone_places
 
 TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}
@@ -47,8 +47,12 @@ FOOT, HEAD = 14.0, 8.0
 @FIGURES.add(
     "fig14_segments",
     "Fig. 14: contact areas, segments and principal stress, isotropic friction",
-    needs=("geometry", "contacts", "isotropic_course_dns_stress", "isotropic_wale_dns_stress"),
-    of=ISOTROPIC_COURSE,
+    results={
+        "geometry": solid("geometry", "isotropic-course"),
+        "contacts": solid("contacts", "isotropic-course"),
+        "isotropic_course_dns_stress": solid("stress", "isotropic-course"),
+        "isotropic_wale_dns_stress": solid("stress", "isotropic-wale"),
+    },
 )
 @styled
 def draw(geometry: xr.Dataset, contacts: xr.Dataset, **stresses: xr.Dataset) -> Figure:

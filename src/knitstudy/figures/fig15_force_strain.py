@@ -23,9 +23,9 @@ from knitstudy.figures.curves import (
 )
 from knitstudy.figures.style import MODELS, OTHER, styled, tint
 from knitstudy.measures.cases import label_of
+from knitstudy.measures.catalogue import OTHER_SOLIDS, VARIANTS, network, of_case, several, solid
 from knitstudy.measures.discretisation import is_direct
 from knitstudy.measures.reference import Reference, reference_of
-from knitstudy.measures.selection import ISOTROPIC_COURSE, ISOTROPIC_WALE, TIED_COURSE, TIED_WALE
 from knitstudy.study.scene import Scene
 
 DASHES = ((0, (1, 1.2)), (0, (4, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (2, 2.5)), (0, (3, 1, 1, 1, 1, 1)))
@@ -38,33 +38,57 @@ SHARES = (1.0, 0.5)
 @FIGURES.add(
     "fig15a_force_strain",
     "Fig. 15a: force against strain in course direction, ties",
-    needs=("dns", "rom3d", "rom2d", "scenes", "reference"),
-    of=TIED_COURSE,
-    optional=("others", "reduced"),
+    results={
+        "dns": solid("simulation", "tie-course"),
+        "rom3d": network("rom3d", "tie-course"),
+        "rom2d": network("rom2d", "tie-course"),
+        "others": several("simulation", *of_case("tie-course", OTHER_SOLIDS), optional=True),
+        "reduced": several("simulation", *of_case("tie-course", VARIANTS), optional=True),
+    },
+    files=("reference",),
+    scenes=True,
     order=1,
 )
 @FIGURES.add(
     "fig15b_force_strain",
     "Fig. 15b: force against strain in wale direction, ties",
-    needs=("dns", "rom3d", "rom2d", "scenes", "reference"),
-    of=TIED_WALE,
-    optional=("others", "reduced"),
+    results={
+        "dns": solid("simulation", "tie-wale"),
+        "rom3d": network("rom3d", "tie-wale"),
+        "rom2d": network("rom2d", "tie-wale"),
+        "others": several("simulation", *of_case("tie-wale", OTHER_SOLIDS), optional=True),
+        "reduced": several("simulation", *of_case("tie-wale", VARIANTS), optional=True),
+    },
+    files=("reference",),
+    scenes=True,
     order=2,
 )
 @FIGURES.add(
     "fig15c_force_strain",
     "Fig. 15c: force against strain in course direction, isotropic friction",
-    needs=("dns", "rom3d", "rom2d", "scenes", "reference"),
-    of=ISOTROPIC_COURSE,
-    optional=("others", "reduced"),
+    results={
+        "dns": solid("simulation", "isotropic-course"),
+        "rom3d": network("rom3d", "isotropic-course"),
+        "rom2d": network("rom2d", "isotropic-course"),
+        "others": several("simulation", *of_case("isotropic-course", OTHER_SOLIDS), optional=True),
+        "reduced": several("simulation", *of_case("isotropic-course", VARIANTS), optional=True),
+    },
+    files=("reference",),
+    scenes=True,
     order=3,
 )
 @FIGURES.add(
     "fig15d_force_strain",
     "Fig. 15d: force against strain in wale direction, isotropic friction",
-    needs=("dns", "rom3d", "rom2d", "scenes", "reference"),
-    of=ISOTROPIC_WALE,
-    optional=("others", "reduced"),
+    results={
+        "dns": solid("simulation", "isotropic-wale"),
+        "rom3d": network("rom3d", "isotropic-wale"),
+        "rom2d": network("rom2d", "isotropic-wale"),
+        "others": several("simulation", *of_case("isotropic-wale", OTHER_SOLIDS), optional=True),
+        "reduced": several("simulation", *of_case("isotropic-wale", VARIANTS), optional=True),
+    },
+    files=("reference",),
+    scenes=True,
     order=4,
 )
 @styled

@@ -15,10 +15,10 @@ from knitstudy.figures.elevation import colour_bar, elevated_yarns, elevation, l
 from knitstudy.figures.picture import bounds, show
 from knitstudy.figures.style import DOUBLE, figure, panel_letter, styled
 from knitstudy.figures.view import FRONT
+from knitstudy.measures.catalogue import network, solid
 from knitstudy.measures.discretisation import INTERACTIONS, NAMES
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.response import RMS_U_Z, out_of_plane_correlation, rms_out_of_plane
-from knitstudy.measures.selection import TIED_COURSE, TIED_WALE
 from knitstudy.study.scene import Scene
 
 FOOT, HEAD = 15.0, 11.0
@@ -36,30 +36,28 @@ THICKNESS = 0.62
 @FIGURES.add(
     "fig16_out_of_plane",
     "Fig. 16: out-of-plane displacement along the yarns, course tension",
-    needs=(
-        "geometry",
-        "tie_course_dns",
-        "tie_course_rom3d",
-        "isotropic_course_dns",
-        "isotropic_course_rom3d",
-        "scenes",
-        "reference",
-    ),
-    of=TIED_COURSE,
+    results={
+        "geometry": solid("geometry", "tie-course"),
+        "tie_course_dns": solid("simulation", "tie-course"),
+        "tie_course_rom3d": network("rom3d", "tie-course"),
+        "isotropic_course_dns": solid("simulation", "isotropic-course"),
+        "isotropic_course_rom3d": network("rom3d", "isotropic-course"),
+    },
+    files=("reference",),
+    scenes=True,
 )
 @FIGURES.add(
     "fig16_wale",
     "Fig. 16, wale tension: out-of-plane displacement along the yarns",
-    needs=(
-        "geometry",
-        "tie_wale_dns",
-        "tie_wale_rom3d",
-        "isotropic_wale_dns",
-        "isotropic_wale_rom3d",
-        "scenes",
-        "reference",
-    ),
-    of=TIED_WALE,
+    results={
+        "geometry": solid("geometry", "tie-wale"),
+        "tie_wale_dns": solid("simulation", "tie-wale"),
+        "tie_wale_rom3d": network("rom3d", "tie-wale"),
+        "isotropic_wale_dns": solid("simulation", "isotropic-wale"),
+        "isotropic_wale_rom3d": network("rom3d", "isotropic-wale"),
+    },
+    files=("reference",),
+    scenes=True,
 )
 @styled
 def draw(

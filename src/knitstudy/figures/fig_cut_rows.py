@@ -12,7 +12,7 @@ from knitstudy.figures.elevation import colour_bar, elevated_yarns, elevation, l
 from knitstudy.figures.picture import bounds, show
 from knitstudy.figures.style import DOUBLE, figure, panel_letter, styled
 from knitstudy.figures.view import FRONT
-from knitstudy.measures.selection import ISOTROPIC_COURSE
+from knitstudy.measures.catalogue import one, solid
 
 FOOT, HEAD = 15.0, 11.0
 """Room for the colour bar below and for two lines of title above the panels [mm]."""
@@ -24,8 +24,11 @@ SILL = 3.0
 @FIGURES.add(
     "fig_cut_rows",
     "Where a knit is cut off: out-of-plane motion, course tension, isotropic friction",
-    needs=("geometry", "dns", "cut"),
-    of=ISOTROPIC_COURSE,
+    results={
+        "geometry": solid("geometry", "isotropic-course"),
+        "dns": solid("simulation", "isotropic-course"),
+        "cut": one("simulation", "inputs-cut-isotropic-course"),
+    },
 )
 @styled
 def draw(geometry: xr.Dataset, dns: xr.Dataset, cut: xr.Dataset) -> Figure:

@@ -13,6 +13,7 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.cells_axis import draw_cells_axis
 from knitstudy.figures.domain_line import domain_line
 from knitstudy.figures.style import figure, panel_letter, styled
+from knitstudy.measures.catalogue import SQUARES, several
 from knitstudy.measures.domain import domain_response, series_of
 from knitstudy.study.scene import Scene
 
@@ -32,7 +33,11 @@ PANELS = (
 @FIGURES.add(
     "fig_domain_response",
     "Response of square knits against their size",
-    needs=("domain", "domain_contacts", "scenes"),
+    results={
+        "domain": several("simulation", *SQUARES, fewest=12),
+        "domain_contacts": several("contacts", *SQUARES, fewest=12),
+    },
+    scenes=True,
 )
 @styled
 def draw(

@@ -14,10 +14,10 @@ from matplotlib.patches import Patch, Rectangle
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import PERCENT
 from knitstudy.figures.style import DOUBLE, FAINT, INK, INTERACTIONS, PAPER, figure, panel_letter, styled
+from knitstudy.measures.catalogue import VARIED, several, solid
 from knitstudy.measures.claims.evidence import NOT_REPRODUCED, OPEN, REPRODUCED
 from knitstudy.measures.claims.verdicts import CLAIMS, Finding, findings
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
-from knitstudy.measures.selection import COURSE
 from knitstudy.measures.variations import INPUTS, WITHOUT_LIMIT, Variation
 from knitstudy.study.scene import Scene
 
@@ -55,8 +55,13 @@ SMALL = 6.5
 @FIGURES.add(
     "fig_inputs",
     "What hangs on inputs: one at a time at another value",
-    needs=("variations", "variations_contacts", "geometry", "scenes", "paper", "reference"),
-    of=COURSE,
+    results={
+        "variations": several("simulation", *VARIED, fewest=4),
+        "variations_contacts": several("contacts", *VARIED, fewest=4),
+        "geometry": solid("geometry", "tie-course"),
+    },
+    files=("paper", "reference"),
+    scenes=True,
 )
 @styled
 def draw(

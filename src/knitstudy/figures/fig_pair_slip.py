@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import DOUBLE, FAINT, INK, SINGLE, figure, panel_letter, styled
+from knitstudy.measures.catalogue import several
 from knitstudy.study.scene import Scene
 
 MICROMETRE = 1e6
@@ -73,8 +74,8 @@ class Slide:
 @FIGURES.add(
     "fig_pair_slip",
     "Two crossing yarns: forces against sliding",
-    needs=("pairs_contacts", "scenes"),
-    of={"specimen": "pair"},
+    results={"pairs_contacts": several("contacts", "pair-slid-*", "pair-reversed-*", "pair-tied-*")},
+    scenes=True,
 )
 @styled
 def draw(pairs_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> Figure:

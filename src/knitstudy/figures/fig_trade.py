@@ -14,11 +14,12 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import BEAMS, FAINT, INK, MODELS, Look, figure, panel_letter, styled
+from knitstudy.measures.catalogue import is_whole_knit, several
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS
 from knitstudy.measures.trade import points_of
 from knitstudy.measures.trade_points import Point
-from knitstudy.study.fronts import front
+from knitstudy.study.choice import front
 from knitstudy.study.scene import Scene
 
 WIDTH, HEIGHT = 174.0, 190.0
@@ -139,6 +140,11 @@ for _number, _question in enumerate(QUESTIONS.values()):
     FIGURES.add(
         f"fig_trade_{_question.name}",
         f"What accuracy costs: {_question.words}",
-        needs=("every", "every_contacts", "scenes", "reference"),
+        results={
+            "every": several("simulation", "*", where=is_whole_knit),
+            "every_contacts": several("contacts", "*", where=is_whole_knit),
+        },
+        files=("reference",),
+        scenes=True,
         order=90 + _number,
     )(_draw(_question.name))

@@ -10,8 +10,8 @@ import numpy as np
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.increment import between_corners
+from knitstudy.study.problem_sections import Path, Tension
 from knitstudy.study.scene import Scene
-from knitstudy.study.sections.load import Path, Tension
 
 DIRECTIONS = ("course", "wale")
 """Of a knit's load, along x and y."""

@@ -1,20 +1,134 @@
-"""What figures and tables are: each a function that registers itself with what it shows and which results it takes.
+"""Figures and tables: functions that register themselves with the results of named scenes that they are made from.
 
-One file makes one figure or table: a module of `knitstudy.figures` or `knitstudy.tables`, or one from outside that the
-configuration names under ``plugins``, whose function is decorated with ``FIGURES.add`` or ``TABLES.add``.
+One file makes one figure or table of the paper: a module of `knitstudy.figures` or `knitstudy.tables`, or one from
+outside that the configuration names under ``plugins``, whose function is decorated with ``FIGURES.add`` or
+``TABLES.add``. A study makes what it has the scenes for and leaves out the rest.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from math import inf
 from typing import Any, TypeVar
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import Registry
+from knitstudy.study.scene import Scene
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+FILES = ("paper", "claims", "reference", "loops", "targets")
+"""Files that no study makes, as figures and tables call them."""
+
+# ---- names of scenes ----
+
+SOLIDS = ("yarns-{case}", "dns-{case}", "dns-{case}-coarse")
+"""The direct simulation of a case that the others are compared with, in order of preference."""
+
+NETWORKS = {
+    "rom3d": ("rom3d-{case}", "rom3d-{case}-coarse"),
+    "rom2d": ("rom2d-{case}", "rom2d-{case}-coarse"),
+}
+"""The main reduced models of a case, likewise."""
+
+OTHER_SOLIDS = ("yarns-{case}-p3", "dns-{case}", "dns-{case}-medium", "yarns-{case}-coarse")
+"""Direct simulations of the same case by other elements or on other meshes."""
+
+VARIANTS = ("rom3d-*-{case}", "rom2d-*-{case}")
+"""Reduced models of a case with another joint, section or spring."""
+
+BEAM_MODELS = ("beam-{case}", "beam-*-{case}", "beam-{case}-coarse")
+"""Beams in contact of a case."""
+
+
+SQUARES = (
+    "domain-*-tie-course-*",
+    "domain-*-isotropic-course-*",
+    "domain-*-untied-course-*",
+    *("yarns-tie-course", "rom3d-tie-course", "rom2d-tie-course", "beam-hertz-patch-isotropic-course"),
+)
+"""Square knits of rising size in course tension."""
+
+DRAWN = ("yarns-{case}", "yarns-{case}-p3", "dns-{case}")
+"""Knits with the loop as it is drawn, beside those of other course spacings and yarn diameters."""
+
+VARIED = ("yarns-tie-course", "yarns-rough-course", "yarns-isotropic-course", "inputs-*")
+"""Knits in which one input at a time is changed, and those that they are compared with."""
+
+
+def of_case(case: str, names: Iterable[str]) -> tuple[str, ...]:
+    """Return names of scenes of a case, for example "tie-course"."""
+    return tuple(name.format(case=case) for name in names)
+
+
+@dataclass(frozen=True)
+class Results:
+    """Results of one stage that a figure or table is made from.
+
+    Attributes
+    ----------
+    stage : str
+        "geometry", "mesh", "simulation", "contacts" or "stress".
+    names : tuple of str
+        Names of scenes in order of preference; shell patterns of names where several scenes are taken.
+    several : bool
+        Whether all scenes that match are taken, or the first name that the study has.
+    optional : bool
+        Whether the figure or table is also made without them.
+    where : callable, optional
+        Says of a scene whose name matches whether it is taken.
+    fewest : int
+        Number of scenes below which nothing is taken.
+    """
+
+    stage: str
+    names: tuple[str, ...]
+    several: bool = False
+    optional: bool = False
+    where: Callable[[Scene], bool] | None = None
+    fewest: int = 1
+
+    def scenes(self, study: Mapping[str, Scene]) -> list[Scene]:
+        """Return those scenes of a study that are taken, in the order of the study; none where it has none."""
+        if not self.several:
+            return [study[name] for name in self.names if name in study][:1]
+        found = [
+            scene
+            for name, scene in study.items()
+            if any(fnmatchcase(name, pattern) for pattern in self.names)
+            and (self.where is None or self.where(scene))
+        ]
+        return found if len(found) >= self.fewest else []
+
+
+def one(stage: str, *names: str, optional: bool = False) -> Results:
+    """Return the result of the first of some scenes that a study has."""
+    return Results(stage, names, optional=optional)
+
+
+def solid(stage: str, case: str) -> Results:
+    """Return the result of the direct simulation of a case that the others are compared with."""
+    return one(stage, *of_case(case, SOLIDS))
+
+
+def network(fidelity: str, case: str, optional: bool = False) -> Results:
+    """Return the history of the main reduced model of a case, "rom3d" or "rom2d"."""
+    return one("simulation", *of_case(case, NETWORKS[fidelity]), optional=optional)
+
+
+def several(stage: str, *patterns: str, **said: Any) -> Results:
+    """Return the results of all scenes whose names match a pattern; keywords are attributes of `Results`."""
+    return Results(stage, patterns, several=True, **said)
+
+
+def is_whole_knit(scene: Scene) -> bool:
+    """Whether a scene is a knit with whole yarns in one model: no window, pair, endless or cut knit."""
+    return scene.specimen == "knit" and scene.value("window") is None
+
+
+# ---- figures and tables ----
 
 
 @dataclass(frozen=True)
@@ -24,37 +138,48 @@ class Display:
     Attributes
     ----------
     name : str
-        Of its file.
+        Name of the file.
     title : str
-        With its number in the paper.
+        With the number of the figure or table in the paper.
     make : callable
-        What draws the figure or builds the table.
-    needs : tuple of str
-        What it takes, by keyword: results by the names of `measures.selection`, "scenes", and for tables files of
-        reference ("paper", "claims", "reference" and "targets").
-    of : mapping
-        Which scenes it is about: values of keys of the scene.
-    optional : tuple of str
-        What it takes as well, where a study has it.
+        Function that draws the figure or builds the table.
+    results : mapping of str to Results
+        Arguments of the function that are results: a Dataset, or several by the names of their scenes.
+    files : tuple of str
+        Arguments that are files of reference (`FILES`).
+    scenes : bool
+        Whether the argument ``scenes`` is taken: a scene by the name of its result, several by their own names.
     order : float
-        Place in the report; those without one follow by their names.
+        Place in the report; figures and tables without a place follow by their names.
     texts : mapping of str to str
-        What the report says of it, by the names that ``workflow/report/captions.yaml`` uses, which goes first.
+        Alternative text and captions where ``workflow/report/captions.yaml`` has none.
+    needs, of, optional
+        Roles of `measures.selection`, from before scenes were named.
     """
 
     name: str
     title: str
     make: Callable[..., Any]
+    results: Mapping[str, Results] = field(default_factory=dict)
+    files: tuple[str, ...] = ()
+    scenes: bool = False
+    order: float = inf
+    texts: Mapping[str, str] = field(default_factory=dict)
     needs: tuple[str, ...] = ()
     of: Mapping[str, Any] = field(default_factory=dict)
     optional: tuple[str, ...] = ()
-    order: float = inf
-    texts: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def needed(self) -> tuple[str, ...]:
+        """Arguments without which it cannot be made."""
+        results = [name for name, each in self.results.items() if not each.optional]
+        return (*self.needs, *results, *self.files, *(("scenes",) if self.scenes else ()))
 
     @property
     def takes(self) -> tuple[str, ...]:
-        """What it may be made from."""
-        return (*self.needs, *self.optional)
+        """All arguments."""
+        optional = [name for name, each in self.results.items() if each.optional]
+        return (*self.needed, *optional, *self.optional)
 
 
 class Catalogue(Registry[Display]):
@@ -86,7 +211,7 @@ class Catalogue(Registry[Display]):
         return dict(sorted(super().all().items(), key=lambda entry: (entry[1].order, entry[0])))
 
     def module(self, name: str) -> str:
-        """Return the dotted name of the module of a figure's or table's function: the code behind it.
+        """Return the dotted name of the module of a figure's or table's function.
 
         Raises
         ------
@@ -104,9 +229,9 @@ class Catalogue(Registry[Display]):
             If there is none of that name, or something that it needs is missing.
         """
         display = self.find(name)
-        missing = [need for need in display.needs if need not in sources]
+        missing = [need for need in display.needed if need not in sources]
         if missing:
             raise ConfigurationError(
-                f"{self.what} {name!r} needs {', '.join(display.needs)}: {', '.join(missing)} is missing"
+                f"{self.what} {name!r} needs {', '.join(display.needed)}: {', '.join(missing)} is missing"
             )
         return display.make(**{name: sources[name] for name in display.takes if name in sources})

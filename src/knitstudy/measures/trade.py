@@ -31,7 +31,7 @@ from knitstudy.measures.trade_points import (
     bound_ties_in_place_of_contact,
     worst_over_directions,
 )
-from knitstudy.study.fronts import digits
+from knitstudy.study.choice import digits
 from knitstudy.study.scene import Scene
 
 # ---- Quantities that no reference knows, between what the finest two independent models say of them

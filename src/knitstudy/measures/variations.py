@@ -9,8 +9,8 @@ from typing import Any
 
 from knitstudy.measures.discretisation import INTERACTIONS, is_cut, is_direct
 from knitstudy.study.keys import Description, describe
-from knitstudy.study.scene import LABELS, Scene, all_sections, digest
-from knitstudy.study.sections.labels import Labels
+from knitstudy.study.kinds import Labels, all_sections
+from knitstudy.study.scene import LABELS, Scene, digest
 
 INPUTS = {
     "contact.friction": "coefficient of friction",

@@ -15,7 +15,7 @@ from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.columns import CONTACTS
 from knitstudy.mechanics.patch_compliance import local_compliance
 from knitstudy.models.springs import Springs, springs
-from knitstudy.study.sections.yarn import Yarn
+from knitstudy.study.problem_sections import Yarn
 
 # ---- Points C1 to C4 of the three-dimensional model, Fig. 5 and section 2.5 of the paper
 # P1 and P2 are the centroids of the two contacts on one side of an interlock, the lower and the upper one,

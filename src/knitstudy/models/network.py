@@ -19,7 +19,7 @@ from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mesh.grips import Grips
 from knitstudy.mesh.memory import require_memory
 from knitstudy.models.joints import JointPoints, Joints
-from knitstudy.study.sections.yarn import Yarn
+from knitstudy.study.problem_sections import Yarn
 
 # ---- A network of beams that stands for a knit: what both reduced models give to the solver and the history
 

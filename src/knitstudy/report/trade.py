@@ -7,7 +7,7 @@ import pandas as pd
 from knitstudy.errors import DataFileError
 from knitstudy.measures.promises import BAR, DEAREST
 from knitstudy.measures.trade import rungs
-from knitstudy.study.fronts import digits
+from knitstudy.study.choice import digits
 from knitstudy.tables.trade import AT_MOST, CALLED, CASE, MEMORY, SECONDS, knobs, sentences
 
 BEGIN, END = "<!-- what the kept trade says: make trade -->", "<!-- end of what the kept trade says -->"

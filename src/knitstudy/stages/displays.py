@@ -8,14 +8,14 @@ from functools import cached_property
 from pathlib import Path
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.measures.catalogue import Catalogue
+from knitstudy.measures.catalogue import Catalogue, Results
 from knitstudy.measures.discretisation import is_cut, is_direct
 from knitstudy.measures.selection import Roles
 from knitstudy.measures.windows import is_window
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.freshness import digest_of_files
 from knitstudy.stages.plan import Plan, Step
-from knitstudy.stages.table import STAGES, stage_of
+from knitstudy.stages.table import STAGES, Stage, stage_of
 from knitstudy.study.scene import Scene
 
 BESIDE = ("contacts", "geometry", "mesh", "stress")
@@ -72,13 +72,25 @@ def results_of(roles: Mapping[str, Scene | list[Scene]]) -> dict[str, Step | lis
     return results
 
 
+CONTACTS = ("contacts", "cut_knit_contacts", "window_contacts")
+"""Stages that extract contacts, one for each kind of simulation."""
+
+
+def stage_for(name: str, scene: Scene) -> Stage | None:
+    """Return the stage that makes a kind of results of a scene; None where the scene has no such results."""
+    if name == "simulation":
+        return stage_of(scene)
+    stages = map(STAGES.find, CONTACTS if name == "contacts" else (name,))
+    return next((stage for stage in stages if stage.of(scene)), None)
+
+
 class Displays:
     """The figures, or the tables, of a study.
 
     Parameters
     ----------
     catalogue : Catalogue
-        Of figures or of tables.
+        Figures or tables.
     plan : Plan
     study : iterable of Scene
         In the order of the configuration.
@@ -87,7 +99,7 @@ class Displays:
     code : tuple of str
         Modules that all of them depend on besides their own.
     label : str
-        What messages call the study.
+        Name of the study in messages.
     """
 
     def __init__(
@@ -100,37 +112,52 @@ class Displays:
         label: str = "the study",
     ) -> None:
         self.catalogue, self._plan, self._code = catalogue, plan, code
-        self._roles = Roles(study)
+        self._study = {scene.name: scene for scene in study}
+        self._roles = Roles(self._study.values())
         self._label = label
         self._reference = {name: Path(path) for name, path in reference.items()}
 
     @cached_property
     def sources(self) -> dict[str, dict[str, Source]]:
-        """What each is made from, by what it calls it; only those that the study has all needs of."""
+        """Sources of each figure or table by argument; only those for which the study has all scenes."""
         found = {}
         for name, display in self.catalogue.all().items():
-            known = results_of(self._roles.of(display.of)) | self._reference
-            if set(display.needs) <= {*known, "scenes"}:
-                found[name] = {need: known[need] for need in display.takes if need in known}
+            known: dict[str, Source] = dict(self._reference)
+            if display.needs or display.optional:
+                known |= results_of(self._roles.of(display.of))
+            for argument, results in display.results.items():
+                steps = self._steps(results)
+                if steps:
+                    known[argument] = steps if results.several else steps[0]
+            if set(display.needed) <= {*known, "scenes"}:
+                found[name] = {argument: known[argument] for argument in display.takes if argument in known}
         return found
+
+    def _steps(self, results: Results) -> list[Step]:
+        steps = [(stage_for(results.stage, scene), scene) for scene in results.scenes(self._study)]
+        return [(stage, scene) for stage, scene in steps if stage is not None]
 
     def names(self) -> tuple[str, ...]:
         """Return the names of those that the study can make, in the order of the report."""
         return tuple(self.sources)
 
     def files(self, name: str, folder: Path | str) -> dict[str, str | list[str]]:
-        """Return the files that one is made from, by what it calls them; `folder` is that of all results.
+        """Return the files that a figure or table is made from, by argument; `folder` is that of all results.
 
         Raises
         ------
         ConfigurationError
-            If there is no figure or table of that name, or the study lacks a scene for one of its needs.
+            If there is no figure or table of that name, or the study lacks a scene for one of its arguments.
         """
-        needs = [need for need in self.catalogue.find(name).needs if need not in {"scenes", *self._reference}]
+        display = self.catalogue.find(name)
         if name not in self.sources:
+            lacking = [
+                f"{results.stage} of {' or '.join(results.names)}"
+                for results in display.results.values()
+                if not results.optional and not self._steps(results)
+            ] or list(display.needs)
             raise ConfigurationError(
-                f"{self.catalogue.what} {name!r} needs {', '.join(needs)}: {self._label} lacks a scene for one"
-                " of them"
+                f"{self.catalogue.what} {name!r} needs {', '.join(lacking)}: {self._label} has no such scene"
             )
 
         def path(step: Step) -> str:
@@ -138,19 +165,23 @@ class Displays:
             return (Path(folder) / stage.path(scene)).as_posix()
 
         return {
-            role: source.as_posix()
+            argument: source.as_posix()
             if isinstance(source, Path)
             else [path(step) for step in source]
             if isinstance(source, list)
             else path(source)
-            for role, source in self.sources[name].items()
+            for argument, source in self.sources[name].items()
         }
 
     def scenes(self, name: str) -> dict[str, Scene]:
-        """Return the scenes of what one takes, where it asks for them: several of one role by their names."""
+        """Return the scenes of a figure or table that asks for them: one by its argument, several by their names."""
         display = self.catalogue.find(name)
         scenes: dict[str, Scene] = {}
-        if "scenes" in display.takes:
+        if display.scenes:
+            for argument, results in display.results.items():
+                found = [scene for _, scene in self._steps(results)]
+                scenes |= {scene.name if results.several else argument: scene for scene in found}
+        if "scenes" in (*display.needs, *display.optional):
             for role, found in self._roles.of(display.of).items():
                 if set(display.takes) & results_of({role: found}).keys():
                     several = isinstance(found, list)
@@ -158,7 +189,7 @@ class Displays:
         return scenes
 
     def digest(self, name: str) -> str:
-        """Return the digest that one has when it is up to date: of its title, its scenes, its code and its sources."""
+        """Return the digest of a figure or table that is up to date: of its title, scenes, code and sources."""
         scenes = {role: scene.read(scene.to_dict()) for role, scene in self.scenes(name).items()}
         reads = {"title": self.catalogue.find(name).title, "scenes": scenes}
         code = code_digest(self.catalogue.module(name), *self._code)

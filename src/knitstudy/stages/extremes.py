@@ -54,7 +54,8 @@ from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES, stage_of
 from knitstudy.study.campaign import Campaign, Trial, load_campaign
 from knitstudy.study.configuration import CONFIG
-from knitstudy.study.scene import Scene, all_sections, digest
+from knitstudy.study.kinds import all_sections
+from knitstudy.study.scene import Scene, digest
 
 ROWS, RESULTS = Path("run/extremes"), Path("run/extremes/results")
 """One file a trial; and what its scenes leave, so that those of one geometry share it."""

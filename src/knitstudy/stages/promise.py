@@ -34,10 +34,9 @@ from knitstudy.stages.plan import Plan
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES, stage_of
 from knitstudy.stages.trade import PROMISES_KEPT, READ, TRADE, write_page
-from knitstudy.study.choice import LARGE, Choice, Rung, numerics, resolved
+from knitstudy.study.choice import LARGE, Ask, Choice, Rung, numerics, resolved
 from knitstudy.study.planning import planned
 from knitstudy.study.scene import Scene
-from knitstudy.study.sections.ask import Ask
 from knitstudy.tables.trade import AT_MOST, CALLED
 
 LONGEST = 30.0

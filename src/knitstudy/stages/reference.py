@@ -99,7 +99,7 @@ def keep(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, code: st
     of = all_values.groupby("scene")[["code", "made"]].first()
     marks = {}
     for problem, found_series in refinement_series_of(scenes[name] for name in of.index).items():
-        behind = of.loc[X]
+        behind = of.loc[[scene.name for each in found_series for scene in each.scenes]]
         marks[problem] = SEPARATOR.join(sorted(set(behind["code"]))), behind["made"].max()
     if not reference.empty:
         reference["code"], reference["made"] = zip(*reference["problem"].map(marks), strict=True)

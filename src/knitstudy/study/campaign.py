@@ -19,8 +19,8 @@ from knitstudy.registry import unknown_choice
 from knitstudy.study.configuration import CONFIG, FAMILIES, load_scenes
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.keys import Section, key, validated
-from knitstudy.study.scene import Scene, all_sections
-from knitstudy.study.sections.labels import Labels
+from knitstudy.study.kinds import Labels, all_sections
+from knitstudy.study.scene import Scene
 
 FILE = "extremes.yaml"
 

@@ -7,18 +7,20 @@ time and memory grow with the number of cells. docs/trade.md says how far both h
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from math import isnan
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import listed, unknown_choice
-from knitstudy.study.fronts import cheapest, front, nearest
+from knitstudy.study.keys import Section, key, validated
 from knitstudy.study.kinds import FIDELITIES
 from knitstudy.study.scene import Scene
-from knitstudy.study.sections.ask import Ask
 
 RESOURCES = Path(__file__).resolve().parents[3] / "resources"
 TRADE_KEPT = RESOURCES / "trade.csv"
@@ -167,8 +169,8 @@ def choose(
             f" in {ask.question}, which {best} is ({best.seconds:.2g} s); ask for that, or for {_more(ask)}"
         )
     rung = cheapest(rungs, ask.accuracy, _seconds, _error)
-    for key, unit in (("seconds", "s"), ("memory", "MB")):
-        _require_budget(key, unit, ask, good, rungs, where)
+    for budget, unit in (("seconds", "s"), ("memory", "MB")):
+        _require_budget(budget, unit, ask, good, rungs, where)
     within = [each for each in good if _affordable(each, ask)]
     if not within:
         raise ConfigurationError(
@@ -214,10 +216,8 @@ def _error(rung: Rung) -> float:
 def _among(rungs: list[Rung], ask: Ask, where: str) -> list[Rung]:
     """Return those rungs whose fidelity is asked for."""
     for name in ask.among:
-        if name not in FIDELITIES.names():
-            message = unknown_choice(
-                "ask.among names an unknown fidelity", name, name, list(FIDELITIES.names())
-            )
+        if name not in FIDELITIES:
+            message = unknown_choice("ask.among names an unknown fidelity", name, name, list(FIDELITIES))
             raise ConfigurationError(f"{where}: {message}")
     found = [rung for rung in rungs if not ask.among or rung.fidelity in ask.among]
     if rungs and not found:
@@ -337,3 +337,121 @@ def _read(kept: Path) -> list[dict[str, str]]:
         raise ConfigurationError(
             f"{kept}: {error.strerror}, but scenes whose fidelity is auto are planned by it; make it with `make trade`"
         ) from error
+
+
+# ---- What a scene asks for whose fidelity is ``auto``: a model is chosen for that (docs/trade.md)
+
+
+AUTO = "auto"
+"""The fidelity of a scene that leaves the model open."""
+
+
+class Ask(Section):
+    """What is asked of a scene whose fidelity is `auto`, how surely, and at which price at most.
+
+    It is resolved where scenes are read: what is simulated is an ordinary scene of the cheapest model that will do.
+    """
+
+    question: Literal["force", "out_of_plane", "contact", "stress"] = key(
+        "force, out_of_plane (motion), contact (force and slip) or stress (normal, at a contact)",
+        standing="choice",
+        source="what the model is chosen for; tables/trade.csv has the errors of all models by question",
+        checked="all four",
+    )
+
+    accuracy: float = key(
+        "a number > 0 and <= 10, the relative error that may be made",
+        standing="choice",
+        source="a model is taken whose error is at most this where it is measured",
+        checked="0.02 to 0.2, on knits with other spacings and diameters (docs/trade.md)",
+        gt=0,
+        le=10,
+    )
+
+    seconds: float | None = key(
+        "a number > 0 of seconds, or null",
+        unit="s",
+        standing="choice",
+        source="what the simulation may take, with those that it is made from",
+        checked="prices are those of one core of the machine that made resources/trade.csv",
+        default=None,
+        gt=0,
+    )
+
+    memory: float | None = key(
+        "a number > 0 of megabytes, or null",
+        unit="MB",
+        standing="choice",
+        source="by how much the memory of the process may grow",
+        checked="as ask.seconds",
+        default=None,
+        gt=0,
+    )
+
+    among: tuple[Annotated[str, Field(min_length=1)], ...] = key(
+        "a list of fidelities to choose from, for example [rom3d, solid_yarns]; [] for all",
+        standing="choice",
+        source="narrows what is taken",
+        checked="single ones",
+        default=(),
+    )
+
+
+def asked(values: Any, where: str) -> Ask:
+    """Return what a scene asks for.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming the key, its value and what is allowed.
+    """
+    return validated(Ask, values, where, "ask.")
+
+
+# ---- Pareto fronts: what nothing else beats in error and in price at once
+
+
+Each = TypeVar("Each")
+
+ALIKE = 0.01
+"""Relative difference of two errors that are the same."""
+
+
+def front(
+    points: Iterable[Each], price: Callable[[Each], float], error: Callable[[Each], float]
+) -> list[Each]:
+    """Return the points that no other is at most as dear as and as accurate, from the cheapest on.
+
+    Errors that differ by less than `ALIKE` are alike: what is left of a tolerance buys no place on a front.
+
+    Parameters
+    ----------
+    points : iterable
+    price, error : callable
+        Numbers of a point; the less the better.
+    """
+    found: list[Each] = []
+    for point in sorted(points, key=lambda each: (price(each), error(each))):
+        if not found or error(point) < (1 - ALIKE) * error(found[-1]):
+            found.append(point)
+    return found
+
+
+def cheapest(
+    points: Iterable[Each], accuracy: float, price: Callable[[Each], float], error: Callable[[Each], float]
+) -> Each | None:
+    """Return the cheapest point whose error is at most an accuracy, if there is one."""
+    good = [point for point in points if error(point) <= accuracy]
+    return min(good, key=lambda point: (price(point), error(point)), default=None)
+
+
+def nearest(points: Iterable[Each], error: Callable[[Each], float]) -> Each | None:
+    """Return the most accurate point, if there is any."""
+    return min(points, key=error, default=None)
+
+
+def digits(value: float) -> str:
+    """Return a number with two digits that count, whole from ten on; a dash where there is none."""
+    if isnan(value):
+        return "-"
+    return f"{value:.0f}" if value >= 10 else f"{float(f'{value:.2g}'):g}"

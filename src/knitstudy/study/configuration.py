@@ -9,17 +9,19 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import unknown_choice
-from knitstudy.study.differences import flat
+from knitstudy.study.choice import AUTO
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.families import STUDIES, Member, read_families
+from knitstudy.study.keys import Section, key, validated
+from knitstudy.study.kinds import Kind, Labels, all_kinds, all_sections
 from knitstudy.study.planning import Planned, is_open, of_model, planned, problem_and_ask
-from knitstudy.study.scene import Kind, Scene, all_kinds, all_sections, set_dotted
-from knitstudy.study.sections.ask import AUTO
-from knitstudy.study.sections.labels import Labels
+from knitstudy.study.scene import Scene, flat, set_dotted
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
 """The checkout's own configuration folder, wherever the current directory is."""
@@ -103,10 +105,10 @@ def _least(kind: Kind) -> dict:
     """Return the labels of a scene of a kind, with what that requires."""
     found: dict = {"name": "defaults", "knit": "defaults", "outputs": []}
     found |= {label: getattr(kind, label).name for label in ("fidelity", "interaction", "specimen")}
-    for key, value in kind.specimen.requires.items():
-        section, _, field = key.partition(".")
+    for dotted, value in kind.specimen.requires.items():
+        section, _, field = dotted.partition(".")
         if section in kind.sections and field in kind.sections[section].model_fields:
-            set_dotted(found, key, value, "defaults")
+            set_dotted(found, dotted, value, "defaults")
     return found
 
 
@@ -170,7 +172,9 @@ def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Pla
     scenes, members = load_scenes(config), load_families(config)
     _named(name, scenes, config)
     member, where = members[name], members[name].where
-    keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
+    keys = {
+        dotted: value for dotted, value in member.keys.items() if is_open(member.keys) or not of_model(dotted)
+    }
     defaults = _over_loop(read_yaml(config / "defaults.yaml"), config)
     problem, ask = problem_and_ask(name, keys | dict(changes) | {"fidelity": AUTO}, where, defaults)
     return planned(problem, ask, scenes, where)
@@ -247,20 +251,22 @@ def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: 
     if name not in direct:
         message = unknown_choice(f"{source} names the unknown dns scene", name, name, direct)
         raise ConfigurationError(f"{where}: {message}")
-    for key in ALIKE.get(source, ("knit",)):
-        here, there = scene.value(key), scenes[name].value(key)
+    for dotted in ALIKE.get(source, ("knit",)):
+        here, there = scene.value(dotted), scenes[name].value(dotted)
         if here is not None and here != there:
             raise ConfigurationError(
-                f"{where}: {key} is {here!r} but must be {there!r} as in {source}, {name!r}"
+                f"{where}: {dotted} is {here!r} but must be {there!r} as in {source}, {name!r}"
             )
 
 
 def _first_difference(first: Scene, second: Scene) -> str:
     """Name the first key of the geometry that differs between two scenes."""
     there = first.geometry_inputs
-    differing = ((key, value) for key, value in second.geometry_inputs.items() if there.get(key) != value)
-    key, value = next(differing)
-    return f"{key} is {value!r}, there {there.get(key)!r}"
+    differing = (
+        (dotted, value) for dotted, value in second.geometry_inputs.items() if there.get(dotted) != value
+    )
+    dotted, value = next(differing)
+    return f"{dotted} is {value!r}, there {there.get(dotted)!r}"
 
 
 def _planned(member: Member, scenes: Mapping[str, Scene], defaults: dict) -> Scene:
@@ -272,12 +278,12 @@ def _planned(member: Member, scenes: Mapping[str, Scene], defaults: dict) -> Sce
 def _scene(member: Member, defaults: dict) -> Scene:
     """Return the scene of a member of a family, what it sets laid over the defaults."""
     own: dict[str, Any] = {}
-    for key, value in member.keys.items():
-        if key.startswith("ask."):
+    for dotted, value in member.keys.items():
+        if dotted.startswith("ask."):
             raise ConfigurationError(
-                f"{member.where}: {key} is {value!r} but must be left out where fidelity is not {AUTO}"
+                f"{member.where}: {dotted} is {value!r} but must be left out where fidelity is not {AUTO}"
             )
-        set_dotted(own, key, value, member.where)
+        set_dotted(own, dotted, value, member.where)
     return Scene.from_dict({"name": member.name} | own, member.where, defaults)
 
 
@@ -286,7 +292,7 @@ def _over_loop(document: dict, config: Path) -> dict:
     pattern = document.get("pattern")
     if not isinstance(pattern, dict) or "loop" not in pattern:
         return document
-    rest = {key: value for key, value in pattern.items() if key != "loop"}
+    rest = {dotted: value for dotted, value in pattern.items() if dotted != "loop"}
     return _merged(_read_loop(config / str(pattern["loop"])), document | {"pattern": rest})
 
 
@@ -294,14 +300,14 @@ def _read_loop(path: Path) -> dict:
     """Return the layer of a scene that a file of a calibrated loop gives."""
     loop = read_yaml(path)
     layer: dict[str, Any] = {}
-    for key, target in _LOOP_KEYS.items():
-        if key in loop:
-            set_dotted(layer, target, loop[key], str(path))
+    for dotted, target in _LOOP_KEYS.items():
+        if dotted in loop:
+            set_dotted(layer, target, loop[dotted], str(path))
         else:
-            raise ConfigurationError(f"{path}: the key {key!r} of a calibrated loop is missing")
-    for key in loop:
-        if key not in _LOOP_KEYS and key != _RECORD:
-            message = unknown_choice("unknown key", key, key, [*_LOOP_KEYS, _RECORD])
+            raise ConfigurationError(f"{path}: the key {dotted!r} of a calibrated loop is missing")
+    for dotted in loop:
+        if dotted not in _LOOP_KEYS and dotted != _RECORD:
+            message = unknown_choice("unknown key", dotted, dotted, [*_LOOP_KEYS, _RECORD])
             raise ConfigurationError(f"{path}: {message}")
     return layer
 
@@ -309,7 +315,52 @@ def _read_loop(path: Path) -> dict:
 def _merged(below: dict, above: dict) -> dict:
     """Return nested mappings laid over each other; lists and values are replaced whole."""
     result = copy.deepcopy(below)
-    for key, value in above.items():
-        nested = isinstance(value, dict) and isinstance(result.get(key), dict)
-        result[key] = _merged(result[key], value) if nested else copy.deepcopy(value)
+    for dotted, value in above.items():
+        nested = isinstance(value, dict) and isinstance(result.get(dotted), dict)
+        result[dotted] = _merged(result[dotted], value) if nested else copy.deepcopy(value)
     return result
+
+
+# ---- What the workflow makes, and from which files: the keys of ``config/config.yaml``
+
+
+class Workflow(Section):
+    """The study of scenes that is made, the folder that they stand in, and modules of kinds from outside."""
+
+    study: Literal["ci", "reduced", "full", "reference", "trade"] = key(
+        "ci, reduced, full, reference or trade",
+        standing="choice",
+        source="which scenes are run; no result depends on it",
+        checked="all",
+    )
+
+    folder: Annotated[str, Field(min_length=1)] = key(
+        "the path of a folder with defaults.yaml, families of scenes and a calibrated loop",
+        standing="choice",
+        source="where files are",
+        checked="config, and folders of tests",
+    )
+
+    plugins: tuple[Annotated[str, Field(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")], ...] = key(
+        "a list of the dotted names of modules, for example [my_elements], that register kinds of their own",
+        standing="choice",
+        source="what the study is extended by",
+        checked="toy kinds of the tests",
+        default=(),
+    )
+
+
+def workflow_configuration(config: Any) -> Workflow:
+    """Return the checked configuration of the workflow.
+
+    Parameters
+    ----------
+    config : mapping
+        ``config/config.yaml``, with what the command line says laid over it.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming the key, its value and what is allowed.
+    """
+    return validated(Workflow, config, "the workflow's configuration")

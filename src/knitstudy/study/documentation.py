@@ -9,18 +9,27 @@ import argparse
 import csv
 import io
 import json
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from inspect import cleandoc, get_annotations
 from pathlib import Path
 
 from knitstudy.files import replacing
-from knitstudy.registry import Registry, listed
+from knitstudy.registry import listed
+from knitstudy.study.choice import AUTO, Ask
 from knitstudy.study.configuration import CONFIG
 from knitstudy.study.keys import Section, describe
-from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS
-from knitstudy.study.scene import Kind, all_kinds, all_sections
-from knitstudy.study.sections.ask import AUTO, Ask
-from knitstudy.study.sections.labels import Labels
+from knitstudy.study.kinds import (
+    FIDELITIES,
+    INTERACTIONS,
+    SPECIMENS,
+    Fidelity,
+    Interaction,
+    Kind,
+    Labels,
+    Specimen,
+    all_kinds,
+    all_sections,
+)
 
 COMMAND = "python -m knitstudy.study.documentation"
 
@@ -32,7 +41,7 @@ COLUMNS = ("unit", "standing", "source", "checked")
 TITLE = """\
 # Keys of a scene
 
-Written by `{command}` from `src/knitstudy/study/sections`; what is changed here is lost.
+Written by `{command}` from `src/knitstudy/study`; what is changed here is lost.
 
 A scene has the sections of its kind and no others: those of its specimen, those of its yarn, and those that its
 fidelity asks for with its interaction. A key of another kind is refused by name. All values are in SI units; what a
@@ -54,7 +63,10 @@ def inputs_table() -> str:
 def keys_page() -> str:
     """Return ``docs/keys.md``: every key by its section, with the scenes that have it."""
     parts = [TITLE.format(command=COMMAND), "## Kinds of scenes\n"]
-    parts += [_kinds_table(registry) for registry in (SPECIMENS, FIDELITIES, INTERACTIONS)]
+    parts += [
+        _kinds_table(*registry)
+        for registry in (("specimen", SPECIMENS), ("fidelity", FIDELITIES), ("interaction", INTERACTIONS))
+    ]
     parts += [
         f"## Labels\n\n{_section_text(Labels.model_fields, {name: Labels for name in Labels.model_fields})}"
     ]
@@ -90,7 +102,7 @@ def in_words(kinds: list[Kind]) -> str:
     if kinds == [kind for kind in every if kind.specimen.name in specimens]:
         return f"all of a {listed(sorted(specimens))}"
     said = []
-    for name in FIDELITIES.names():
+    for name in FIDELITIES:
         some, of = ([kind for kind in each if kind.fidelity.name == name] for each in (kinds, every))
         if some:
             said.append(name + _narrowed(some, of))
@@ -140,10 +152,8 @@ def _having(key: str) -> list[Kind]:
     ]
 
 
-def _kinds_table(registry: Registry) -> str:
-    return _table(
-        (registry.what, "is"), [(f"`{name}`", kind.meaning) for name, kind in registry.all().items()]
-    )
+def _kinds_table(what: str, kinds: Mapping[str, Specimen | Fidelity | Interaction]) -> str:
+    return _table((what, "is"), [(f"`{name}`", kind.meaning) for name, kind in kinds.items()])
 
 
 def _section_text(keys: Collection[str], described: dict[str, type[Section]]) -> str:

@@ -1,18 +1,45 @@
-"""Kinds of scenes: specimens, interactions and fidelities, each a file that registers itself.
+"""Kinds of scenes: a specimen, an interaction of its yarns and a fidelity, by which it is computed.
 
-What kind a scene is says which sections it has: a tied scene has no friction, a knit has no angle. A kind of one's own
-is registered by a module that the configuration names under ``plugins`` (see config/README.md).
+The kind of a scene says which sections it has: a tied scene has no friction, a knit has no angle. A plugin, which is a
+module that the configuration names under ``plugins``, adds a kind to one of the three dictionaries (config/README.md).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
-from knitstudy.registry import Registry
-from knitstudy.study.keys import Section
+from knitstudy.errors import ConfigurationError
+from knitstudy.registry import find, meanings, unknown_choice
+from knitstudy.study.keys import SceneName, Section, key, validated
+from knitstudy.study.model_sections import (
+    Beam,
+    BeamMesh,
+    Gates,
+    HexahedralGates,
+    HexahedralNewton,
+    Newton,
+    PatchTie,
+    PlanarJoints,
+    PolynomialContact,
+    PolynomialMesh,
+    Sliding,
+    SolidContact,
+    SolidGates,
+    SolidMesh,
+    SolidNewton,
+    SpatialJoints,
+    Springs,
+    Tie,
+    TiedEdges,
+    Window,
+    WindowGates,
+    WindowMesh,
+)
+from knitstudy.study.problem_sections import CellStrain, Geometry, KnitTension, Pair, Path, Pattern, Yarn
 
 if TYPE_CHECKING:
     from knitstudy.study.scene import Scene
@@ -93,8 +120,12 @@ class Fidelity:
     name, meaning : str
     specimens : tuple of str
         What it can model.
-    sections : callable
-        Sections that a scene with some `Interaction` has, beside those of its specimen and of its yarn.
+    sections : mapping of str to subclass of Section
+        Beside those of the specimen and of the yarn.
+    touching : mapping of str to subclass of Section
+        Those of scenes whose yarns are in contact besides.
+    tied : mapping of str to subclass of Section or None
+        Those of scenes whose yarns are all tied besides; None where it cannot model these.
     stage : str
         Stage that simulates it.
     solids : str
@@ -105,22 +136,315 @@ class Fidelity:
         Dotted keys that name direct simulations which it takes something from.
     outputs : tuple of str
         What a scene may ask to be written besides.
-    tied : bool
-        Whether it can model yarns that are all tied.
     """
 
     name: str
     meaning: str
     specimens: tuple[str, ...]
-    sections: Callable[[Interaction], Sections]
-    stage: str
+    sections: Sections
+    touching: Sections = field(default_factory=dict)
+    tied: Sections | None = field(default_factory=dict)
+    stage: str = ""
     solids: str = ""
     stress: str = ""
     sources: tuple[str, ...] = ()
     outputs: tuple[str, ...] = ()
-    tied: bool = True
+
+    def sections_with(self, interaction: Interaction) -> dict[str, type[Section]]:
+        """Return the sections of a scene with some interaction."""
+        found = {**self.sections, **(self.touching if interaction.touches else self.tied or {})}
+        if "contact" in found:
+            found["contact"] = interaction.contact(found["contact"])
+        return found
 
 
-SPECIMENS: Registry[Specimen] = Registry("specimen", "knitstudy.study.specimens")
-INTERACTIONS: Registry[Interaction] = Registry("interaction", "knitstudy.study.interactions")
-FIDELITIES: Registry[Fidelity] = Registry("fidelity", "knitstudy.study.fidelities")
+_KNIT = {"pattern": Pattern, "geometry": Geometry}
+_KNIT_GEOMETRY = ("pattern", "geometry", "yarn.diameter")
+
+SPECIMENS = {
+    each.name: each
+    for each in (
+        Specimen("knit", "rows of loops", {**_KNIT, "load": KnitTension}, _KNIT_GEOMETRY),
+        Specimen(
+            "cut_knit",
+            "cells cut out of a knit",
+            {**_KNIT, "load": KnitTension},
+            _KNIT_GEOMETRY,
+            stage="cut_knit",
+            outputs=(),
+            requires={"solver.stabilisation": 0},
+        ),
+        Specimen(
+            "cell",
+            "a cell of an endless knit",
+            {**_KNIT, "load": CellStrain},
+            _KNIT_GEOMETRY,
+            stage="cell",
+            outputs=("deck",),
+            requires={"contact.tied_edges": "none", "solver.stabilisation": 0},
+        ),
+        Specimen(
+            "pair",
+            "two straight yarns that cross",
+            {"pair": Pair, "load": Path},
+            ("pair.angle", "pair.length", "pair.clearance", "yarn.diameter"),
+        ),
+    )
+}
+
+INTERACTIONS = {
+    each.name: each
+    for each in (
+        Interaction("tie", "no motion where yarns cross", friction=None),
+        Interaction("rough", "contact without slip", friction=lambda scene: math.inf),
+        Interaction(
+            "isotropic",
+            "contact with Coulomb friction",
+            friction=lambda scene: scene.contact.friction,
+            keys=Sliding,
+        ),
+    )
+}
+
+FIDELITIES = {
+    each.name: each
+    for each in (
+        Fidelity(
+            "dns",
+            "solid yarns",
+            specimens=("knit", "pair"),
+            sections={"mesh": SolidMesh, "tie": Tie, "solver": HexahedralNewton, "gates": HexahedralGates},
+            touching={"contact": SolidContact},
+            stage="dns",
+            solids="knitstudy.models.hexahedra",
+            stress="knitstudy.models.stress",
+            outputs=("fields", "vtu", "deck"),
+        ),
+        Fidelity(
+            "solid_yarns",
+            "solid yarns of polynomials",
+            specimens=("knit", "cut_knit", "pair", "cell"),
+            sections={"mesh": PolynomialMesh, "tie": PatchTie, "solver": SolidNewton, "gates": SolidGates},
+            touching={"contact": PolynomialContact},
+            stage="dns",
+            solids="knitstudy.models.spline_yarns",
+            stress="knitstudy.models.stress",
+            outputs=("fields", "vtu"),
+        ),
+        Fidelity(
+            "rom3d",
+            "a spatial network of beams",
+            specimens=("knit",),
+            sections={"mesh": BeamMesh, "solver": Newton, "gates": Gates},
+            touching={"rom": Springs},
+            tied={"tie": PatchTie, "rom": SpatialJoints},
+            stage="rom",
+            sources=("rom.contacts_from", "rom.springs_from"),
+        ),
+        Fidelity(
+            "rom2d",
+            "a planar honeycomb of beams",
+            specimens=("knit",),
+            sections={"solver": Newton, "gates": Gates, "rom": PlanarJoints},
+            stage="rom",
+            sources=("rom.contacts_from", "rom.stress_from"),
+        ),
+        Fidelity(
+            "beam",
+            "beams in contact",
+            specimens=("knit",),
+            sections={"mesh": BeamMesh, "tie": PatchTie, "solver": Newton, "gates": Gates, "beam": Beam},
+            touching={"contact": TiedEdges},
+            tied=None,
+            stage="beams",
+        ),
+        Fidelity(
+            "window",
+            "solid yarns of polynomials in a few cells of a network of beams",
+            specimens=("knit",),
+            sections={
+                "mesh": WindowMesh,
+                "tie": PatchTie,
+                "solver": Newton,
+                "gates": WindowGates,
+                "window": Window,
+            },
+            touching={"contact": PolynomialContact},
+            stage="window",
+            sources=("window.springs_from",),
+        ),
+    )
+}
+
+
+def register(kind: Specimen | Interaction | Fidelity) -> None:
+    """Add a kind from outside of the package; ConfigurationError if its name is taken."""
+    kinds: dict[str, Any]
+    what, kinds = {
+        Specimen: ("specimen", SPECIMENS),
+        Interaction: ("interaction", INTERACTIONS),
+        Fidelity: ("fidelity", FIDELITIES),
+    }[type(kind)]
+    if kind.name in kinds:
+        raise ConfigurationError(f"{what} {kind.name!r} is registered twice")
+    kinds[kind.name] = kind
+
+
+class Labels(Section):
+    """Name and kind of a scene."""
+
+    name: SceneName = key(
+        "a name of at most 200 small letters, digits, - and _, that starts with a letter",
+        standing="choice",
+        source="names files",
+        checked="none",
+    )
+
+    knit: SceneName = key(
+        "the label of the knit or pair; scenes with one label share one geometry (at most 200 small letters, digits,"
+        " - and _)",
+        standing="choice",
+        source="names files",
+        checked="none",
+    )
+
+    specimen: str = key(
+        lambda: meanings(SPECIMENS),
+        standing="choice",
+        source=(
+            "the paper simulates knits, whose yarns it does not say to be whole at the upper and the lower edge: of a"
+            " cut_knit the outer ones are not; two crossing yarns are a case of verification, a cell stands for an"
+            " endless knit"
+        ),
+        checked="all",
+    )
+
+    fidelity: str = key(
+        lambda: meanings(FIDELITIES),
+        standing="choice",
+        source="sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact",
+        checked="all",
+    )
+
+    interaction: str = key(
+        lambda: meanings(INTERACTIONS),
+        standing="stated",
+        source="section 2.2, Fig. 2 and Table 1: tie constraint, rough contact, isotropic Coulomb friction",
+        checked="all three",
+    )
+
+    outputs: tuple[str, ...] = key(
+        "a list of what is written besides, for example [fields, vtu]",
+        standing="choice",
+        source="what is written; no result depends on it",
+        checked="all",
+    )
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What kind of scene one is, and the sections that it has for that."""
+
+    specimen: Specimen
+    interaction: Interaction
+    fidelity: Fidelity
+
+    @classmethod
+    def of(cls, document: Mapping, where: str) -> Kind:
+        """Return the kind that a document says.
+
+        Raises
+        ------
+        ConfigurationError
+            Where there is no such kind, or the fidelity does not model that specimen or interaction.
+        """
+        labels = {name: document[name] for name in Labels.model_fields if name in document}
+        labels = validated(Labels, labels, where)
+        specimen = find("specimen", SPECIMENS, labels.specimen, where)
+        interaction = find("interaction", INTERACTIONS, labels.interaction, where)
+        fidelity = find("fidelity", FIDELITIES, labels.fidelity, where)
+        if specimen.name not in fidelity.specimens:
+            others = [each.name for each in FIDELITIES.values() if specimen.name in each.specimens]
+            raise ConfigurationError(
+                f"{where}: fidelity is {fidelity.name!r} but must be {' or '.join(others)} where specimen is"
+                f" {specimen.name}"
+            )
+        if not interaction.touches and fidelity.tied is None:
+            others = [each.name for each in INTERACTIONS.values() if each.touches]
+            raise ConfigurationError(
+                f"{where}: interaction is {interaction.name!r} but must be {' or '.join(others)} where fidelity is"
+                f" {fidelity.name}: tied beams are the model of fidelity rom3d"
+            )
+        kind = cls(specimen, interaction, fidelity)
+        if any(name not in kind.outputs for name in labels.outputs):
+            allowed = f"a list out of [{', '.join(kind.outputs)}]" if kind.outputs else "[]"
+            of = (
+                f"fidelity is {fidelity.name}" if specimen.outputs is None else f"specimen is {specimen.name}"
+            )
+            raise ConfigurationError(
+                f"{where}: outputs is {list(labels.outputs)} but must be {allowed} where {of}"
+            )
+        return kind
+
+    @property
+    def stage(self) -> str:
+        """Stage that simulates it."""
+        return self.specimen.stage or self.fidelity.stage
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """What a scene may ask to be written besides."""
+        return self.fidelity.outputs if self.specimen.outputs is None else self.specimen.outputs
+
+    @cached_property
+    def sections(self) -> Sections:
+        """Sections by their names."""
+        return {**self.specimen.sections, "yarn": Yarn, **self.fidelity.sections_with(self.interaction)}
+
+
+def all_kinds() -> list[Kind]:
+    """Return every kind of scene that there may be."""
+    return [
+        Kind(SPECIMENS[specimen], interaction, fidelity)
+        for fidelity in FIDELITIES.values()
+        for interaction in INTERACTIONS.values()
+        if interaction.touches or fidelity.tied is not None
+        for specimen in fidelity.specimens
+    ]
+
+
+def all_sections() -> dict[str, dict[str, type[Section]]]:
+    """Return the keys of every section of any kind of scene, each with the class that describes it."""
+    return _sections_of(tuple(SPECIMENS), tuple(INTERACTIONS), tuple(FIDELITIES))
+
+
+@cache
+def _sections_of(*names: tuple[str, ...]) -> dict[str, dict[str, type[Section]]]:
+    """Return `all_sections`, formed once for all that is there under these names."""
+    found: dict[str, dict[str, type[Section]]] = {}
+    for kind in all_kinds():
+        for section, described in kind.sections.items():
+            keys = found.setdefault(section, {})
+            for name in described.model_fields:
+                keys.setdefault(name, described)
+    return found
+
+
+def known_keys(section: str) -> dict[str, type[Section]] | None:
+    """Return the keys of a section of any kind of scene; None if there is no such section."""
+    return all_sections().get(section)
+
+
+def not_of_kind(kind: Kind, key: str) -> str:
+    """Return the message for a key that a scene does not have: unknown, or of another kind."""
+    section, _, name = key.partition(".")
+    known = all_sections()
+    if section not in known:
+        allowed = sorted({*known, *Labels.model_fields})
+        return unknown_choice("unknown key", key, section, allowed)
+    if name and name not in known[section]:
+        return unknown_choice("unknown key", key, name, sorted(known[section]))
+    return (
+        f"{key} is no key of a scene whose specimen is {kind.specimen.name}, fidelity {kind.fidelity.name} and"
+        f" interaction {kind.interaction.name}; leave it out"
+    )

@@ -7,9 +7,18 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.choice import MODEL_SECTIONS, OF_THE_PROBLEM, Choice, choose, resolved, second
+from knitstudy.study.choice import (
+    AUTO,
+    MODEL_SECTIONS,
+    OF_THE_PROBLEM,
+    Ask,
+    Choice,
+    asked,
+    choose,
+    resolved,
+    second,
+)
 from knitstudy.study.scene import Scene, set_dotted
-from knitstudy.study.sections.ask import AUTO, Ask, asked
 
 ANY = "solid_yarns"
 """A fidelity that models all knits: what a problem is read with before its model is known."""

@@ -10,82 +10,17 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from functools import cache, cached_property
 from types import MappingProxyType
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.registry import unknown_choice
 from knitstudy.study.keys import Section, describe, validated
-from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS, Fidelity, Interaction, Specimen
-from knitstudy.study.scene_checks import check_keys_together
-from knitstudy.study.sections.labels import Labels
-from knitstudy.study.sections.yarn import Yarn
+from knitstudy.study.kinds import Kind, Labels, all_sections, known_keys, not_of_kind
 
 LABELS = ("name", "knit", "outputs")
 """Keys that no number depends on."""
-
-
-@dataclass(frozen=True)
-class Kind:
-    """What kind of scene one is, and the sections that it has for that."""
-
-    specimen: Specimen
-    interaction: Interaction
-    fidelity: Fidelity
-
-    @classmethod
-    def of(cls, document: Mapping, where: str) -> Kind:
-        """Return the kind that a document says.
-
-        Raises
-        ------
-        ConfigurationError
-            Where there is no such kind, or the fidelity does not model that specimen or interaction.
-        """
-        labels = {name: document[name] for name in Labels.model_fields if name in document}
-        labels = validated(Labels, labels, where)
-        specimen = SPECIMENS.find(labels.specimen, where)
-        interaction = INTERACTIONS.find(labels.interaction, where)
-        fidelity = FIDELITIES.find(labels.fidelity, where)
-        if specimen.name not in fidelity.specimens:
-            others = [n for n in FIDELITIES.names() if specimen.name in FIDELITIES.find(n, where).specimens]
-            raise ConfigurationError(
-                f"{where}: fidelity is {fidelity.name!r} but must be {' or '.join(others)} where specimen is"
-                f" {specimen.name}"
-            )
-        if not (interaction.touches or fidelity.tied):
-            others = [n for n in INTERACTIONS.names() if INTERACTIONS.find(n, where).touches]
-            raise ConfigurationError(
-                f"{where}: interaction is {interaction.name!r} but must be {' or '.join(others)} where fidelity is"
-                f" {fidelity.name}: tied beams are the model of fidelity rom3d"
-            )
-        kind = cls(specimen, interaction, fidelity)
-        if any(name not in kind.outputs for name in labels.outputs):
-            allowed = f"a list out of [{', '.join(kind.outputs)}]" if kind.outputs else "[]"
-            of = (
-                f"fidelity is {fidelity.name}" if specimen.outputs is None else f"specimen is {specimen.name}"
-            )
-            raise ConfigurationError(
-                f"{where}: outputs is {list(labels.outputs)} but must be {allowed} where {of}"
-            )
-        return kind
-
-    @property
-    def stage(self) -> str:
-        """Stage that simulates it."""
-        return self.specimen.stage or self.fidelity.stage
-
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """What a scene may ask to be written besides."""
-        return self.fidelity.outputs if self.specimen.outputs is None else self.specimen.outputs
-
-    @cached_property
-    def sections(self) -> Mapping[str, type[Section]]:
-        """Sections by their names."""
-        return {**self.specimen.sections, "yarn": Yarn, **self.fidelity.sections(self.interaction)}
 
 
 class Scene:
@@ -321,54 +256,6 @@ def set_dotted(document: dict, key: str, value: Any, where: str) -> None:
     inside[field] = value
 
 
-def all_kinds() -> list[Kind]:
-    """Return every kind of scene that there may be."""
-    return [
-        Kind(SPECIMENS.find(specimen), interaction, fidelity)
-        for fidelity in FIDELITIES.all().values()
-        for interaction in INTERACTIONS.all().values()
-        if interaction.touches or fidelity.tied
-        for specimen in fidelity.specimens
-    ]
-
-
-def all_sections() -> dict[str, dict[str, type[Section]]]:
-    """Return the keys of every section of any kind of scene, each with the class that describes it."""
-    return _sections_of(SPECIMENS.names(), INTERACTIONS.names(), FIDELITIES.names())
-
-
-@cache
-def _sections_of(*names: tuple[str, ...]) -> dict[str, dict[str, type[Section]]]:
-    """Return `all_sections`, formed once for all that is registered under these names."""
-    found: dict[str, dict[str, type[Section]]] = {}
-    for kind in all_kinds():
-        for section, described in kind.sections.items():
-            keys = found.setdefault(section, {})
-            for field in described.model_fields:
-                keys.setdefault(field, described)
-    return found
-
-
-def known_keys(section: str) -> dict[str, type[Section]] | None:
-    """Return the keys of a section of any kind of scene; None if there is no such section."""
-    return all_sections().get(section)
-
-
-def not_of_kind(kind: Kind, key: str) -> str:
-    """Return the message for a key that a scene does not have: unknown, or of another kind."""
-    section, _, field = key.partition(".")
-    known = all_sections()
-    if section not in known:
-        allowed = sorted({*known, *Labels.model_fields})
-        return unknown_choice("unknown key", key, section, allowed)
-    if field and field not in known[section]:
-        return unknown_choice("unknown key", key, field, sorted(known[section]))
-    return (
-        f"{key} is no key of a scene whose specimen is {kind.specimen.name}, fidelity {kind.fidelity.name} and"
-        f" interaction {kind.interaction.name}; leave it out"
-    )
-
-
 def _plain(value: Any) -> Any:
     return [_plain(each) for each in value] if isinstance(value, tuple) else value
 
@@ -385,3 +272,130 @@ def _times(value: Any, factor: float) -> Any:
 def digest(document: Any) -> str:
     """Return a short hash of plain data; numbers enter with all their digits."""
     return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:16]
+
+
+# ---- What a key of one section allows of another; sections check themselves
+
+
+def check_keys_together(scene: Scene, where: str) -> None:
+    """Check the sections of a scene against each other.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming both keys.
+    """
+    for name, value in scene.kind.specimen.requires.items():
+        if scene.value(name) not in (None, value):
+            raise ConfigurationError(
+                f"{where}: {name} is {scene.value(name)!r} but must be {value} where specimen is {scene.specimen},"
+                f" {scene.kind.specimen.meaning}"
+            )
+    if "pattern" in scene.sections:
+        _check_room(scene, where)
+    if "pair" in scene.sections and scene.pair.length <= 2 * scene.yarn.diameter:
+        raise ConfigurationError(
+            f"{where}: pair.length is {scene.pair.length:g} m but must exceed twice yarn.diameter,"
+            f" {scene.yarn.diameter:g} m"
+        )
+    if scene.value("mesh.element") is not None:
+        _check_element(scene, where)
+    if scene.specimen in ("knit", "cut_knit") and scene.value("contact.tied_edges") == "outer":
+        _check_edges(scene, where)
+    if scene.specimen == "cell":
+        _check_cell(scene, where)
+
+
+def _check_element(scene: Scene, where: str) -> None:
+    """Check that the element does not lock."""
+    kind, ratio = ELEMENTS.find(scene.mesh.element), scene.yarn.poisson_ratio
+    if ratio > kind.largest_poisson_ratio:
+        raise ConfigurationError(
+            f"{where}: yarn.poisson_ratio is {ratio:g} but must be at most {kind.largest_poisson_ratio:g} where"
+            f" mesh.element is {kind.name}, which locks beyond: use mesh.element 'quadratic'"
+        )
+
+
+def _check_room(scene: Scene, where: str) -> None:
+    """Check that a knit has room for its yarns, and an entry for every control point."""
+    diameter = scene.yarn.diameter
+    for name in ("course_spacing", "wale_spacing"):
+        spacing = getattr(scene.pattern, name)
+        if spacing <= diameter:
+            raise ConfigurationError(
+                f"{where}: pattern.{name} is {spacing:g} m but must exceed yarn.diameter, {diameter:g} m"
+            )
+    ratio, spacing = scene.pattern.course_ratio, scene.pattern.course_spacing
+    if ratio * spacing <= diameter:
+        raise ConfigurationError(
+            f"{where}: pattern.course_ratio is {ratio:g} but must exceed yarn.diameter / pattern.course_spacing,"
+            f" {diameter / spacing:.4g}"
+        )
+    points, entries = len(scene.pattern.control_points), len(scene.geometry.free)
+    if entries != points:
+        raise ConfigurationError(
+            f"{where}: geometry.free has {entries} entries but must have {points}, one for each of"
+            " pattern.control_points"
+        )
+
+
+def _check_cell(scene: Scene, where: str) -> None:
+    """Check that a cell is solved as cells are, and is written only where it has a stiffness at rest."""
+    if scene.solver.linear not in ("auto", "lu"):
+        raise ConfigurationError(
+            f"{where}: solver.linear is {scene.solver.linear!r} but must be auto or lu where specimen is cell, which"
+            " is solved directly"
+        )
+    if "deck" in scene.outputs and scene.kind.interaction.touches:
+        raise ConfigurationError(
+            f"{where}: outputs is {list(scene.outputs)} but must be [] where specimen is cell and interaction"
+            f" {scene.interaction}: before its yarns touch a knit is no shell; use interaction tie"
+        )
+
+
+def _check_edges(scene: Scene, where: str) -> None:
+    """Check that something is left between edges that are tied."""
+    name = "rows" if scene.load.direction == "course" else "loops"
+    count = getattr(scene.pattern, name)
+    if count < 3:
+        raise ConfigurationError(
+            f"{where}: contact.tied_edges is 'outer' but must be none where pattern.{name} is {count}:"
+            " nothing is left that is not tied"
+        )
+
+
+# ---- In which keys a scene differs from the defaults
+
+
+def flattened(scene: Scene) -> dict[str, Any]:
+    """Return the values of a scene by dotted key, in the order of its sections."""
+    return flat(scene.to_dict())
+
+
+def flat(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of nested mappings by dotted key."""
+    found: dict[str, Any] = {}
+    for key, value in document.items():
+        inside = (
+            {f"{key}.{part}": inner for part, inner in value.items()}
+            if isinstance(value, dict)
+            else {key: value}
+        )
+        found |= inside
+    return found
+
+
+def differences(scene: Scene, defaults: Mapping[str, Any]) -> dict[str, Any]:
+    """Return those keys of a scene, but labels and outputs, whose values are not the defaults."""
+    below = {
+        f"{name}.{key}": field.default
+        for name, section in scene.sections.items()
+        for key, field in type(section).model_fields.items()
+        if not field.is_required()
+    }
+    defaults = below | dict(defaults)
+    return {
+        key: value
+        for key, value in flattened(scene).items()
+        if key not in LABELS and (key not in defaults or value != defaults[key])
+    }

@@ -10,8 +10,8 @@ import xarray as xr
 from knitstudy.measures.history_checks import allowed_penetration, penetration
 from knitstudy.measures.paper_values import number
 from knitstudy.measures.selection import ISOTROPIC_COURSE
+from knitstudy.study.model_sections import SolidContact
 from knitstudy.study.scene import Scene
-from knitstudy.study.sections.interaction import SolidContact
 from knitstudy.tables.catalogue import TABLES
 
 NOT_SAID, NONE = "not said", "none"

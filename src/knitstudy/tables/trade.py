@@ -11,7 +11,7 @@ from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS, UNITS
 from knitstudy.measures.trade import ACCURACIES, nothing, points_of, rungs, sentence
 from knitstudy.measures.trade_points import TIES, Point, shown, turned
-from knitstudy.study.fronts import cheapest, front, nearest
+from knitstudy.study.choice import cheapest, front, nearest
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 

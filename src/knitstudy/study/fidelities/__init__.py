@@ -1,1 +1,0 @@
-"""Fidelities, one file each: which models there are, and which keys each of them has."""

@@ -1,1 +1,0 @@
-"""Interactions between yarns, one file each (section 2.2 of the paper)."""

@@ -1,0 +1,801 @@
+"""Sections of how a scene is computed: mesh, ties, contact, solver, limits, reduced models, window."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from knitstudy.mechanics.elements import ELEMENTS
+from knitstudy.mechanics.spline_yarn.basis import LARGEST_DEGREE
+from knitstudy.study.keys import LONGEST, SceneName, Section, key, registered
+
+# ---- Element sizes
+
+
+class SolidMesh(Section):
+    """Sizes of solid elements at crossings, their growth on legs, and the element."""
+
+    size: float = key(
+        "a number > 0 and <= 1e6, in m",
+        unit="m",
+        standing="stated",
+        source="Table 5: 0.3 mm",
+        checked="0.225 to 0.6 mm: force +7 % at 0.6 mm (docs/sensitivity.md)",
+        gt=0,
+        le=LONGEST,
+    )
+
+    growth: float = key(
+        "a number from 1 to 4, spacing on legs over size",
+        standing="assumed",
+        source="spacing of slices between crossings; near the count of nodes in Table 5",
+        checked="1 to 1.5: force within 0.1 % (docs/sensitivity.md)",
+        ge=1,
+        le=4,
+    )
+
+    refinement: float = key(
+        "a number from 1 to 3, size over the size of elements at crossings",
+        default=1.0,
+        standing="assumed",
+        source="slices stand nearer, and sections are drawn towards the other yarn (docs/refinement.md)",
+        checked="1 to 3 (docs/refinement.md)",
+        ge=1,
+        le=3,
+    )
+
+    element: str = key(
+        ELEMENTS.allowed,
+        standing="stated",
+        source=("section 2.3: linear hexahedra with reduced integration; quadratic ones are the reference"),
+        checked="over quadratic, tied cell at 0.3 mm: one_point -3 %, incompatible_modes +5 % in force",
+    )
+
+    @property
+    def smallest(self) -> float:
+        """Size of elements at crossings [m]: what contact is measured with."""
+        return self.size / self.refinement
+
+    @field_validator("element")
+    @classmethod
+    def _is_registered(cls, value: str) -> str:
+        return registered(value, ELEMENTS.names())
+
+
+class BeamMesh(Section):
+    """Size of beam elements, and their section."""
+
+    beam_size: float = key(
+        "a number > 0 and <= 1e6, in m",
+        unit="m",
+        standing="stated",
+        source="Table 5: 0.5 mm",
+        checked="0.5 mm",
+        gt=0,
+        le=LONGEST,
+    )
+
+    section_law: Literal["straight", "curved"] = key(
+        "straight (of a straight rod) or curved (of a rod as bent as the yarn is): the law of the beams' sections",
+        standing="assumed",
+        source=(
+            "section 2.5: beams along the centrelines, whose sections the paper does not say; a bent yarn of solids is"
+            " as stiff as curved says, 8 to 15 % stiffer than straight (docs/beams.md)"
+        ),
+        checked="curved and straight: force -4 to -6 % (scenes rom3d-straight-*)",
+    )
+
+
+# ---- Polynomials over the section times splines along the yarn: what solid yarns without hexahedra are divided into
+
+
+SHORTEST_SPAN, LONGEST_SPAN = 0.05, 2.0
+"""Of spans, over the yarn's radius: a loop's bends have no room in longer ones, and shorter ones only cost."""
+
+LOCKS = "with 1 a section cannot widen where a bent yarn is compressed: 2.1 times too stiff at a Poisson ratio of 0.4"
+
+
+class PolynomialMesh(Section):
+    """Degree over the section and length of spans, on legs and near crossings, and the degree of the splines.
+
+    Spans nearer to a crossing than `crossing_reach` have the degree `crossing_degree`; their length is `crossing_span`
+    there and grows to `span`.
+    """
+
+    degree: int = key(
+        f"a whole number from 2 to {LARGEST_DEGREE} ({LOCKS})",
+        standing="choice",
+        source="numerical; degree of the polynomials over the section, away from crossings",
+        checked="2 to 6: of one loop, force +3.2 % at 2 and within 0.3 % from 3 on (docs/solid_yarns.md)",
+        default=2,
+        ge=2,
+        le=LARGEST_DEGREE,
+    )
+
+    spline_degree: int = key(
+        "a whole number from 2 to 5",
+        standing="choice",
+        source="numerical; of the splines along the yarn; quadratic ones need half as many spans more",
+        checked="2 and 3",
+        default=3,
+        ge=2,
+        le=5,
+    )
+
+    span: float = key(
+        f"a number from {SHORTEST_SPAN:g} to {LONGEST_SPAN:g}, in yarn radii, and not below mesh.crossing_span",
+        unit="yarn radii",
+        standing="choice",
+        source="numerical; length of a span away from crossings",
+        checked="0.6 to 1.8: of one loop, force +0.8 % at 1.8 (docs/solid_yarns.md)",
+        default=0.9,
+        ge=SHORTEST_SPAN,
+        le=LONGEST_SPAN,
+    )
+
+    crossing_degree: int = key(
+        f"a whole number from mesh.degree to {LARGEST_DEGREE}",
+        standing="choice",
+        source="numerical; degree of the polynomials near crossings",
+        checked=(
+            "2 to 6 of a tied cell, 2 to 4 with friction: force +2.5 and +3.6 % with 2 everywhere, within 0.4 % from "
+            "3 on (docs/solid_yarns.md)"
+        ),
+        default=2,
+        ge=2,
+        le=LARGEST_DEGREE,
+    )
+
+    crossing_span: float = key(
+        f"a number from {SHORTEST_SPAN:g} to {LONGEST_SPAN:g}, in yarn radii",
+        unit="yarn radii",
+        standing="choice",
+        source="numerical; length of a span near crossings",
+        checked="0.3 to 0.9: of a cell with friction, force +0.7 and u_z -4 % at 0.9 (docs/solid_yarns.md)",
+        default=0.9,
+        ge=SHORTEST_SPAN,
+        le=LONGEST_SPAN,
+    )
+
+    crossing_reach: float = key(
+        "a number >= 0 and <= 10, in yarn radii",
+        unit="yarn radii",
+        standing="choice",
+        source="numerical; distance from a crossing along the yarn up to which spans count as near",
+        checked="0.5 to 1.5",
+        default=1.0,
+        ge=0,
+        le=10,
+    )
+
+    @model_validator(mode="after")
+    def _falls_away_from_crossings(self) -> PolynomialMesh:
+        if self.crossing_degree < self.degree:
+            raise ValueError(
+                f"crossing_degree is {self.crossing_degree} but must be at least mesh.degree, {self.degree}"
+            )
+        if self.crossing_span > self.span:
+            raise ValueError(
+                f"crossing_span is {self.crossing_span:g} but must be at most mesh.span, {self.span:g}"
+            )
+        return self
+
+
+# ---- How yarns act on each other (section 2.2, Fig. 2 and Table 1)
+
+
+class PatchTie(Section):
+    """The mean and the linear moments of two yarns' displacement on a disc are joined where they cross and are tied."""
+
+    radius: float = key(
+        "a number from 0.05 to 0.8, in yarn radii",
+        unit="yarn radii",
+        standing="inferred",
+        source=(
+            "sqrt(2 R delta), within which yarns of radius R are nearer to each other than delta = 5 % of "
+            "the stated 0.3 mm, Abaqus's default; the area of one facet of that size"
+        ),
+        checked="0.1 to 0.5: force of a tied cell of solid yarns -7 to +15 % (docs/ties.md)",
+        default=0.183,
+        ge=0.05,
+        le=0.8,
+    )
+
+
+class Tie(PatchTie):
+    """Ties by the rule "patch", or by that of commercial programs, "facets".
+
+    By "facets" all nodes of facets that are nearer than `tolerance` facet sizes follow the other yarn: an area that
+    shrinks with the mesh.
+    """
+
+    rule: Literal["patch", "facets"] = key(
+        "patch (a disc of tie.radius) or facets (those nearer than tie.tolerance)",
+        standing="choice",
+        source=(
+            "numerical; as elements become small the force of patches converges, and that of facets falls "
+            "to that of a joint in one point (docs/ties.md)"
+        ),
+        checked="both, on 6 to 18 elements across (docs/ties.md)",
+        default="facets",
+    )
+
+    tolerance: float = key(
+        "a number > 0 and <= 1, a share of the facet size",
+        unit="facet sizes",
+        standing="assumed",
+        source="Abaqus's default position tolerance, 5 % of the facet size; of the rule facets",
+        checked="0.05 to 1: force +27 % at 1 (docs/sensitivity.md)",
+        gt=0,
+        le=1,
+    )
+
+
+class TiedEdges(Section):
+    """Which crossings of a knit in contact stay tied (Fig. 3).
+
+    Of the "outer" interlock rows in course tension and columns of loops in wale tension, or "none".
+    """
+
+    tied_edges: Literal["outer", "none"] = key(
+        ("outer (the first and the last interlock row, in wale tension the outer columns, are tied) or none"),
+        standing="stated",
+        source=(
+            "section 2.3, Fig. 3: top and bottom rows are tied in course tension; in wale tension "
+            '"for the same reason", taken as the outer columns'
+        ),
+        checked="outer and none (scene inputs-untied-isotropic-course)",
+    )
+
+
+class SolidContact(TiedEdges):
+    """Contact of solid yarns (Table 1): stiffnesses over E / h, and how it is integrated and enforced.
+
+    A `penetration` deeper than this share of h is removed by at most so many `augmentations` an increment. `points` are
+    Gauss points along each side of a facet.
+    """
+
+    normal_stiffness: float = key(
+        "a number > 0 and <= 1e12, times E over the mesh size",
+        unit="E / h",
+        standing="stated",
+        source=(
+            "Table 1: contact stiffness over element stiffness is 10; as pressure over gap it is "
+            "taken as 10 E / h"
+        ),
+        checked=(
+            "3, 10 and 30 of knits without multipliers (scenes *-penalty*); 3 to 30, of a pair "
+            "pressed by 90 um at 0.3 mm: force -1.5 to +0.1 %, as multipliers bound the penetration"
+        ),
+        gt=0,
+        le=1e12,
+    )
+
+    tangential_stiffness: float = key(
+        "a number > 0 and <= 1e12, times E over the mesh size",
+        unit="E / h",
+        standing="stated",
+        source=(
+            "Table 1: stick stiffness over element stiffness is 10; as traction over slip it is taken"
+            " as 10 E / h"
+        ),
+        checked="3 to 30, of a pair slid by 0.45 mm at 0.3 mm: force within 0.04 %, work -1.8 to +0.7 %",
+        gt=0,
+        le=1e12,
+    )
+
+    penetration: float = key(
+        "a number > 0 and <= 1, a share of the mesh size",
+        unit="h",
+        standing="assumed",
+        source="Table 1 says hard contact; how hard is not printed",
+        checked=(
+            "0.003 and 0.01, of a pair pressed by 90 um and slid at 0.3 mm: force within 1 % at the "
+            "end of the way"
+        ),
+        gt=0,
+        le=1,
+    )
+
+    augmentations: int = key(
+        "a whole number from 0 to 100",
+        standing="choice",
+        source="numerical; updates of the multipliers where the penalty alone lets yarns in too deep",
+        checked="10; 3 were needed at most by pairs pressed by 90 um",
+        ge=0,
+        le=100,
+    )
+
+    points: int = key(
+        "a whole number from 1 to 4",
+        standing="choice",
+        source=(
+            "numerical; Gauss points along each side of a facet; crossings lie over the middles of "
+            "facets, where even numbers have no point and find contact late"
+        ),
+        checked=(
+            "1 to 4, of a pair pressed by 36 um: with 2 it begins 10 um late at 0.3 mm and 17 um at "
+            "0.45 mm (force -13 and -46 %)"
+        ),
+        ge=1,
+        le=4,
+    )
+
+
+class Sliding(Section):
+    """Coulomb friction."""
+
+    friction: float = key(
+        "a number from 0 to 1e6",
+        standing="stated",
+        source=(
+            "Table 1: 0.76; static value of the data sheet of the polypropylene, which gives 0.44 for sliding"
+        ),
+        checked="0 to 1.5 (scenes inputs-friction*)",
+        ge=0,
+        le=1e6,
+    )
+
+
+# ---- Contact of solid yarns that are polynomials times splines: its law, and where its points are
+
+
+class PolynomialContact(SolidContact):
+    """Contact of solid yarns without hexahedra, on their true surfaces.
+
+    By the law "indentation" the local indentation that polynomials cannot show is added in series, computed from their
+    own space; what stiffnesses, penetration and augmentations say is then of no effect.
+    Cells of contact are as long as `cell` along the yarn within `window` of a crossing, and three times as long
+    elsewhere; around they are `cell`.
+    """
+
+    law: Literal["indentation", "penalty"] = key(
+        "indentation (what the space does not show of Hertz's, computed) or penalty (stiffnesses over E / h)",
+        standing="choice",
+        source=(
+            "numerical; on a penalty two crossing yarns of degree 2 to 4 resist with 1.2 to 1.7 times the force "
+            "(docs/contact.md)"
+        ),
+        checked="both, of two crossing yarns (docs/contact.md)",
+        default="indentation",
+    )
+
+    cell: float = key(
+        "a number from 0.05 to 0.5, in yarn radii",
+        unit="yarn radii",
+        standing="choice",
+        source="numerical; length of a cell near crossings, with contact.points x contact.points Gauss points",
+        checked="0.15 to 0.75 of a pair: force +0.3 % at 0.15, -2.5 % at 0.5, -7.6 % at 0.75 (docs/contact.md)",
+        default=0.25,
+        ge=0.05,
+        le=0.5,
+    )
+
+    window: float = key(
+        "a number from 0.3 to 4, in yarn radii, and not below contact.cell",
+        unit="yarn radii",
+        standing="choice",
+        source="numerical; sqrt(2) times the larger semiaxis of the area of contact and the way that it slides",
+        checked="0.8 to 1.6 of a pair: force within 1.3 % (docs/contact.md)",
+        default=1.2,
+        ge=0.3,
+        le=4,
+    )
+
+    @model_validator(mode="after")
+    def _has_a_cell_in_its_window(self) -> PolynomialContact:
+        if self.window < self.cell:
+            raise ValueError(f"window is {self.window:g} but must be at least contact.cell, {self.cell:g}")
+        return self
+
+
+# ---- Newton's method
+
+
+class Newton(Section):
+    """First number of increments, and tolerances."""
+
+    increments: int = key(
+        "a whole number from 1 to 10000",
+        standing="choice",
+        source="numerical; the first increment's share of the load, adapted on the way",
+        checked="5, 12, 20 and 40: the same force to seven digits",
+        ge=1,
+        le=10_000,
+    )
+
+    residual_tolerance: float = key(
+        "a number > 0 and <= 1e-2, relative to the mean internal force",
+        standing="choice",
+        source="numerical; of the mean internal force",
+        checked="1e-6",
+        gt=0,
+        le=1e-2,
+    )
+
+    correction_tolerance: float = key(
+        "a number > 0 and <= 1e-2, relative to the mesh size",
+        standing="choice",
+        source="numerical; of the element size",
+        checked="1e-6",
+        gt=0,
+        le=1e-2,
+    )
+
+
+class SolidNewton(Newton):
+    """The same of solids, with the linear solver; the viscosity `stabilisation` is relative to Young's modulus."""
+
+    stabilisation: float = key(
+        "a number from 0 to 1e6, times Young's modulus",
+        unit="E",
+        standing="assumed",
+        source=(
+            "section 2.2: static stabilisation, its size is not printed; none unless a scene asks for it"
+        ),
+        checked=(
+            "0 to 1e-6, of one cell at 0.6 mm: force within 0.003 %; up to 1e-8 its work stays below "
+            "2 % of the internal energy on the way"
+        ),
+        ge=0,
+        le=1e6,
+    )
+
+    linear: Literal["auto", "three_scale", "amg", "lu"] = key(
+        "auto, three_scale, amg or lu",
+        standing="choice",
+        source="numerical; no result depends on it",
+        checked="auto",
+    )
+
+
+class HexahedralNewton(SolidNewton):
+    """The same of hexahedra, with their `hourglass` coefficient, relative to the shear modulus."""
+
+    hourglass: float = key(
+        "a number > 0 and <= 1, times the shear modulus",
+        unit="shear moduli",
+        standing="assumed",
+        source="Abaqus's default stiffness of C3D8R, 0.005 G",
+        checked="0.0025 to 0.05: force -1.4 to +3.8 % (docs/sensitivity.md)",
+        gt=0,
+        le=1,
+    )
+
+
+# ---- Limits of what a run may leave wrong: beyond them it ends in one line (docs/gates.md)
+
+
+class Gates(Section):
+    """Limits of every model."""
+
+    ledger: float = key(
+        "a number > 0, over the external work",
+        standing="choice",
+        source="every scene of the study stays below 0.035; pairs in 8 increments leave 0.14, docs/gates.md",
+        checked="0.05",
+        default=0.05,
+        gt=0,
+    )
+
+
+class SolidGates(Gates):
+    """Those of solids besides."""
+
+    stabilisation: float = key(
+        "a number >= 0, over the internal energy",
+        standing="choice",
+        source="5 % is the field's rule",
+        checked="0.05",
+        default=0.05,
+        ge=0,
+    )
+
+    viscous_force: float = key(
+        "a number >= 0, over the reaction of the driven side",
+        standing="choice",
+        source="forces are wrong by about as much, docs/gates.md",
+        checked="0.05",
+        default=0.05,
+        ge=0,
+    )
+
+
+class HexahedralGates(SolidGates):
+    """Those of hexahedra besides."""
+
+    hourglass: float = key(
+        "a number > 0, over the internal energy",
+        standing="choice",
+        source="5 % is the field's rule; at least the usual stiffness of 0.005 G is counted",
+        checked="0.05: the study's scenes stay below 0.046",
+        default=0.05,
+        gt=0,
+    )
+
+    elements_across: float | None = key(
+        "a number > 0 of elements of mesh.size across the yarn, or null for 3 of a knit and 7 of a pair",
+        standing="choice",
+        source="force of a tied knit +5 % at 3.3, of a pressed pair within 8 % from 8 on, docs/gates.md",
+        checked="2 to 12",
+        default=None,
+        gt=0,
+    )
+
+
+# ---- Reduced order models: where their joints come from, and of which kind they are (sections 2.4 to 2.6)
+
+
+class Joints(Section):
+    """Which direct simulation a reduced model takes its joints from; none where the geometry says enough."""
+
+    contacts_from: SceneName | None = key(
+        "the name of the dns scene that the joints come from (empty: where yarns are closest, tied by tie.radius)",
+        standing="choice",
+        source="the DNS whose contact zones make the joints (sections 2.4, 2.5)",
+        checked="one DNS a knit, and none (scenes trade-*-rom*): tied knits carry the same within 1e-13",
+        default=None,
+    )
+
+
+class PlanarJoints(Joints):
+    """Of the planar model (Fig. 4); `section` is that of a segment which two yarns share.
+
+    Its segments join the contacts, or lie along the maximum principal stress of the simulation `stress_from` (Fig. 14).
+    """
+
+    section: Literal["single", "doubled"] = key(
+        "single or doubled: a segment of the planar model that two yarns share",
+        standing="assumed",
+        source=(
+            "section 2.4: the same cross section as the yarns; where two yarns share a segment "
+            "nothing is printed"
+        ),
+        checked="single and doubled (scenes rom2d-doubled-*)",
+    )
+
+    honeycomb: Literal["geometry", "principal_stress"] = key(
+        "geometry (segments of the planar model join the contacts) or principal_stress (they lie along it)",
+        standing="stated",
+        source="section 3.4: MPS-based honeycombs beside the one from geometry",
+        checked="both (scenes rom2d-by-*-stress-*)",
+        default="geometry",
+    )
+
+    stress_from: SceneName | None = key(
+        "the name of the dns scene whose principal stress segments lie along (empty where rom.honeycomb is geometry)",
+        standing="choice",
+        source="Table 4: directions of course and of wale tension, each pulled in both directions",
+        checked="course and wale tension (scenes rom2d-by-*-stress-*)",
+        default=None,
+    )
+
+    @model_validator(mode="after")
+    def _stress_where_used(self) -> PlanarJoints:
+        if (self.honeycomb == "principal_stress") != (self.stress_from is not None):
+            wanted = "name a dns scene" if self.honeycomb == "principal_stress" else "be empty"
+            raise ValueError(
+                f"stress_from is {self.stress_from!r} but must {wanted} where rom.honeycomb is {self.honeycomb}"
+            )
+        return self
+
+
+class SpatialJoints(Joints):
+    """Of the spatial model (Figs. 5 and 6)."""
+
+    joint: Literal["rigid", "pinned", "patch", "printed"] = key(
+        (
+            "rigid (arms to the contact point), pinned (arms that may turn there), patch (pinned, and yielding as the "
+            "tied area does) or printed (as in Table 2: no arms)"
+        ),
+        standing="assumed",
+        source=(
+            "Table 2: u_T = 0, u_R = 0, and springs between the points; rigid arms to the contact "
+            "point, a variant takes the paper at its word"
+        ),
+        checked="all four (scenes rom3d-pinned-*, rom3d-patch-*, rom3d-printed-*)",
+    )
+
+
+class Springs(SpatialJoints):
+    """Springs where yarns are not tied (Table 2).
+
+    They are averaged or of each crossing's own "zones", secants of the relative `displacement` of interfaces or
+    centrelines along the `axes` of the contact or the global ones; or those of another scene, or of given `stiffness`
+    along x, y and z.
+    """
+
+    springs_from: SceneName | None = key(
+        ("the name of the dns scene whose averaged springs are used (empty for that of rom.contacts_from)"),
+        standing="choice",
+        source="springs of another simulation test what carries over from one load to another",
+        checked="course springs in wale tension and the other way round (scenes rom3d-carried-*)",
+    )
+
+    springs: Literal["averaged", "zones"] = key(
+        "averaged (one stiffness for all crossings) or zones (each crossing its own)",
+        standing="stated",
+        source="Table 2 prints one stiffness a direction; a variant gives every crossing its own",
+        checked="averaged and zones (scenes rom3d-zones-*)",
+    )
+
+    stiffness: tuple[Annotated[float, Field(gt=0)], ...] = key(
+        ("[], or a list of the springs' three stiffnesses along x, y and z in N/m instead of measured ones"),
+        unit="N/m",
+        standing="stated",
+        source="Table 2; none: the springs are measured",
+        checked="those of Table 2 (scenes rom3d-table2-*)",
+        max_length=3,
+    )
+
+    axes: Literal["contact", "global"] = key(
+        "contact (springs along the normal and in the tangent plane) or global (along x, y and z)",
+        standing="inferred",
+        source=(
+            "Table 2 lists x, y and z; secants along these are negative at many crossings, along the "
+            "contact's own axes at none (table2_springs)"
+        ),
+        checked="contact; global with the stiffnesses of Table 2 (scenes rom3d-table2-*)",
+    )
+
+    displacement: Literal["interface", "centreline"] = key(
+        "interface or centreline: the relative displacement whose secants the springs are",
+        standing="stated",
+        source=(
+            "section 2.6: relative displacement between yarn interfaces; that of the centrelines is a variant"
+        ),
+        checked="interface and centreline (table2_springs, scenes rom3d-centreline-*)",
+    )
+
+    @model_validator(mode="after")
+    def _measured(self) -> Springs:
+        if self.contacts_from is None:
+            raise ValueError(
+                "contacts_from is empty but must name a dns scene where yarns touch: springs are measured at its"
+                " contacts"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Springs:
+        for name, value, empty in (
+            ("springs_from", self.springs_from, "empty"),
+            ("stiffness", list(self.stiffness) or None, "[]"),
+        ):
+            if value is not None and self.springs != "averaged":
+                raise ValueError(
+                    f"{name} is {value!r} but must be {empty} where rom.springs is {self.springs}: every crossing's own"
+                    " springs are measured at that crossing"
+                )
+        if self.stiffness and (len(self.stiffness) != 3 or self.axes != "global" or self.springs_from):
+            raise ValueError(
+                f"stiffness is {list(self.stiffness)} but must be [] or three values, along x, y and z, which takes"
+                " rom.axes global and an empty rom.springs_from"
+            )
+        return self
+
+
+# ---- The knit as beams in contact (section 3.3, Fig. 12b)
+
+
+class Beam(Section):
+    """Contact at a "point" of every crossing or along a "line", of "rigid" or "hertz" sections; kind of ties.
+
+    `stiffness` is the penalty of rigid sections, over E R of a point and over E of a line.
+    """
+
+    contact: Literal["point", "line"] = key(
+        "point (the closest points of a crossing) or line (points along the yarns)",
+        standing="inferred",
+        source="section 3.3: only one contact node is captured for beams that are not parallel",
+        checked="point and line (scenes beam-*)",
+    )
+
+    section: Literal["rigid", "hertz"] = key(
+        "rigid (a penalty) or hertz (the approach of two crossed cylinders)",
+        standing="inferred",
+        source="section 3.3: the deformation of the cross-section is ignored",
+        checked="rigid and hertz (scenes beam-*)",
+    )
+
+    tie: Literal["rigid", "pinned", "patch"] = key(
+        "rigid, pinned (sections may turn) or patch (pins that yield as tied areas do): crossings that are tied",
+        standing="assumed",
+        source=(
+            "section 2.3 ties the outer rows; a tied patch of solids lets sections turn nearly "
+            "freely and yields, beams that are joined do not"
+        ),
+        checked="all three (scenes beam-pinned-*, beam-patch-*)",
+    )
+
+    stiffness: float = key(
+        "a number > 0 and <= 1e12, times E R of a point or E of a line",
+        unit="E R, or E",
+        standing="assumed",
+        source="nothing printed; hard contact",
+        checked="10 and 100 (scenes beam-*)",
+        gt=0,
+        le=1e12,
+    )
+
+
+# ---- Which cells of a knit are solid yarns, and what joins the beams around them
+
+
+class Window(Section):
+    """The middle cell of the window by its interlock `row` and its `column`, how many `cells` wide and high it is.
+
+    Around them a `margin` of cells is solid as well, whose crossings are not asked for. Where yarns touch outside,
+    beams are in contact, or springs stand for it that the simulation `springs_from` measures, of a knit of any size.
+    """
+
+    row: int | None = key(
+        "a whole number from 0 to pattern.rows - 1, or null for the middle",
+        standing="choice",
+        source="what is asked for",
+        checked="the centre cell of 3 x 3 and 10 x 10 cells (docs/window.md)",
+        default=None,
+        ge=0,
+    )
+
+    column: int | None = key(
+        "a whole number from 0 to pattern.loops - 1, or null for the middle",
+        standing="choice",
+        source="what is asked for",
+        checked="the centre cell of 3 x 3 and 10 x 10 cells (docs/window.md)",
+        default=None,
+        ge=0,
+    )
+
+    cells: int = key(
+        "an odd whole number >= 1",
+        standing="choice",
+        source="what is asked for",
+        checked="1, and 3 of 3 x 3 cells (docs/window.md)",
+        default=1,
+        ge=1,
+        le=999,
+    )
+
+    margin: int = key(
+        "a whole number >= 0",
+        standing="choice",
+        source="numerical; how far from what is asked for yarns become beams",
+        checked="0, and 1 of 3 x 3 cells with ties (docs/window.md)",
+        default=0,
+        ge=0,
+        le=999,
+    )
+
+    springs_from: SceneName | None = key(
+        "the name of a dns scene in contact whose averaged springs are used outside, or null where beams touch",
+        standing="choice",
+        source="numerical; secants at full load stand for contact at full load alone",
+        checked="both, in 3 x 3 cells (docs/window.md)",
+        default=None,
+    )
+
+    @field_validator("cells")
+    @classmethod
+    def _has_a_middle(cls, value: int) -> int:
+        if value % 2 == 0:
+            raise ValueError(f"cells is {value} but must be odd: one cell is the middle")
+        return value
+
+
+class WindowMesh(PolynomialMesh, BeamMesh):
+    """Of the solid yarns in the window, and of the beams around it."""
+
+
+class WindowGates(Gates):
+    """Limits of a window besides."""
+
+    jump: float = key(
+        "a number > 0, over the largest force where solid yarns and beams meet",
+        standing="choice",
+        source="numerical; what Newton's method leaves is a hundredth of it, docs/window.md",
+        checked="1e-4",
+        default=1e-4,
+        gt=0,
+    )

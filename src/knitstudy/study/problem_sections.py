@@ -1,0 +1,392 @@
+"""Sections of what is simulated: its size and shape, its yarn, its load."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from knitstudy.mechanics.materials import LAWS
+from knitstudy.study.keys import LONGEST, Section, key, registered
+
+# ---- Size and shape of what is simulated: a knit, or two crossing yarns
+
+
+class Pattern(Section):
+    """Size and shape of the knit: `rows` rows of interlocks between `rows` + 1 yarns of `loops` loops.
+
+    `control_points` (P, 3) in m describe one loop from sinker centre to sinker centre before optimisation; `clearance`
+    is the gap c0 wanted at every crossing, in yarn radii. `course_spacing` and `wale_spacing` are those that it is
+    drawn for; rows stand `course_ratio` times the course spacing apart, and `keep` says what stays of the drawn loop.
+    """
+
+    loops: int = key(
+        "a whole number from 1 to 10000",
+        standing="stated",
+        source="sections 3.1 and 3.5: 3 x 3 unit cells",
+        checked="3",
+        ge=1,
+        le=10_000,
+    )
+
+    rows: int = key(
+        "a whole number from 1 to 10000",
+        standing="inferred",
+        source=(
+            "n + 1 yarns for n rows of interlocks: DOF(n) = n^2 [21057 + 40700 (1 - 2/n)] fits Table "
+            "3 within 0.3 %"
+        ),
+        checked="3",
+        ge=1,
+        le=10_000,
+    )
+
+    course_spacing: float = key(
+        "a number > 0 and <= 1e6, in m",
+        unit="m",
+        standing="calibrated",
+        source="not printed; fitted with the control points",
+        checked="one value",
+        gt=0,
+        le=LONGEST,
+    )
+
+    wale_spacing: float = key(
+        "a number > 0 and <= 1e6, in m",
+        unit="m",
+        standing="calibrated",
+        source="not printed; fitted with the control points",
+        checked="one value",
+        gt=0,
+        le=LONGEST,
+    )
+
+    control_points: tuple[tuple[float, float, float], ...] = key(
+        "a list of at least 4 points x, y, z in m",
+        unit="m",
+        standing="calibrated",
+        source=(
+            "not printed; fitted to the angles of Table 4 and to 41.6 mm of yarn a loop (999 beam "
+            "nodes at 0.5 mm over 12 loops, Table 5)"
+        ),
+        checked="one loop shape",
+        min_length=4,
+    )
+
+    clearance: float = key(
+        "a number from 0 to 1, in yarn radii",
+        unit="yarn radii",
+        standing="assumed",
+        source=(
+            "not printed; small and positive, as Fig. 7 shows no contact at 0.05 % and symmetric "
+            "contact by 0.45 % strain"
+        ),
+        checked="0.005 to 0.04: force -2.3 % at 0.04 (docs/sensitivity.md)",
+        ge=0,
+        le=1,
+    )
+
+    course_ratio: float = key(
+        "a number from 0.5 to 2, course spacing over the one that the loop is drawn for",
+        standing="choice",
+        source="Fig. 11a varies the course spacing without saying how far",
+        checked="0.7 to 1.3 (docs/geometry.md)",
+        default=1.0,
+        ge=0.5,
+        le=2,
+    )
+
+    keep: Literal["shape", "length", "wale_spacing"] = key(
+        "shape, length or wale_spacing: what stays of the drawn loop at another course spacing or diameter",
+        standing="choice",
+        source="not printed: Fig. 11 does not say what is held fixed (docs/geometry.md)",
+        checked="all three",
+        default="shape",
+    )
+
+
+class Pair(Section):
+    """Two straight yarns of `length` that cross at `angle` in their middles, `clearance` yarn radii apart.
+
+    Held and driven are, by `support`, the nodes of both "ends", or the surface of the half turned away from the other
+    yarn, the "back".
+    """
+
+    angle: float = key(
+        "a number > 0 and <= 90, in degrees",
+        unit="degree",
+        standing="choice",
+        source="of a case of verification",
+        checked="90 and 30",
+        gt=0,
+        le=90,
+    )
+
+    length: float = key(
+        "a number > 0 and <= 1e6, in m, of each of the two yarns",
+        unit="m",
+        standing="choice",
+        source=(
+            "of a case of verification: nearly three diameters, beyond what the other yarn covers at "
+            "30 degrees"
+        ),
+        checked="5 mm",
+        gt=0,
+        le=LONGEST,
+    )
+
+    clearance: float = key(
+        "a number from 0 to 1, in yarn radii",
+        unit="yarn radii",
+        standing="choice",
+        source="of a case of verification",
+        checked="0.01",
+        ge=0,
+        le=1,
+    )
+
+    support: Literal["ends", "back"] = key(
+        "ends or back: what is held and driven of each yarn",
+        standing="choice",
+        source=(
+            "of a case of verification: the halves turned away from each other are held, as bodies in"
+            " theories of contact are"
+        ),
+        checked="back",
+    )
+
+
+# ---- How the loop is optimised (section 2.1 of the paper)
+
+
+class Geometry(Section):
+    """Optimisation of the loop: weights of Eqs. (1) and (3), what may move, and samples a Bezier curve.
+
+    `free` lists for every control point the components that may move: "", "z", "yz", "xyz" and so on.
+    """
+
+    alpha: float = key(
+        "a number > 0 and <= 1e12, the weight of F_distance in Eq. (1)",
+        standing="assumed",
+        source="weight of Eq. (1), not printed",
+        checked="times 0.1 and 10: angles within 0.5 degrees (docs/geometry.md)",
+        gt=0,
+        le=1e12,
+    )
+
+    beta: float = key(
+        "a number from 0 to 1e12, the weight of F_bending in Eq. (1)",
+        standing="assumed",
+        source="weight of Eq. (1), not printed",
+        checked="times 0.1 and 10: angles within 0.5 degrees (docs/geometry.md)",
+        ge=0,
+        le=1e12,
+    )
+
+    gamma: float = key(
+        "a number from 0 to 1e12, the weight of F_length in Eq. (1)",
+        standing="assumed",
+        source="weight of Eq. (1), not printed",
+        checked="times 0.1 and 10: angles within 0.5 degrees (docs/geometry.md)",
+        ge=0,
+        le=1e12,
+    )
+
+    beta_0: float = key(
+        "a number from 0 to 1e12, the scalar of Eq. (3)",
+        standing="assumed",
+        source="scalar of Eq. (3), not printed",
+        checked="times 0.1 and 10: angles within 0.5 degrees (docs/geometry.md)",
+        ge=0,
+        le=1e12,
+    )
+
+    free: tuple[Annotated[str, Field(pattern="^x?y?z?$")], ...] = key(
+        ('a list of the components that may move, one text such as "", z or xyz for every control point'),
+        standing="assumed",
+        source="the paper says that a subset of points and components moves, not which",
+        checked="one list",
+    )
+
+    samples: int = key(
+        "a whole number from 4 to 10000 (samples a Bezier curve)",
+        standing="stated",
+        source="section 2.1: 100 points a Bezier curve; true closest points are refined from them here",
+        checked="100",
+        ge=4,
+        le=10_000,
+    )
+
+
+# ---- What yarns are made of
+
+
+class Yarn(Section):
+    """Circular yarn of one isotropic material."""
+
+    diameter: float = key(
+        "a number > 0 and <= 1e6, in m",
+        unit="m",
+        standing="inferred",
+        source=(
+            "63,171 nodes at 0.3 mm (Table 5) over 0.5 m of yarn are about 38 nodes a section: 6 "
+            "elements of 0.3 mm across"
+        ),
+        checked="1.8 mm",
+        gt=0,
+        le=LONGEST,
+    )
+
+    youngs_modulus: float = key(
+        "a number > 0 and <= 1e20, in Pa",
+        unit="Pa",
+        standing="inferred",
+        source=(
+            "data sheet of the polypropylene that the paper cites: homopolymer 1.30 GPa, copolymer 1.10 GPa"
+        ),
+        checked="1.30 GPa; forces are proportional to it, 1.1 to 1.5 GPa need no run of their own",
+        gt=0,
+        le=1e20,
+    )
+
+    poisson_ratio: float = key(
+        "a number between -1 and 0.5 (both excluded)",
+        standing="inferred",
+        source="the same data sheet",
+        checked="0.42",
+        gt=-1,
+        lt=0.5,
+    )
+
+    density: float = key(
+        "a number > 0 and <= 1e6, in kg/m3",
+        unit="kg/m3",
+        standing="inferred",
+        source="the same data sheet; no quasi-static result depends on it",
+        checked="905",
+        gt=0,
+        le=1e6,
+    )
+
+    material: str = key(
+        LAWS.allowed,
+        standing="assumed",
+        source=(
+            "isotropic polypropylene (section 2.3) with geometric nonlinearity; Hencky is what Abaqus"
+            " computes then"
+        ),
+        checked="all three laws: force +1.2 % at most (docs/sensitivity.md)",
+    )
+
+    @field_validator("material")
+    @classmethod
+    def _is_registered(cls, value: str) -> str:
+        return registered(value, LAWS.names())
+
+    @property
+    def radius(self) -> float:
+        """Yarn radius in m."""
+        return self.diameter / 2
+
+
+# ---- What drives a specimen
+
+
+class Tension(Section):
+    """A specimen is deformed to an engineering `strain`, compressed if it is negative.
+
+    `lateral`: what goes with it held or free; `stops`: strains at which an increment has to end.
+    """
+
+    strain: float = key(
+        "a number from -0.2 to 0.5, not 0 (0.05 is 5 %, -0.05 a compression)",
+        standing="stated",
+        source="section 3.1: 5 % course strain",
+        checked="-5 to 5 %",
+        ge=-0.2,
+        le=0.5,
+    )
+
+    lateral: Literal["fixed", "free"] = key(
+        "fixed or free: the other components of the driven ends, of a cell its other strains",
+        standing="assumed",
+        source=(
+            "prescribed displacements on the driven side; lateral components held, a variant leaves them free"
+        ),
+        checked="fixed; free: force -3.3 % (docs/sensitivity.md)",
+    )
+
+    stops: tuple[float, ...] = key(
+        "a list of strains on the way, for example [0.01, 0.02], or []",
+        standing="choice",
+        source="numerical; where increments end, so that figures show the strains of Fig. 7c",
+        checked="none",
+    )
+
+    @field_validator("strain")
+    @classmethod
+    def _goes_somewhere(cls, strain: float) -> float:
+        if strain == 0:
+            raise ValueError("nothing is deformed")
+        return strain
+
+    @model_validator(mode="after")
+    def _stops_are_on_the_way(self) -> Tension:
+        shares = (0.0, *(stop / self.strain for stop in self.stops), 1.0)
+        if any(later <= earlier for earlier, later in pairwise(shares)):
+            raise ValueError(
+                f"stops is {list(self.stops)} but must go on from one to the next between 0 and load.strain, "
+                f"{self.strain:g}"
+            )
+        return self
+
+
+class KnitTension(Tension):
+    """A knit is pulled in `direction` to an engineering `strain` (section 2.3, Fig. 3).
+
+    `lateral`: driven ends fixed or free in the other components; `stops`: strains at which an increment has to end.
+    """
+
+    direction: Literal["course", "wale"] = key(
+        "course or wale",
+        standing="stated",
+        source=(
+            "section 2.3: course and wale tension; in wale tension sinker arcs of the bottom yarn are"
+            " held and head arcs of the top yarn driven"
+        ),
+        checked="both",
+    )
+
+
+class CellStrain(Tension):
+    """A cell is deformed to an engineering `strain`: in course or wale direction, in both alike, or sheared.
+
+    `lateral`: the other strains in the plane are held at 0, or free, so that no force goes with them.
+    """
+
+    deformation: Literal["course", "wale", "biaxial", "shear"] = key(
+        "course, wale, biaxial or shear",
+        standing="choice",
+        source="strains in the plane that define a shell's stiffness",
+        checked="all four",
+        default="course",
+    )
+
+
+class Path(Section):
+    """The grips of the upper yarn of a pair go to the displacements of `path` one after another.
+
+    They go in straight legs that take equal shares of the load factor, the first from where they are.
+    """
+
+    lateral: ClassVar = "fixed"
+
+    path: tuple[tuple[float, float, float], ...] = key(
+        "a list of one displacement x, y, z in m or more",
+        unit="m",
+        standing="choice",
+        source="of a case of verification; none for a knit",
+        checked="none",
+        min_length=1,
+    )
