@@ -149,7 +149,7 @@ def test_plugins_of_the_configuration_are_imported(knitstudy, config, monkeypatc
 def test_check_prints_keys_of_the_kind_alone(knitstudy, config):
     keys = {row[0] for row in table(knitstudy("check", "rom3d-a", "--config", config))}
     assert {"mesh.beam_size", "rom.joint", "rom.contacts_from"} <= keys
-    assert not {"mesh.size", "contact.friction", "tie.tolerance", "beam.tie", "pair.angle"} & keys
+    assert not {"mesh.size", "contact.friction", "beam.tie", "pair.angle"} & keys
 
 
 @pytest.mark.parametrize("command", ["run", "check", ("export", "--dialect", "abaqus")])
