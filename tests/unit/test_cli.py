@@ -230,7 +230,7 @@ def simulated(monkeypatch, knit):
 
     def simulate(scene, folder, **options):
         asked.update(scene=scene, folder=folder, **options)
-        return Results(scene, None, geometry(knit), path=folder / "dns" / "a.nc")
+        return Results(scene, None, geometry(knit), path=folder / "simulation" / "a.nc")
 
     monkeypatch.setattr("knitstudy.stages.simulate.simulate", simulate)
     return asked
@@ -242,7 +242,7 @@ def test_run(knitstudy, config, simulated, monkeypatch):
         "run", "dns-a", "--config", config, "--set", "load.strain=1e-2", "-o", "mine", "--threads", "2"
     )
     assert ["loops", "3", "1"] in table(result)
-    assert "mine/dns/a.nc:" in result.stderr
+    assert "mine/simulation/a.nc:" in result.stderr
     assert simulated["scene"].load.strain == 0.01
     assert (str(simulated["folder"]), simulated["config"], simulated["anew"]) == ("mine", config, False)
 

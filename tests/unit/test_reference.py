@@ -273,7 +273,7 @@ def test_nothing_is_kept_of_nothing(copy, sources):
 def test_only_simulations_that_are_up_to_date_are_kept(config, sources, tmp_path):
     """Their digests say so: one of the history and one of the contacts."""
     history, contacts = (next(iter(sources[name].values())) for name in ("ways", "ways_contacts"))
-    plan, steps = Plan.of(config), [STAGES.find("dns"), STAGES.find("contacts")]
+    plan, steps = Plan.of(config), [STAGES["simulation"], STAGES["contacts"]]
     scenes = {"dns-a": plan.scenes["dns-a"]}
     assert kept.found(scenes, tmp_path, config).empty
     for digests, there in (([None, "old"], False), ([None, None], True), (["old", None], False)):
