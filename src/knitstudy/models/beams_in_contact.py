@@ -19,8 +19,14 @@ from knitstudy.loading.load_path import load_path
 from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.loading.solve import Problem, follow
 from knitstudy.mechanics.beam_contact.approach import Curves
-from knitstudy.mechanics.beam_contact.contact import BeamContact, Places, Power, hertz
-from knitstudy.mechanics.beam_contact.model import TouchingBeams, TouchingState
+from knitstudy.mechanics.beam_contact.contact import (
+    BeamContact,
+    Places,
+    Power,
+    TouchingBeams,
+    TouchingState,
+    hertz,
+)
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.direct import LU

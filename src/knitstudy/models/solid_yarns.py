@@ -22,9 +22,9 @@ from knitstudy.loading.load_path import Motion, load_path
 from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.loading.solve import Problem, follow
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear import LinearSolver
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.linear.krylov import Krylov
-from knitstudy.mechanics.linear.solver import LinearSolver
 from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, InTurn, KnitStructure, ThreeScale
 from knitstudy.mechanics.model import Stabilisation, transformation
 from knitstudy.mechanics.solid import SolidModel, SolidState

@@ -14,8 +14,7 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.patch_compliance import missing
-from knitstudy.mechanics.spline_yarn.sampling import Sampling, locate
-from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace, yarn_space
+from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace, locate, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
 from knitstudy.mesh.grips import LOWER, UPPER, Grips
 from knitstudy.mesh.knit import ACROSS, crossing_stations
