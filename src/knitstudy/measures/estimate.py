@@ -63,7 +63,7 @@ def all_hold(found: Iterable[bool | None]) -> bool | None:
 
 # ---- Richardson's extrapolation of what refined discretisations give, and the limit that independent ones share
 # Roache 1998, Verification and Validation in Computational Science and Engineering, chapter 5; Aitken's, which needs no
-# order: Press and others 2007, Numerical Recipes, section 5.3. What the limits are used for: docs/reference.md.
+# order: Press and others 2007, Numerical Recipes, section 5.3. What the limits are used for: docs/notes/reference.md.
 
 
 SMALLEST = 1e-4

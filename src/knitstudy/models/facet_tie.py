@@ -1,6 +1,6 @@
 """Ties of facets (Fig. 2a of the paper): slave nodes follow the facet of the master yarn that they lie on.
 
-What commercial programs do; the tied area is that of facets, and shrinks with them (docs/ties.md).
+What commercial programs do; the tied area is that of facets, and shrinks with them (docs/theory.md).
 The yarn of the upper row is the slave. Tied are, at every crossing, the slave facet nearest to the master's tube
 (two where they are equally near) and all facets whose four nodes are within the tolerance. Their nodes are moved,
 free of strain, onto the master's surface: only then are the weights exact for rigid motions, and a tie carries no

@@ -12,7 +12,7 @@ COEFFICIENT = 0.0005
 
 
 class CalculixHexahedron(OnePointHexahedron):
-    """One-point hexahedron with the hourglass control that CalculiX 2.20 has (docs/calculix.md).
+    """One-point hexahedron with the hourglass control that CalculiX 2.20 has (docs/decks.md).
 
     Its hourglass vectors are orthogonal to the third coordinate only, so that linear fields and rigid
     rotations of a distorted element meet a small force: it does not pass the patch test, and is no element to
