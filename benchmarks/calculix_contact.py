@@ -87,7 +87,6 @@ def _scene(options: argparse.Namespace) -> Scene:
     }
     alike = {
         "yarn.material": "st_venant_kirchhoff",
-        "tie.rule": "facets",
         "solver.hourglass": CALCULIX_HOURGLASS * (1 + scene.yarn.poisson_ratio),
         "load.stops": [],
     }

@@ -259,8 +259,8 @@ def test_restart_files_keep_what_beams_in_contact_remember(scene, knit, tmp_path
 
 def test_springs_are_those_of_a_knit_of_another_size():
     scene, plan = load_scene("window-springs-isotropic-course-10x10"), Plan.of()
-    stage, source = plan.needs(STAGES.find("window"), scene)["springs"]
+    stage, source = plan.needs(STAGES["simulation"], scene)["springs"]
     assert (stage.name, source.name, source.pattern.loops) == ("contacts", "yarns-isotropic-course", 3)
     thinner = scene.replace("yarn.diameter", 1.7e-3)
-    _, source = plan.needs(STAGES.find("window"), thinner)["springs"]
+    _, source = plan.needs(STAGES["simulation"], thinner)["springs"]
     assert (source.pattern.loops, source.yarn.diameter) == (3, 1.7e-3)

@@ -181,7 +181,7 @@ def specimen_deck(scene: Scene, specimen: Knit | YarnPair, mesh: SweptMesh) -> D
     gripped = np.union1d(parts.ends.held, parts.ends.driven)
     return Deck(
         title=_title(scene, specimen),
-        nodes=tie.nodes,
+        nodes=parts.nodes,
         elements={
             f"YARN{yarn}": parts.connectivity[_yarn_elements(mesh, yarn)] for yarn in range(mesh.yarns)
         },
