@@ -20,7 +20,7 @@ from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.response import (
     RMS_U_Z,
     largest_out_of_plane,
-    out_of_plane_agreement,
+    out_of_plane_correlation,
     rms_out_of_plane,
     secant_stiffness,
 )
@@ -76,7 +76,7 @@ def comparison(history: xr.Dataset, dns: xr.Dataset, reference: Reference) -> di
         "force [N]": float(history["force"][-1]),
         "secant stiffness [N/m]": secant_stiffness(history),
         "largest |u_z| [m]": largest_out_of_plane(history),
-        SHAPE: out_of_plane_agreement(history, dns).correlation,
+        SHAPE: out_of_plane_correlation(history, dns),
     }
     estimates = {
         OVER_REFERENCE: reference.force_ratio(history),

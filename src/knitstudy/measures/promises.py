@@ -70,8 +70,8 @@ def corrected(
 
     The error of a discretisation where the reference knows it is taken to be the same here. Half of the correction is
     left open besides the uncertainty of the reference, as where limits are drawn (docs/notes/reference.md). Where
-    degrees 2 and 3 were both run, at the ends of both sweeps, the corrections differ by 0.7 % in force and 4 % in out-of-plane
-    motion at most.
+    degrees 2 and 3 were both run, at the ends of both sweeps, the corrections differ by 0.7 % in force and 4 % in
+    out-of-plane motion at most.
 
     Parameters
     ----------
