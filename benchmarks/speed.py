@@ -33,7 +33,6 @@ SCENES = {
 
 DISCRETISATIONS = {
     "": {},
-    ", incompatible modes": {"mesh.element": "incompatible_modes"},
     ", quadratic": {"mesh.element": "quadratic", "mesh.size": 0.6e-3, "mesh.refinement": 2},
     ", solid yarns": {"fidelity": "solid_yarns"},
     ", solid yarns p3": {"fidelity": "solid_yarns", "mesh.degree": 3, "mesh.crossing_degree": 3},

@@ -51,7 +51,7 @@ DEFAULTS = {
         "displacement": "interface",
         "section": "single",
     },
-    "beam": {"contact": "point", "section": "rigid", "tie": "rigid", "stiffness": 10.0},
+    "beam": {"section": "rigid", "tie": "rigid", "stiffness": 10.0},
     "outputs": [],
 }
 

@@ -68,11 +68,3 @@ def test_quadratic_hexahedra_tend_to_the_same(scene, rich, verify):
     verify.at_most(
         "tied cell on discs, limit of quadratic hexahedra against solid yarns", abs(limit / rich - 1), 0.01
     )
-
-
-def test_linear_hexahedra_enclose_it(scene, rich):
-    soft, stiff = (
-        force_of_hexahedra(scene, 0.3e-3, **{"mesh.element": name})
-        for name in ("one_point", "incompatible_modes")
-    )
-    assert 0.97 * rich < soft < rich < stiff < 1.08 * rich

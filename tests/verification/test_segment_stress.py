@@ -24,7 +24,6 @@ SMALL = 1e-5
 
 DISCRETISED = {
     "one_point": ({"fidelity": "dns", "mesh.element": "one_point"}, hexahedral),
-    "incompatible_modes": ({"fidelity": "dns", "mesh.element": "incompatible_modes"}, hexahedral),
     "quadratic": ({"fidelity": "dns", "mesh.element": "quadratic"}, hexahedral),
     "polynomials": ({"fidelity": "solid_yarns"}, polynomial),
 }

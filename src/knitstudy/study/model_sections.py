@@ -49,7 +49,7 @@ class SolidMesh(Section):
         ELEMENTS.allowed,
         standing="stated",
         source=("section 2.3: linear hexahedra with reduced integration; quadratic ones are the reference"),
-        checked="over quadratic, tied cell at 0.3 mm: one_point -3 %, incompatible_modes +5 % in force",
+        checked="over quadratic, tied cell at 0.3 mm: one_point -3 % in force",
     )
 
     @property
@@ -309,28 +309,17 @@ class Sliding(Section):
     )
 
 
-# ---- Contact of solid yarns that are polynomials times splines: its law, and where its points are
+# ---- Contact of solid yarns that are polynomials times splines: where its points are
 
 
 class PolynomialContact(SolidContact):
     """Contact of solid yarns without hexahedra, on their true surfaces.
 
-    By the law "indentation" the local indentation that polynomials cannot show is added in series, computed from their
-    own space; what stiffnesses, penetration and augmentations say is then of no effect.
+    The local indentation that polynomials cannot show is added in series, computed from their own space: stiffnesses,
+    penetration and augmentations have no effect.
     Cells of contact are as long as `cell` along the yarn within `window` of a crossing, and three times as long
     elsewhere; around they are `cell`.
     """
-
-    law: Literal["indentation", "penalty"] = key(
-        "indentation (what the space does not show of Hertz's, computed) or penalty (stiffnesses over E / h)",
-        standing="choice",
-        source=(
-            "numerical; on a penalty two crossing yarns of degree 2 to 4 resist with 1.2 to 1.7 times the force "
-            "(docs/notes/contact.md)"
-        ),
-        checked="both, of two crossing yarns (docs/notes/contact.md)",
-        default="indentation",
-    )
 
     cell: float = key(
         "a number from 0.05 to 0.5, in yarn radii",
@@ -651,17 +640,11 @@ class Springs(SpatialJoints):
 
 
 class Beam(Section):
-    """Contact at a "point" of every crossing or along a "line", of "rigid" or "hertz" sections; kind of ties.
+    """Contact at the closest points of every crossing, of "rigid" or "hertz" sections; kind of ties.
 
-    `stiffness` is the penalty of rigid sections, over E R of a point and over E of a line.
+    Section 3.3: only one contact node is captured for beams that are not parallel. `stiffness` is the penalty of rigid
+    sections, over E R.
     """
-
-    contact: Literal["point", "line"] = key(
-        "point (the closest points of a crossing) or line (points along the yarns)",
-        standing="inferred",
-        source="section 3.3: only one contact node is captured for beams that are not parallel",
-        checked="point and line (scenes beam-*)",
-    )
 
     section: Literal["rigid", "hertz"] = key(
         "rigid (a penalty) or hertz (the approach of two crossed cylinders)",
@@ -681,8 +664,8 @@ class Beam(Section):
     )
 
     stiffness: float = key(
-        "a number > 0 and <= 1e12, times E R of a point or E of a line",
-        unit="E R, or E",
+        "a number > 0 and <= 1e12, times E R",
+        unit="E R",
         standing="assumed",
         source="nothing printed; hard contact",
         checked="10 and 100 (scenes beam-*)",
