@@ -10,9 +10,8 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
-from knitstudy.mechanics.elements.element import ElementResponse, element
-from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.materials.material import FULL
+from knitstudy.mechanics.elements import ElementResponse, element
+from knitstudy.mechanics.materials import FULL, Material
 
 CORNERS = np.array(
     [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)],
