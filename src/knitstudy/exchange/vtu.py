@@ -386,7 +386,7 @@ def write_deformed(
     `knitstudy.exchange.vtu.write_solid_yarns` says.
     """
     specimen = read_specimen(geometry)
-    if scene.fidelity == "solid_yarns":
+    if scene.fidelity == "spline_yarns":
         write_solid_yarns(scene, path, specimen, history)
         return
     swept = SweptMesh.from_dataset(mesh)
