@@ -98,8 +98,7 @@ def message(config, monkeypatch):
         ("load.stops", "[1 %]", "the entry '1 %'", STOPS),
         # Choices that are not there.
         ("solver.linear", "LU", "'LU'", "auto, three_scale, amg or lu"),
-        ("mesh.element", "C3D8R", "'C3D8R'", "incompatible_modes (the best"),
-        ("tie.rule", "glue", "'glue'", "patch (a disc of tie.radius) or facets"),
+        ("mesh.element", "C3D8R", "'C3D8R'", "one_point (with hourglass"),
         ("pattern.keep", "width", "'width'", "shape, length or wale_spacing"),
         ("load.direction", "x", "'x'", "course or wale"),
         ("load.lateral", "no", "False", "fixed or free"),

@@ -72,18 +72,18 @@ def test_a_toy_law_goes_through_a_simulation(toys, pull):
 
 
 def test_names_say_what_they_mean():
-    assert {"one_point", "incompatible_modes"} <= set(ELEMENTS.names())
+    assert {"one_point", "quadratic"} <= set(ELEMENTS.names())
     assert {"hencky", "neo_hookean", "st_venant_kirchhoff"} <= set(LAWS.names())
     assert "one_point (with hourglass control)" in ELEMENTS.allowed()
 
 
 def test_only_some_elements_take_hourglass_control():
     assert ELEMENTS.find("one_point").hourglass
-    assert not ELEMENTS.find("incompatible_modes").hourglass
+    assert not ELEMENTS.find("quadratic").hourglass
 
 
 def test_an_unknown_name_is_answered_with_those_there_are():
-    with pytest.raises(ConfigurationError, match=r"mesh.element 'two_point'.*one_point.*incompatible_modes"):
+    with pytest.raises(ConfigurationError, match=r"mesh.element 'two_point'.*one_point.*quadratic"):
         ELEMENTS.find("two_point")
     with pytest.raises(ConfigurationError, match=r"yarn.material 'hooke'.*hencky"):
         Material("hooke", 1.0, 0.3)

@@ -112,7 +112,6 @@ def test_is_frozen_to_the_last_number(scene):
         ("rom.springs", "some", "averaged (one stiffness"),
         ("rom.displacement", "yarn", "interface or centreline"),
         ("rom.section", "tripled", "single or doubled"),
-        ("beam.contact", "area", "point (the closest"),
         ("beam.section", "soft", "rigid (a penalty) or hertz"),
         ("beam.stiffness", 0, "a number > 0"),
         ("mesh.size", float("inf"), "a finite number"),
@@ -232,17 +231,6 @@ def test_rows_and_columns_closer_than_a_diameter(scene, key):
         ConfigurationError, match=rf"pattern\.{key} is 0\.0018 m but must exceed yarn\.diameter"
     ):
         scene.replace(f"pattern.{key}", scene.yarn.diameter)
-
-
-def test_an_element_that_locks(scene):
-    nearly = scene.replace("yarn.poisson_ratio", 0.48)
-    with pytest.raises(
-        ConfigurationError,
-        match=r"yarn\.poisson_ratio is 0\.48 but must be at most 0\.47 where mesh\.element is incompatible_modes.*"
-        "use mesh.element 'quadratic'",
-    ):
-        nearly.replace("mesh.element", "incompatible_modes")
-    assert nearly.replace("mesh.element", "quadratic").mesh.element == "quadratic"
 
 
 def test_one_entry_of_free_for_every_control_point(scene):
@@ -392,7 +380,7 @@ def test_geometry_key_knows_what_determines_the_geometry(scene):
         assert scene.replace(key, value).geometry_key != scene.geometry_key
     for key, value in [("yarn.youngs_modulus", 1e9), ("load.strain", 0.01), ("mesh.size", 1e-3)]:
         assert scene.replace(key, value).geometry_key == scene.geometry_key
-    for key, value in [("interaction", "rough"), ("tie.tolerance", 0.1), ("load.stops", [0.01])]:
+    for key, value in [("interaction", "rough"), ("tie.radius", 0.1), ("load.stops", [0.01])]:
         assert scene.replace(key, value).geometry_key == scene.geometry_key
 
 

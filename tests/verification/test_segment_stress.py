@@ -24,7 +24,6 @@ SMALL = 1e-5
 
 DISCRETISED = {
     "one_point": ({"fidelity": "hexahedra", "mesh.element": "one_point"}, hexahedral),
-    "incompatible_modes": ({"fidelity": "hexahedra", "mesh.element": "incompatible_modes"}, hexahedral),
     "quadratic": ({"fidelity": "hexahedra", "mesh.element": "quadratic"}, hexahedral),
     "polynomials": ({"fidelity": "spline_yarns"}, polynomial),
 }

@@ -289,7 +289,7 @@ def touching_beams(
         curves.length,
     )
     yarn = scene.yarn
-    law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius, "point")
+    law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
     stick = STICK * yarn.youngs_modulus * yarn.radius
     contact = BeamContact(curves, pairs, yarn.radius, law, stick, scene.kind.interaction.friction(scene))
     return TouchingBeams(beams, network.station_node, network.station_offset, contact)

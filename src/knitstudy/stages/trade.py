@@ -22,7 +22,7 @@ from knitstudy.stages.plan import Plan
 from knitstudy.study.choice import GROWTH_KEPT, RESOURCES, TRADE_KEPT
 from knitstudy.study.configuration import CONFIG
 
-READ = ("dns", "rom", "beams", "contacts")
+READ = ("simulation", "contacts")
 """Stages that they are made from."""
 
 TRADE = Kept("trade", "trade", TRADE_KEPT, "Prices and errors", "make trade", READ)

@@ -49,7 +49,7 @@ class SolidMesh(Section):
         ELEMENTS.allowed,
         standing="stated",
         source=("section 2.3: linear hexahedra with reduced integration; quadratic ones are the reference"),
-        checked="over quadratic, tied cell at 0.3 mm: one_point -3 %, incompatible_modes +5 % in force",
+        checked="over quadratic, tied cell at 0.3 mm: one_point -3 % in force",
     )
 
     @property
@@ -185,7 +185,7 @@ class PolynomialMesh(Section):
 # ---- How yarns act on each other (section 2.2, Fig. 2 and Table 1)
 
 
-class PatchTie(Section):
+class Tie(Section):
     """The mean and the linear moments of two yarns' displacement on a disc are joined where they cross and are tied."""
 
     radius: float = key(
@@ -200,35 +200,6 @@ class PatchTie(Section):
         default=0.183,
         ge=0.05,
         le=0.8,
-    )
-
-
-class Tie(PatchTie):
-    """Ties by the rule "patch", or by that of commercial programs, "facets".
-
-    By "facets" all nodes of facets that are nearer than `tolerance` facet sizes follow the other yarn: an area that
-    shrinks with the mesh.
-    """
-
-    rule: Literal["patch", "facets"] = key(
-        "patch (a disc of tie.radius) or facets (those nearer than tie.tolerance)",
-        standing="choice",
-        source=(
-            "numerical; as elements become small the force of patches converges, and that of facets falls "
-            "to that of a joint in one point (docs/ties.md)"
-        ),
-        checked="both, on 6 to 18 elements across (docs/ties.md)",
-        default="facets",
-    )
-
-    tolerance: float = key(
-        "a number > 0 and <= 1, a share of the facet size",
-        unit="facet sizes",
-        standing="assumed",
-        source="Abaqus's default position tolerance, 5 % of the facet size; of the rule facets",
-        checked="0.05 to 1: force +27 % at 1 (docs/sensitivity.md)",
-        gt=0,
-        le=1,
     )
 
 
@@ -338,28 +309,17 @@ class Sliding(Section):
     )
 
 
-# ---- Contact of solid yarns that are polynomials times splines: its law, and where its points are
+# ---- Contact of solid yarns that are polynomials times splines: where its points are
 
 
 class PolynomialContact(SolidContact):
     """Contact of solid yarns without hexahedra, on their true surfaces.
 
-    By the law "indentation" the local indentation that polynomials cannot show is added in series, computed from their
-    own space; what stiffnesses, penetration and augmentations say is then of no effect.
+    The local indentation that polynomials cannot show is added in series, computed from their own space: stiffnesses,
+    penetration and augmentations have no effect.
     Cells of contact are as long as `cell` along the yarn within `window` of a crossing, and three times as long
     elsewhere; around they are `cell`.
     """
-
-    law: Literal["indentation", "penalty"] = key(
-        "indentation (what the space does not show of Hertz's, computed) or penalty (stiffnesses over E / h)",
-        standing="choice",
-        source=(
-            "numerical; on a penalty two crossing yarns of degree 2 to 4 resist with 1.2 to 1.7 times the force "
-            "(docs/contact.md)"
-        ),
-        checked="both, of two crossing yarns (docs/contact.md)",
-        default="indentation",
-    )
 
     cell: float = key(
         "a number from 0.05 to 0.5, in yarn radii",
@@ -680,17 +640,11 @@ class Springs(SpatialJoints):
 
 
 class Beam(Section):
-    """Contact at a "point" of every crossing or along a "line", of "rigid" or "hertz" sections; kind of ties.
+    """Contact at the closest points of every crossing, of "rigid" or "hertz" sections; kind of ties.
 
-    `stiffness` is the penalty of rigid sections, over E R of a point and over E of a line.
+    Section 3.3: only one contact node is captured for beams that are not parallel. `stiffness` is the penalty of rigid
+    sections, over E R.
     """
-
-    contact: Literal["point", "line"] = key(
-        "point (the closest points of a crossing) or line (points along the yarns)",
-        standing="inferred",
-        source="section 3.3: only one contact node is captured for beams that are not parallel",
-        checked="point and line (scenes beam-*)",
-    )
 
     section: Literal["rigid", "hertz"] = key(
         "rigid (a penalty) or hertz (the approach of two crossed cylinders)",
@@ -710,8 +664,8 @@ class Beam(Section):
     )
 
     stiffness: float = key(
-        "a number > 0 and <= 1e12, times E R of a point or E of a line",
-        unit="E R, or E",
+        "a number > 0 and <= 1e12, times E R",
+        unit="E R",
         standing="assumed",
         source="nothing printed; hard contact",
         checked="10 and 100 (scenes beam-*)",

@@ -82,8 +82,6 @@ class Kind:
         Whether it takes hourglass control.
     nodes : int
         Of an element: 8, or 20 with the middles of the edges.
-    largest_poisson_ratio : float
-        Beyond it the element locks.
     """
 
     name: str
@@ -91,7 +89,6 @@ class Kind:
     make: Callable[..., Elements]
     hourglass: bool = False
     nodes: int = 8
-    largest_poisson_ratio: float = 0.5
 
     def build(self, corners: np.ndarray, material: Material, hourglass: float) -> Elements:
         """Return a batch of elements; `hourglass` is for those that take it."""
