@@ -1,4 +1,4 @@
-"""What CalculiX's hexahedra and laws compute (docs/calculix.md), from single elements."""
+"""What CalculiX's hexahedra and laws compute (docs/decks.md), from single elements."""
 
 import numpy as np
 import pytest
@@ -50,7 +50,7 @@ def reaction(folder, corners, displacement, law="st_venant_kirchhoff", element="
 
 
 def predicted(corners, displacement):
-    """Force on node 6 by the formulas of docs/calculix.md."""
+    """Force on node 6 by the formulas of docs/decks.md."""
     mean, volume = np.zeros((8, 3)), 0.0
     for point in CORNER / np.sqrt(3):
         factor = 1 + CORNER * point

@@ -165,7 +165,7 @@ def require_deck(scene: Scene) -> None:
     if "deck" not in scene.kind.fidelity.outputs:
         raise ConfigurationError(
             f"scene {scene.name!r}: fidelity is {scene.fidelity} but must be hexahedra for a deck: other programs"
-            "polynomials over the section times splines along the yarn"
+            " have no polynomials over the section times splines along the yarn"
         )
 
 

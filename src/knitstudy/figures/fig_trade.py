@@ -1,4 +1,4 @@
-"""What accuracy costs: error against time of every model and knob, with the front of each case (docs/trade.md)."""
+"""What accuracy costs: error against time of every model and knob, with the front of each case (docs/accuracy.md)."""
 
 from __future__ import annotations
 

@@ -175,7 +175,7 @@ class Point:
 
 # ---- Errors that are small by luck: what has come out on one knit need not on others
 # Two errors that cancel make a model look surer than it is. Where one of them is known to be there, the error at most
-# is no smaller than without the other (docs/trade.md).
+# is no smaller than without the other (docs/accuracy.md).
 
 
 def bound_cheaper_settings(points: list[Point]) -> list[Point]:

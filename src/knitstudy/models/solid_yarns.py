@@ -187,7 +187,7 @@ def _transformation(parts: Discretisation) -> tuple[sp.csr_matrix | None, np.nda
 
 
 DIRECT_UNKNOWNS = 20_000
-"""Up to here sparse LU serves where iterations fail; beyond, its time and memory are too much (docs/performance.md)."""
+"""Largest size for sparse LU where iterations fail; its time and memory grow fast (docs/notes/performance.md)."""
 
 
 def simulate(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:

@@ -186,7 +186,7 @@ def _section_points(section: Section) -> tuple[np.ndarray, np.ndarray]:
 # What is averaged is the Cauchy stress, over the deformed volume of a segment: all of the yarns between the crossings
 # at its two ends, both yarns where two share a segment. The maximum principal stress is the largest by value, and its
 # direction an axis in space as the knit then is; `segment_rotation`, the rotation of the affine motion that fits the
-# segment best, takes it back to the undeformed knit (docs/principal_stress.md).
+# segment best, takes it back to the undeformed knit (docs/theory.md).
 
 
 EXTENTS = {"whole": 1.0, "middle": 0.5}

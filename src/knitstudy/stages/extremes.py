@@ -63,7 +63,7 @@ ROWS, RESULTS = Path("run/extremes"), Path("run/extremes/results")
 TABLE = Path("results/tables/extremes.csv")
 KEPT = Path("resources/extremes.csv")
 
-FIGURE, PICTURE = Path("results/figures/extremes.png"), Path("docs/extremes.webp")
+FIGURE, PICTURE = Path("results/figures/extremes.png"), Path("docs/notes/extremes.webp")
 """The map, and as a page holds it."""
 
 ENDED, REFUSED, STOPPED, TIME, SILENT = "ended", "refused", "stopped", "time", "silent"

@@ -206,7 +206,7 @@ PATIENCE = 60
 
 WASTE = 15
 """Iterations beyond those of a fresh preconditioner that may add up before it is made anew: as many as making one costs
-(16 on 30 x 30 loops), so that never more than twice the least is spent (docs/performance.md)."""
+(16 on 30 x 30 loops), so that never more than twice the least is spent (docs/notes/performance.md)."""
 
 
 class Preconditioner(Protocol):
