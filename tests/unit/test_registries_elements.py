@@ -43,7 +43,7 @@ def pull(plain_scene, knit_of):
     def pull(**changes):
         scene = plain_scene.vary(
             {
-                "fidelity": "dns",
+                "fidelity": "hexahedra",
                 "pattern.loops": 1,
                 "pattern.rows": 1,
                 "load.strain": 0.002,

@@ -25,7 +25,7 @@ SHARE, WEIGHT = np.polynomial.legendre.leggauss(3)
 def pair(plain_scene):
     keys = {
         "specimen": "pair",
-        "fidelity": "solid_yarns",
+        "fidelity": "spline_yarns",
         "pair.support": "ends",
         "outputs": ["fields", "vtu"],
     }

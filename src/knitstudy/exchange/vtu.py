@@ -107,7 +107,7 @@ def write_deformed(
 ) -> None:
     """Write the undeformed yarns of a scene with their displacement at full load; see also `write_spline_yarns`."""
     specimen = read_specimen(geometry)
-    if scene.fidelity == "solid_yarns":
+    if scene.fidelity == "spline_yarns":
         write_spline_yarns(scene, path, specimen, history)
         return
     swept = SweptMesh.from_dataset(mesh)

@@ -191,7 +191,7 @@ DIRECT_UNKNOWNS = 20_000
 
 
 def simulate(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
-    """Return the history of a scene of fidelity "dns".
+    """Return the history of a scene of solid yarns.
 
     Parameters
     ----------
@@ -216,7 +216,7 @@ def run(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair, how: Run = IN_
 
 
 def problem(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Problem:
-    """Return a scene of fidelity "dns" as a problem.
+    """Return a scene of solid yarns as a problem.
 
     Raises
     ------

@@ -115,7 +115,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
     """
     if scene.value("pair.support") == "back":
         raise ConfigurationError(
-            "pair.support is 'back' but must be ends where fidelity is solid_yarns: half of a surface is no set of "
+            "pair.support is 'back' but must be ends where fidelity is spline_yarns: half of a surface is no set of "
             "unknowns there"
         )
     spans = yarn_spans(scene, specimen)

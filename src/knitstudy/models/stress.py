@@ -192,7 +192,7 @@ EXTENTS = {"whole": 1.0, "middle": 0.5}
 """Share of every piece of yarn, about its middle, that is averaged over; what judges is the whole piece."""
 
 
-CELL_STRESS = {"dns": hexahedral_cell_stress, "solid_yarns": spline_cell_stress}
+CELL_STRESS = {"hexahedra": hexahedral_cell_stress, "spline_yarns": spline_cell_stress}
 """Stress of cells by fidelity."""
 
 
