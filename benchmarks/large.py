@@ -41,7 +41,7 @@ CASES = {
 }
 
 CHANGES = {
-    "fidelity": "solid_yarns",
+    "fidelity": "spline_yarns",
     "load.stops": [],
     "outputs": [],
 }

@@ -165,7 +165,7 @@ def test_beams_touch_where_yarns_are_neither_tied_nor_solid(scene, knit):
     window = window_of(scene, knit)
     network = surroundings(scene, knit, window, None)
     touching = touching_beams(scene, knit, window, network, network.model(scene.yarn, "curved"))
-    assert len(touching.contact.crossing.weight) == 12 - 4  # of the row that is not tied
+    assert len(touching.contact.crossing.start) == 12 - 4  # of the row that is not tied
     assert len(network.springs.ends) == 24
     # At rest closest points are those of the crossings: relabelled yarns have kept their places.
     points = touching.points(touching.start())

@@ -91,7 +91,7 @@ def main(traceback: bool) -> None:
     knitstudy show results/simulation/rom3d-tie-course.nc
     knitstudy export dns-tie-course --dialect calculix
 
-    The whole study, with its figures and its report, is `make study`. The same functions from Python: docs/example.md.
+    The whole study, with its figures and its report, is `make study`. The same functions from Python: docs/tutorial.md.
     Status: 0 done, 1 something must be mended (one message says what), 2 the command was not understood, 130 stopped.
     """
 

@@ -37,12 +37,12 @@ from knitstudy.files import replacing, write_table
 from knitstudy.loading.restart import Progress
 from knitstudy.measures.history_checks import (
     faults,
-    hourglass,
+    hourglass_share_when_loaded,
     is_unloaded,
+    largest_residual,
     ledger_gap,
-    left_open,
+    ledger_gap_at_end,
     penetration,
-    unbalanced,
     unbalanced_contact,
 )
 from knitstudy.report.screen import save_for_screen
@@ -63,7 +63,7 @@ ROWS, RESULTS = Path("run/extremes"), Path("run/extremes/results")
 TABLE = Path("results/tables/extremes.csv")
 KEPT = Path("resources/extremes.csv")
 
-FIGURE, PICTURE = Path("results/figures/extremes.png"), Path("docs/extremes.webp")
+FIGURE, PICTURE = Path("results/figures/extremes.png"), Path("docs/notes/extremes.webp")
 """The map, and as a page holds it."""
 
 ENDED, REFUSED, STOPPED, TIME, SILENT = "ended", "refused", "stopped", "time", "silent"
@@ -199,12 +199,12 @@ def measured(history: xr.Dataset, scene: Scene) -> dict[str, Any]:
         "unknowns [1]": int(history.attrs["unknowns"]),
         "force [N]": force,
         "force over E R2 [1]": force / (scene.yarn.youngs_modulus * scene.yarn.radius**2),
-        "balance [1]": unbalanced(history),
+        "balance [1]": largest_residual(history),
     }
     if not is_unloaded(history, scene):
-        row["ledger [1]"], row["ledger at full load [1]"] = ledger_gap(history), left_open(history)
+        row["ledger [1]"], row["ledger at full load [1]"] = ledger_gap(history), ledger_gap_at_end(history)
         if scene.value("gates.hourglass") is not None:
-            row["hourglass [1]"] = hourglass(history)
+            row["hourglass [1]"] = hourglass_share_when_loaded(history)
     if "smallest_gap" in history:
         row["penetration over R [1]"] = penetration(history) / scene.yarn.radius
     if "yarn_force" in history:

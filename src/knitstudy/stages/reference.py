@@ -98,8 +98,8 @@ def keep(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, code: st
     reference = limits(all_values, scenes)
     of = all_values.groupby("scene")[["code", "made"]].first()
     marks = {}
-    for problem, found_ways in refinement_series_of(scenes[name] for name in of.index).items():
-        behind = of.loc[[name for way in found_ways for name in way.simulated]]
+    for problem, found_series in refinement_series_of(scenes[name] for name in of.index).items():
+        behind = of.loc[[scene.name for each in found_series for scene in each.scenes]]
         marks[problem] = SEPARATOR.join(sorted(set(behind["code"]))), behind["made"].max()
     if not reference.empty:
         reference["code"], reference["made"] = zip(*reference["problem"].map(marks), strict=True)

@@ -33,7 +33,7 @@ GROWTH = Kept("full", "domain_growth", GROWTH_KEPT, "Laws of growth", "make trad
 PROMISES_KEPT = RESOURCES / "trade_promise.csv"
 """Of `knitstudy.stages.promise`."""
 
-PAGE = Path("docs/trade.md")
+PAGE = Path("docs/accuracy.md")
 
 PICTURES = "fig_trade_"
 """What names of its figures begin with."""
