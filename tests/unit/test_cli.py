@@ -6,9 +6,9 @@ import pytest
 from click.testing import CliRunner
 from synthetic import geometry
 
-from knitstudy.cli.export import export
+from knitstudy.cli.console import plain, shortened
 from knitstudy.cli.main import main
-from knitstudy.cli.output import plain, shortened
+from knitstudy.cli.results import export
 from knitstudy.errors import ConvergenceError
 from knitstudy.exchange.dialects import DIALECTS
 from knitstudy.files import write_dataset

@@ -65,14 +65,13 @@ def digest_of_report(wildcards):
 @cache
 def notes():
     """Return what the report says of a reference and of verdicts that were kept by other code than today's."""
-    from knitstudy.stages import reference
-    from knitstudy.stages.verdicts import VERDICTS
+    from knitstudy.stages.kept_tables import REFERENCE, VERDICTS, code_behind, reference_warning
 
     try:
         said = [VERDICTS.warning(VERDICTS.path, VERDICTS.digest_wanted(PLAN, CONFIG))]
         if names := load_study("reference", CONFIG):
-            code = reference.code_behind(PLAN.scenes[name] for name in names)
-            said.append(reference.warning(reference.KEPT, code))
+            code = code_behind(PLAN.scenes[name] for name in names)
+            said.append(reference_warning(REFERENCE, code))
     except KnitstudyError as error:
         stop(error)
     return [each for each in said if each]
