@@ -41,7 +41,7 @@ CASES = {
 }
 
 CHANGES = {
-    "fidelity": "solid_yarns",
+    "fidelity": "spline_yarns",
     "load.stops": [],
     "outputs": [],
 }
@@ -74,8 +74,8 @@ def here(scene: dict, restart: str) -> dict:
     wanted = Scene.from_dict(scene)
     measure.ready()
     resumed = Path(restart).exists()
-    geometry = STAGES.find("geometry").load()(wanted)
-    mesh = STAGES.find("mesh").load()(wanted, geometry)
+    geometry = STAGES["geometry"].function(wanted)
+    mesh = STAGES["mesh"].function(wanted, geometry)
     problem = dns.problem(wanted, SweptMesh.from_dataset(mesh), read_specimen(geometry))
     setup = problem.meter.read().seconds
     run = Run(restart=Path(restart))

@@ -37,7 +37,6 @@ EARLY = 0.02
 TIE = {
     "mesh.size": (0.6e-3, 0.45e-3, 0.36e-3, 0.3e-3, 0.225e-3),
     "mesh.growth": (1.0, 1.5),
-    "mesh.element": ("incompatible_modes",),
     "solver.hourglass": (0.0025, 0.01, 0.05),
     "solver.increments": (5, 20, 40),
     "pattern.clearance": (0.005, 0.02, 0.04),
@@ -47,7 +46,6 @@ TIE = {
 
 CONTACT = {
     "mesh.size": (0.6e-3, 0.45e-3, 0.36e-3, 0.3e-3),
-    "mesh.element": ("incompatible_modes",),
     "solver.increments": (24, 48),
     "pattern.clearance": (0.005, 0.02),
     "contact.normal_stiffness contact.tangential_stiffness": (3, 30),

@@ -98,7 +98,7 @@ def plain_scene():
                 "displacement": "interface",
                 "section": "single",
             },
-            "beam": {"contact": "point", "section": "rigid", "tie": "rigid", "stiffness": 10.0},
+            "beam": {"section": "rigid", "tie": "rigid", "stiffness": 10.0},
             "outputs": [],
         },
     )

@@ -69,7 +69,7 @@ def test_a_knit_is_pulled_along_the_course(plain_scene, knit):
 
 
 def test_a_pair_follows_its_path(plain_scene):
-    pair = plain_scene.vary({"specimen": "pair", "fidelity": "dns", "load.path": CORNERS.tolist()})
+    pair = plain_scene.vary({"specimen": "pair", "fidelity": "hexahedra", "load.path": CORNERS.tolist()})
     motion = load_path(pair, YarnPair(0.9e-3, 90.0, 5e-3, 0.01))
     assert motion.corners == QUARTERS
     np.testing.assert_array_equal(motion.displacement, CORNERS)

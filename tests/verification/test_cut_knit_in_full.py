@@ -36,7 +36,7 @@ def test_wale_tension_of_a_row(plain_scene, knit_of, gripped_to_the_cuts, verify
     """
     scene = plain_scene.vary(
         {
-            "fidelity": "solid_yarns",
+            "fidelity": "spline_yarns",
             "interaction": interaction,
             "load.direction": "wale",
             "load.strain": 0.03,

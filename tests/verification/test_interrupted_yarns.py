@@ -16,8 +16,8 @@ from knitstudy.study.configuration import load_scene
 def begin(request):
     """Return the problem of a cell anew: nothing of an earlier run is left."""
     scene = load_scene(request.param).vary({"solver.increments": 6})
-    geometry = STAGES.find("geometry").load()(scene)
-    mesh = STAGES.find("mesh").load()(scene, geometry)
+    geometry = STAGES["geometry"].function(scene)
+    mesh = STAGES["mesh"].function(scene, geometry)
     return lambda: dns.problem(scene, SweptMesh.from_dataset(mesh), read_specimen(geometry))
 
 

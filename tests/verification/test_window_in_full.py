@@ -24,7 +24,7 @@ def forces(history, crossings):
 
 def test_centre_cell_of_nine(pulled, knit, verify):
     """Forces of the ties in the centre cell are those of the full simulation, and so is the force of the grips."""
-    full = dns.run(pulled.replace("fidelity", "solid_yarns"), sampled_sections(knit), knit)
+    full = dns.run(pulled.replace("fidelity", "spline_yarns"), sampled_sections(knit), knit)
     window = solve_load_path(problem(pulled, knit))
     chosen = np.flatnonzero(window["window_crossing"])
     ours, theirs = forces(window, chosen), forces(full, chosen)
@@ -42,7 +42,7 @@ def test_cell_that_is_window_as_a_whole(pulled, knit_of, verify):
     """With nothing but the ends of yarns left to beams, a cell resists as solid yarns do."""
     scene = pulled.vary({"pattern.loops": 1, "pattern.rows": 1})
     knit = knit_of(scene)
-    full = dns.run(scene.replace("fidelity", "solid_yarns"), sampled_sections(knit), knit)
+    full = dns.run(scene.replace("fidelity", "spline_yarns"), sampled_sections(knit), knit)
     window = solve_load_path(problem(scene, knit))
     verify.within(
         "window, one tied cell: force of the grips",

@@ -17,7 +17,7 @@ from knitstudy.loading.load_path import Motion, place_on_path
 from knitstudy.loading.restart import IN_MEMORY, Checkpoint, Run
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.solver import LinearSolver
+from knitstudy.mechanics.linear import LinearSolver
 from knitstudy.mechanics.model import Model
 from knitstudy.mechanics.newton import trace
 from knitstudy.study.scene import Scene

@@ -1,4 +1,4 @@
-"""A cell of an endless knit: forces per width and stiffness without grips and edges (docs/periodic_cell.md)."""
+"""A cell of an endless knit: forces per width and stiffness without grips and edges (docs/theory.md)."""
 
 from __future__ import annotations
 

@@ -179,7 +179,7 @@ def contact_surfaces(scene: Scene, space: Space, specimen: Knit | YarnPair) -> t
     along = []
     for number, yarn in enumerate(space.yarns):
         stations = np.sort(crossings.arc_length[crossings.yarn == number])
-        if keys and keys.law == "indentation":
+        if keys:
             _require_apart(stations, window, radius)
         along.append(_edges(yarn.spline.knots[-1], stations, window, cell))
     surfaces = Cylinders(space, radius, along, int(np.ceil(2 * np.pi * radius / cell)))
@@ -209,7 +209,6 @@ def _require_apart(stations: np.ndarray, window: float, radius: float) -> None:
     nearest = np.diff(stations).min(initial=np.inf)
     if nearest < window:
         raise ConfigurationError(
-            f"contact.law is 'indentation', but two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, "
-            f"less than contact.window, {window / radius:.2f}: what each indents would count twice; use contact.law "
-            "'penalty' or a smaller contact.window"
+            f"two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, less than contact.window, "
+            f"{window / radius:.2f}: what each indents would count twice; use a smaller contact.window"
         )

@@ -13,8 +13,7 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.gates import require_elements_across
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
-from knitstudy.mechanics.elements.hexahedron import shape, shape_gradient
-from knitstudy.mechanics.elements.inverse_map import InverseMap
+from knitstudy.mechanics.elements.hexahedron import InverseMap, shape, shape_gradient
 from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape, quadratic_shape_gradient
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.grips import Grips, grips

@@ -22,9 +22,9 @@ from knitstudy.loading.load_path import Motion, load_path
 from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear import LinearSolver
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.linear.krylov import Krylov
-from knitstudy.mechanics.linear.solver import LinearSolver
 from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, InTurn, KnitStructure, ThreeScale
 from knitstudy.mechanics.model import Stabilisation, transformation
 from knitstudy.mechanics.solid import SolidModel, SolidState
@@ -187,11 +187,11 @@ def _transformation(parts: Discretisation) -> tuple[sp.csr_matrix | None, np.nda
 
 
 DIRECT_UNKNOWNS = 20_000
-"""Up to here sparse LU serves where iterations fail; beyond, its time and memory are too much (docs/performance.md)."""
+"""Largest size for sparse LU where iterations fail; its time and memory grow fast (docs/notes/performance.md)."""
 
 
 def simulate(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
-    """Return the history of a scene of fidelity "dns".
+    """Return the history of a scene of solid yarns.
 
     Parameters
     ----------
@@ -216,7 +216,7 @@ def run(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair, how: Run = IN_
 
 
 def problem(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Problem:
-    """Return a scene of fidelity "dns" as a problem.
+    """Return a scene of solid yarns as a problem.
 
     Raises
     ------

@@ -13,8 +13,7 @@ from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.columns import STRESSES
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.materials.material import VOIGT
+from knitstudy.mechanics.materials import VOIGT, Material
 from knitstudy.mechanics.solid import cauchy_stress, principal_axes
 from knitstudy.mechanics.spline_yarn.space import YarnSpace, deformation_gradient, sections
 from knitstudy.mesh.section import Section
@@ -186,14 +185,14 @@ def _section_points(section: Section) -> tuple[np.ndarray, np.ndarray]:
 # What is averaged is the Cauchy stress, over the deformed volume of a segment: all of the yarns between the crossings
 # at its two ends, both yarns where two share a segment. The maximum principal stress is the largest by value, and its
 # direction an axis in space as the knit then is; `segment_rotation`, the rotation of the affine motion that fits the
-# segment best, takes it back to the undeformed knit (docs/principal_stress.md).
+# segment best, takes it back to the undeformed knit (docs/theory.md).
 
 
 EXTENTS = {"whole": 1.0, "middle": 0.5}
 """Share of every piece of yarn, about its middle, that is averaged over; what judges is the whole piece."""
 
 
-CELL_STRESS = {"dns": hexahedral_cell_stress, "solid_yarns": spline_cell_stress}
+CELL_STRESS = {"hexahedra": hexahedral_cell_stress, "spline_yarns": spline_cell_stress}
 """Stress of cells by fidelity."""
 
 

@@ -118,7 +118,7 @@ def _sums(parts: Discretisation, points: np.ndarray, yarn: np.ndarray, factor: n
 #
 #     1/2 k_0 |mean u|^2 + 1/2 k_1 (|mean 2 xi u / a|^2 + |mean 2 eta u / a|^2),
 #
-# xi, eta on a disc of radius a. Formulation, and why so: docs/ties.md.
+# xi, eta on a disc of radius a. Formulation: docs/theory.md.
 
 
 STIFFNESS = 100.0
@@ -132,7 +132,7 @@ WIDEST_STEP = 0.5
 
 NARROWEST = 0.25
 """Least radius of a disc, in elements. At 0.3 the force of a cell is 6 % (one point) to 15 % too large
-(docs/ties.md)."""
+(docs/notes/ties.md)."""
 
 BESIDE = 1.5
 """Distance from the middle of a disc, in its radii, beyond which the yarns are not held by it."""
