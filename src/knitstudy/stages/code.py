@@ -10,7 +10,7 @@ import ast
 import gc
 import hashlib
 import sysconfig
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec, resolve_name
@@ -44,11 +44,11 @@ BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
 
 @dataclass(frozen=True)
 class Module:
-    """A module: its file, the digest of its instructions, and the dotted names that it may import."""
+    """A module: its file, the dotted names that it may import, and the digest of its instructions."""
 
     path: Path
-    digest: str
     imports: tuple[str, ...]
+    digest: str
 
 
 @cache
@@ -141,21 +141,32 @@ def _packages_around(name: str) -> list[str]:
 
 @cache
 def _read(path: Path, name: str) -> Module:
-    text = path.read_text(encoding="utf-8")
     collecting = gc.isenabled()
     gc.disable()  # a syntax tree is many objects that all live: looking for garbage takes most of the time
     try:
-        imports = _imported(ast.parse(text), name if path.name == "__init__.py" else name.rpartition(".")[0])
-        return Module(path, text_digest(text), tuple(imports))
+        tree = ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+        imports = _imported(tree, name if path.name == "__init__.py" else name.rpartition(".")[0])
+        return Module(path, tuple(imports), tree_digest(tree))
     finally:
         if collecting:
             gc.enable()
 
 
-def text_digest(text: str) -> str:
-    """Return a digest of the instructions of a module: comments, docstrings and layout are not among them."""
-    code = compile(text, "", "exec", optimize=2, dont_inherit=True)
+def tree_digest(tree: ast.Module) -> str:
+    """Return a digest of the instructions of a syntax tree, from which docstrings are taken."""
+    for node in _statements(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            # A text that stands alone documents: of fields and constants as well.
+            node.body = [each for each in node.body if not _is_text(each)] or [
+                ast.Pass(lineno=1, col_offset=0)
+            ]
+    code = compile(tree, "", "exec", dont_inherit=True)
     return hashlib.sha256(repr(_essence(code)).encode()).hexdigest()
+
+
+def _is_text(node: ast.stmt) -> bool:
+    value = node.value if isinstance(node, ast.Expr) else None
+    return isinstance(value, ast.Constant) and isinstance(value.value, str)
 
 
 def _essence(value: Any) -> Any:
@@ -172,11 +183,9 @@ def _essence(value: Any) -> Any:
 
 def _imported(tree: ast.Module, package: str) -> Iterator[str]:
     """Yield the names that a module imports, but under TYPE_CHECKING: of modules, and of what may be one in them."""
-    waiting: list[ast.AST] = [tree]
-    while waiting:
-        node = waiting.pop()
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
-            continue
+    for node in _statements(
+        tree, lambda node: isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+    ):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -185,6 +194,18 @@ def _imported(tree: ast.Module, package: str) -> Iterator[str]:
             )
             yield base
             yield from (f"{base}.{alias.name}" for alias in node.names)
+
+
+def _statements(
+    tree: ast.Module, without: Callable[[ast.AST], bool] = lambda node: False
+) -> Iterator[ast.AST]:
+    """Yield a tree and all statements in it, but for some and those in them."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        if without(node):
+            continue
+        yield node
         for block in BLOCKS:
             held = getattr(node, block, ())
             waiting.extend(held if isinstance(held, list) else ())  # an expression's body is no list

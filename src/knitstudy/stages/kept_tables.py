@@ -274,7 +274,7 @@ def keep_values(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, c
     of = all_values.groupby("scene")[["code", "made"]].first()
     marks = {}
     for problem, series in refinement_series_of(scenes[name] for name in of.index).items():
-        behind = of.loc[[name for each in series for name in each.simulated]]
+        behind = of.loc[[scene.name for each in series for scene in each.scenes]]
         marks[problem] = SEPARATOR.join(sorted(set(behind["code"]))), behind["made"].max()
     if not reference.empty:
         reference["code"], reference["made"] = zip(*reference["problem"].map(marks), strict=True)
