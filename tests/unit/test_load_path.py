@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.pair import YarnPair
+from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.loading.load_path import Motion, load_path, place
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.study.problem_sections import Path
@@ -63,7 +63,7 @@ def test_a_knit_is_pulled_along_the_course(plain_scene, knit):
 
 def test_a_pair_follows_its_path(plain_scene):
     pair = plain_scene.vary({"specimen": "pair", "fidelity": "dns", "load.path": CORNERS.tolist()})
-    motion = load_path(pair, YarnPair(0.9e-3, 90.0, 5e-3, 0.01))
+    motion = load_path(pair, yarn_pair(0.9e-3, 90.0, 5e-3, 0.01))
     assert motion.corners == QUARTERS
     np.testing.assert_array_equal(motion.displacement, CORNERS)
     assert (motion.axis, motion.length) == (2, 1.8e-3)
@@ -72,7 +72,7 @@ def test_a_pair_follows_its_path(plain_scene):
 def test_a_knit_is_pulled_along_the_wale(plain_scene, knit):
     motion = load_path(plain_scene.replace("load.direction", "wale"), knit)
     np.testing.assert_allclose(motion.at(0.5), [0, 0.025 * knit.height, 0])
-    assert (motion.axis, motion.length) == (1, 3 * knit.loop.course_spacing)
+    assert (motion.axis, motion.length) == (1, 3 * knit.cell[1])
 
 
 @pytest.mark.parametrize(("factor", "leg"), [(0.0, 1), (0.25, 1), (0.26, 2), (0.75 + 1e-15, 3), (1.0, 4)])

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from knitstudy.mechanics.model import transformation
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.discretisation import distance_to_tube, project_on_tube
 from knitstudy.models.facet_tie import facet_size, tie_crossings
 
@@ -14,7 +14,7 @@ def knit(plain_scene, knit_of):
 
 @pytest.fixture(scope="module")
 def mesh(knit):
-    return mesh_knit(knit, 0.6e-3)
+    return mesh_fabric(knit, 0.6e-3)
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ import pytest
 from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
+from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.loop import Loop
-from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.calculix_one_point import CalculixHexahedron
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
@@ -19,7 +19,7 @@ from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.model import transformation
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.discretisation import discretised
 from knitstudy.models.facet_tie import tie_crossings
 from knitstudy.models.ties import tie_patches
@@ -50,14 +50,14 @@ def knit():
         [wale * t / (2 * np.pi) + bulge * np.sin(2 * t), -0.5 * height * np.cos(t), -depth * np.cos(2 * t)],
         axis=1,
     )
-    distance = Knit(Loop(points, wale, course, 0.8e-3), 1, 1).crossings.distance
+    distance = plain_knit(Loop(points, wale, course, 0.8e-3), 1, 1).crossings.distance
     clearance = 0.01
-    return Knit(Loop(points, wale, course, distance.min() / (2 + clearance), clearance), 1, 1)
+    return plain_knit(Loop(points, wale, course, distance.min() / (2 + clearance), clearance), 1, 1)
 
 
 @pytest.fixture(scope="module")
 def mesh(knit):
-    return mesh_knit(knit, SIZE, growth=1.3)
+    return mesh_fabric(knit, SIZE, growth=1.3)
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +85,7 @@ def pulled_here(knit, mesh, tie, element, *options):
     number[retained] = np.arange(len(retained))
     held, driven = (3 * number[mesh.end_nodes(side)][:, None] + np.arange(3) for side in ("left", "right"))
     value = np.zeros((len(driven), 3))
-    value[:, 0] = STRAIN * knit.loops * knit.loop.wale_spacing
+    value[:, 0] = STRAIN * knit.cells[0] * knit.cell[0]
     drive = PrescribedDisplacement(
         np.concatenate([held.ravel(), driven.ravel()]), np.append(np.zeros(held.size), value.ravel())
     )

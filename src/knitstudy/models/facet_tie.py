@@ -18,8 +18,7 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.discretisation import Faces, distance_to_tube, linear_faces, project_on_tube
 
@@ -128,7 +127,7 @@ class FacetTie:
 
 def tie_crossings(
     mesh: SweptMesh,
-    knit: Knit | YarnPair,
+    knit: Fabric,
     tolerance: float,
     tied: np.ndarray | None = None,
     faces: Faces | None = None,
@@ -138,7 +137,7 @@ def tie_crossings(
     Parameters
     ----------
     mesh : SweptMesh
-    knit : Knit or YarnPair
+    knit : Fabric
     tolerance : float
         Gap beyond the clearance within which nodes count as touching, as a share of the facet size.
     tied : ndarray of bool, shape (K,), optional
@@ -207,7 +206,7 @@ def _facet_areas(corners: np.ndarray) -> np.ndarray:
 
 
 def _tie_row(
-    mesh: SweptMesh, knit: Knit | YarnPair, row: int, here: np.ndarray, reach: float
+    mesh: SweptMesh, knit: Fabric, row: int, here: np.ndarray, reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return tied facets (f,) of the upper yarn of an interlock row at crossings `here`, and the crossing of each."""
     middle = cKDTree(knit.crossings.point[here].mean(axis=1))
@@ -229,7 +228,7 @@ def _tie_row(
     return candidates[tied], here[owner[tied]]
 
 
-def _parameter(knit: Knit | YarnPair, row: int, crossing: np.ndarray) -> np.ndarray:
+def _parameter(knit: Fabric, row: int, crossing: np.ndarray) -> np.ndarray:
     """Return the spline parameters (k,) of crossings on the lower yarn of a row."""
     return knit.centrelines[row].parameter(knit.crossings.arc_length[crossing, 0])
 
@@ -256,7 +255,7 @@ def _between(values: np.ndarray, first: np.ndarray, along: np.ndarray) -> np.nda
 
 
 def _facets_under(
-    mesh: SweptMesh, knit: Knit | YarnPair, yarn: int, points: np.ndarray, guess: np.ndarray
+    mesh: SweptMesh, knit: Fabric, yarn: int, points: np.ndarray, guess: np.ndarray
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
     """Return the facet (k,) of a yarn that points (k, 3) lie radially over, and where: shares along and around it."""
     centreline = knit.centrelines[yarn]

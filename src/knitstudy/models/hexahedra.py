@@ -8,8 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.contacts.facets import Rings
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import fewest_across, require_elements_across
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
@@ -17,8 +16,8 @@ from knitstudy.mechanics.elements.hexahedron import shape, shape_gradient
 from knitstudy.mechanics.elements.inverse_map import InverseMap
 from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape, quadratic_shape_gradient
 from knitstudy.mechanics.materials import Material
-from knitstudy.mesh.grips import Grips, grips
 from knitstudy.mesh.memory import require_memory_to_simulate
+from knitstudy.mesh.mesher import Grips, grips
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.discretisation import Discretisation, Faces, linear_faces, serendipity, yarn_surfaces
@@ -68,7 +67,7 @@ def _lumped() -> np.ndarray:
 LUMPED = _lumped()
 
 
-def divide_quadratic(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+def divide_quadratic(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
     """Return the yarns of a scene as quadratic hexahedra, one for each of a swept mesh.
 
     Raises
@@ -162,7 +161,7 @@ def _faces_of(mesh: QuadraticMesh, yarn: int) -> slice:
 # ---- Solid yarns of hexahedra: linear ones here, quadratic ones in `quadratic_hexahedra`
 
 
-def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+def discretise(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
     """Return the yarns of a scene as hexahedra.
 
     Raises
@@ -178,7 +177,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
     return parts
 
 
-def divide(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+def divide(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
     """Return the yarns of a scene as hexahedra, whether or not they are fit to be simulated.
 
     Raises

@@ -201,7 +201,7 @@ STAGES.register(
         of=_solid,
         reads=("load.direction", "mesh.size", "mesh.growth", "mesh.refinement"),
         needs=lambda scene, named: {"geometry": ("geometry", scene)},
-        function="knitstudy.mesh.knit:mesh",
+        function="knitstudy.mesh.mesher:mesh",
         leaves="mesh/{scene}.nc",
     )
 )
