@@ -6,7 +6,7 @@ import yaml
 
 DEFAULTS = {
     "specimen": "knit",
-    "fidelity": "dns",
+    "fidelity": "hexahedra",
     "interaction": "tie",
     "pattern": {"loop": "loop.yaml", "loops": 3, "rows": 3, "clearance": 0.01},
     "pair": {"angle": 90.0, "length": 10e-3, "clearance": 0.01, "support": "back"},
@@ -25,7 +25,6 @@ DEFAULTS = {
         "beam_size": 0.5e-3,
         "section_law": "curved",
     },
-    "tie": {"tolerance": 0.05},
     "contact": {
         "friction": 0.76,
         "normal_stiffness": 10.0,
@@ -52,7 +51,7 @@ DEFAULTS = {
         "displacement": "interface",
         "section": "single",
     },
-    "beam": {"contact": "point", "section": "rigid", "tie": "rigid", "stiffness": 10.0},
+    "beam": {"section": "rigid", "tie": "rigid", "stiffness": 10.0},
     "outputs": [],
 }
 

@@ -79,7 +79,7 @@ def test_places_away_from_crossings_belong_to_none(facets, pair, mesh):
     along = np.linspace(0, mesh.stations[0][-1], 50)
     zero = np.zeros(50, dtype=int)
     crossing, side = facets.nearest(zero, zero + 1, along)
-    near = np.abs(along - pair.length / 2) <= REACH * RADIUS
+    near = np.abs(along - pair.centrelines[0].length / 2) <= REACH * RADIUS
     assert 0 < near.sum() < 50
     np.testing.assert_array_equal(crossing, np.where(near, 0, -1))
     assert not side.any()
@@ -109,7 +109,7 @@ def test_columns_are_those_of_the_format(touching):
     assert count > 10
     size = {"point": count, "xyz": 3, "grid": 2}
     for name, values in columns.items():
-        assert values.shape == tuple(size[dim] for dim in HISTORY[f"contact_{name}"].dims), name
+        assert values.shape == tuple(size[dim] for dim in HISTORY.table[f"contact_{name}"].dims), name
 
 
 def test_points_stick_and_slip_on_both_yarns(touching):

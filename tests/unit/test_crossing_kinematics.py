@@ -121,7 +121,7 @@ def test_contact_that_moves_around_and_along_a_straight_yarn(pair):
     """From the line of closest points by 0.1 about the lower yarn's tangent, and by 0.3 mm along it."""
     angle = np.array([0.0, 0.1])
     contact = np.zeros((2, 1, 2, 3))
-    contact[:, 0] = pair.middles
+    contact[:, 0] = pair.crossings.point[0]
     contact[:, 0, 0] += RADIUS * (np.cos(angle)[:, None] * Z - np.sin(angle)[:, None] * Y)
     contact[:, 0, 0, 0] += [0.0, 3e-4]
     contact[:, 0, 1, 2] -= RADIUS

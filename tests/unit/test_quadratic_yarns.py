@@ -7,8 +7,6 @@ from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.mechanics.elements.quadratic import EDGES
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models.discretisation import serendipity
-from knitstudy.models.facet_tie import tie_crossings
 from knitstudy.models.hexahedra import divide
 
 RADIUS, SIZE = 0.9e-3, 0.45e-3
@@ -30,7 +28,7 @@ def scene(plain_scene):
     return plain_scene.vary(
         {
             "specimen": "pair",
-            "fidelity": "dns",
+            "fidelity": "hexahedra",
             "pair.support": "ends",
             "interaction": "rough",
             "load.path": [[0.0, 0.0, -1e-5]],
@@ -47,12 +45,6 @@ def parts(scene, swept, pair):
 
 def moved(nodes, unity=1.0):
     return nodes @ exp(np.array([0.5, -0.3, 1.0])).T + unity * np.array([1e-3, 2e-3, -3e-3])
-
-
-def test_serendipity_is_one_at_its_node():
-    along = np.array([0, 0, 1, 1, 0, 0.5, 1, 0.5])
-    around = np.array([0, 1, 1, 0, 0.5, 1, 0.5, 0])
-    np.testing.assert_allclose(serendipity(along, around), np.eye(8), atol=1e-15)
 
 
 def test_what_is_seen_are_the_corners(parts):
@@ -96,24 +88,3 @@ def test_places_are_sums_of_nodes_that_move_with_the_yarn(parts):
     assert (parts.yarn[nodes] == 0).all()
     placed = np.einsum("ka,kai->ki", weights, moved(parts.nodes)[nodes])
     np.testing.assert_allclose(placed, moved(points), atol=1e-9 * RADIUS)
-
-
-@pytest.fixture(scope="module")
-def tie(parts, pair):
-    return tie_crossings(parts.mesh, pair, 0.05, faces=parts.faces)
-
-
-def test_slaves_are_all_nodes_of_tied_faces(parts, tie):
-    faces = parts.faces.of_yarn[1]
-    tied = np.isin(faces, tie.slave).all(axis=1)
-    assert tied.any()
-    np.testing.assert_array_equal(np.unique(faces[tied]), tie.slave)
-    assert (parts.yarn[tie.master] == 0).all()
-
-
-def test_tied_yarns_move_as_one(parts, tie):
-    np.testing.assert_allclose(tie.weight.sum(axis=1), 1)
-    rigid = moved(tie.nodes)
-    np.testing.assert_allclose(tie.dependence @ rigid, rigid, atol=1e-12 * RADIUS)
-    moved_onto = np.linalg.norm(tie.nodes - parts.nodes, axis=1)
-    np.testing.assert_array_equal(np.flatnonzero(moved_onto > 0), tie.slave)

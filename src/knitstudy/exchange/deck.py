@@ -163,8 +163,8 @@ def require_deck(scene: Scene) -> None:
     """
     if "deck" not in scene.kind.fidelity.outputs:
         raise ConfigurationError(
-            f"scene {scene.name!r}: fidelity is {scene.fidelity} but must be dns for a deck: other programs have no "
-            "polynomials over the section times splines along the yarn"
+            f"scene {scene.name!r}: fidelity is {scene.fidelity} but must be hexahedra for a deck: other programs"
+            " have no polynomials over the section times splines along the yarn"
         )
 
 
@@ -180,7 +180,7 @@ def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     gripped = np.union1d(parts.ends.held, parts.ends.driven)
     return Deck(
         title=_title(scene, specimen),
-        nodes=tie.nodes,
+        nodes=parts.nodes,
         elements={
             f"YARN{yarn}": parts.connectivity[_yarn_elements(mesh, yarn)] for yarn in range(mesh.yarns)
         },

@@ -6,7 +6,7 @@ Fields have their unit in the name, for instance ``displacement [m]``.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -21,15 +21,12 @@ from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.elements.quadratic import NODES
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.solid import cauchy_stress, principal_stresses, von_mises
-from knitstudy.mechanics.spline_yarn.sampling import locate
-from knitstudy.mechanics.spline_yarn.space import Space, deformation_gradient, sections
+from knitstudy.mechanics.spline_yarn.space import Space, deformation_gradient, locate, sections
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, QuadraticSection, quadratic_mesh
 from knitstudy.mesh.quality import scaled_jacobian
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models.hexahedra import divide
 from knitstudy.models.spline_yarns import space_on, undeformed, yarn_spans
-from knitstudy.models.ties import tie_of
 from knitstudy.study.scene import Scene
 
 CELLS = {8: "hexahedron", 20: "hexahedron20", 27: "hexahedron27"}
@@ -108,13 +105,12 @@ def write_deformed(
 ) -> None:
     """Write the undeformed yarns of a scene with their displacement at full load; see also `write_spline_yarns`."""
     specimen = Fabric.from_dataset(geometry)
-    if scene.fidelity == "solid_yarns":
+    if scene.fidelity == "spline_yarns":
         write_spline_yarns(scene, path, specimen, history)
         return
     swept = SweptMesh.from_dataset(mesh)
-    tie = tie_of(scene, divide(scene, swept, specimen), specimen)
     fields = {"displacement [m]": history["node_displacement"].to_numpy()}
-    write_vtu(replace(_elements(scene, swept, specimen), nodes=tie.nodes), path, fields)
+    write_vtu(_elements(scene, swept, specimen), path, fields)
 
 
 def _elements(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> SweptMesh | QuadraticMesh:

@@ -43,7 +43,7 @@ def lay_out(scene):
         raise GeometryError(
             f"yarn.diameter {scene.yarn.diameter:g} m, pattern.clearance {pattern.clearance:g} radii, "
             f"pattern.course_ratio {pattern.course_ratio:g}, pattern.keep {pattern.keep!r}: {error}; or a "
-            "pattern.course_ratio nearer to 1, or a smaller pattern.clearance: docs/geometry.md lists what is found"
+            "pattern.course_ratio nearer to 1, or a smaller pattern.clearance (docs/notes/geometry.md)"
         ) from error
     knit = plain_knit(loop, pattern.loops, pattern.rows)
     return knit.to_dataset().merge(report(initial, optimum, surveys))

@@ -17,15 +17,21 @@ from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Recorder
 from knitstudy.loading.load_path import load_path
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.beam_contact.approach import Curves
-from knitstudy.mechanics.beam_contact.contact import BeamContact, Places, Power, hertz
-from knitstudy.mechanics.beam_contact.model import TouchingBeams, TouchingState
+from knitstudy.mechanics.beam_contact.contact import (
+    BeamContact,
+    Places,
+    Power,
+    TouchingBeams,
+    TouchingState,
+    hertz,
+)
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.models import network as rom3d
-from knitstudy.models.beam_pairs import Gaps, Neighbours, line_pairs, point_pairs
+from knitstudy.models.beam_pairs import Gaps, Neighbours, point_pairs
 from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.models.network import Network, grips, tension
 from knitstudy.study.scene import Scene
@@ -79,7 +85,7 @@ def beam_knit(scene: Scene, knit: Fabric) -> BeamKnit:
     joints = Joints.all_tied(len(points.yarn))
     if scene.beam.tie == "pinned":
         # As stiff as contact that sticks, and never open.
-        joints = joints.pinned(_penalty(scene, "point"))
+        joints = joints.pinned(_penalty(scene))
     elif scene.beam.tie == "patch" and tied.any():
         discs = contacts_of_crossings(knit, scene.tie.radius).isel(crossing=tied)
         joints = joints.pinned(patch_stiffness(knit, points, discs, scene.yarn))
@@ -99,23 +105,18 @@ def beam_contact(scene: Scene, knit: Fabric, curves: Curves, touching: np.ndarra
 
     The stiffness against elastic slip is ``beam.stiffness`` whatever the sections do: Hertz's approach is normal.
     """
-    yarn, mode = scene.yarn, scene.beam.contact
-    chosen = np.flatnonzero(touching)
-    if mode == "point":
-        pairs = point_pairs(knit.crossings, chosen, curves.length)
-    else:
-        pairs = line_pairs(knit.crossings, chosen, curves.length, yarn.radius)
-    penalty = _penalty(scene, mode)
+    yarn = scene.yarn
+    pairs = point_pairs(knit.crossings, np.flatnonzero(touching), curves.length)
+    penalty = _penalty(scene)
     law = Power(penalty)
     if scene.beam.section == "hertz":
-        law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius, mode)
+        law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
     return BeamContact(curves, pairs, yarn.radius, law, penalty, scene.kind.interaction.friction(scene))
 
 
-def _penalty(scene: Scene, mode: str) -> float:
-    """Return ``beam.stiffness`` in N/m at a point, in N/m2 along a line."""
-    stiffness = scene.beam.stiffness * scene.yarn.youngs_modulus
-    return stiffness * scene.yarn.radius if mode == "point" else stiffness
+def _penalty(scene: Scene) -> float:
+    """Return ``beam.stiffness`` in N/m."""
+    return scene.beam.stiffness * scene.yarn.youngs_modulus * scene.yarn.radius
 
 
 # ---- What happens at every crossing of beams in contact, increment by increment
@@ -171,7 +172,7 @@ class CrossingRecord:
         contact, places = self._model.contact, self._model.places(state.beams)
         points = self._model.points(state)
         slip = np.full(self._count, np.nan)
-        slip[~self._tied] = state.history.slip[np.flatnonzero(~self._tied)]
+        slip[~self._tied] = state.history.slip
         force = contact.crossing_force(points, self._count)
         apart = BeamState(places.position, places.rotation)
         station_force = self._apart.respond(apart, stiffness=False).force.reshape(-1, 6)[:, :3]
@@ -226,14 +227,14 @@ def simulate(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dat
     GeometryError
         As `problem`.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem(scene, Fabric.from_dataset(geometry)), run)
+    return solve_load_path(problem(scene, Fabric.from_dataset(geometry)), run)
 
 
 def run(scene: Scene, knit: Fabric, how: Run = IN_MEMORY) -> xr.Dataset:
     """Return the history of a scene: `problem`, followed; see `simulate`."""
-    return follow(problem(scene, knit), how)
+    return solve_load_path(problem(scene, knit), how)
 
 
 def problem(scene: Scene, knit: Fabric) -> Problem:
@@ -279,14 +280,13 @@ def problem_of(beams: BeamKnit, scene: Scene, knit: Fabric, meter: Meter | None 
         attributes={
             "dof": model.block * network.beam_nodes,
             "elements": len(network.ends),
-            "beam_contact": scene.beam.contact,
             "beam_section": scene.beam.section,
             "beam_ties": scene.beam.tie,
             "contact_coefficient": law.law.coefficient,
             "contact_exponent": law.law.exponent,
             "stick_stiffness": law.friction.tangential,
             "friction": law.friction.friction,
-            "contact_points": len(law.crossing.weight),
+            "contact_points": len(law.crossing.start),
         },
         meter=meter,
     )
@@ -357,5 +357,5 @@ def require_seen(
         return
     raise ConvergenceError(
         f"increment {increment.index}: {where} penetrate each other by {depth:.3g} m, unseen by the beams' contact; "
-        f"allowed is {UNSEEN * radius:.3g} m. Use a smaller load.strain or beam.contact 'line'"
+        f"allowed is {UNSEEN * radius:.3g} m. Use a smaller load.strain"
     )

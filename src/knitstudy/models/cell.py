@@ -1,4 +1,4 @@
-"""A cell of an endless knit: forces per width and stiffness without grips and edges (docs/periodic_cell.md)."""
+"""A cell of an endless knit: forces per width and stiffness without grips and edges (docs/theory.md)."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.load_path import Motion
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.periodic import PeriodicModel, condensed
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.models.periodic_yarns import HELD, PeriodicYarns, periodic_yarns
-from knitstudy.models.ties import PatchTie, tie_patches
+from knitstudy.models.ties import Ties, tie_patches
 from knitstudy.study.scene import Scene
 
 if TYPE_CHECKING:
@@ -45,14 +45,14 @@ class Cell:
     ----------
     yarns : PeriodicYarns
     model : PeriodicModel
-    tie : PatchTie
+    tie : Ties
     touching : Touching or None
         What contact adds.
     """
 
     yarns: PeriodicYarns
     model: PeriodicModel
-    tie: PatchTie
+    tie: Ties
     touching: Touching | None = None
 
     def resultants(self, force: np.ndarray) -> np.ndarray:
@@ -92,7 +92,7 @@ class CellObserver:
         cell, state = self.cell, increment.state
         parts = cell.yarns.parts
         moved = cell.model.model.node_displacement(state)
-        force = cell.tie.resultants(increment.response.node_force, moved)
+        force = cell.tie.resultants(moved)
         more, points = {"tangent_per_width": cell.tangent(state)} if cell.touching is None else {}, {}
         if cell.touching is not None:
             more, points, pushed = cell.touching.record(increment, len(force))
@@ -121,9 +121,9 @@ def simulate(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dat
     MeshError
         As `knitstudy.models.solid_yarns.problem`.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem(scene, fabric_of(scene, geometry)), run)
+    return solve_load_path(problem(scene, fabric_of(scene, geometry)), run)
 
 
 def assemble(scene: Scene, knit: Fabric) -> Cell:

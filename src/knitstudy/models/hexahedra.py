@@ -9,18 +9,17 @@ import scipy.sparse as sp
 
 from knitstudy.contacts.facets import Rings
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.loading.gates import fewest_across, require_elements_across
+from knitstudy.loading.gates import require_elements_across
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
-from knitstudy.mechanics.elements.hexahedron import shape, shape_gradient
-from knitstudy.mechanics.elements.inverse_map import InverseMap
+from knitstudy.mechanics.elements.hexahedron import InverseMap, shape, shape_gradient
 from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape, quadratic_shape_gradient
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.memory import require_memory_to_simulate
 from knitstudy.mesh.mesher import Grips, grips
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models.discretisation import Discretisation, Faces, linear_faces, serendipity, yarn_surfaces
+from knitstudy.models.discretisation import Discretisation, yarn_surfaces
 from knitstudy.study.scene import Scene
 
 # ---- Elements of hexahedra, of the kind and the material that a scene names
@@ -95,11 +94,6 @@ def divide_quadratic(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discret
         sampling=_sampling(quadratic),
         dependence=_dependence(quadratic),
         connectivity=quadratic.elements,
-        faces=Faces(
-            quadratic.nodes,
-            tuple(quadratic.faces[_faces_of(quadratic, yarn)] for yarn in range(mesh.yarns)),
-            serendipity,
-        ),
     )
 
 
@@ -152,12 +146,6 @@ def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:
     return sp.csr_matrix((values, (rows, columns)), shape=(count, count))
 
 
-def _faces_of(mesh: QuadraticMesh, yarn: int) -> slice:
-    layers = mesh.corners.first_slice[yarn : yarn + 2] - np.arange(yarn, yarn + 2)
-    first, last = layers * mesh.section.ring_edges.size
-    return slice(int(first), int(last))
-
-
 # ---- Solid yarns of hexahedra: linear ones here, quadratic ones in `quadratic_hexahedra`
 
 
@@ -169,8 +157,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisatio
     MeshError
         If elements are too large for the yarn, or too many for the memory.
     """
-    fewest = scene.gates.elements_across or fewest_across(scene.specimen, scene.mesh.refinement)
-    require_elements_across(scene.yarn.diameter, scene.mesh.size, fewest)
+    require_elements_across(scene)
     parts = divide(scene, mesh, specimen)
     each = parts.connectivity.shape[1]
     require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size, each)
@@ -205,7 +192,6 @@ def divide(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
         ).locate,
         size=scene.mesh.smallest,
         connectivity=mesh.hexahedra,
-        faces=linear_faces(mesh),
     )
 
 

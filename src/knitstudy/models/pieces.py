@@ -15,7 +15,7 @@ from knitstudy.contacts.facets import CrossingFacets, tied_crossings, tied_piece
 from knitstudy.geometry.fabric import Fabric, fabric_of
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.contact.friction import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.solid import SolidModel
@@ -27,7 +27,7 @@ from knitstudy.mesh.sweep import SweptMesh, sweep
 from knitstudy.models.discretisation import Discretisation
 from knitstudy.models.solid_yarns import SolidYarns, problem_of
 from knitstudy.models.spline_yarns import RAMP, described, shape
-from knitstudy.models.ties import Tie, tie_patches
+from knitstudy.models.ties import Ties, tie_patches
 from knitstudy.models.yarn_contact import MARGIN, BesideTies, contact_law
 from knitstudy.study.scene import Scene
 
@@ -67,8 +67,8 @@ def assemble(scene: Scene, parts: Discretisation, pieces: Fabric, tied: np.ndarr
     crossings, interaction, yarn = pieces.crossings, scene.kind.interaction, scene.yarn
     tie = tie_patches(parts, pieces, tied, scene.tie.radius, yarn.youngs_modulus)
     facets = CrossingFacets.of(crossings, parts.mesh)
-    groups = parts.groups(tie.nodes)
-    solids = (tie.nodes, groups, parts.size, None, None, tie.links)
+    groups = parts.groups(parts.nodes)
+    solids = (parts.nodes, groups, parts.size, None, None, tie.links)
     every = np.arange(len(parts.nodes))
     if not interaction.touches:
         return SolidYarns(parts, SolidModel(*solids), tie, facets, every)
@@ -124,9 +124,9 @@ def simulate_cut_knit(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) 
     MeshError
         If the yarn bends tighter than its radius, crossings cannot be tied, or yarns overlap.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem_of_cut_knit(scene, fabric_of(scene, geometry)), run)
+    return solve_load_path(problem_of_cut_knit(scene, fabric_of(scene, geometry)), run)
 
 
 def contacts_of_cut_knit(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
@@ -160,10 +160,10 @@ def cut_yarns(scene: Scene, pieces: Fabric) -> SolidYarns:
 class BesideTiesOfPieces(BesideTies):
     """The same of pieces of yarns: several can be tied to one, so that rows do not say which may meet."""
 
-    def __init__(self, scene: Scene, yarns: Discretisation, tie: Tie, pieces: np.ndarray) -> None:
+    def __init__(self, scene: Scene, yarns: Discretisation, tie: Ties, pieces: np.ndarray) -> None:
         margin = MARGIN * yarns.mesh.radius
         self._contact = Contact(
-            tie.nodes, yarns.surfaces, contact_law(scene, yarns), points=1, margin=margin, overlap=np.inf
+            yarns.nodes, yarns.surfaces, contact_law(scene, yarns), points=1, margin=margin, overlap=np.inf
         )
         self._pieces, self._rings, self._tie = pieces, yarns.rings, tie
         self._history = ContactHistory.empty()

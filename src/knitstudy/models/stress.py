@@ -12,15 +12,13 @@ from knitstudy.errors import DataFileError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.columns import STRESSES
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.materials.material import VOIGT
+from knitstudy.mechanics.materials import VOIGT, Material
 from knitstudy.mechanics.solid import cauchy_stress, principal_axes
 from knitstudy.mechanics.spline_yarn.space import YarnSpace, deformation_gradient, sections
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.hexahedra import divide
 from knitstudy.models.spline_yarns import space_on, undeformed, yarn_spans
-from knitstudy.models.ties import tie_of
 from knitstudy.study.scene import Scene
 
 # ---- Stress in the cells of solid yarns: what every fidelity's module of stress returns
@@ -69,7 +67,7 @@ def hexahedral_cell_stress(
 ) -> CellStress:
     """Return the stress in every element from the displacement (N, 3) of the nodes [m]."""
     parts = divide(scene, mesh, specimen)
-    nodes = tie_of(scene, parts, specimen).nodes
+    nodes = parts.nodes
     moved = nodes + displacement
     (group,), (after,) = parts.groups(nodes), parts.groups(moved)
     corners = group.connectivity[:, :CORNERS]
@@ -186,14 +184,14 @@ def _section_points(section: Section) -> tuple[np.ndarray, np.ndarray]:
 # What is averaged is the Cauchy stress, over the deformed volume of a segment: all of the yarns between the crossings
 # at its two ends, both yarns where two share a segment. The maximum principal stress is the largest by value, and its
 # direction an axis in space as the knit then is; `segment_rotation`, the rotation of the affine motion that fits the
-# segment best, takes it back to the undeformed knit (docs/principal_stress.md).
+# segment best, takes it back to the undeformed knit (docs/theory.md).
 
 
 EXTENTS = {"whole": 1.0, "middle": 0.5}
 """Share of every piece of yarn, about its middle, that is averaged over; what judges is the whole piece."""
 
 
-CELL_STRESS = {"dns": hexahedral_cell_stress, "solid_yarns": spline_cell_stress}
+CELL_STRESS = {"hexahedra": hexahedral_cell_stress, "spline_yarns": spline_cell_stress}
 """Stress of cells by fidelity."""
 
 

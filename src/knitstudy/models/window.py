@@ -15,7 +15,7 @@ from knitstudy.loading.gates import require_no_jump, require_sound
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.load_path import load_path
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.direct import LU
@@ -155,12 +155,14 @@ class WindowObserver:
         mesh, tie, facets = yarns.parts.mesh, yarns.tie, yarns.facets
         moved = yarns.model.node_displacement(solids)
         displacement = yarns.parts.sampled(moved)
-        force = tie.resultants(increment.response.node_force, moved)
+        force = tie.resultants(moved)
         contact, points = {}, {}
         if yarns.touching is not None:
             contact, points, pushed = yarns.touching.record(_of_solids(increment), len(force))
             force += pushed
-        sections = section_motion(facets.crossings, mesh, yarns.parts.sampled(tie.nodes), displacement)
+        sections = section_motion(
+            facets.crossings, mesh, yarns.parts.sampled(yarns.parts.nodes), displacement
+        )
         columns = {
             "centreline_displacement": knit.station_displacement(state, mesh.ring_means(displacement)),
             "crossing_force": self.of_all(force),
@@ -222,9 +224,9 @@ def simulate(
     ConfigurationError, GeometryError, MeshError
         As `mixed_knit`.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem(scene, Fabric.from_dataset(geometry), springs), run)
+    return solve_load_path(problem(scene, Fabric.from_dataset(geometry), springs), run)
 
 
 def problem(scene: Scene, knit: Fabric, springs: xr.Dataset | None = None) -> Problem:

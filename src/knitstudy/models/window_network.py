@@ -14,8 +14,7 @@ from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Arcs, Fabric
 from knitstudy.loading.history import Stations
 from knitstudy.mechanics.beam_contact.approach import Curves
-from knitstudy.mechanics.beam_contact.contact import BeamContact, hertz
-from knitstudy.mechanics.beam_contact.model import TouchingBeams
+from knitstudy.mechanics.beam_contact.contact import BeamContact, TouchingBeams, hertz
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.models import network as rom3d
 from knitstudy.models.beam_pairs import point_pairs
@@ -289,7 +288,7 @@ def touching_beams(
         curves.length,
     )
     yarn = scene.yarn
-    law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius, "point")
+    law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
     stick = STICK * yarn.youngs_modulus * yarn.radius
     contact = BeamContact(curves, pairs, yarn.radius, law, stick, scene.kind.interaction.friction(scene))
     return TouchingBeams(beams, network.station_node, network.station_offset, contact)
