@@ -16,9 +16,7 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import write_dataset
-from knitstudy.geometry.lay_out import read_specimen
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.restart import IN_MEMORY, ReportProgress, restart_of, run_with, silent
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.stages.plan import Plan, result_of
@@ -109,7 +107,7 @@ def simulate(
 
 def lay_out(
     scene: Scene, folder: Path | str | None = None, *, config: Path = CONFIG
-) -> tuple[Scene, Knit | YarnPair, SweptMesh]:
+) -> tuple[Scene, Fabric, SweptMesh]:
     """Return a labelled scene, its knit or pair, and the solid mesh; see `simulate` for the arguments.
 
     Raises
@@ -126,7 +124,7 @@ def lay_out(
     plan = Plan.of(config)
     scene = plan.labelled(scene)
     keeper = _Keeper(plan, None if folder is None else Path(folder), _silence)
-    specimen = read_specimen(keeper.obtain(STAGES["geometry"], scene))
+    specimen = Fabric.from_dataset(keeper.obtain(STAGES["geometry"], scene))
     return scene, specimen, SweptMesh.from_dataset(keeper.obtain(mesh, scene))
 
 

@@ -23,7 +23,7 @@ from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.materials import LAWS
-from knitstudy.mesh import knit as meshing
+from knitstudy.mesh import mesher
 from knitstudy.models import (
     beams_in_contact,
     cell,
@@ -289,7 +289,7 @@ STAGES: dict[str, Stage] = {
         Stage(
             name="mesh",
             path_pattern="mesh/{scene}.nc",
-            function=meshing.mesh,
+            function=mesher.mesh,
             reads=("load.direction", "mesh.size", "mesh.growth", "mesh.refinement"),
             of=has_mesh,
             needs=lambda scene, named: {"geometry": ("geometry", scene)},
