@@ -27,7 +27,6 @@ from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.loading.load_path import DIRECTIONS
 from knitstudy.models import solid_yarns as dns
-from knitstudy.models.solid_yarns import assemble_yarns
 from knitstudy.models.yarn_contact import contact_law
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene
@@ -88,7 +87,6 @@ def _scene(options: argparse.Namespace) -> Scene:
     }
     alike = {
         "yarn.material": "st_venant_kirchhoff",
-        "tie.rule": "facets",
         "solver.hourglass": CALCULIX_HOURGLASS * (1 + scene.yarn.poisson_ratio),
         "load.stops": [],
     }
@@ -112,7 +110,7 @@ def here(scene: dict, folder: str) -> dict:
 def there(scene: Scene, folder: Path, threads: int, rests: bool = True) -> dict:
     """Run CalculiX on the knit and the mesh in a folder; without contact nothing `rests` before the load."""
     knit, mesh = knits.load(str(folder))
-    deck = specimen_deck(scene, knit, mesh, assemble_yarns(scene, mesh, knit).tie, "equations")
+    deck = specimen_deck(scene, knit, mesh)
     write_inp(replace(deck, fields=False, rests=rests), folder / "peer.inp", "calculix")
     try:
         run = calculix.run(folder / "peer.inp", threads)

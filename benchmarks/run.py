@@ -23,7 +23,6 @@ from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.files import write_table
 from knitstudy.loading.load_path import DIRECTIONS
-from knitstudy.models import solid_yarns as dns
 from knitstudy.study.configuration import load_scene, load_scenes
 
 TABLE = Path("results/tables/bench.csv")
@@ -117,8 +116,7 @@ def _peer(options: argparse.Namespace, folder: Path):
         yield {"benchmark": kind, "case": f"CalculiX, {scene.name}: not installed"}
         return
     knit, mesh = knits.load(str(folder))
-    yarns = dns.assemble_yarns(scene, mesh, knit)
-    deck = replace(specimen_deck(scene, knit, mesh, yarns.tie, "equations"), fields=False)
+    deck = replace(specimen_deck(scene, knit, mesh), fields=False)
     write_inp(deck, folder / "peer.inp", "calculix")
     run = calculix.run(folder / "peer.inp", options.threads)
     yield {

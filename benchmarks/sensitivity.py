@@ -38,7 +38,6 @@ TIE = {
     "mesh.size": (0.6e-3, 0.45e-3, 0.36e-3, 0.3e-3, 0.225e-3),
     "mesh.growth": (1.0, 1.5),
     "mesh.element": ("incompatible_modes",),
-    "tie.tolerance": (0.2, 0.5, 1.0),
     "solver.hourglass": (0.0025, 0.01, 0.05),
     "solver.increments": (5, 20, 40),
     "pattern.clearance": (0.005, 0.02, 0.04),
@@ -116,8 +115,6 @@ def measure(scene: Scene) -> dict:
     }
     if (history["crossing_tied"] == 1).any():
         measured["tied area a crossing [mm2]"] = 1e6 * float(history["tied_area"].mean())
-    if "tie_largest_adjustment" in history.attrs:  # of facets: patches adjust nothing
-        measured["largest adjustment [mm]"] = 1e3 * history.attrs["tie_largest_adjustment"]
     if "smallest_gap" in history:
         measured["deepest penetration over h [1]"] = (
             -float(history["smallest_gap"].min()) / scene.mesh.smallest

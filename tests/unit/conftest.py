@@ -25,7 +25,6 @@ DEFAULTS = {
         "beam_size": 0.5e-3,
         "section_law": "curved",
     },
-    "tie": {"tolerance": 0.05},
     "contact": {
         "friction": 0.76,
         "normal_stiffness": 10.0,

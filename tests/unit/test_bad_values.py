@@ -99,7 +99,6 @@ def message(config, monkeypatch):
         # Choices that are not there.
         ("solver.linear", "LU", "'LU'", "auto, three_scale, amg or lu"),
         ("mesh.element", "C3D8R", "'C3D8R'", "incompatible_modes (the best"),
-        ("tie.rule", "glue", "'glue'", "patch (a disc of tie.radius) or facets"),
         ("pattern.keep", "width", "'width'", "shape, length or wale_spacing"),
         ("load.direction", "x", "'x'", "course or wale"),
         ("load.lateral", "no", "False", "fixed or free"),

@@ -104,7 +104,6 @@ def test_pinned_ties_join_points_and_not_sections(tied_scene, knit):
         ("solver.stabilisation", 1e-9),
         ("mesh.size", 1e-3),
         ("contact.augmentations", 3),
-        ("tie.tolerance", 0.1),
     ],
 )
 def test_what_beams_do_not_offer_is_refused(beam_scene, key, value):

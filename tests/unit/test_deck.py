@@ -1,7 +1,8 @@
+"""Decks of a tied knit and of two yarns in contact, read back by meshio and by keyword."""
+
 import itertools
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import ClassVar
 
 import meshio
 import numpy as np
@@ -10,109 +11,51 @@ from scipy.optimize import brentq
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.exchange.deck import Interaction, facet_faces, specimen_deck
-from knitstudy.exchange.dialects import dialect
 from knitstudy.exchange.inp import write_inp
+from knitstudy.geometry.lay_out import initial_loop, lay_out, read_specimen
+from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.materials import Material
-from knitstudy.mesh.section import Section
-from knitstudy.mesh.spacing import Spacing
-from knitstudy.mesh.sweep import sweep
-from knitstudy.models.facet_tie import FacetTie
-from knitstudy.study.kinds import INTERACTIONS
+from knitstudy.mesh.knit import mesh_scene
+from knitstudy.models.hexahedra import divide
 
 # Corners of the faces S1 to S6 of C3D8, from its definition.
 FACES = np.array([[1, 2, 3, 4], [5, 8, 7, 6], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 8, 4], [4, 8, 5, 1]]) - 1
-RADIUS, CLEARANCE = 0.9, 0.02
+E, NU = 1.3e9, 0.42
+G, K = E / (2 * (1 + NU)), E / (3 * (1 - 2 * NU))
+DIALECTS = pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
 
 
-class Straight:
-    def __init__(self, y):
-        self.length, self.y = 6.0, y
+@pytest.fixture(scope="module")
+def made(plain_scene):
+    """Return a function that gives a deck and what it was made of: a tied 1 x 1 knit, or two yarns in contact."""
+    knit = {"fidelity": "dns", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
+    knit |= {"tie.radius": 0.3}
+    down = {"pair.support": "ends", "load.path": [[0, 0, -1e-4]], "interaction": "isotropic"}
+    pair = {"specimen": "pair", "fidelity": "dns", "mesh.size": 0.6e-3} | down
+    meshes = {}
 
-    def position(self, s):
-        return np.stack([s, np.full_like(s, self.y), np.zeros_like(s)], axis=-1)
+    def make(specimen, changes=None):
+        scene = plain_scene.vary({"knit": knit, "pair": pair}[specimen] | (changes or {}))
+        if specimen not in meshes:
+            body = Knit(initial_loop(scene), 1, 1) if specimen == "knit" else read_specimen(lay_out(scene))
+            meshes[specimen] = body, mesh_scene(scene, body)
+        body, mesh = meshes[specimen]
+        return SimpleNamespace(
+            deck=specimen_deck(scene, body, mesh), scene=scene, mesh=mesh, parts=divide(scene, mesh, body)
+        )
 
-    def tangent(self, s):
-        return np.ones_like(s)[:, None] * [1.0, 0.0, 0.0]
-
-
-@pytest.fixture
-def mesh():
-    return sweep(
-        [Straight(0.0), Straight(2 * RADIUS + CLEARANCE)], Section.butterfly(3, 1), RADIUS, Spacing(0.5)
-    )
-
-
-@pytest.fixture
-def tie(mesh):
-    """One facet of the upper yarn that hangs on one facet of the lower, node by node."""
-    slave, master = (
-        quads[mesh.nodes[quads].mean(axis=1)[:, 1].argsort(kind="stable")]
-        for quads in (mesh.surface_quads(1), mesh.surface_quads(0)[:, [1, 0, 3, 2]])
-    )
-    nodes = mesh.nodes.copy()
-    weight = np.eye(4)
-    nodes[slave[0]] = mesh.nodes[master[-1]]
-    return FacetTie(
-        slave=slave[0],
-        master=np.tile(master[-1], (4, 1)),
-        weight=weight,
-        crossing=np.zeros(4, dtype=int),
-        nodes=nodes,
-        adjustment=np.linalg.norm(nodes[slave[0]] - mesh.nodes[slave[0]], axis=1),
-        area=np.ones(1),
-        centroid=np.zeros((1, 3)),
-        tolerance=0.0,
-        facet=0.5,
-    )
+    return make
 
 
 @pytest.fixture
-def knit():
-    crossings = SimpleNamespace(row=np.array([0]), yarn=np.array([[0, 1]]), arc_length=np.array([[3.0, 3.0]]))
-    return SimpleNamespace(loops=2, rows=1, width=6.0, height=3.0, radius=RADIUS, crossings=crossings)
+def written(made, tmp_path):
+    """Return a function that writes a deck and returns its path."""
 
+    def write(dialect, specimen="knit", changes=None, **deck):
+        write_inp(replace(made(specimen, changes).deck, **deck), tmp_path / "deck.inp", dialect)
+        return tmp_path / "deck.inp"
 
-class Scene(SimpleNamespace):
-    def value(self, key):
-        found = self
-        for part in key.split("."):
-            found = getattr(found, part, None)
-        return found
-
-
-def scene(
-    specimen="knit",
-    interaction="tie",
-    lateral="fixed",
-    path=(),
-    element="one_point",
-    material="hencky",
-    hourglass=0.005,
-    stabilisation=0.0,
-    stops=(),
-    **contact,
-):
-    return Scene(
-        name="pulled",
-        specimen=specimen,
-        interaction=interaction,
-        kind=SimpleNamespace(interaction=INTERACTIONS[interaction]),
-        yarn=SimpleNamespace(youngs_modulus=1.3e9, poisson_ratio=0.42, material=material),
-        pair=SimpleNamespace(angle=90.0, support="ends"),
-        load=SimpleNamespace(direction="course", strain=0.05, lateral=lateral, path=path, stops=stops),
-        mesh=SimpleNamespace(size=0.5, smallest=0.5, element=element),
-        contact=SimpleNamespace(
-            **{
-                "friction": 0.76,
-                "normal_stiffness": 10,
-                "tangential_stiffness": 5,
-                "penetration": 0.01,
-                "augmentations": 0,
-            }
-            | contact
-        ),
-        solver=SimpleNamespace(increments=12, hourglass=hourglass, stabilisation=stabilisation),
-    )
+    return write
 
 
 def cards(path):
@@ -126,237 +69,174 @@ def data(path, keyword):
     return [rows for card, rows in cards(path) if card.startswith(keyword)]
 
 
+def boundaries(path):
+    return [[row.replace(" ", "").split(",") for row in rows] for rows in data(path, "*BOUNDARY")]
+
+
 @pytest.mark.parametrize("yarn", [0, 1])
-def test_facets_are_faces_of_their_hexahedra(mesh, yarn):
+def test_facets_are_faces_of_their_hexahedra(made, yarn):
+    mesh = made("pair").mesh
     facets = mesh.surface_quads(yarn)
     surface = facet_faces(mesh, yarn, np.ones(len(facets), dtype=bool))
     corners = np.take_along_axis(mesh.hexahedra[surface.elements], FACES[surface.faces - 1], axis=1)
     np.testing.assert_array_equal(np.sort(corners, axis=1), np.sort(facets, axis=1))
 
 
-@pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
-@pytest.mark.parametrize("constraints", ["surfaces", "equations"])
-def test_another_reader_finds_the_mesh(mesh, tie, knit, tmp_path, dialect, constraints):
-    write_inp(specimen_deck(scene(), knit, mesh, tie, constraints), tmp_path / "deck.inp", dialect)
-    read = meshio.read(tmp_path / "deck.inp")
-    expected = tie.nodes if constraints == "equations" else mesh.nodes
-    np.testing.assert_allclose(read.points, expected, rtol=1e-12, atol=1e-15)  # 13 digits are written
-    np.testing.assert_array_equal(np.vstack([block.data for block in read.cells]), mesh.hexahedra)
-    np.testing.assert_array_equal(read.point_sets["HELD"], np.sort(mesh.end_nodes("left")))
-    np.testing.assert_array_equal(read.point_sets["DRIVEN"], np.sort(mesh.end_nodes("right")))
+@DIALECTS
+@pytest.mark.parametrize(("element", "kind"), [("one_point", "C3D8R"), ("quadratic", "C3D20R")])
+@pytest.mark.parametrize("specimen", ["knit", "pair"])
+def test_another_reader_finds_the_mesh(made, written, dialect, element, kind, specimen):
+    changes = {"mesh.element": element}
+    path, parts = written(dialect, specimen, changes), made(specimen, changes).parts
+    assert {card.split(",")[1] for card, _ in cards(path) if card.startswith("*ELEMENT,")} == {
+        f" TYPE={kind}"
+    }
+    read = meshio.read(path)
+    np.testing.assert_allclose(read.points, parts.nodes, rtol=1e-12, atol=1e-15)  # 13 digits are written
+    np.testing.assert_array_equal(np.vstack([block.data for block in read.cells]), parts.connectivity)
+    np.testing.assert_array_equal(read.point_sets["HELD"], np.sort(parts.ends.held))
+    np.testing.assert_array_equal(read.point_sets["DRIVEN"], np.sort(parts.ends.driven))
 
 
-def test_numbers_fit_into_what_calculix_reads(mesh, tie, knit, tmp_path):
-    write_inp(specimen_deck(scene(), knit, mesh, tie, "equations"), tmp_path / "deck.inp", "calculix")
-    lines = (tmp_path / "deck.inp").read_text().splitlines()
+def test_lines_fit_into_what_calculix_reads(written):
+    lines = written("calculix").read_text().splitlines()
     numbers = [entry.strip() for line in lines if not line.startswith("*") for entry in line.split(",")]
     assert max(map(len, numbers[1:])) <= 20  # the first line is the title
     assert max(map(len, lines)) <= 132
 
 
-@pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
-def test_ends_are_held_and_driven(mesh, tie, knit, tmp_path, dialect):
-    write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", dialect)
-    (rows,) = data(tmp_path / "deck.inp", "*BOUNDARY")
-    entries = [row.replace(" ", "").split(",") for row in rows]
-    assert [entry[:3] for entry in entries] == [["HELD", "1", "3"], *(["DRIVEN", i, i] for i in "123")]
-    assert [float(entry[3]) for entry in entries] == pytest.approx([0.0, 0.05 * 2 * 3.0, 0.0, 0.0])
+@DIALECTS
+def test_ends_are_held_and_driven(made, written, dialect):
+    path, scene = written(dialect), made("knit").scene
+    (rows,) = boundaries(path)
+    assert [row[:3] for row in rows] == [["HELD", "1", "3"], *(["DRIVEN", i, i] for i in "123")]
+    travel = scene.load.strain * scene.pattern.wale_spacing
+    assert [float(row[3]) for row in rows] == pytest.approx([0.0, travel, 0.0, 0.0])
+    assert data(path, "*STATIC, DIRECT") == [[f"1.0, {scene.solver.increments}.0"]]
 
 
-def test_free_lateral_ends_are_driven_along_the_load_only(mesh, tie, knit, tmp_path):
-    write_inp(specimen_deck(scene(lateral="free"), knit, mesh, tie), tmp_path / "deck.inp", "calculix")
-    (rows,) = data(tmp_path / "deck.inp", "*BOUNDARY")
-    assert [row.split(",")[0] for row in rows] == ["HELD", "DRIVEN"]
+def test_free_lateral_ends_are_driven_along_the_load_only(written):
+    (rows,) = boundaries(written("calculix", changes={"load.lateral": "free"}))
+    assert [row[0] for row in rows] == ["HELD", "DRIVEN"]
 
 
-def test_increments_are_those_of_the_scene(mesh, tie, knit, tmp_path):
-    write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", "calculix")
-    step = [(card, rows) for card, rows in cards(tmp_path / "deck.inp") if card.startswith("*STATIC")]
-    assert step == [("*STATIC, DIRECT", ["1.0, 12.0"])]
-
-
-def test_tied_surfaces_hold_the_tied_facets(mesh, tie, knit):
-    (pair,) = specimen_deck(scene(), knit, mesh, tie).ties
-    assert pair.slave.elements.size == 1
-    corners = mesh.hexahedra[pair.slave.elements[0]][FACES[pair.slave.faces[0] - 1]]
-    assert set(corners) == set(tie.slave)
-    assert mesh.yarn_of_slice[mesh.slice_of_element[pair.master.elements]].max() == 0
-    assert tie.adjustment.max() < pair.tolerance < 1.1 * tie.adjustment.max()
-
-
-def test_equations_repeat_the_elimination(mesh, tie, knit, tmp_path):
-    weight = np.array([[0.25, 0.25, 0.25, 0.25], [1, 0, 0, 0], [0, 0.5, 0.5, 0], [0.1, 0.2, 0.3, 0.4]])
-    tie = replace(tie, weight=weight)
-    write_inp(specimen_deck(scene(), knit, mesh, tie, "equations"), tmp_path / "deck.inp", "calculix")
-    (rows,) = data(tmp_path / "deck.inp", "*EQUATION")
+def test_equations_tie_the_moments_of_both_yarns(made, written):
+    """What is written are the equations of the deck; they let both yarns move as one, and join nothing that is held."""
+    deck, parts = made("knit").deck, made("knit").parts
+    (rows,) = data(written("calculix"), "*EQUATION")
     entries = iter(",".join(rows).replace(" ", "").split(","))
-    found = np.zeros((12, 3 * len(mesh.nodes)))
-    for k in range(12):
-        for _ in range(int(next(entries))):
-            node, component, factor = int(next(entries)), int(next(entries)), float(next(entries))
-            found[k, 3 * (node - 1) + component - 1] += factor
-    for k, (slave, master, weight) in enumerate(zip(tie.slave, tie.master, tie.weight, strict=True)):
-        for i in range(3):
-            expected = np.zeros(3 * len(mesh.nodes))
-            expected[3 * slave + i] = -1
-            expected[3 * master + i] = weight
-            np.testing.assert_allclose(found[3 * k + i], expected, atol=1e-12)
-    assert not data(tmp_path / "deck.inp", "*TIE")
+    held = np.union1d(parts.ends.held, parts.ends.driven)
+    equations = deck.equations
+    assert len(equations.slave) == 3 * 4  # moments of four crossings
+    assert not np.isin(equations.slave, held).any()
+    for slave, masters, weights in zip(equations.slave, equations.master, equations.weight, strict=True):
+        for component in (1, 2, 3):
+            terms = [
+                (int(next(entries)), int(next(entries)), float(next(entries)))
+                for _ in range(int(next(entries)))
+            ]
+            assert terms[0] == (slave + 1, component, -1.0)
+            found = np.zeros(len(deck.nodes))
+            np.add.at(found, [node - 1 for node, _, _ in terms[1:]], [value for _, _, value in terms[1:]])
+            expected = np.zeros(len(deck.nodes))
+            np.add.at(expected, masters, weights)
+            np.testing.assert_allclose(found, expected, atol=1e-12)
+            assert {own for _, own, _ in terms} == {component}
+    shift = np.array([1e-3, 0, 2e-3])
+    rigid = shift + np.cross(deck.nodes, [0.3, -0.2, 0.5])
+    followed = np.einsum("km,kmi->ki", equations.weight, rigid[equations.master])
+    np.testing.assert_allclose(followed, rigid[equations.slave], atol=1e-12)
 
 
-def contact_deck(mesh, knit, **options):
-    nothing = np.empty(0, dtype=int)
-    area = np.full(len(knit.crossings.row), np.nan)
-    untied = SimpleNamespace(slave=nothing, crossing=nothing, nodes=mesh.nodes, area=area)
-    return specimen_deck(scene(**{"interaction": "isotropic"} | options), knit, mesh, untied)
-
-
-def surface_corners(mesh, surface):
-    return np.take_along_axis(mesh.hexahedra[surface.elements], FACES[surface.faces - 1], axis=1)
-
-
-def test_rows_that_are_not_tied_touch(mesh, tie, knit):
-    assert not specimen_deck(scene(interaction="isotropic"), knit, mesh, tie).contacts
-    (pair,) = contact_deck(mesh, knit).contacts
-    for surface, yarn in ((pair.slave, 1), (pair.master, 0)):
-        assert set(mesh.yarn_of_slice[mesh.slice_of_element[surface.elements]]) == {yarn}
-
-
-def test_surfaces_in_contact_hold_what_the_other_yarn_can_reach(mesh, knit):
-    """The yarns are parallel, so that every section shows the same facets."""
-    (pair,) = contact_deck(mesh, knit).contacts
-    upper, lower = (
-        mesh.nodes[surface_corners(mesh, surface)].mean(axis=1) for surface in (pair.slave, pair.master)
-    )
-    every = mesh.nodes[mesh.surface_quads(1)].mean(axis=1)
-    distance = np.linalg.norm(every[:, None] - mesh.nodes[mesh.surface_quads(0)].mean(axis=1), axis=2).min(1)
-    assert 0 < len(upper) == (distance < RADIUS).sum() < len(every)
-    assert len(lower) == len(upper)
-    assert upper[:, 1].max() < 2 * RADIUS + CLEARANCE  # the half that faces the other yarn
-
-
-def test_a_longer_way_widens_the_surfaces(mesh, knit):
-    near, far = (
-        contact_deck(mesh, knit, specimen="pair", path=((x, 0.0, 0.0),)).contacts[0].slave.elements.size
-        for x in (0.0, 2 * RADIUS)
-    )
-    assert near < far
+def test_surfaces_in_contact_hold_what_the_other_yarn_can_reach(made):
+    """Yarns that cross are in reach near the crossing alone, on the sides that face each other."""
+    found, radius = made("pair"), made("pair").mesh.radius
+    (pair,) = found.deck.contacts
+    assert not made("knit").deck.contacts
+    mesh = found.mesh
+    travel = 1e-4
+    for surface, yarn, other in ((pair.slave, 1, 0), (pair.master, 0, 1)):
+        corners = np.take_along_axis(mesh.hexahedra[surface.elements], FACES[surface.faces - 1], axis=1)
+        assert set(mesh.yarn_of_slice[corners.ravel() // mesh.section.size]) == {yarn}
+        every = mesh.nodes[mesh.surface_quads(yarn)].mean(axis=1)
+        opposite = mesh.nodes[mesh.surface_quads(other)].mean(axis=1)
+        distance = np.linalg.norm(every[:, None] - opposite, axis=2).min(axis=1)
+        assert 0 < len(corners) == (distance < radius + travel).sum() < len(every)
 
 
 @pytest.mark.parametrize(
-    ("dialect", "normal", "friction"),
+    ("dialect", "friction", "expected"),
     [
-        (
-            "abaqus",
-            ("*SURFACE BEHAVIOR, PENALTY=LINEAR", [2.6e10]),
-            ("*FRICTION, ELASTIC SLIP=7.600000000000e-03", [0.76]),
-        ),
+        ("abaqus", 0.76, {"*SURFACE BEHAVIOR, PENALTY=LINEAR": ["k"], "*FRICTION, ELASTIC SLIP=": ["mu"]}),
         (
             "calculix",
-            ("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR", [2.6e10, 1.0]),
-            ("*FRICTION", [0.76, 1.3e10]),
+            0.76,
+            {"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR": ["k", 1.0], "*FRICTION": ["mu", "t"]},
         ),
+        ("abaqus", 0.0, {"*SURFACE BEHAVIOR, PENALTY=LINEAR": ["k"]}),
+        ("calculix", 0.0, {"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR": ["k", 1.0]}),
     ],
 )
-def test_law_of_contact(mesh, knit, tmp_path, dialect, normal, friction):
-    write_inp(contact_deck(mesh, knit), tmp_path / "deck.inp", dialect)
-    found = {card: rows for card, rows in cards(tmp_path / "deck.inp")}
-    for card, numbers in (normal, friction):
-        assert [float(entry) for entry in found[card][0].split(",")] == pytest.approx(numbers)
-    assert found["*CONTACT PAIR, INTERACTION=YARNS, TYPE=SURFACE TO SURFACE"] == ["ROW0_SLAVE, ROW0_MASTER"]
+def test_law_of_contact(made, written, dialect, friction, expected):
+    changes = {"contact.friction": friction}
+    path, law = written(dialect, "pair", changes), made("pair", changes).deck.interaction.law
+    numbers = {"k": law.normal, "mu": law.friction, "t": law.tangential}
+    assert law.normal == pytest.approx(10 * E / 0.6e-3)
+    for card, entries in expected.items():
+        ((row,),) = data(path, card)
+        assert [float(entry) for entry in row.split(",")] == pytest.approx(
+            [numbers.get(entry, entry) for entry in entries]
+        )
+    assert bool(data(path, "*FRICTION")) == bool(friction)
+    (row,) = data(path, "*CONTACT PAIR, INTERACTION=YARNS, TYPE=SURFACE TO SURFACE")
+    assert row == ["YARNS0_1_SLAVE, YARNS0_1_MASTER"]
 
 
-def test_stick_stiffness_is_that_of_the_law_at_the_largest_penetration(mesh, knit):
-    interaction = contact_deck(mesh, knit).interaction
+def test_stick_stiffness_of_abaqus_is_that_of_the_law_at_the_largest_penetration(made, written):
+    interaction = made("pair").deck.interaction
     law = interaction.law
     pressure = law.normal * interaction.penetration
     assert law.friction * pressure / interaction.elastic_slip == pytest.approx(law.tangential)
+    (card,) = [card for card, _ in cards(written("abaqus", "pair")) if card.startswith("*FRICTION")]
+    assert float(card.split("=")[1]) == pytest.approx(interaction.elastic_slip)
 
 
-def test_rough_contact_and_none(mesh, knit, tmp_path):
-    def friction(dialect, **options):
-        write_inp(contact_deck(mesh, knit, **options), tmp_path / "deck.inp", dialect)
-        return [(card, rows) for card, rows in cards(tmp_path / "deck.inp") if card.startswith("*FRICTION")]
-
-    assert friction("abaqus", interaction="rough") == [("*FRICTION, ROUGH", [])]
-    ((_, (line,)),) = friction("calculix", interaction="rough")
-    assert float(line.split(",")[0]) >= 1e6
-    assert not friction("abaqus", friction=0.0)
-    assert not friction("calculix", friction=0.0)
+def test_rough_contact(written):
+    assert data(written("abaqus", "pair", {"interaction": "rough"}), "*FRICTION, ROUGH") == [[]]
+    ((row,),) = data(written("calculix", "pair", {"interaction": "rough"}), "*FRICTION")
+    assert float(row.split(",")[0]) >= 1e6
 
 
-@pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
-def test_a_path_is_one_step_a_leg(mesh, knit, tmp_path, dialect):
-    path = ((0.0, 0.0, -0.1), (0.2, 0.0, -0.1), (0.0, 0.0, -0.1))
-    write_inp(contact_deck(mesh, knit, specimen="pair", path=path), tmp_path / "deck.inp", dialect)
-    ends = [
-        tuple(float(row.split(",")[3]) for row in rows if row.startswith("DRIVEN"))
-        for rows in data(tmp_path / "deck.inp", "*BOUNDARY")
-    ]
-    increments = [rows[0] for rows in data(tmp_path / "deck.inp", "*STATIC")]
-    legs = slice(1, None) if dialect == "calculix" else slice(None)  # a step of rest comes first
-    assert ends[legs] == list(path)
-    assert increments[legs] == ["1.0, 4.0"] * 3
-    read = meshio.read(tmp_path / "deck.inp")
-    np.testing.assert_array_equal(read.point_sets["DRIVEN"], np.sort(mesh.slice_nodes([13, 25]).ravel()))
+@DIALECTS
+def test_a_path_is_one_step_a_leg(written, dialect):
+    """CalculiX rests for a step before yarns that touch are moved."""
+    legs = [[0.0, 0.0, -1e-4], [2e-4, 0.0, -1e-4], [0.0, 0.0, -1e-4]]
+    path = written(dialect, "pair", {"load.path": legs, "solver.increments": 12})
+    ends = [[float(row[3]) for row in rows if row[0] == "DRIVEN"] for rows in boundaries(path)]
+    steps = [rows[0] for rows in data(path, "*STATIC")]
+    rest = [([0.0] * 3, "1.0, 1.0")] if dialect == "calculix" else []
+    assert list(zip(ends, steps, strict=True)) == rest + [(leg, "1.0, 4.0") for leg in legs]
 
 
-def test_calculix_rests_before_yarns_that_touch_are_moved(mesh, tie, knit, tmp_path):
-    write_inp(contact_deck(mesh, knit), tmp_path / "deck.inp", "calculix")
-    first, second = data(tmp_path / "deck.inp", "*BOUNDARY")
-    assert [float(row.split(",")[3]) for row in first] == [0.0] * 4
-    assert [row.split(",")[:3] for row in first] == [row.split(",")[:3] for row in second]
-    for deck in (specimen_deck(scene(), knit, mesh, tie), replace(contact_deck(mesh, knit), rests=False)):
-        write_inp(deck, tmp_path / "deck.inp", "calculix")
-        assert len(data(tmp_path / "deck.inp", "*BOUNDARY")) == 1
-
-
-def test_what_is_not_allowed_is_refused(mesh, tie, knit, tmp_path):
-    with pytest.raises(ConfigurationError, match="'penalty' is not allowed; one of surfaces, equations"):
-        specimen_deck(scene(), knit, mesh, tie, "penalty")
-    with pytest.raises(
-        ConfigurationError, match="unknown deck dialect 'nastran'; allowed are abaqus, calculix"
-    ):
-        write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", "nastran")
-    assert not list(tmp_path.iterdir())
-
-
-E, NU = 1.3e9, 0.42
-G, K = E / (2 * (1 + NU)), E / (3 * (1 - 2 * NU))
+def test_calculix_rests_only_before_contact(written):
+    assert len(boundaries(written("calculix"))) == 1
+    assert len(boundaries(written("calculix", "pair"))) == 2
+    assert len(boundaries(written("calculix", "pair", rests=False))) == 1
 
 
 @pytest.mark.parametrize(
-    ("dialect", "hourglass", "rows"),
-    [("abaqus", 0.005, ["1.0"]), ("abaqus", 0.02, ["4.0"]), ("calculix", 0.005, None)],
+    ("dialect", "hourglass", "factor"),
+    [("abaqus", 0.005, 1.0), ("abaqus", 0.02, 4.0), ("calculix", 0.005, None)],
 )
-def test_one_point_element_and_its_hourglass_control(mesh, tie, knit, tmp_path, dialect, hourglass, rows):
-    deck = specimen_deck(scene(hourglass=hourglass), knit, mesh, tie)
-    write_inp(deck, tmp_path / "deck.inp", dialect)
-    assert {
-        card.split(",")[1] for card, _ in cards(tmp_path / "deck.inp") if card.startswith("*ELEMENT,")
-    } == {" TYPE=C3D8R"}
-    controls = data(tmp_path / "deck.inp", "*SECTION CONTROLS, NAME=HOURGLASS, HOURGLASS=STIFFNESS")
-    assert [[float(row) for row in each] for each in controls] == ([list(map(float, rows))] if rows else [])
-    (section,) = [card for card, _ in cards(tmp_path / "deck.inp") if card.startswith("*SOLID SECTION")]
-    assert section.endswith("CONTROLS=HOURGLASS") == bool(rows)
+def test_hourglass_control(written, dialect, hourglass, factor):
+    path = written(dialect, changes={"solver.hourglass": hourglass})
+    controls = data(path, "*SECTION CONTROLS, NAME=HOURGLASS, HOURGLASS=STIFFNESS")
+    assert [[float(row) for row in each] for each in controls] == ([[factor]] if factor else [])
+    (section,) = [card for card, _ in cards(path) if card.startswith("*SOLID SECTION")]
+    assert section.endswith("CONTROLS=HOURGLASS") == bool(factor)
 
 
-@pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
-def test_element_with_incompatible_modes(mesh, tie, knit, tmp_path, dialect):
-    write_inp(
-        specimen_deck(scene(element="incompatible_modes"), knit, mesh, tie), tmp_path / "deck.inp", dialect
-    )
-    assert {
-        card.split(",")[1] for card, _ in cards(tmp_path / "deck.inp") if card.startswith("*ELEMENT,")
-    } == {" TYPE=C3D8I"}
-    assert not data(tmp_path / "deck.inp", "*SECTION CONTROLS")
-    assert np.vstack([block.data for block in meshio.read(tmp_path / "deck.inp").cells]).shape == (
-        len(mesh.hexahedra),
-        8,
-    )
-
-
-@pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
+@DIALECTS
 @pytest.mark.parametrize(
     ("law", "card", "numbers"),
     [
@@ -365,11 +245,11 @@ def test_element_with_incompatible_modes(mesh, tie, knit, tmp_path, dialect):
         ("neo_hookean", "*HYPERELASTIC, NEO HOOKE", [G / 2, 2 / K]),
     ],
 )
-def test_material(mesh, tie, knit, tmp_path, dialect, law, card, numbers):
-    write_inp(specimen_deck(scene(material=law), knit, mesh, tie), tmp_path / "deck.inp", dialect)
-    place = [name for name, _ in cards(tmp_path / "deck.inp")]
+def test_material(written, dialect, law, card, numbers):
+    path = written(dialect, changes={"yarn.material": law})
+    place = [name for name, _ in cards(path)]
     assert place[place.index("*MATERIAL, NAME=YARN") + 1] == card
-    ((row,),) = data(tmp_path / "deck.inp", card)
+    ((row,),) = data(path, card)
     assert [float(entry) for entry in row.split(",")] == pytest.approx(numbers, rel=1e-12)
 
 
@@ -379,41 +259,29 @@ def remarks(path):
 
 
 @pytest.mark.parametrize(
-    ("dialect", "options", "keys"),
+    ("dialect", "specimen", "changes", "keys"),
     [
-        ("abaqus", {}, ["yarn.material"]),
-        ("abaqus", {"material": "neo_hookean"}, ["yarn.material"]),
-        ("abaqus", {"material": "st_venant_kirchhoff"}, ["yarn.material"]),
-        ("abaqus", {"element": "incompatible_modes"}, ["mesh.element", "yarn.material"]),
-        ("abaqus", {"interaction": "rough"}, ["yarn.material"]),
-        ("abaqus", {"interaction": "isotropic"}, ["yarn.material", "contact.tangential_stiffness"]),
-        ("calculix", {}, ["solver.hourglass", "yarn.material"]),
-        ("calculix", {"material": "st_venant_kirchhoff"}, ["solver.hourglass"]),
-        ("calculix", {"material": "neo_hookean"}, ["solver.hourglass", "yarn.material"]),
-        ("calculix", {"element": "incompatible_modes"}, ["mesh.element", "yarn.material"]),
-        ("calculix", {"interaction": "rough"}, ["solver.hourglass", "yarn.material", "interaction"]),
+        ("abaqus", "knit", {}, ["yarn.material", "ties"]),
+        ("abaqus", "knit", {"yarn.material": "st_venant_kirchhoff"}, ["yarn.material", "ties"]),
+        ("abaqus", "pair", {"interaction": "rough"}, ["yarn.material"]),
+        ("abaqus", "pair", {}, ["yarn.material", "contact.tangential_stiffness"]),
+        ("calculix", "knit", {}, ["solver.hourglass", "yarn.material", "ties"]),
+        ("calculix", "knit", {"yarn.material": "st_venant_kirchhoff"}, ["solver.hourglass", "ties"]),
+        ("calculix", "pair", {"interaction": "rough"}, ["solver.hourglass", "yarn.material", "interaction"]),
         (
             "calculix",
-            {"interaction": "isotropic", "stops": (0.01,), "augmentations": 10, "stabilisation": 1e-9},
-            [
-                "solver.hourglass",
-                "yarn.material",
-                "load.stops",
-                "contact.augmentations",
-                "solver.stabilisation",
-            ],
+            "pair",
+            {"contact.augmentations": 10, "solver.stabilisation": 1e-9},
+            ["solver.hourglass", "yarn.material", "contact.augmentations", "solver.stabilisation"],
         ),
     ],
 )
-def test_what_a_deck_leaves_unsaid_is_in_it_and_in_the_log(
-    mesh, tie, knit, tmp_path, caplog, dialect, options, keys
-):
-    tied = options.get("interaction", "tie") == "tie"
-    deck = specimen_deck(scene(**options), knit, mesh, tie) if tied else contact_deck(mesh, knit, **options)
-    write_inp(deck, tmp_path / "deck.inp", dialect)
-    assert remarks(tmp_path / "deck.inp") == keys
+def test_what_a_deck_leaves_unsaid_is_in_it_and_in_the_log(written, caplog, dialect, specimen, changes, keys):
+    base = {"contact.augmentations": 0, "solver.stabilisation": 0} if specimen == "pair" else {}
+    path = written(dialect, specimen, base | changes)
+    assert remarks(path) == keys
     assert [record.levelname for record in caplog.records] == ["WARNING"] * len(keys)
-    assert max(map(len, (tmp_path / "deck.inp").read_text().splitlines())) <= 132
+    assert max(map(len, path.read_text().splitlines())) <= 132
 
 
 def uniaxial(law, strain):
@@ -438,44 +306,24 @@ def test_departures_of_laws_are_as_large_as_said():
     assert logarithmic / hencky == pytest.approx((1 + strain) * lateral**2, rel=1e-9)  # J
 
 
-@pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("dialect", "change", "message"),
     [
-        ({"element": "shell"}, "mesh.element is 'shell'.*has words for one_point, incompatible_modes"),
+        ("nastran", {}, "unknown deck dialect 'nastran'; allowed are abaqus, calculix"),
+        ("abaqus", {"element": "shell"}, "mesh.element is 'shell'.*allowed are one_point, quadratic"),
         (
-            {"material": SimpleNamespace(law="mooney", poisson_ratio=NU)},
-            "yarn.material is 'mooney'.*has words for hencky, neo_hookean, st_venant_kirchhoff",
+            "calculix",
+            {"material": SimpleNamespace(law="mooney")},
+            "yarn.material is 'mooney'.*allowed are hencky, neo_hookean, st_venant_kirchhoff",
         ),
         (
+            "calculix",
             {"interaction": Interaction("sticky", None, 0.1)},
-            "interaction is 'sticky'.*has words for rough, isotropic",
+            "interaction is 'sticky'.*isotropic, rough",
         ),
     ],
 )
-def test_what_a_dialect_has_no_word_for_is_refused(mesh, tie, knit, tmp_path, dialect, change, message):
-    deck = replace(specimen_deck(scene(), knit, mesh, tie), **change)
+def test_what_a_deck_cannot_say_is_refused(made, tmp_path, dialect, change, message):
     with pytest.raises(ConfigurationError, match=message):
-        write_inp(deck, tmp_path / "deck.inp", dialect)
+        write_inp(replace(made("knit").deck, **change), tmp_path / "deck.inp", dialect)
     assert not list(tmp_path.iterdir())
-
-
-def test_a_dialect_is_one_class_that_registers_itself(mesh, tie, knit, tmp_path):
-    @dialect.DIALECTS.register
-    class Terse(dialect.Dialect):
-        name, program = "terse", "Terse"
-        elements: ClassVar = {"one_point": lambda deck: dialect.Element("BRICK")}
-        materials: ClassVar = {"hencky": lambda material: dialect.Wording("*HENCKY\n")}
-        interactions: ClassVar = {}
-
-        def tie(self, name, tolerance):
-            return "*GLUE\n"
-
-        def outputs(self, deck):
-            return ""
-
-    write_inp(specimen_deck(scene(), knit, mesh, tie), tmp_path / "deck.inp", "terse")
-    assert {"*HENCKY", "*GLUE"} <= {card for card, _ in cards(tmp_path / "deck.inp")}
-    with pytest.raises(ConfigurationError, match="interaction is 'rough', which Terse has no word for"):
-        write_inp(contact_deck(mesh, knit, interaction="rough"), tmp_path / "rough.inp", "terse")
-    dialect.DIALECTS.forget("terse")

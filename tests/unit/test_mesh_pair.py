@@ -7,7 +7,6 @@ from knitstudy.errors import MeshError
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.mesh.grips import grips
 from knitstudy.mesh.knit import mesh_specimen
-from knitstudy.models.facet_tie import tie_crossings
 
 RADIUS, LENGTH, CLEARANCE, SIZE = 0.9e-3, 8e-3, 0.02, 0.45e-3
 
@@ -60,14 +59,6 @@ class _Overlapping(YarnPair):
     @property
     def middles(self):
         return super().middles * 0.97
-
-
-def test_pair_can_be_tied(pair, mesh):
-    tie = tie_crossings(mesh, pair, 0.05)
-    assert set(mesh.yarn_of_slice[tie.slave // mesh.section.size]) == {1}
-    assert set(mesh.yarn_of_slice[tie.master.ravel() // mesh.section.size]) == {0}
-    assert len(tie.area) == 1
-    np.testing.assert_allclose(tie.centroid[0, :2], 0, atol=1e-9)
 
 
 def test_back_is_the_half_that_cannot_touch(pair, mesh, scene):

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, MeshError
-from knitstudy.exchange.shell_section import NAMES, entries, section_matrix, write_deck
+from knitstudy.exchange.inp import SHELL_ENTRIES, section_matrix, shell_entries, write_shell
 from knitstudy.measures.endless_knit import moduli, referred, rotated
 from knitstudy.mechanics.periodic import Lattice
 from knitstudy.mechanics.spline_yarn.seam import conversion, seam
@@ -129,18 +129,18 @@ def cell_history(strain=0.05, matrix=None):
 
 def test_the_deck_has_the_section_column_by_column(tmp_path):
     path = tmp_path / "cell.inp"
-    write_deck(load_scene("cell-course"), path, cell_history())
+    write_shell(load_scene("cell-course"), path, cell_history())
     lines = path.read_text().splitlines()
     at = next(i for i, line in enumerate(lines) if line.startswith("*SHELL GENERAL SECTION, ELSET=KNIT"))
     rows = [[float(value) for value in line.split(",")] for line in lines[at + 1 :]]
     assert [len(row) for row in rows] == [8, 8, 5]
     matrix, numbers = random_stiffness(), np.concatenate(rows)
-    assert NAMES[:7] == ("D11", "D12", "D22", "D13", "D23", "D33", "D14")
-    assert (NAMES[-1], len(NAMES)) == ("D66", 21)
-    for name, number in zip(NAMES, numbers, strict=True):
+    assert SHELL_ENTRIES[:7] == ("D11", "D12", "D22", "D13", "D23", "D33", "D14")
+    assert (SHELL_ENTRIES[-1], len(SHELL_ENTRIES)) == ("D66", 21)
+    for name, number in zip(SHELL_ENTRIES, numbers, strict=True):
         assert number == pytest.approx(matrix[int(name[1]) - 1, int(name[2]) - 1], rel=1e-12)
     np.testing.assert_allclose(section_matrix(cell_history()), matrix)
-    np.testing.assert_allclose(entries(matrix), numbers, rtol=1e-12)
+    np.testing.assert_allclose(shell_entries(matrix), numbers, rtol=1e-12)
 
 
 def test_tables_of_cells():

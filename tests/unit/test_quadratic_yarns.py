@@ -1,21 +1,13 @@
-"""Yarns of quadratic hexahedra: what they are for ties, contact, grips, decks and ParaView."""
+"""Yarns of quadratic hexahedra: what they are for ties, contact and grips."""
 
-import meshio
 import numpy as np
 import pytest
 
-from knitstudy.exchange.deck import specimen_deck
-from knitstudy.exchange.inp import write_inp
-from knitstudy.exchange.vtu import write_vtu
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.mechanics.elements.quadratic import EDGES
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.knit import mesh_specimen
-from knitstudy.mesh.quadratic import quadratic_mesh
-from knitstudy.models.discretisation import serendipity
-from knitstudy.models.facet_tie import tie_crossings
 from knitstudy.models.hexahedra import divide
-from knitstudy.models.ties import tie_of
 
 RADIUS, SIZE = 0.9e-3, 0.45e-3
 
@@ -53,12 +45,6 @@ def parts(scene, swept, pair):
 
 def moved(nodes, unity=1.0):
     return nodes @ exp(np.array([0.5, -0.3, 1.0])).T + unity * np.array([1e-3, 2e-3, -3e-3])
-
-
-def test_serendipity_is_one_at_its_node():
-    along = np.array([0, 0, 1, 1, 0, 0.5, 1, 0.5])
-    around = np.array([0, 1, 1, 0, 0.5, 1, 0.5, 0])
-    np.testing.assert_allclose(serendipity(along, around), np.eye(8), atol=1e-15)
 
 
 def test_what_is_seen_are_the_corners(parts):
@@ -102,66 +88,3 @@ def test_places_are_sums_of_nodes_that_move_with_the_yarn(parts):
     assert (parts.yarn[nodes] == 0).all()
     placed = np.einsum("ka,kai->ki", weights, moved(parts.nodes)[nodes])
     np.testing.assert_allclose(placed, moved(points), atol=1e-9 * RADIUS)
-
-
-@pytest.fixture(scope="module")
-def tie(parts, pair):
-    return tie_crossings(parts.mesh, pair, 0.05, faces=parts.faces)
-
-
-def test_slaves_are_all_nodes_of_tied_faces(parts, tie):
-    faces = parts.faces.of_yarn[1]
-    tied = np.isin(faces, tie.slave).all(axis=1)
-    assert tied.any()
-    np.testing.assert_array_equal(np.unique(faces[tied]), tie.slave)
-    assert (parts.yarn[tie.master] == 0).all()
-
-
-def test_tied_yarns_move_as_one(parts, tie):
-    np.testing.assert_allclose(tie.weight.sum(axis=1), 1)
-    rigid = moved(tie.nodes)
-    np.testing.assert_allclose(tie.dependence @ rigid, rigid, atol=1e-12 * RADIUS)
-    moved_onto = np.linalg.norm(tie.nodes - parts.nodes, axis=1)
-    np.testing.assert_array_equal(np.flatnonzero(moved_onto > 0), tie.slave)
-
-
-@pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
-@pytest.mark.parametrize("rule", ["facets", "patch"])
-def test_decks(scene, swept, pair, tmp_path, dialect, rule):
-    keys = {"interaction": "tie", "tie.rule": rule}
-    tied = scene.vary(keys)
-    parts = divide(tied, swept, pair)
-    tie = tie_of(tied, parts, pair)
-    deck = specimen_deck(tied, pair, swept, tie, "equations")
-    write_inp(deck, tmp_path / "deck.inp", dialect)
-    text = (tmp_path / "deck.inp").read_text()
-    assert "TYPE=C3D20R" in text
-    read = meshio.read(tmp_path / "deck.inp")
-    np.testing.assert_allclose(read.points, tie.nodes, atol=1e-15)
-    np.testing.assert_array_equal(np.vstack([block.data for block in read.cells]), parts.connectivity)
-    # What was tied moves as one in the other program as well.
-    equations, rigid = deck.equations, moved(tie.nodes) - tie.nodes
-    followed = np.einsum("km,kmi->ki", equations.weight, rigid[equations.master])
-    np.testing.assert_allclose(followed, rigid[equations.slave], atol=1e-10 * RADIUS)
-    assert ("NOT QUITE THE SCENE: tie.rule is patch" in text) == (rule == "patch")
-
-
-def test_surfaces_of_decks_hold_what_is_tied(scene, swept, pair, tie):
-    tied = scene.vary({"interaction": "tie", "tie.rule": "facets"})
-    (ties,) = specimen_deck(tied, pair, swept, tie).ties
-    parts = divide(tied, swept, pair)
-    faces = np.array([[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])  # S3 to S6
-    corners = parts.connectivity[ties.slave.elements[:, None], faces[ties.slave.faces - 3]]
-    assert np.isin(corners, tie.slave).all()
-    assert len(corners) == np.isin(parts.faces.of_yarn[1], tie.slave).all(axis=1).sum()
-
-
-def test_paraview_gets_quadratic_cells(swept, pair, tmp_path):
-    mesh = quadratic_mesh(swept, pair.centrelines)
-    write_vtu(mesh, tmp_path / "mesh.vtu", {"displacement": 2 * mesh.nodes})
-    read = meshio.read(tmp_path / "mesh.vtu")
-    cells = read.cells_dict["hexahedron20"]
-    np.testing.assert_allclose(read.points[cells], mesh.nodes[mesh.elements])
-    np.testing.assert_allclose(read.point_data["displacement"], 2 * read.points)
-    assert len(read.points) == len(mesh.nodes) - len(mesh.face_centres)
-    assert set(read.point_data) == {"displacement", "yarn", "arc_length"}

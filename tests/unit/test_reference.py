@@ -107,7 +107,6 @@ def test_only_simulations_that_stop_at_its_strains_are_ways(solid):
 def test_problems_are_told_apart_by_their_physics_alone(plain_scene):
     touching = plain_scene.vary({"fidelity": "dns", "interaction": "isotropic"})
     same = {
-        "tie.rule": "patch",
         "mesh.size": 0.2e-3,
         "mesh.element": "incompatible_modes",
         "solver.increments": 3,
@@ -126,12 +125,6 @@ def test_problems_are_told_apart_by_their_physics_alone(plain_scene):
     }
     found = {problem_of(touching.replace(key, value)) for key, value in others.items()}
     assert len(found | {problem_of(touching)}) == len(others) + 1
-
-
-def test_simulations_of_other_ties_are_another_way(solid):
-    scenes = [*way(solid, "one_point").values(), *way(solid, "one_point", **{"tie.tolerance": 0.1}).values()]
-    (ways,) = refinement_series_of(scenes).values()
-    assert [each.name for each in ways] == ["one-point hexahedra"] * 2
 
 
 def test_ways_run_from_the_coarsest_to_the_finest(solid):

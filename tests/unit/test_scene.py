@@ -388,7 +388,7 @@ def test_geometry_key_knows_what_determines_the_geometry(scene):
         assert scene.replace(key, value).geometry_key != scene.geometry_key
     for key, value in [("yarn.youngs_modulus", 1e9), ("load.strain", 0.01), ("mesh.size", 1e-3)]:
         assert scene.replace(key, value).geometry_key == scene.geometry_key
-    for key, value in [("interaction", "rough"), ("tie.tolerance", 0.1), ("load.stops", [0.01])]:
+    for key, value in [("interaction", "rough"), ("tie.radius", 0.1), ("load.stops", [0.01])]:
         assert scene.replace(key, value).geometry_key == scene.geometry_key
 
 

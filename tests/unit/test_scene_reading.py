@@ -29,7 +29,6 @@ def test_sections_and_single_keys_are_read(scene):
     assert scene.read(["specimen", "mesh.size", "tie", "contact", "rom.joint", "mesh.beam_size"]) == {
         "specimen": "knit",
         "mesh": {"size": 0.3e-3},
-        "tie": {"tolerance": 0.05},
     }
 
 

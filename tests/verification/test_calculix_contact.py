@@ -1,4 +1,4 @@
-"""What CalculiX's contact of surfaces computes (docs/calculix.md), from two crossing yarns."""
+"""What CalculiX's contact of surfaces computes (docs/decks.md), from two crossing yarns."""
 
 from dataclasses import replace
 from functools import partial
@@ -12,7 +12,6 @@ from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.mesh.knit import mesh_pair
-from knitstudy.models.facet_tie import tie_crossings
 from knitstudy.study.configuration import load_scene
 
 pytestmark = [
@@ -33,8 +32,7 @@ def pulled(folder, path, increments, interaction="isotropic", rests=True):
     scene = scene.replace("interaction", interaction)
     pair = YarnPair(scene.yarn.radius, scene.pair.angle, scene.pair.length, scene.pair.clearance)
     mesh = mesh_pair(pair, SIZE, scene.mesh.growth)
-    untied = tie_crossings(mesh, pair, scene.tie.tolerance, np.zeros(1, dtype=bool))
-    deck = replace(specimen_deck(scene, pair, mesh, untied), fields=False, rests=rests)
+    deck = replace(specimen_deck(scene, pair, mesh), fields=False, rests=rests)
     write_inp(deck, folder / "deck.inp", "calculix")
     run = calculix.run(folder / "deck.inp")
     assert not run.warnings

@@ -34,7 +34,7 @@ def force_of_solid_yarns(scene, **degrees):
 
 
 def force_of_hexahedra(scene, size, **changes):
-    chosen = scene.vary({"tie.rule": "patch", "mesh.size": size, "gates.elements_across": 2} | changes)
+    chosen = scene.vary({"mesh.size": size, "gates.elements_across": 2} | changes)
     knit, mesh = knit_and_mesh(chosen)
     return float(dns.run(chosen, mesh, knit)["force"][-1])
 

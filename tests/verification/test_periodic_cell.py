@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.exchange.shell_section import section_matrix
+from knitstudy.exchange.inp import section_matrix
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.solve import follow

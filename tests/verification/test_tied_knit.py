@@ -77,7 +77,6 @@ def test_the_reference_element_has_no_hourglass_modes(cell):
         solver__increments=1,
         mesh__size=0.9e-3,
         gates__elements_across=2,
-        tie__rule="facets",
     )
     knit, mesh = knit_and_mesh(light)
     one, reference = (dns.run(changed(light, mesh__element=name), mesh, knit) for name in ELEMENTS)
@@ -105,7 +104,7 @@ def test_tie_follows_rigid_rotations(cell, verify):
     knit, mesh = knit_and_mesh(cell)
     yarns = dns.assemble_yarns(cell, mesh, knit)
     rotation = exp(np.array([0.4, -1.2, 0.9]))
-    nodes = yarns.tie.nodes[yarns.retained]
+    nodes = yarns.parts.nodes[yarns.retained]
     force = yarns.model.respond(SolidState(nodes @ rotation.T - nodes), stiffness=False).force
     level = cell.yarn.youngs_modulus * cell.mesh.size**2
     verify.at_most("rigid rotation of a tied cell: force over E h^2", np.abs(force).max() / level, 1e-10)

@@ -44,7 +44,7 @@ def test_deformed_yarns_for_paraview(checkout):
     history = read_dataset(results / "dns" / "dns-tie-course-coarse.nc")
     mesh = SweptMesh.from_dataset(read_dataset(results / "mesh" / "dns-tie-course-coarse.nc"))
     read = meshio.read(results / "dns" / "dns-tie-course-coarse.vtu")
-    displacement = read.point_data["displacement"]
+    displacement = read.point_data["displacement [m]"]
     np.testing.assert_array_equal(displacement, history["node_displacement"])
     # The ends of the yarns are driven: exactly, but for the rounding of the load factor.
     travel = float(history["displacement"][-1])

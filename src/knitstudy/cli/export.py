@@ -14,11 +14,6 @@ from knitstudy.cli.options import changed_scene, config_option, set_option
 @click.option(
     "--dialect", type=click.Choice(["abaqus", "calculix"]), required=True, help="The other program."
 )
-@click.option(
-    "--constraints",
-    type=click.Choice(["surfaces", "equations"]),
-    help="Ties as surfaces that the program ties itself (the default for tie.rule facets), or as equations.",
-)
 @set_option
 @click.option(
     "-o",
@@ -27,10 +22,8 @@ from knitstudy.cli.options import changed_scene, config_option, set_option
     help="The deck's file; SCENE.DIALECT.inp in the current folder by default.",
 )
 @config_option
-def export(
-    scene: str, dialect: str, constraints: str | None, changes: tuple, output: Path | None, config: Path
-) -> None:
-    """Write a scene of solid yarns as an input deck (.inp): mesh, ties, contact, grips and load, in m, N and Pa.
+def export(scene: str, dialect: str, changes: tuple, output: Path | None, config: Path) -> None:
+    """Write a scene of hexahedra as an input deck (.inp): mesh, ties, contact, grips and load, in m, N and Pa.
 
     \b
     knitstudy export dns-tie-course --dialect calculix
@@ -39,15 +32,12 @@ def export(
     # Imported here: --help need not wait for it.
     from knitstudy.exchange.deck import require_deck, specimen_deck
     from knitstudy.exchange.inp import write_inp
-    from knitstudy.models.hexahedra import divide
-    from knitstudy.models.ties import tie_of
     from knitstudy.stages.simulate import lay_out
 
     wanted = changed_scene(scene, changes, config)
     require_deck(wanted)
     chosen, specimen, mesh = lay_out(wanted, config=config)
-    tie = tie_of(chosen, divide(chosen, mesh, specimen), specimen)
     path = output or Path(f"{chosen.name}.{dialect}.inp")
-    deck = specimen_deck(chosen, specimen, mesh, tie, constraints)
+    deck = specimen_deck(chosen, specimen, mesh)
     write_inp(deck, path, dialect)
     click.echo(f"{path}: {len(deck.nodes)} nodes, {len(mesh.hexahedra)} hexahedra; m, N, Pa")

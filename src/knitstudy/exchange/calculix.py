@@ -1,4 +1,4 @@
-"""CalculiX as the independent code: run a deck, and read what it found and what it cost."""
+"""CalculiX as the independent code: run a deck, and read its results and its cost."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ start = time.perf_counter()
 child = os.posix_spawnp(sys.argv[1], sys.argv[1:], os.environ, file_actions=[(os.POSIX_SPAWN_DUP2, 2, 1)])
 _, status, usage = os.wait4(child, 0)
 cpu = usage.ru_utime + usage.ru_stime
-print(os.waitstatus_to_exitcode(status), time.perf_counter() - start, cpu, usage.ru_maxrss)
+print(os.waitstatus_to_exitcode(status), time.perf_counter() - start, cpu, 1024 * usage.ru_maxrss)
 """
 """A small process to start CalculiX from: a child's largest resident size begins with that of its parent."""
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """What one run of CalculiX found, and what it cost.
+    """Results and cost of one run of CalculiX.
 
     Attributes
     ----------
@@ -41,17 +41,13 @@ class Run:
     force : ndarray (i, 3)
         Total reaction of the driven set, N.
     iterations : ndarray (i,) of int
-        Newton iterations of every increment, those of failed attempts included.
-    seconds : float
-        Wall time of the whole process.
-    cpu_seconds : float
-        Processor time of all its threads; more telling than the wall time where the machine is shared.
-    memory_growth : int
-        Largest resident size over that of a process that only prints its version, bytes.
-    memory_peak : int
-        Largest resident size, bytes.
+        Newton iterations of every increment, including failed attempts.
+    seconds, cpu_seconds : float
+        Wall time of the process, and processor time of all its threads.
+    memory_growth, memory_peak : int
+        Largest resident size, and its excess over that of a process that only prints its version, bytes.
     log : str
-        Everything that it printed.
+        Printed output.
     """
 
     step: np.ndarray
@@ -66,7 +62,7 @@ class Run:
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings that it printed, without repetitions."""
+        """Warnings without repetitions."""
         found = re.findall(r"\*WARNING[^\n]*(?:\n {9}[^\n]*)*", self.log)
         return list(dict.fromkeys(" ".join(text.split()) for text in found))
 
@@ -76,7 +72,7 @@ def available() -> bool:
     return shutil.which(PROGRAM) is not None
 
 
-def run(deck: Path | str, threads: int = 1, folder: Path | str | None = None) -> Run:
+def run(deck: Path | str, threads: int = 1) -> Run:
     """Run a deck in a scratch folder and read its results.
 
     Parameters
@@ -85,8 +81,6 @@ def run(deck: Path | str, threads: int = 1, folder: Path | str | None = None) ->
         Keyword file that prints the total reaction of one node set.
     threads : int
         Threads of element loops and of the equation solver.
-    folder : Path or str, optional
-        Where its files stay; by default they are deleted.
 
     Raises
     ------
@@ -103,33 +97,22 @@ def run(deck: Path | str, threads: int = 1, folder: Path | str | None = None) ->
     if not deck.is_file():
         raise DataFileError(f"{deck}: there is no such file")
     with tempfile.TemporaryDirectory() as scratch:
-        place = Path(folder or scratch)
-        place.mkdir(parents=True, exist_ok=True)
+        place = Path(scratch)
         shutil.copyfile(deck, place / "deck.inp")
-        bare = _measure([PROGRAM, "-v"], place, threads)
-        process = _measure([PROGRAM, "-i", "deck"], place, threads)
-        if process.status or "*ERROR" in process.log:
-            errors = re.findall(r"\*ERROR[^\n]*(?:\n {7}[^\n]*)*", process.log) or ["it printed no error"]
+        *_, bare, _ = _measure(["-v"], place, threads)
+        status, seconds, cpu_seconds, peak, log = _measure(["-i", "deck"], place, threads)
+        if status or "*ERROR" in log:
+            errors = re.findall(r"\*ERROR[^\n]*(?:\n {7}[^\n]*)*", log) or ["it printed no error"]
             raise ConvergenceError(
-                f"{deck}: CalculiX ended with status {process.status}: {' '.join(errors[0].split())}"
+                f"{deck}: CalculiX ended with status {status}: {' '.join(errors[0].split())}"
             )
         moments, force = read_totals(place / "deck.dat")
         step, iterations = read_iterations(place / "deck.sta")
-    return Run(
-        step=step,
-        time=moments,
-        force=force,
-        iterations=iterations,
-        seconds=process.seconds,
-        cpu_seconds=process.cpu_seconds,
-        memory_growth=process.peak - bare.peak,
-        memory_peak=process.peak,
-        log=process.log,
-    )
+    return Run(step, moments, force, iterations, seconds, cpu_seconds, peak - bare, peak, log)
 
 
 def read_totals(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Times (i,) and total forces (i, 3) that a `.dat` file holds.
+    """Return the times (i,) and total forces (i, 3) in a `.dat` file.
 
     Raises
     ------
@@ -146,7 +129,7 @@ def read_totals(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 def read_iterations(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Step (i,) and Newton iterations (i,) of every increment in a `.sta` file, failed attempts included.
+    """Return step (i,) and Newton iterations (i,) of every increment in a `.sta` file, including failed attempts.
 
     Raises
     ------
@@ -162,35 +145,19 @@ def read_iterations(path: Path) -> tuple[np.ndarray, np.ndarray]:
     return increments[0], np.bincount(owner.ravel(), count).astype(int)
 
 
-@dataclass(frozen=True)
-class _Process:
-    """What an ended process printed, its status, its times (s) and its largest resident size (bytes)."""
-
-    log: str
-    status: int
-    seconds: float
-    cpu_seconds: float
-    peak: int
-
-
-def _measure(command: list[str], folder: Path, threads: int) -> _Process:
-    """Run a command in a folder and measure it."""
+def _measure(arguments: list[str], folder: Path, threads: int) -> tuple[int, float, float, int, str]:
+    """Run CalculiX in a folder; return its status, wall and processor time (s), peak memory (bytes) and output."""
     count = str(threads)
     settings = {"OMP_NUM_THREADS": count, "CCX_NPROC_EQUATION_SOLVER": count, "CCX_NPROC_STIFFNESS": count}
     with open(folder / "log.txt", "wb") as log:
         answer = subprocess.run(
-            [sys.executable, "-I", "-S", "-c", LAUNCHER, *command],
+            [sys.executable, "-I", "-S", "-c", LAUNCHER, PROGRAM, *arguments],
             cwd=folder,
             env=os.environ | settings,
             stdout=subprocess.PIPE,
             stderr=log,
             check=True,
         )
-    status, seconds, cpu_seconds, kibibytes = answer.stdout.split()
-    return _Process(
-        log=(folder / "log.txt").read_text(encoding="utf-8", errors="replace"),
-        status=int(status),
-        seconds=float(seconds),
-        cpu_seconds=float(cpu_seconds),
-        peak=int(kibibytes) * 1024,
-    )
+    status, seconds, cpu_seconds, peak = answer.stdout.split()
+    text = (folder / "log.txt").read_text(encoding="utf-8", errors="replace")
+    return int(status), float(seconds), float(cpu_seconds), int(peak), text

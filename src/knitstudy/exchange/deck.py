@@ -1,9 +1,7 @@
-"""Input decks of other finite-element programs: what they hold, whatever the dialect.
+"""Input decks of other finite-element programs: mesh, ties, contact, grips and load of a scene, without keywords.
 
-The same ties can be handed over in two ways. As *surfaces*, the other program finds tied facets itself; as
-*equations* it gets linear constraints: of facets exactly those that are eliminated here, on the adjusted mesh, of
-patches those that stiff springs stand for here. Contact is always handed over as surfaces, one pair for every row
-of crossings that are not tied.
+Ties are linear constraints, which eliminate one node for each of a tie's moments. Contact is a pair of surfaces for
+every two yarns that cross without a tie.
 """
 
 from __future__ import annotations
@@ -22,32 +20,22 @@ from knitstudy.loading.load_path import load_path
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models.facet_tie import tie_crossings
 from knitstudy.models.hexahedra import divide
-from knitstudy.models.ties import STIFFNESS
+from knitstudy.models.ties import STIFFNESS, tie_of
 from knitstudy.models.yarn_contact import penalties
 
 if TYPE_CHECKING:
     from knitstudy.geometry.pair import YarnPair
     from knitstudy.geometry.pattern import Knit
-    from knitstudy.models.discretisation import Discretisation
-    from knitstudy.models.facet_tie import FacetTie
-    from knitstudy.models.ties import Tie
     from knitstudy.study.scene import Scene
 
-CONSTRAINTS = ("surfaces", "equations")
-
 EXACTLY_JOINED = (
-    f"tie.rule is patch: springs of {STIFFNESS:g} E R join moments in the scene, equations without "
-    f"any compliance in a deck"
+    f"ties: springs of {STIFFNESS:g} E R join the moments of two yarns in the scene, equations without any compliance "
+    "in a deck"
 )
-FACETS_INSTEAD = "tie.rule is patch: a program that ties surfaces ties facets within tie.tolerance instead"
-
-POSITION_MARGIN = 1.05
-"""Position tolerance over the gap of the farthest slave node: rounding must not lose it."""
 
 CONTACT_REACH = 1.0
-"""Distance of facets that may come to touch, over the yarn's radius, besides what the load moves them."""
+"""Distance of facets that may come to touch, over the yarn's radius, besides the distance that the load moves them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,16 +44,6 @@ class Surface:
 
     elements: np.ndarray
     faces: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class TiedPair:
-    """Two surfaces, of which the nodes of ``slave`` within ``tolerance`` (m) follow ``master``."""
-
-    name: str
-    slave: Surface
-    master: Surface
-    tolerance: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +66,10 @@ class ContactPair:
 
 @dataclass(frozen=True)
 class Interaction:
-    """What happens where surfaces touch: the scene's word for it, its law, and the penetration (m) that it allows."""
+    """Contact law of all pairs of surfaces, and the penetration (m) that the scene allows.
+
+    ``kind`` is isotropic, rough or frictionless.
+    """
 
     kind: str
     law: Coulomb
@@ -98,7 +79,7 @@ class Interaction:
     def elastic_slip(self) -> float:
         """Slip (m) at which the largest penetration's pressure makes a sticking point slide.
 
-        For a program whose stick stiffness is mu p over this length: it is then that of the law at this pressure.
+        A program whose stick stiffness is mu p over this length has the stiffness of the law at this pressure.
         """
         return self.law.friction * self.law.normal / self.law.tangential * self.penetration
 
@@ -134,14 +115,13 @@ class Deck:
         Nodes of the elements of every set; the sets follow each other in the numbering of elements.
     node_sets : dict of str to ndarray
     element : str
-        The scene's word for it, ``mesh.element``.
+        Value of ``mesh.element``.
     material : Material
     hourglass : float
         Hourglass stiffness over shear modulus, of elements that have one.
     steps : tuple of Step
     driven : str
         Node set whose total reaction is written.
-    ties : tuple of TiedPair
     equations : Equations or None
     contacts : tuple of ContactPair
     interaction : Interaction or None
@@ -154,7 +134,7 @@ class Deck:
     fields : bool
         Whether displacements are written; the total reaction always is.
     departures : tuple of str
-        Sentences on what no deck says of the scene.
+        Sentences on what decks cannot say of the scene.
     """
 
     title: str
@@ -166,7 +146,6 @@ class Deck:
     hourglass: float
     steps: tuple[Step, ...]
     driven: str
-    ties: tuple[TiedPair, ...] = ()
     equations: Equations | None = None
     contacts: tuple[ContactPair, ...] = ()
     interaction: Interaction | None = None
@@ -177,7 +156,7 @@ class Deck:
 
 
 def require_deck(scene: Scene) -> None:
-    """Refuse scenes whose yarns are divided into what no other program has.
+    """Refuse scenes whose yarns are not divided into hexahedra.
 
     Raises
     ------
@@ -190,56 +169,19 @@ def require_deck(scene: Scene) -> None:
         )
 
 
-def specimen_deck(
-    scene: Scene,
-    specimen: Knit | YarnPair,
-    mesh: SweptMesh,
-    tie: Tie,
-    constraints: str | None = None,
-) -> Deck:
-    """Deck of a knit in tension, or of a pair of yarns on its path: ties, contact, grips and load.
-
-    Parameters
-    ----------
-    scene : Scene
-    specimen : Knit or YarnPair
-    mesh : SweptMesh
-    tie : Tie
-        Constraints of the tied crossings; elsewhere yarns touch by the scene's interaction.
-    constraints : {"surfaces", "equations"}, optional
-        Whether the other program ties the surfaces itself, or gets the constraints as equations; by default
-        surfaces for ties of facets, and equations for patches, which no program has.
-
-    Raises
-    ------
-    ConfigurationError
-        If ``constraints`` is unknown.
-    """
-    patches = scene.value("tie.rule") == "patch"
-    if constraints is None:
-        constraints = "equations" if patches else "surfaces"
-    if constraints not in CONSTRAINTS:
-        raise ConfigurationError(
-            f"deck constraints: {constraints!r} is not allowed; one of {', '.join(CONSTRAINTS)}"
-        )
+def specimen_deck(scene: Scene, specimen: Knit | YarnPair, mesh: SweptMesh) -> Deck:
+    """Return the deck of a scene of hexahedra."""
     parts = divide(scene, mesh, specimen)
-    mesh = parts.mesh
-    as_equations = constraints == "equations"
+    tie = tie_of(scene, parts, specimen)
+    mesh, crossings = parts.mesh, specimen.crossings
     tied = np.isfinite(tie.area)
-    free = tied_pieces(mesh.stations, specimen.crossings, tied) < 0
-    touching = np.unique(specimen.crossings.row[~tied])
+    free = tied_pieces(mesh.stations, crossings, tied) < 0
+    touching = np.unique(crossings.yarn[~tied], axis=0)
     reach = CONTACT_REACH * mesh.radius + _travel(scene)
-    equations = None
-    if as_equations and tied.any():
-        equations = Equations(*tie.equations(np.union1d(parts.ends.held, parts.ends.driven)))
-    departures = tuple(_unsaid(scene)) if touching.size else ()
-    if patches and tied.any():
-        departures += (EXACTLY_JOINED if as_equations else FACETS_INSTEAD,)
-        if not as_equations:
-            tie = tie_crossings(mesh, specimen, scene.tie.tolerance, tied, parts.faces)
+    gripped = np.union1d(parts.ends.held, parts.ends.driven)
     return Deck(
         title=_title(scene, specimen),
-        nodes=tie.nodes if as_equations else parts.nodes,
+        nodes=parts.nodes,
         elements={
             f"YARN{yarn}": parts.connectivity[_yarn_elements(mesh, yarn)] for yarn in range(mesh.yarns)
         },
@@ -249,16 +191,19 @@ def specimen_deck(
         hourglass=scene.solver.hourglass,
         steps=_steps(scene, specimen),
         driven="DRIVEN",
-        ties=() if as_equations else tied_pairs(parts, tie),
-        equations=equations,
-        contacts=tuple(touching_row(mesh, row, reach, free) for row in touching),
-        interaction=interaction(scene) if touching.size else None,
-        departures=departures,
+        equations=Equations(*tie.equations(gripped)) if tied.any() else None,
+        contacts=tuple(_contact_pair(mesh, *pair, reach, free) for pair in touching.tolist()),
+        interaction=_interaction(scene) if len(touching) else None,
+        departures=tuple(_departures(scene, tied)),
     )
 
 
-def _unsaid(scene: Scene) -> Iterator[str]:
-    """Yield sentences on those keys of a scene with contact that decks have no place for."""
+def _departures(scene: Scene, tied: np.ndarray) -> Iterator[str]:
+    """Yield sentences on those keys of a scene that decks have no place for."""
+    if tied.any():
+        yield EXACTLY_JOINED
+    if tied.all():
+        return
     if scene.value("load.stops"):
         yield "load.stops: the increments of a deck are equal"
     if scene.contact.augmentations:
@@ -267,46 +212,31 @@ def _unsaid(scene: Scene) -> Iterator[str]:
         yield f"solver.stabilisation is {scene.solver.stabilisation:g}: a deck has none"
 
 
-def interaction(scene: Scene) -> Interaction:
-    """Law of contact of a scene, and the penetration that it allows."""
+def _interaction(scene: Scene) -> Interaction:
+    """Return the law of contact of a scene, and the penetration that it allows."""
     size = scene.mesh.smallest
-    return Interaction(scene.interaction, penalties(scene, size), scene.contact.penetration * size)
+    law = penalties(scene, size)
+    return Interaction(
+        scene.interaction if law.friction else "frictionless", law, scene.contact.penetration * size
+    )
 
 
-def touching_row(mesh: SweptMesh, row: int, reach: float, free: np.ndarray) -> ContactPair:
-    """YarnPair of surfaces of an interlock row: the facets of both yarns within a distance (m) of the other one.
+def _contact_pair(mesh: SweptMesh, lower: int, upper: int, reach: float, free: np.ndarray) -> ContactPair:
+    """Return the facets of two yarns within a distance (m) of the other one, those of the upper yarn as slave.
 
-    Only facets between slices that are ``free`` (S,) of ties count. The upper yarn is the slave.
+    Only facets between slices that are ``free`` (S,) of ties count.
     """
-    quads = [mesh.surface_quads(yarn) for yarn in (row + 1, row)]
-    upper, lower = (mesh.nodes[facets].mean(axis=1) for facets in quads)
+    quads = [mesh.surface_quads(yarn) for yarn in (upper, lower)]
+    above, below = (mesh.nodes[facets].mean(axis=1) for facets in quads)
     may_touch = [free[facets // mesh.section.size].all(axis=1) for facets in quads]
-    slave = (cKDTree(lower).query(upper)[0] < reach) & may_touch[0]
-    master = (cKDTree(upper).query(lower)[0] < reach) & may_touch[1]
-    return ContactPair(f"ROW{row}", facet_faces(mesh, row + 1, slave), facet_faces(mesh, row, master))
-
-
-def tied_pairs(parts: Discretisation, tie: FacetTie) -> tuple[TiedPair, ...]:
-    """One pair of surfaces for every interlock row.
-
-    The slave surface holds exactly the tied facets of the upper yarn; the master surface the facets of the
-    lower yarn that lie within a radius of them.
-    """
-    mesh, yarn_of_slave = parts.mesh, parts.yarn[tie.slave]
-    pairs = []
-    for yarn in np.unique(yarn_of_slave):
-        slaves = tie.slave[yarn_of_slave == yarn]
-        tied = np.isin(parts.faces.of_yarn[yarn], slaves).all(axis=1)
-        centroids = mesh.nodes[mesh.surface_quads(yarn - 1)].mean(axis=1)
-        near = cKDTree(parts.nodes[slaves]).query(centroids)[0] < mesh.radius
-        tolerance = POSITION_MARGIN * tie.adjustment[yarn_of_slave == yarn].max()
-        slave, master = facet_faces(mesh, yarn, tied), facet_faces(mesh, yarn - 1, near)
-        pairs.append(TiedPair(f"ROW{yarn - 1}", slave, master, tolerance))
-    return tuple(pairs)
+    slave = (cKDTree(below).query(above)[0] < reach) & may_touch[0]
+    master = (cKDTree(above).query(below)[0] < reach) & may_touch[1]
+    name = f"YARNS{lower}_{upper}"
+    return ContactPair(name, facet_faces(mesh, upper, slave), facet_faces(mesh, lower, master))
 
 
 def facet_faces(mesh: SweptMesh, yarn: int, chosen: np.ndarray) -> Surface:
-    """Faces of hexahedra that chosen facets of a yarn's lateral surface are.
+    """Return the faces of hexahedra that chosen facets of a yarn's lateral surface are.
 
     Parameters
     ----------
@@ -322,13 +252,11 @@ def facet_faces(mesh: SweptMesh, yarn: int, chosen: np.ndarray) -> Surface:
     owner = np.argmax((edges[quad, edge][None] == wanted[:, None]).all(axis=-1), axis=1)
     layer, j = np.divmod(np.flatnonzero(chosen), ring.size)
     elements = _yarn_elements(mesh, yarn).start + layer * quads.shape[0] + quad[owner][j]
-    return Surface(
-        elements=elements, faces=3 + edge[owner][j]
-    )  # S3 to S6 stand on the bottom quad's four edges
+    return Surface(elements, 3 + edge[owner][j])  # S3 to S6 stand on the four edges of the bottom quad
 
 
 def _yarn_elements(mesh: SweptMesh, yarn: int) -> slice:
-    """Range of the elements of one yarn."""
+    """Return the range of the elements of one yarn."""
     first, last = mesh.first_slice[yarn : yarn + 2] - np.arange(yarn, yarn + 2)
     return slice(int(first) * mesh.section.quads.shape[0], int(last) * mesh.section.quads.shape[0])
 
@@ -340,7 +268,7 @@ def _title(scene: Scene, specimen: Knit | YarnPair) -> str:
 
 
 def _steps(scene: Scene, specimen: Knit | YarnPair) -> tuple[Step, ...]:
-    """Grips held, and driven to one corner of the load path after another with equal shares of the increments."""
+    """Return a step for every corner of the load path, with equal shares of the increments."""
     motion = load_path(scene, specimen)
     components = (motion.axis,) if scene.value("load.lateral") == "free" else range(3)
     increments = math.ceil(scene.solver.increments / len(motion.displacement))
@@ -352,5 +280,5 @@ def _steps(scene: Scene, specimen: Knit | YarnPair) -> tuple[Step, ...]:
 
 
 def _travel(scene: Scene) -> float:
-    """Largest distance (m) that the load moves one yarn of a pair over the other; those of a knit move together."""
+    """Return the largest distance (m) that the load moves one yarn of a pair over the other; 0 of a knit."""
     return max((float(np.linalg.norm(leg)) for leg in scene.value("load.path") or ()), default=0.0)

@@ -1,4 +1,4 @@
-"""Keyword files (.inp) in the dialects of Abaqus and CalculiX."""
+"""Keyword files (.inp) of Abaqus and CalculiX."""
 
 from __future__ import annotations
 
@@ -11,13 +11,11 @@ from typing import TextIO
 import numpy as np
 import xarray as xr
 
-from knitstudy.exchange.deck import ContactPair, Deck, Equations, Step, Surface, TiedPair, specimen_deck
-from knitstudy.exchange.dialects.dialect import DIALECTS, NUMBER, Dialect, Element, Wording
+from knitstudy.exchange.deck import Deck, Equations, Step, Surface, specimen_deck
+from knitstudy.exchange.dialects import NUMBER, Dialect, Keywords, find_dialect, keywords, steps
 from knitstudy.files import code_version, replacing
 from knitstudy.geometry.lay_out import read_specimen
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models.hexahedra import divide
-from knitstudy.models.ties import tie_of
 from knitstudy.study.scene import Scene
 
 ENTRIES_PER_LINE = 12
@@ -34,56 +32,53 @@ log = logging.getLogger(__name__)
 def write_inp(deck: Deck, path: Path | str, dialect: str) -> None:
     """Write a deck as a keyword file, whole or not at all.
 
-    What the dialect's words leave unsaid of the scene stands in the file's head as comments, and is logged as
-    warnings.
+    What the keywords cannot say of the scene stands in the file's head as comments, and is logged as warnings.
 
     Parameters
     ----------
     deck : Deck
     path : Path or str
-    dialect : str
-        Name of a dialect: "abaqus" or "calculix".
+    dialect : {"abaqus", "calculix"}
 
     Raises
     ------
     ConfigurationError
-        If the dialect is unknown, or has no word for the deck's element, material or interaction.
+        If the dialect is unknown, or the program lacks the deck's element, material or interaction.
     DataFileError
         If the file cannot be written.
     """
-    program = DIALECTS.find(dialect)()
-    element, material = program.element(deck), program.material(deck.material)
-    behaviour = Wording("") if deck.interaction is None else program.behaviour(deck.interaction)
-    departures = (*element.departures, *material.departures, *behaviour.departures, *deck.departures)
+    program, words = find_dialect(dialect), keywords(deck, dialect)
+    departures = [*filter(None, (each.departure for each in words.values())), *deck.departures]
+    element, material = words["mesh.element"], words["yarn.material"]
     with replacing(path) as temporary, open(temporary, "w", encoding="ascii") as file:
         _write_heading(file, deck, departures)
-        _write_mesh(file, deck, element)
-        _write_ties(file, deck, program)
+        _write_mesh(file, deck, element.element)
         if deck.equations is not None:
             _write_equations(file, deck.equations)
-        _write_section(file, material, element)
+        file.write(f"*MATERIAL, NAME=YARN\n{material.cards}{element.cards}")
+        file.write(f"*SOLID SECTION, ELSET=SOLID, MATERIAL=YARN{element.section}\n")
         if deck.interaction is not None:
-            _write_contacts(file, deck, behaviour)
-        for step in program.steps(deck):
+            _write_contacts(file, deck, words["interaction"])
+        for step in steps(deck, program):
             _write_step(file, deck, step, program)
     for sentence in departures:
         log.warning("%s: not quite the scene: %s", path, sentence)
 
 
-def _write_heading(file: TextIO, deck: Deck, departures: tuple[str, ...]) -> None:
+def _write_heading(file: TextIO, deck: Deck, departures: list[str]) -> None:
     file.write(f"*HEADING\n{deck.title}\n** knitstudy {code_version()}; m, N, Pa\n")
     for sentence in departures:
         lines = textwrap.wrap(f"NOT QUITE THE SCENE: {sentence}", COMMENT, break_on_hyphens=False)
         file.writelines(f"** {line}\n" for line in lines)
 
 
-def _write_mesh(file: TextIO, deck: Deck, element: Element) -> None:
+def _write_mesh(file: TextIO, deck: Deck, element: str) -> None:
     file.write("*NODE, NSET=ALL\n")
     number = np.arange(1, len(deck.nodes) + 1)
     np.savetxt(file, np.column_stack([number, deck.nodes]), fmt=["%d"] + 3 * [NUMBER], delimiter=", ")
     first = 1
     for name, corners in deck.elements.items():
-        file.write(f"*ELEMENT, TYPE={element.type}, ELSET={name}\n")
+        file.write(f"*ELEMENT, TYPE={element}, ELSET={name}\n")
         number = np.arange(first, first + len(corners))
         np.savetxt(file, np.column_stack([number, corners + 1]), fmt=_numbers(1 + corners.shape[1]))
         first += len(corners)
@@ -93,28 +88,17 @@ def _write_mesh(file: TextIO, deck: Deck, element: Element) -> None:
         file.writelines(_wrapped(nodes + 1))
 
 
-def _write_ties(file: TextIO, deck: Deck, dialect: Dialect) -> None:
-    for pair in deck.ties:
-        names = _write_surfaces(file, pair)
-        file.write(dialect.tie(pair.name, pair.tolerance) + names)
-
-
-def _write_contacts(file: TextIO, deck: Deck, behaviour: Wording) -> None:
-    names = [_write_surfaces(file, pair) for pair in deck.contacts]
+def _write_contacts(file: TextIO, deck: Deck, behaviour: Keywords) -> None:
+    pairs = ""
+    for pair in deck.contacts:
+        file.write(_surface(f"{pair.name}_SLAVE", pair.slave) + _surface(f"{pair.name}_MASTER", pair.master))
+        pairs += f"{pair.name}_SLAVE, {pair.name}_MASTER\n"
     file.write(f"*SURFACE INTERACTION, NAME={INTERACTION}\n" + behaviour.cards)
-    file.write(f"*CONTACT PAIR, INTERACTION={INTERACTION}, TYPE=SURFACE TO SURFACE\n" + "".join(names))
-
-
-def _write_surfaces(file: TextIO, pair: TiedPair | ContactPair) -> str:
-    """Write both surfaces of a pair; return the line that names slave and master."""
-    names = {f"{pair.name}_SLAVE": pair.slave, f"{pair.name}_MASTER": pair.master}
-    for name, surface in names.items():
-        file.write(_surface(name, surface))
-    return ", ".join(names) + "\n"
+    file.write(f"*CONTACT PAIR, INTERACTION={INTERACTION}, TYPE=SURFACE TO SURFACE\n" + pairs)
 
 
 def _surface(name: str, surface: Surface) -> str:
-    """Element sets, one for every face number that occurs, and the surface that they make up."""
+    """Return element sets, one for every face number that occurs, and the surface that they make up."""
     lines, faces = [], np.unique(surface.faces)
     for face in faces:
         lines.append(f"*ELSET, ELSET={name}_S{face}\n")
@@ -125,12 +109,11 @@ def _surface(name: str, surface: Surface) -> str:
 
 
 def _write_equations(file: TextIO, equations: Equations) -> None:
-    """One equation for every slave and component; the slave's term comes first, which eliminates it."""
+    """Write an equation for every slave and component; the slave's term comes first, which eliminates it."""
     nodes = np.column_stack([equations.slave, equations.master]) + 1  # (K, 1 + c)
     factors = np.column_stack([-np.ones(len(nodes)), equations.weight])
     file.write("*EQUATION\n")
     for row, factor in zip(nodes.tolist(), factors.tolist(), strict=True):
-        # A weight of zero would be a term that couples nothing.
         terms = [(node, value) for node, value in zip(row, factor, strict=True) if value]
         for component in (1, 2, 3):
             written = [f"{node}, {component}, {NUMBER % value}" for node, value in terms]
@@ -138,13 +121,9 @@ def _write_equations(file: TextIO, equations: Equations) -> None:
             file.writelines(f"{', '.join(written[i : i + 4])}\n" for i in range(0, len(written), 4))
 
 
-def _write_section(file: TextIO, material: Wording, element: Element) -> None:
-    file.write(f"*MATERIAL, NAME=YARN\n{material.cards}{element.controls}")
-    file.write(f"*SOLID SECTION, ELSET=SOLID, MATERIAL=YARN{element.section}\n")
-
-
 def _write_step(file: TextIO, deck: Deck, step: Step, dialect: Dialect) -> None:
-    file.write(f"*STEP, NLGEOM, INC={100 * step.increments}{dialect.step(deck)}\n")
+    parameters = dialect.step if deck.contacts else ""
+    file.write(f"*STEP, NLGEOM, INC={100 * step.increments}{parameters}\n")
     if deck.tolerance is not None:
         file.write("*CONTROLS, PARAMETERS=FIELD, FIELD=DISPLACEMENT\n")
         file.write(f"{NUMBER % deck.tolerance}, {NUMBER % deck.tolerance}\n")
@@ -156,7 +135,7 @@ def _write_step(file: TextIO, deck: Deck, step: Step, dialect: Dialect) -> None:
 
 
 def _numbers(count: int) -> str:
-    """Format of ``count`` numbers, a comma at the end of every line that another one continues."""
+    """Return the format of ``count`` numbers, a comma at the end of every line that another one continues."""
     return ",\n".join(
         ", ".join(["%d"] * min(ENTRIES_PER_LINE, count - start))
         for start in range(0, count, ENTRIES_PER_LINE)
@@ -164,26 +143,71 @@ def _numbers(count: int) -> str:
 
 
 def _wrapped(numbers: np.ndarray) -> Iterator[str]:
-    """Lines of at most ``ENTRIES_PER_LINE`` numbers."""
+    """Yield lines of at most ``ENTRIES_PER_LINE`` numbers."""
     texts = np.asarray(numbers).astype(str)
     for start in range(0, len(texts), ENTRIES_PER_LINE):
         yield ", ".join(texts[start : start + ENTRIES_PER_LINE]) + "\n"
 
 
-# ---- The deck of a scene, as a stage leaves it
-
-
 def write_abaqus(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
     """Write the deck of a scene for Abaqus."""
-    _write(scene, path, geometry, mesh, "abaqus")
+    deck = specimen_deck(scene, read_specimen(geometry), SweptMesh.from_dataset(mesh))
+    write_inp(deck, path, "abaqus")
 
 
 def write_calculix(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
     """Write the deck of a scene for CalculiX."""
-    _write(scene, path, geometry, mesh, "calculix")
+    deck = specimen_deck(scene, read_specimen(geometry), SweptMesh.from_dataset(mesh))
+    write_inp(deck, path, "calculix")
 
 
-def _write(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset, dialect: str) -> None:
-    specimen, swept = read_specimen(geometry), SweptMesh.from_dataset(mesh)
-    tie = tie_of(scene, divide(scene, swept, specimen), specimen)
-    write_inp(specimen_deck(scene, specimen, swept, tie), path, dialect)
+# ---- Stiffness of an endless knit at rest, as a shell section of Abaqus
+
+SHELL_ENTRIES_PER_LINE = 8
+
+SHELL_ENTRIES = tuple(f"D{row + 1}{column + 1}" for column in range(6) for row in range(column + 1))
+"""The 21 entries of a symmetric section in their order: column by column, each down to the diagonal."""
+
+SHELL = """*HEADING
+{name}: an endless knit as a shell
+** knitstudy {version}; m, N
+** Local 1 is the course direction, 2 the wale direction; the plane of reference is z = 0 of the loop.
+** Strains e1, e2, g12 and curvatures k1, k2, k12 = 2 x twist; tension at z > 0 goes with k > 0.
+** A Kirchhoff section: Abaqus estimates the transverse shear stiffness of a shear-flexible element itself.
+*NODE, NSET=ALL
+1, 0, 0, 0
+2, 1, 0, 0
+3, 1, 1, 0
+4, 0, 1, 0
+*ELEMENT, TYPE=S4R, ELSET=KNIT
+1, 1, 2, 3, 4
+*ORIENTATION, NAME=COURSE
+1, 0, 0, 0, 1, 0
+3, 0
+** {entries}
+*SHELL GENERAL SECTION, ELSET=KNIT, ORIENTATION=COURSE
+{data}
+"""
+
+
+def section_matrix(history: xr.Dataset) -> np.ndarray:
+    """Return the stiffness (6, 6) of a cell at rest [N/m, N, N m], by e_x, e_y, g_xy, k_x, k_y, k_xy."""
+    membrane, coupling, bending = (
+        history[f"{name}_stiffness"].to_numpy() for name in ("membrane", "coupling", "bending")
+    )
+    return np.block([[membrane, coupling], [coupling.T, bending]])
+
+
+def shell_entries(matrix: np.ndarray) -> np.ndarray:
+    """Return the 21 numbers of a symmetric section (6, 6) in the order of `SHELL_ENTRIES`."""
+    return np.concatenate([matrix[: column + 1, column] for column in range(6)])
+
+
+def write_shell(scene: Scene, path: Path | str, history: xr.Dataset) -> None:
+    """Write one square shell element with the section of a cell, to be copied into a model of Abaqus."""
+    numbers = [NUMBER % value for value in shell_entries(section_matrix(history))]
+    starts = range(0, len(numbers), SHELL_ENTRIES_PER_LINE)
+    data = "\n".join(", ".join(numbers[i : i + SHELL_ENTRIES_PER_LINE]) for i in starts)
+    text = SHELL.format(name=scene.name, version=code_version(), entries=", ".join(SHELL_ENTRIES), data=data)
+    with replacing(path) as temporary:
+        Path(temporary).write_text(text, encoding="ascii")

@@ -174,6 +174,11 @@ class Centreline:
         self._lengths = _Lengths(curve, loops) if like is None else like._lengths
         self.length = float(self._lengths.knots[-1])
 
+    @property
+    def span(self):
+        """The curve's parameters at both ends."""
+        return 0.0, float(self.loops * self.curve.period)
+
     def position(self, s):
         """Points at the arc lengths s: (k,) -> (k, 3), m."""
         return self.curve.value(self.parameter(s))

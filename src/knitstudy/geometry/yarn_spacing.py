@@ -150,8 +150,8 @@ def closest_approach(curve, rise, window, samples):
     return refine(curve, np.tile([0.0, rise, 0.0], (ZONES, 1)), start, window)
 
 
-def refine(curve, shift, start, window):
-    """Newton iteration for local minima of the distance between a curve and shifted images of it.
+def refine(curve, shift, start, window, other=None):
+    """Newton iteration for local minima of the distance between a curve and shifted images of it or another one.
 
     Parameters
     ----------
@@ -162,20 +162,22 @@ def refine(curve, shift, start, window):
         Parameters to start from, on the curve and on its image.
     window : ndarray (K, 2, 2)
         First and last parameter allowed.
+    other : CatmullRom, optional
+        The curve of the second points; the same one if left out.
 
     Returns
     -------
     Approach
         Arrays over K.
     """
-    u = start.copy()
+    curves, u = (curve, other or curve), start.copy()
     low, high = window[..., 0], window[..., 1]
-    value, newton = _half_square(curve, shift, u)
+    value, newton = _half_square(curves, shift, u)
     active = np.ones(len(u), dtype=bool)
     for _ in range(NEWTON_STEPS):
         step = np.where(active[:, None], np.clip(u + newton, low, high) - u, 0.0)
         for _ in range(HALVINGS):
-            worse = _half_square(curve, shift, u + step)[0] > value * (1 + 1e-15)  # beyond rounding
+            worse = _half_square(curves, shift, u + step)[0] > value * (1 + 1e-15)  # beyond rounding
             if not worse.any():
                 break
             step = np.where(worse[:, None], 0.5 * step, step)
@@ -184,21 +186,21 @@ def refine(curve, shift, start, window):
         active &= np.abs(step).max(axis=1) > 1e-13
         if not active.any():
             break
-        value, newton = _half_square(curve, shift, u)
-    point = np.stack([curve.value(u[:, 0]), curve.value(u[:, 1]) + shift], axis=1)
+        value, newton = _half_square(curves, shift, u)
+    point = np.stack([curves[0].value(u[:, 0]), curves[1].value(u[:, 1]) + shift], axis=1)
     interior = ((u > low + 1e-9) & (u < high - 1e-9)).all(axis=1)
     return Approach(u, point, np.linalg.norm(point[:, 1] - point[:, 0], axis=-1), interior)
 
 
-def _half_square(curve, shift, u):
+def _half_square(curves, shift, u):
     """Half the squared distance (K,) and the Newton step that lowers it (K, 2)."""
-    a, b = u[:, 0], u[:, 1]
-    apart = curve.value(a) - curve.value(b) - shift
-    ta, tb = curve.d1(a), curve.d1(b)
+    (a, b), (first, second) = u.T, curves
+    apart = first.value(a) - second.value(b) - shift
+    ta, tb = first.d1(a), second.d1(b)
     gradient = np.stack([_dot(apart, ta), -_dot(apart, tb)], axis=-1)
     mixed = -_dot(ta, tb)
     saa, sbb = _dot(ta, ta), _dot(tb, tb)
-    haa, hbb = saa + _dot(apart, curve.d2(a)), sbb - _dot(apart, curve.d2(b))
+    haa, hbb = saa + _dot(apart, first.d2(a)), sbb - _dot(apart, second.d2(b))
     # Where the Hessian is not positive definite, the Gauss-Newton part of it is.
     bad = (haa <= 0) | (haa * hbb - mixed**2 <= 1e-6 * saa * sbb)
     haa, hbb = np.where(bad, 1.01 * saa, haa), np.where(bad, 1.01 * sbb, hbb)

@@ -218,7 +218,7 @@ def others_of(main: Scene, scenes: Iterable[Scene]) -> list[Scene]:
     problem = problem_of(main)
     return [
         scene
-        for scene in _direct(scenes, main, ("load.strain", "tie.rule"))
+        for scene in _direct(scenes, main, ("load.strain",))
         if made_of(scene) != made_of(main)
         and scene.value("contact.augmentations") != 0
         and problem_of(scene) == problem

@@ -24,7 +24,6 @@ MAIN: dict[str, Any] = {
     "mesh.spline_degree": 3,
     "mesh.crossing_reach": 1.0,
     "mesh.beam_size": 0.5e-3,
-    "tie.rule": "patch",
     "contact.law": "indentation",
     "contact.cell": 0.25,
     "contact.window": 1.2,

@@ -23,7 +23,7 @@ from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.periodic import PeriodicModel, condensed
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.models.periodic_yarns import HELD, PeriodicYarns, periodic_yarns
-from knitstudy.models.ties import PatchTie, tie_patches
+from knitstudy.models.ties import Ties, tie_patches
 from knitstudy.study.scene import Scene
 
 if TYPE_CHECKING:
@@ -45,14 +45,14 @@ class Cell:
     ----------
     yarns : PeriodicYarns
     model : PeriodicModel
-    tie : PatchTie
+    tie : Ties
     touching : Touching or None
         What contact adds.
     """
 
     yarns: PeriodicYarns
     model: PeriodicModel
-    tie: PatchTie
+    tie: Ties
     touching: Touching | None = None
 
     def resultants(self, force: np.ndarray) -> np.ndarray:
@@ -92,7 +92,7 @@ class CellObserver:
         cell, state = self.cell, increment.state
         parts = cell.yarns.parts
         moved = cell.model.model.node_displacement(state)
-        force = cell.tie.resultants(increment.response.node_force, moved)
+        force = cell.tie.resultants(moved)
         more, points = {"tangent_per_width": cell.tangent(state)} if cell.touching is None else {}, {}
         if cell.touching is not None:
             more, points, pushed = cell.touching.record(increment, len(force))

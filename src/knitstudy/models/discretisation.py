@@ -23,55 +23,6 @@ from knitstudy.mesh.grips import Grips
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
 
-# ---- Faces of the elements on the surfaces of yarns: whose nodes they have, and what a place on one is of these
-
-
-@dataclass(frozen=True, eq=False)
-class Faces:
-    """Faces of all yarns, in the order of `SweptMesh.surface_quads`.
-
-    Attributes
-    ----------
-    nodes : ndarray, shape (N, 3)
-        Undeformed [m].
-    of_yarn : tuple of ndarray of int, shape (f, c)
-        Nodes of the faces of every yarn; the first four are its corners.
-    weights : callable
-        Weights (k, c) of the nodes at places, from their shares (k,) along the yarn and (k,) around it.
-    """
-
-    nodes: np.ndarray
-    of_yarn: tuple[np.ndarray, ...]
-    weights: Callable[[np.ndarray, np.ndarray], np.ndarray]
-
-
-def linear_faces(mesh: SweptMesh) -> Faces:
-    """Return the faces of linear hexahedra."""
-    return Faces(mesh.nodes, tuple(mesh.surface_quads(yarn) for yarn in range(mesh.yarns)), bilinear)
-
-
-def bilinear(along: np.ndarray, around: np.ndarray) -> np.ndarray:
-    """Return the weights (k, 4) of a face's corners."""
-    return np.stack(
-        [(1 - along) * (1 - around), (1 - along) * around, along * around, along * (1 - around)], axis=1
-    )
-
-
-def serendipity(along: np.ndarray, around: np.ndarray) -> np.ndarray:
-    """Return the weights (k, 8) of a face's corners, and of the middles of the edges that follow each of them."""
-    corner = bilinear(along, around)
-    middle = 4 * np.stack(
-        [
-            around * (1 - around) * (1 - along),
-            along * (1 - along) * around,
-            around * (1 - around) * along,
-            along * (1 - along) * (1 - around),
-        ],
-        axis=1,
-    )
-    return np.concatenate([corner - 0.5 * (middle + np.roll(middle, 1, axis=1)), middle], axis=1)
-
-
 # ---- The yarn surface as a smooth tube of the true radius around its centreline
 
 
@@ -100,12 +51,6 @@ def project_on_tube(centreline: Centreline, points: np.ndarray, guess: np.ndarra
         if np.max(np.abs(move), initial=0.0) < 1e-12 * curve.period:
             break
     return u
-
-
-def distance_to_tube(centreline: Centreline, points: np.ndarray, guess: np.ndarray) -> np.ndarray:
-    """Return the distances (k,) [m] of points (k, 3) to a centreline; `guess` as in `project`."""
-    u = project_on_tube(centreline, points, guess)
-    return np.linalg.norm(points - centreline.curve.value(u), axis=1)
 
 
 # ---- Surfaces of yarns of hexahedra: smooth through the nodes of their meshes
@@ -150,7 +95,7 @@ class Discretisation:
     bandwidth : int
         Largest difference of the numbers of two nodes of an element, counted without nodes that depend on others.
     groups : callable
-        Elements, from the nodes (N, 3) that ties may have moved; raises MeshError where one is folded.
+        Elements, from nodes (N, 3); raises MeshError where one is folded.
     volume : callable
         Of every node (N,) [m3], from the groups.
     surfaces : Surfaces
@@ -167,8 +112,6 @@ class Discretisation:
         Nodes as weighted sums of nodes that depend on no others; the identity if None.
     connectivity : ndarray of int, shape (E, a), optional
         Nodes of hexahedra, in the order of those of `mesh`, where the elements are hexahedra.
-    faces : Faces, optional
-        Of elements, where there are any on the surface: what ties by facets join.
     rings : Rings, optional
         Where the edges of the surfaces' cells across lie along the yarns; of those that contact knows.
     missing : callable, optional
@@ -191,7 +134,6 @@ class Discretisation:
     sampling: sp.csr_matrix | None = None
     dependence: sp.csr_matrix | None = None
     connectivity: np.ndarray | None = None
-    faces: Faces | None = None
     rings: Rings | None = None
     missing: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
 

@@ -21,7 +21,7 @@ from knitstudy.mesh.grips import Grips, grips
 from knitstudy.mesh.memory import require_memory_to_simulate
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models.discretisation import Discretisation, Faces, linear_faces, serendipity, yarn_surfaces
+from knitstudy.models.discretisation import Discretisation, yarn_surfaces
 from knitstudy.study.scene import Scene
 
 # ---- Elements of hexahedra, of the kind and the material that a scene names
@@ -96,11 +96,6 @@ def divide_quadratic(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -
         sampling=_sampling(quadratic),
         dependence=_dependence(quadratic),
         connectivity=quadratic.elements,
-        faces=Faces(
-            quadratic.nodes,
-            tuple(quadratic.faces[_faces_of(quadratic, yarn)] for yarn in range(mesh.yarns)),
-            serendipity,
-        ),
     )
 
 
@@ -153,12 +148,6 @@ def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:
     return sp.csr_matrix((values, (rows, columns)), shape=(count, count))
 
 
-def _faces_of(mesh: QuadraticMesh, yarn: int) -> slice:
-    layers = mesh.corners.first_slice[yarn : yarn + 2] - np.arange(yarn, yarn + 2)
-    first, last = layers * mesh.section.ring_edges.size
-    return slice(int(first), int(last))
-
-
 # ---- Solid yarns of hexahedra: linear ones here, quadratic ones in `quadratic_hexahedra`
 
 
@@ -206,7 +195,6 @@ def divide(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discreti
         ).locate,
         size=scene.mesh.smallest,
         connectivity=mesh.hexahedra,
-        faces=linear_faces(mesh),
     )
 
 

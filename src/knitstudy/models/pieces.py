@@ -30,7 +30,7 @@ from knitstudy.mesh.sweep import SweptMesh, sweep
 from knitstudy.models.discretisation import Discretisation
 from knitstudy.models.solid_yarns import SolidYarns, problem_of
 from knitstudy.models.spline_yarns import RAMP, described, shape
-from knitstudy.models.ties import Tie, tie_patches
+from knitstudy.models.ties import Ties, tie_patches
 from knitstudy.models.yarn_contact import MARGIN, BesideTies, contact_law
 from knitstudy.study.scene import Scene
 
@@ -70,8 +70,8 @@ def assemble(scene: Scene, parts: Discretisation, pieces: Pieces, tied: np.ndarr
     crossings, interaction, yarn = pieces.crossings, scene.kind.interaction, scene.yarn
     tie = tie_patches(parts, pieces, tied, scene.tie.radius, yarn.youngs_modulus)
     facets = CrossingFacets.of(crossings, parts.mesh)
-    groups = parts.groups(tie.nodes)
-    solids = (tie.nodes, groups, parts.size, None, None, tie.links)
+    groups = parts.groups(parts.nodes)
+    solids = (parts.nodes, groups, parts.size, None, None, tie.links)
     every = np.arange(len(parts.nodes))
     if not interaction.touches:
         return SolidYarns(parts, SolidModel(*solids), tie, facets, every)
@@ -173,10 +173,10 @@ def cut_yarns(scene: Scene, pieces: Pieces) -> SolidYarns:
 class BesideTiesOfPieces(BesideTies):
     """The same of pieces of yarns: several can be tied to one, so that rows do not say which may meet."""
 
-    def __init__(self, scene: Scene, yarns: Discretisation, tie: Tie, pieces: np.ndarray) -> None:
+    def __init__(self, scene: Scene, yarns: Discretisation, tie: Ties, pieces: np.ndarray) -> None:
         margin = MARGIN * yarns.mesh.radius
         self._contact = Contact(
-            tie.nodes, yarns.surfaces, contact_law(scene, yarns), points=1, margin=margin, overlap=np.inf
+            yarns.nodes, yarns.surfaces, contact_law(scene, yarns), points=1, margin=margin, overlap=np.inf
         )
         self._pieces, self._rings, self._tie = pieces, yarns.rings, tie
         self._history = ContactHistory.empty()

@@ -30,7 +30,7 @@ from knitstudy.mechanics.model import Stabilisation, transformation
 from knitstudy.mechanics.solid import SolidModel, SolidState
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.discretisation import Discretisation, discretised
-from knitstudy.models.ties import Tie, tie_of
+from knitstudy.models.ties import Ties, tie_of
 from knitstudy.study.scene import Scene
 
 if TYPE_CHECKING:
@@ -57,14 +57,16 @@ class SolidObserver:
         mesh, tie, facets = yarns.parts.mesh, yarns.tie, yarns.facets
         moved = yarns.model.node_displacement(state)
         displacement = yarns.parts.sampled(moved)
-        force = tie.resultants(increment.response.node_force, moved)
+        force = tie.resultants(moved)
         contact, points = {}, {}
         if yarns.touching is not None:
             contact, points, pushed = yarns.touching.record(increment, len(force))
             force += pushed
         stations = mesh.ring_means(displacement)
         resultant, moment = yarn_resultants(yarns, increment.response.node_force, moved, stations)
-        sections = section_motion(facets.crossings, mesh, yarns.parts.sampled(tie.nodes), displacement)
+        sections = section_motion(
+            facets.crossings, mesh, yarns.parts.sampled(yarns.parts.nodes), displacement
+        )
         columns = {
             "centreline_displacement": stations,
             "crossing_force": force,
@@ -98,7 +100,7 @@ def yarn_resultants(
     mesh, ends, unity = yarns.parts.mesh, yarns.parts.ends, yarns.parts.unity
     force = node_force.copy()
     force[np.concatenate([ends.held, ends.driven])] = 0
-    position = yarns.tie.nodes + displacement
+    position = yarns.parts.nodes + displacement
     resultant, moment = np.zeros((2, mesh.yarns, 3))
     for yarn in range(mesh.yarns):
         here, slices = yarns.parts.nodes_of(yarn), mesh.yarn_of_slice == yarn
@@ -120,7 +122,7 @@ class SolidYarns:
     parts : Discretisation
         What they are divided into.
     model : SolidModel
-    tie : Tie
+    tie : Ties
     facets : CrossingFacets
     retained : ndarray of int, shape (n,)
         Nodes that depend on no others, ascending.
@@ -130,7 +132,7 @@ class SolidYarns:
 
     parts: Discretisation
     model: SolidModel
-    tie: Tie
+    tie: Ties
     facets: CrossingFacets
     retained: np.ndarray
     touching: Touching | None = None
@@ -149,22 +151,22 @@ def assemble_yarns(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> 
     Raises
     ------
     MeshError
-        If elements are too large for the yarn, the simulation does not fit into memory, an element is folded after
-        the tied nodes were moved, a crossing cannot be tied, or yarns overlap.
+        If elements are too large for the yarn, the simulation does not fit into memory, an element is folded, a
+        crossing cannot be tied, or yarns overlap.
     """
     parts = discretised(scene, mesh, specimen)
     tied = tied_crossings(scene, specimen.crossings)
     tie = tie_of(scene, parts, specimen)
     facets = CrossingFacets.of(specimen.crossings, parts.mesh)
-    groups = parts.groups(tie.nodes)
+    groups = parts.groups(parts.nodes)
     volume = parts.volume(groups)
-    spread, retained = _transformation(parts, tie)
+    spread, retained = _transformation(parts)
     stabilisation = None
     if scene.solver.stabilisation > 0:
         kept = volume if spread is None else spread.T @ volume
         modulus = scene.yarn.youngs_modulus
         stabilisation = Stabilisation.of(scene.solver.stabilisation, modulus, parts.size, kept)
-    solids = (tie.nodes, groups, parts.size, spread, stabilisation, tie.links)
+    solids = (parts.nodes, groups, parts.size, spread, stabilisation, tie.links)
     interaction = scene.kind.interaction
     if not interaction.touches:
         return SolidYarns(parts, SolidModel(*solids), tie, facets, retained)
@@ -174,12 +176,11 @@ def assemble_yarns(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> 
     return SolidYarns(parts, touching.model, tie, facets, retained, touching)
 
 
-def _transformation(parts: Discretisation, tie: Tie) -> tuple[sp.csr_matrix | None, np.ndarray]:
+def _transformation(parts: Discretisation) -> tuple[sp.csr_matrix | None, np.ndarray]:
     """Return T (N, n), None for the identity, and the nodes (n,) that it starts from."""
-    every = [matrix for matrix in (parts.dependence, tie.dependence) if matrix is not None]
-    if not every:
+    if parts.dependence is None:
         return None, np.arange(len(parts.nodes))
-    return transformation(every[0] @ every[1] if len(every) > 1 else every[0])
+    return transformation(parts.dependence)
 
 
 # ---- Direct numerical simulation: a specimen of solid yarns under load (sections 2.2 and 2.3 of the paper)
@@ -220,8 +221,8 @@ def problem(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Problem
     Raises
     ------
     MeshError
-        If elements are too large for the yarn, the simulation does not fit into memory, an element is folded after
-        the tied nodes were moved, a crossing cannot be tied, or yarns overlap.
+        If elements are too large for the yarn, the simulation does not fit into memory, an element is folded, a
+        crossing cannot be tied, or yarns overlap.
     """
     meter = Meter()
     return problem_of(assemble_yarns(scene, mesh, specimen), scene, specimen, meter)
@@ -301,7 +302,7 @@ def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement) -> KnitStru
         inside[joined[joined >= 0]] = True
         inside = yarns.model.assembly.connection() @ inside > 0
     return KnitStructure(
-        position=tie.nodes[kept],
+        position=parts.nodes[kept],
         unity=parts.unity[kept],
         yarn=parts.yarn[kept],
         station=parts.station[kept],

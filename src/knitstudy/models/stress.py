@@ -21,7 +21,6 @@ from knitstudy.mesh.section import Section
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.hexahedra import divide
 from knitstudy.models.spline_yarns import space_on, undeformed, yarn_spans
-from knitstudy.models.ties import tie_of
 from knitstudy.study.scene import Scene
 
 # ---- Stress in the cells of solid yarns: what every fidelity's module of stress returns
@@ -70,7 +69,7 @@ def hexahedral_cell_stress(
 ) -> CellStress:
     """Return the stress in every element from the displacement (N, 3) of the nodes [m]."""
     parts = divide(scene, mesh, specimen)
-    nodes = tie_of(scene, parts, specimen).nodes
+    nodes = parts.nodes
     moved = nodes + displacement
     (group,), (after,) = parts.groups(nodes), parts.groups(moved)
     corners = group.connectivity[:, :CORNERS]

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -18,7 +17,6 @@ from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.patch_compliance import moments, polar_rule
 from knitstudy.models.discretisation import Discretisation, project_on_tube
-from knitstudy.models.facet_tie import tie_crossings
 from knitstudy.study.scene import Scene
 
 # ---- Discs between crossing yarns, and what both yarns say of the points of a disc
@@ -141,7 +139,7 @@ BESIDE = 1.5
 
 
 @dataclass(frozen=True, eq=False)
-class PatchTie:
+class Ties:
     """Springs between the moments of two yarns' displacement on the discs of all tied crossings.
 
     Attributes
@@ -151,8 +149,6 @@ class PatchTie:
         Mean and linear moments of the upper yarn's displacement less the lower one's, as sums of nodes.
     stiffness : ndarray, shape (D, 3)
         Of the three moments [N/m].
-    nodes : ndarray, shape (N, 3)
-        Undeformed; ties of this kind move none [m].
     crossings : int
         K, those that are not tied included.
     """
@@ -160,10 +156,7 @@ class PatchTie:
     discs: Discs
     moments: sp.csr_matrix
     stiffness: np.ndarray
-    nodes: np.ndarray
     crossings: int
-
-    dependence: ClassVar[None] = None
 
     @cached_property
     def links(self) -> sp.csr_matrix | None:
@@ -200,16 +193,8 @@ class PatchTie:
             "tie_least_stiffness": float(self.stiffness.min(initial=np.inf)),
         }
 
-    def resultants(self, node_force: np.ndarray, displacement: np.ndarray) -> np.ndarray:
-        """Return the force (K, 3) of every crossing's tie on the lower row's yarn [N].
-
-        Parameters
-        ----------
-        node_force : ndarray, shape (N, 3)
-            Not looked at: the springs know their force.
-        displacement : ndarray, shape (N, 3)
-            Of the nodes [m].
-        """
+    def resultants(self, displacement: np.ndarray) -> np.ndarray:
+        """Return the force (K, 3) of every tie on the lower row's yarn [N], from displacements (N, 3) of nodes [m]."""
         total = np.zeros((self.crossings, 3))
         mean = (self.moments @ displacement).reshape(-1, 3, 3)[:, 0]  # of (disc, moment, component)
         total[self.discs.crossing] = self.stiffness[:, :1] * mean
@@ -258,7 +243,7 @@ def tie_patches(
     tied: np.ndarray,
     radius: float,
     youngs_modulus: float,
-) -> PatchTie:
+) -> Ties:
     """Tie crossings of a specimen on discs.
 
     Parameters
@@ -294,7 +279,7 @@ def tie_patches(
         for side in range(2):
             yarn, place = crossings.yarn[crossing, side], crossings.arc_length[crossing, side]
             compliance += parts.missing(yarn, place, discs.radius)
-    return PatchTie(discs, joined, 1 / compliance[:, [0, 1, 1]], parts.nodes, len(tied))
+    return Ties(discs, joined, 1 / compliance[:, [0, 1, 1]], len(tied))
 
 
 def _require_resolution(specimen: Knit | YarnPair, radius: float, size: float) -> None:
@@ -303,7 +288,7 @@ def _require_resolution(specimen: Knit | YarnPair, radius: float, size: float) -
     if radius < least:
         raise MeshError(
             f"tie.radius is {radius:g} radii, but elements of {size:.4g} m show no patches of less than "
-            f"{least:.3g}: use that at least, a smaller mesh.size, a larger mesh.refinement, or tie.rule facets"
+            f"{least:.3g}: use that at least, a smaller mesh.size or a larger mesh.refinement"
         )
 
 
@@ -331,68 +316,7 @@ def _require_room(specimen: Knit | YarnPair, discs: Discs, radius: float) -> Non
             )
 
 
-# ---- The ties of a scene, by whichever rule: what all that hold, see or write them ask for
-
-
-class Tie(Protocol):
-    """What ties do to solid yarns.
-
-    Attributes
-    ----------
-    nodes : ndarray, shape (N, 3)
-        Undeformed nodes, moved where the ties need that [m].
-    dependence : csr matrix, shape (N, N), or None
-        Nodes as weighted sums of nodes that depend on no others.
-    links : csr matrix, shape (N, N), or None
-        Stiffness between nodes, the same for every component [N/m].
-    joined : ndarray of int
-        Nodes that the ties act on, ascending.
-    area : ndarray, shape (K,)
-        Tied area of every crossing [m2]; nan where it is not tied.
-    centroid : ndarray, shape (K, 3)
-        Its centroid [m]; nan where there is none.
-    """
-
-    nodes: np.ndarray
-    dependence: sp.csr_matrix | None
-    links: sp.csr_matrix | None
-    joined: np.ndarray
-    area: np.ndarray
-    centroid: np.ndarray
-
-    def attributes(self) -> dict[str, float]:
-        """Return what a history says of the ties."""
-        ...
-
-    def resultants(self, node_force: np.ndarray, displacement: np.ndarray) -> np.ndarray:
-        """Return the force (K, 3) of every tie on the lower row's yarn [N].
-
-        From the internal forces of the elements (N, 3) [N] and the displacement (N, 3) [m] of the nodes.
-        """
-        ...
-
-    def equations(self, fixed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the ties as rigid constraints: slave nodes (S,), and nodes (S, c) and weights (S, c) of their sums.
-
-        Slaves are none of the nodes `fixed` (k,), where there is a choice; weights may be 0.
-        """
-        ...
-
-    def beside(self, points: np.ndarray) -> np.ndarray:
-        """Return which undeformed points (k, 3) [m] lie where the ties no longer hold the yarns together (k,)."""
-        ...
-
-
-def tie_of(scene: Scene, parts: Discretisation, specimen: Knit | YarnPair) -> Tie:
-    """Return the ties of a scene's yarns.
-
-    Raises
-    ------
-    MeshError
-        If a crossing cannot be tied by the scene's rule.
-    """
+def tie_of(scene: Scene, parts: Discretisation, specimen: Knit | YarnPair) -> Ties:
+    """Return the ties of a scene's yarns; errors as of `tie_patches`."""
     tied = tied_crossings(scene, specimen.crossings)
-    if scene.value("tie.rule") != "facets":  # solid yarns without facets have no such key
-        return tie_patches(parts, specimen, tied, scene.tie.radius, scene.yarn.youngs_modulus)
-    tie = tie_crossings(parts.mesh, specimen, scene.tie.tolerance, tied, parts.faces)
-    return tie if parts.dependence is None else replace(tie, nodes=parts.dependence @ tie.nodes)
+    return tie_patches(parts, specimen, tied, scene.tie.radius, scene.yarn.youngs_modulus)

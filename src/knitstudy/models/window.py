@@ -156,12 +156,14 @@ class WindowObserver:
         mesh, tie, facets = yarns.parts.mesh, yarns.tie, yarns.facets
         moved = yarns.model.node_displacement(solids)
         displacement = yarns.parts.sampled(moved)
-        force = tie.resultants(increment.response.node_force, moved)
+        force = tie.resultants(moved)
         contact, points = {}, {}
         if yarns.touching is not None:
             contact, points, pushed = yarns.touching.record(_of_solids(increment), len(force))
             force += pushed
-        sections = section_motion(facets.crossings, mesh, yarns.parts.sampled(tie.nodes), displacement)
+        sections = section_motion(
+            facets.crossings, mesh, yarns.parts.sampled(yarns.parts.nodes), displacement
+        )
         columns = {
             "centreline_displacement": knit.station_displacement(state, mesh.ring_means(displacement)),
             "crossing_force": self.of_all(force),

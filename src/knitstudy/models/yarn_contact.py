@@ -16,7 +16,7 @@ from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import FreeBodies
 from knitstudy.mechanics.solids_in_contact import Penetration, SolidsInContact
 from knitstudy.models.discretisation import Discretisation
-from knitstudy.models.ties import Tie
+from knitstudy.models.ties import Ties
 from knitstudy.study.scene import Scene
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ MARGIN = 0.3
 """Distance up to which pairs of points and surfaces are followed, over the yarn's radius."""
 
 
-def yarn_contact(scene: Scene, yarns: Discretisation, nodes: np.ndarray, pieces: np.ndarray) -> Contact:
+def yarn_contact(scene: Scene, yarns: Discretisation, pieces: np.ndarray) -> Contact:
     """Return the contact of all yarns of a scene with each other and with themselves.
 
     Pieces of yarn that are tied to each other do not touch: what the tie does would be done twice there.
@@ -39,8 +39,6 @@ def yarn_contact(scene: Scene, yarns: Discretisation, nodes: np.ndarray, pieces:
     ----------
     scene : Scene
     yarns : Discretisation
-    nodes : ndarray, shape (N, 3)
-        Undeformed nodes, adjusted to the ties [m].
     pieces : ndarray of int, shape (R,)
         What every ring is tied in; see `tied_crossings.tied_pieces`.
 
@@ -50,7 +48,7 @@ def yarn_contact(scene: Scene, yarns: Discretisation, nodes: np.ndarray, pieces:
         If yarns overlap before anything moves.
     """
     return Contact(
-        nodes,
+        yarns.nodes,
         yarns.surfaces,
         contact_law(scene, yarns),
         pieces=pieces,
@@ -98,18 +96,18 @@ class BesideTies:
     ----------
     scene : Scene
     yarns : Discretisation
-    tie : Tie
+    tie : Ties
     pieces : ndarray of int, shape (R,)
         Interlock row that every ring is tied in; see `tied_crossings.tied_pieces`.
     """
 
-    def __init__(self, scene: Scene, yarns: Discretisation, tie: Tie, pieces: np.ndarray) -> None:
+    def __init__(self, scene: Scene, yarns: Discretisation, tie: Ties, pieces: np.ndarray) -> None:
         mesh = yarns.mesh
         rows = np.unique(pieces[pieces >= 0])
         meets = np.zeros((mesh.yarns, mesh.yarns), dtype=bool)
         meets[rows, rows + 1] = meets[rows + 1, rows] = True
         self._contact = Contact(
-            tie.nodes,
+            yarns.nodes,
             yarns.surfaces,
             contact_law(scene, yarns),
             meets=meets,
@@ -142,14 +140,14 @@ class BesideTies:
 
 
 def free_yarns(
-    yarns: Discretisation, tie: Tie, volume: np.ndarray, youngs_modulus: float
+    yarns: Discretisation, tie: Ties, volume: np.ndarray, youngs_modulus: float
 ) -> FreeBodies | None:
     """Return the free yarns of a specimen, as knits in wale tension have between their grips; None if there are none.
 
     Parameters
     ----------
     yarns : Discretisation
-    tie : Tie
+    tie : Ties
     volume : ndarray, shape (N,)
         Of every node [m3].
     youngs_modulus : float
@@ -184,8 +182,6 @@ class Touching:
         Watches tied yarns where others are in contact.
     overlap : float
         How far these may go through each other [m].
-    allowed_by, widened_by : str
-        Keys that say so, and how wide the ties are.
     """
 
     model: SolidsInContact
@@ -194,8 +190,6 @@ class Touching:
     around: int
     beside: BesideTies | None
     overlap: float
-    allowed_by: str
-    widened_by: str
 
     def record(
         self, increment: Increment, crossings: int
@@ -224,8 +218,8 @@ class Touching:
         if gap < -limit:
             raise ConvergenceError(
                 f"increment {increment.index}: tied yarns penetrate each other by {-gap:.3g} m beside their ties; "
-                f"{self.allowed_by} allows {limit:.3g} m. Use contact.tied_edges 'none', a larger {self.widened_by} or "
-                "a smaller load.strain"
+                f"tie.radius allows {limit:.3g} m. Use contact.tied_edges 'none', a larger tie.radius or a smaller "
+                "load.strain"
             )
 
     def attributes(self) -> dict[str, float]:
@@ -242,7 +236,7 @@ class Touching:
 def touching(
     scene: Scene,
     yarns: Discretisation,
-    tie: Tie,
+    tie: Ties,
     pieces: np.ndarray,
     facets: CrossingFacets,
     volume: np.ndarray,
@@ -254,7 +248,7 @@ def touching(
     ----------
     scene : Scene
     yarns : Discretisation
-    tie : Tie
+    tie : Ties
     pieces : ndarray of int, shape (R,)
         What every ring is tied in; see `tied_crossings.tied_pieces`.
     facets : CrossingFacets
@@ -268,7 +262,7 @@ def touching(
     MeshError
         If yarns overlap before anything moves.
     """
-    contact = yarn_contact(scene, yarns, tie.nodes, pieces)
+    contact = yarn_contact(scene, yarns, pieces)
     model = SolidsInContact(
         *solids,
         contact=contact,
@@ -277,9 +271,10 @@ def touching(
     )
     beside = BesideTies(scene, yarns, tie, pieces) if len(tie.joined) else None
     around = int(yarns.surfaces.cells[0, 1])
-    allowed_by, overlap = _overlap(scene, yarns)
-    widened_by = "tie.tolerance" if scene.value("tie.rule") == "facets" else "tie.radius"
-    return Touching(model, facets, yarns.rings, around, beside, overlap, allowed_by, widened_by)
+    # The undeformed surfaces are a^2 / R apart at the edge of a tied disc of radius a: flattening the disc indents
+    # them as deep, and nothing but contact would keep the rest apart.
+    overlap = scene.tie.radius**2 * yarns.mesh.radius
+    return Touching(model, facets, yarns.rings, around, beside, overlap)
 
 
 def _penetration(scene: Scene, law: Coulomb | Indentation, size: float) -> Penetration:
@@ -291,14 +286,3 @@ def _penetration(scene: Scene, law: Coulomb | Indentation, size: float) -> Penet
             "mesh.crossing_degree, or hexahedra",
         )
     return Penetration(scene.contact.penetration * size, scene.contact.augmentations)
-
-
-def _overlap(scene: Scene, yarns: Discretisation) -> tuple[str, float]:
-    """Return how far tied yarns may overlap beside their ties [m], after the key that says so.
-
-    Beside a disc that is tied, what the undeformed surfaces are apart at its edge, a^2 / R: flattening the disc indents
-    them as deep, and nothing but contact would keep the rest apart.
-    """
-    if scene.value("tie.rule") == "facets":
-        return "contact.penetration", scene.contact.penetration * yarns.size
-    return "tie.radius", scene.tie.radius**2 * yarns.mesh.radius

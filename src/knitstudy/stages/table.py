@@ -351,7 +351,7 @@ STAGES.register(
         of=lambda scene: scene.specimen == "cell" and not scene.kind.interaction.touches,
         reads=(),
         needs=lambda scene, named: {"history": ("cell", scene)},
-        function="knitstudy.exchange.shell_section:write_deck",
+        function="knitstudy.exchange.inp:write_shell",
         leaves="cell/{scene}.abaqus.inp",
         wanted=lambda scene: "deck" in scene.outputs,
     )

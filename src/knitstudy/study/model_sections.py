@@ -185,7 +185,7 @@ class PolynomialMesh(Section):
 # ---- How yarns act on each other (section 2.2, Fig. 2 and Table 1)
 
 
-class PatchTie(Section):
+class Tie(Section):
     """The mean and the linear moments of two yarns' displacement on a disc are joined where they cross and are tied."""
 
     radius: float = key(
@@ -200,35 +200,6 @@ class PatchTie(Section):
         default=0.183,
         ge=0.05,
         le=0.8,
-    )
-
-
-class Tie(PatchTie):
-    """Ties by the rule "patch", or by that of commercial programs, "facets".
-
-    By "facets" all nodes of facets that are nearer than `tolerance` facet sizes follow the other yarn: an area that
-    shrinks with the mesh.
-    """
-
-    rule: Literal["patch", "facets"] = key(
-        "patch (a disc of tie.radius) or facets (those nearer than tie.tolerance)",
-        standing="choice",
-        source=(
-            "numerical; as elements become small the force of patches converges, and that of facets falls "
-            "to that of a joint in one point (docs/ties.md)"
-        ),
-        checked="both, on 6 to 18 elements across (docs/ties.md)",
-        default="facets",
-    )
-
-    tolerance: float = key(
-        "a number > 0 and <= 1, a share of the facet size",
-        unit="facet sizes",
-        standing="assumed",
-        source="Abaqus's default position tolerance, 5 % of the facet size; of the rule facets",
-        checked="0.05 to 1: force +27 % at 1 (docs/sensitivity.md)",
-        gt=0,
-        le=1,
     )
 
 

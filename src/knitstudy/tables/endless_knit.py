@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.exchange.shell_section import NAMES, entries, section_matrix
+from knitstudy.exchange.inp import SHELL_ENTRIES, section_matrix, shell_entries
 from knitstudy.loading.load_path import DIRECTIONS
 from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.domain import Series, force_per_width, series_of
@@ -209,7 +209,7 @@ def tabulate_shells(cells: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
             }
             | {
                 f"{entry} [{_unit(entry)}]": value
-                for entry, value in zip(NAMES, entries(matrix), strict=True)
+                for entry, value in zip(SHELL_ENTRIES, shell_entries(matrix), strict=True)
             }
             | {"least eigenvalue over largest, diagonal scaled to 1 [1]": _definite(matrix)}
         )

@@ -221,11 +221,9 @@ def tabulate_checks(dns: xr.Dataset, scenes: dict[str, Scene]) -> pd.DataFrame:
 def _ties(dns: xr.Dataset) -> list[Row]:
     area = dns["tied_area"]
     said = (  # by the rule of the ties, one or the other
-        ("tolerance of the ties beyond the clearance", "m", "tie_tolerance"),
         ("radius of the ties", "m", "tie_radius"),
         ("least stiffness of a tie", "N/m", "tie_least_stiffness"),
         ("tied nodes", "1", "tie_nodes"),
-        ("largest adjustment of a tied node", "m", "tie_largest_adjustment"),
     )
     return [
         *((name, unit, dns.attrs[key], np.nan) for name, unit, key in said if key in dns.attrs),

@@ -1,1 +1,0 @@
-"""Dialects of keyword files, one file each, which registers itself. What a dialect cannot say is refused by name."""

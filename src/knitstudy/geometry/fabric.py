@@ -1,0 +1,585 @@
+"""A fabric: yarns as curves, where these cross, and where a load grips them.
+
+Every specimen is one: `plain_knit`, `cut_cells`, `endless_cell`, `pair`, and `pieces` of any of them. What comes after
+the geometry reads curves, crossings and grips; rows, columns and zones of crossings are labels for reports.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import DataFileError, GeometryError
+from knitstudy.geometry.crossings import SAME, Crossings, YarnCurve, find_crossings, metre
+from knitstudy.geometry.loop import Loop
+from knitstudy.geometry.spline import CatmullRom, Centreline
+
+NO_ARCS = np.empty((0, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class Grip:
+    """Arcs of yarns that a load holds or drives; an arc without length is the end of a yarn.
+
+    Attributes
+    ----------
+    yarn : ndarray of int (a,)
+    arc : ndarray (a, 2)
+        Arc lengths between which a yarn is gripped. [m]
+    side : ndarray (3,), optional
+        Direction: only the half of the yarn's surface that looks there is gripped, not whole sections.
+    """
+
+    yarn: np.ndarray
+    arc: np.ndarray
+    side: np.ndarray | None = None
+
+    def of(self, yarn: int) -> np.ndarray:
+        """Return the gripped arcs (k, 2) of a yarn. [m]"""
+        return self.arc[self.yarn == yarn]
+
+    def holds(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
+        """Return whether places (k,) on yarns (k,) are gripped; the ends of arcs are, whatever rounding says."""
+        rounding = 1e-9 * self.arc.max(initial=0.0)
+        s = np.asarray(arc_length)[:, None]
+        here = (np.asarray(yarn)[:, None] == self.yarn) & (s >= self.arc[:, 0] - rounding)
+        return (here & (s <= self.arc[:, 1] + rounding)).any(axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """A part of a centreline, with arc lengths of its own.
+
+    Attributes
+    ----------
+    line : Centreline
+    start, length : float
+        Where it begins, and how long it is. [m]
+    """
+
+    line: YarnCurve
+    start: float
+    length: float
+
+    @property
+    def curve(self) -> CatmullRom:
+        """Curve of the whole centreline, whose parameters `parameter` returns."""
+        return self.line.curve
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The curve's parameters at both ends."""
+        low, high = self.line.parameter(np.array([self.start, self.start + self.length]))
+        return float(low), float(high)
+
+    def position(self, s: np.ndarray) -> np.ndarray:
+        """Return points (k, 3) at arc lengths (k,) of this arc. [m]"""
+        return self.line.position(self.start + s)
+
+    def tangent(self, s: np.ndarray) -> np.ndarray:
+        """Return unit tangents (k, 3)."""
+        return self.line.tangent(self.start + s)
+
+    def curvature(self, s: np.ndarray) -> np.ndarray:
+        """Return curvatures (k,). [1/m]"""
+        return self.line.curve.curvature(self.parameter(s))
+
+    def parameter(self, s: np.ndarray) -> np.ndarray:
+        """Return parameters (k,) of the curve."""
+        return self.line.parameter(self.start + s)
+
+    def arc_length(self, u: np.ndarray) -> np.ndarray:
+        """Return arc lengths (k,) of this arc at parameters (k,) of the curve. [m]"""
+        return self.line.arc_length(u) - self.start
+
+
+@dataclass(frozen=True, eq=False)
+class Arcs:
+    """Arcs of a fabric's yarns, and the crossings that lie on them.
+
+    Attributes
+    ----------
+    crossing : ndarray of int (V,)
+        Crossings of which both yarns are there, ascending.
+    yarn : ndarray of int (P,)
+        Yarn of every arc, ascending.
+    arc : ndarray (P, 2)
+        Where it begins and ends; of a yarn ascending. [m]
+    """
+
+    crossing: np.ndarray
+    yarn: np.ndarray
+    arc: np.ndarray
+
+    def piece(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
+        """Return the arcs (k,) that places on yarns (k,) lie in, -1 where there is none."""
+        inside = (yarn[:, None] == self.yarn) & (arc_length[:, None] > self.arc[:, 0])
+        inside &= arc_length[:, None] < self.arc[:, 1]
+        return np.where(inside.any(axis=1), inside.argmax(axis=1), -1)
+
+
+@dataclass(frozen=True, eq=False)
+class Fabric:
+    """Yarns of one radius, as curves.
+
+    Attributes
+    ----------
+    specimen : str
+        What it was made as, "knit" or "pair", and
+    made_of : mapping of str to array
+        the numbers that it was made of, by their names in a dataset.
+    radius : float
+        Of the yarns. [m]
+    clearance : float
+        Gap aimed at where yarns cross, in radii.
+    centrelines : tuple of YarnCurve
+        Of all Y yarns.
+    crossings : Crossings
+    grips : mapping of str to pair of Grip
+        What is held and what is driven, by the direction of the load (of a pair: by how it is supported).
+    size : ndarray (3,)
+        Lengths along x, y and z that strains refer to. [m]
+    repeats : int
+        Equally long parts with the same crossings that every yarn consists of.
+    cell : ndarray (2,)
+        Distances along x and y after which the pattern repeats itself; nan if it does not. [m]
+    copy_of : ndarray of int (Y,)
+        The yarn that every yarn is a moved copy of; it may be itself.
+    shift : ndarray (Y, 3)
+        Vector from that one to the copy. [m]
+    angle : float
+        Between crossing yarns, in degrees, which the refined zone of a mesh is adapted to; of a knit it is taken as 90.
+    arcs : Arcs, optional
+        Of pieces: the parts of another fabric's yarns that the yarns are.
+    periods : ndarray (n, 3)
+        Vectors by which an endless fabric repeats itself; no vectors if it ends. [m]
+    loop : Loop, optional
+        Of a knit.
+    sample : Fabric, optional
+        A smaller fabric in which yarns bend and meet as in this one; left out where there is none.
+    """
+
+    specimen: str
+    made_of: Mapping[str, Any]
+    radius: float
+    clearance: float
+    centrelines: tuple[YarnCurve, ...]
+    crossings: Crossings
+    grips: Mapping[str, tuple[Grip, Grip]]
+    size: np.ndarray
+    repeats: int
+    cell: np.ndarray
+    copy_of: np.ndarray
+    shift: np.ndarray
+    angle: float = 90.0
+    arcs: Arcs | None = None
+    periods: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+    loop: Loop | None = None
+    sample: Fabric | None = None
+
+    @property
+    def width(self) -> float:
+        """Length along x that strains refer to. [m]"""
+        return float(self.size[0])
+
+    @property
+    def height(self) -> float:
+        """Length along y that strains refer to. [m]"""
+        return float(self.size[1])
+
+    @property
+    def cells(self) -> tuple[int, int]:
+        """Columns and rows of cells that crossings are labelled with."""
+        return int(self.crossings.column.max()) + 1, int(self.crossings.row.max()) + 1
+
+    def stations(self, yarn: int) -> np.ndarray:
+        """Return the ascending arc lengths (k,) of a yarn's crossings. [m]"""
+        return np.sort(self.crossings.arc_length[self.crossings.yarn == yarn])
+
+    def grip_ends(self, load: str | None) -> dict[int, np.ndarray]:
+        """Return the arc lengths (k,) by yarn, ascending, at which grips begin or end inside yarns. [m]"""
+        ends = {}
+        for grip in self.grips.get(load or "", ()):
+            for yarn in np.unique(grip.yarn).tolist():
+                each = grip.of(yarn).ravel()
+                inside = each[(each > 0) & (each < self.centrelines[yarn].length)]
+                if inside.size:
+                    ends[yarn] = np.unique(np.concatenate([ends.get(yarn, []), inside]))
+        return ends
+
+    @cached_property
+    def _places(self) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+        """Arc lengths (m,) and points (m, 3) at which a yarn or a copy of it is crossed, by the yarn copied."""
+        crossings, found = self.crossings, {}
+        yarn, s = crossings.yarn.ravel(), crossings.arc_length.ravel()
+        middle = np.repeat(crossings.point.mean(axis=1), 2, axis=0) - self.shift[yarn]
+        for number in np.unique(self.copy_of).tolist():
+            here = np.flatnonzero(self.copy_of[yarn] == number)
+            here = here[np.argsort(s[here], kind="stable")]
+            here = here[np.diff(s[here], prepend=-np.inf) > SAME * self.radius]
+            found[number] = s[here], middle[here]
+        return found
+
+    def places(self, yarn: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return where a yarn would be crossed if it had the neighbours of all of its copies.
+
+        Returns
+        -------
+        arc_length : ndarray (m,)
+            Ascending. [m]
+        point : ndarray (m, 3)
+            In the middle between the closest points of the two centrelines. [m]
+        """
+        s, point = self._places[int(self.copy_of[yarn])]
+        return s, point + self.shift[yarn]
+
+    def places_of_a_repeat(self, yarn: int = 0) -> np.ndarray:
+        """Return the arc lengths (k,) of the places in the first of a yarn's repeats. [m]"""
+        s = self.places(yarn)[0]
+        return s[s < self.centrelines[yarn].length / self.repeats]
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return what the fabric was made of, and its crossings, in SI units but for angles."""
+        variables = {name: (*_VARIABLES[name], value) for name, value in self.made_of.items()}
+        return xr.Dataset(
+            {name: (dims, value, attributes) for name, (dims, attributes, value) in variables.items()}
+            | self.crossings.variables(),
+            coords={"xyz": ["x", "y", "z"]},
+            attrs={"specimen": self.specimen},
+        )
+
+    @classmethod
+    def from_dataset(cls, dataset: xr.Dataset, specimen: str | None = None) -> Fabric:
+        """Return the fabric that a dataset of `to_dataset` describes; crossings are found again.
+
+        Parameters
+        ----------
+        dataset : Dataset
+        specimen : {"knit", "cut_knit", "cell", "pair"}, optional
+            What to make of a knit's loops; as the dataset says if left out.
+
+        Raises
+        ------
+        DataFileError
+            When it describes no fabric, or a variable is missing.
+        """
+        kind = dataset.attrs.get("specimen")
+        if kind not in _NEEDED:
+            raise DataFileError(
+                f"geometry dataset: its attribute specimen is {kind!r}; allowed are {', '.join(_NEEDED)}"
+            )
+        missing = [name for name in _NEEDED[kind] if name not in dataset]
+        if missing:
+            raise DataFileError(
+                f"geometry dataset: variables {missing} are missing; allowed is what Fabric.to_dataset makes"
+            )
+        values = {name: dataset[name].to_numpy() for name in _NEEDED[kind]}
+        if kind == "pair":
+            return pair(*(float(values[name]) for name in _NEEDED[kind]))
+        points, *numbers = (values[name] for name in _NEEDED[kind])
+        loop = Loop(points, *(float(each) for each in numbers[:4]))
+        loops, rows = int(values["loops"]), int(values["rows"])
+        make = {"cut_knit": cut_cells, "cell": endless_cell}.get(specimen or kind, plain_knit)
+        return make(loop, loops, rows)
+
+
+_ONE = {"units": "1"}
+_VARIABLES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
+    "control_points": (("point", "xyz"), metre("control points of one loop")),
+    "wale_spacing": ((), metre("distance of neighbouring loops along x")),
+    "course_spacing": ((), metre("distance of neighbouring yarns along y")),
+    "radius": ((), metre("radius of the yarn")),
+    "clearance": ((), _ONE | {"long_name": "gap aimed at where yarns cross, over the radius"}),
+    "loops": ((), _ONE),
+    "rows": ((), _ONE | {"long_name": "interlock rows; one yarn more"}),
+    "angle": ((), {"units": "degree", "long_name": "between the yarns"}),
+    "length": ((), metre("of each yarn")),
+}
+_NEEDED = {
+    "knit": ("control_points", "wale_spacing", "course_spacing", "radius", "clearance", "loops", "rows"),
+    "pair": ("radius", "angle", "length", "clearance"),
+}
+
+
+def fabric_of(scene: Any, geometry: xr.Dataset) -> Fabric:
+    """Return the fabric of a scene from its geometry: the knit, cut cells, endless cell or pair that it simulates."""
+    return Fabric.from_dataset(geometry, scene.specimen)
+
+
+def of_curves(
+    centrelines: Sequence[YarnCurve],
+    radius: float,
+    clearance: float = 0.0,
+    grips: Mapping[str, tuple[Grip, Grip]] | None = None,
+    size: np.ndarray | None = None,
+    copy_of: np.ndarray | None = None,
+    shift: np.ndarray | None = None,
+    **more: Any,
+) -> Fabric:
+    """Return a fabric of any curves, whose crossings are found; see `Fabric` for the arguments.
+
+    Strains refer to the extent of the curves where no size is given.
+    """
+    count = len(centrelines)
+    copy_of = np.arange(count) if copy_of is None else copy_of
+    shift = np.zeros((count, 3)) if shift is None else shift
+    if size is None:
+        points = np.concatenate([curve.curve.value(np.linspace(*curve.span, 100)) for curve in centrelines])
+        size = np.ptp(points, axis=0)
+    fabric = Fabric(
+        specimen="curves",
+        made_of={},
+        radius=radius,
+        clearance=clearance,
+        centrelines=tuple(centrelines),
+        crossings=find_crossings(centrelines, radius, copy_of, shift),
+        grips=grips or {},
+        size=np.asarray(size, dtype=float),
+        repeats=1,
+        cell=np.full(2, np.nan),
+        copy_of=copy_of,
+        shift=shift,
+    )
+    return replace(fabric, **more)
+
+
+# ---- Plain knits: rows of loops, whole, cut or endless. Zones of a cell: 0 left lower, 1 right lower, 2 left upper,
+# 3 right upper. Side 0 of a crossing is the yarn of the lower row, side 1 the one above.
+
+LEFT_LOWER, RIGHT_LOWER, LEFT_UPPER, RIGHT_UPPER = range(4)
+LEFT, RIGHT = (LEFT_LOWER, LEFT_UPPER), (RIGHT_LOWER, RIGHT_UPPER)
+
+
+def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
+    """Return a knit of ``rows`` interlock rows, that is ``rows`` + 1 whole yarns of ``loops`` loops.
+
+    In course tension it is gripped at the ends of all yarns, in wale tension at the sinker arcs of the first yarn and
+    at the head arcs of the last one.
+
+    Raises
+    ------
+    GeometryError
+        When the numbers of loops and rows are not positive integers, or yarns do not cross as in a plain knit.
+    """
+    for name, count in (("loops", loops), ("rows", rows)):
+        if not (isinstance(count, int | np.integer) and count >= 1):
+            raise GeometryError(f"pattern.{name} = {count!r}: allowed is a whole number from 1 on")
+    first = Centreline(loop.curve, loops)
+    shift = np.arange(rows + 1)[:, None] * loop.rise
+    curves = (first, *(Centreline(loop.curve.shifted(each), loops, first) for each in shift[1:]))
+    cell = np.array([loop.wale_spacing, loop.course_spacing])
+    knit = of_curves(
+        curves,
+        loop.radius,
+        loop.clearance,
+        size=np.array([loops * cell[0], rows * cell[1], 2 * loop.radius]),
+        copy_of=np.zeros(rows + 1, dtype=int),
+        shift=shift,
+        specimen="knit",
+        made_of={
+            "control_points": loop.control_points,
+            "wale_spacing": loop.wale_spacing,
+            "course_spacing": loop.course_spacing,
+            "radius": loop.radius,
+            "clearance": loop.clearance,
+            "loops": loops,
+            "rows": rows,
+        },
+        repeats=loops,
+        cell=cell,
+        loop=loop,
+    )
+    knit = replace(knit, crossings=_by_cells(knit.crossings, loop, loops, rows))
+    every, ends = np.arange(rows + 1), np.zeros((rows + 1, 2))
+    bottom, top = sinker_arcs(knit), head_arcs(knit)
+    grips = {
+        "course": (Grip(every, ends), Grip(every, ends + first.length)),
+        "wale": (Grip(np.zeros(len(bottom), dtype=int), bottom), Grip(np.full(len(top), rows), top)),
+    }
+    smaller = loops > 3 or rows > 2
+    sample = plain_knit(loop, min(loops, 3), min(rows, 2)) if smaller else None
+    return replace(knit, grips=grips, sample=sample)
+
+
+def _by_cells(found: Crossings, loop: Loop, loops: int, rows: int) -> Crossings:
+    """Return the crossings of a plain knit by row, column and zone."""
+    middle = found.point.mean(axis=1)
+    across = (middle[:, 0] - loop.control_points[0, 0]) / loop.wale_spacing
+    row, column = found.yarn[:, 0], np.floor(across).astype(int)
+    right = across - column > 0.5
+    order = np.lexsort((middle[:, 1], right, column, row))
+    expected = np.stack([each.ravel() for each in np.indices((rows, loops, 2, 2))])[:3]
+    labels = np.stack([row, column, right])[:, order]
+    neighbours = np.all(found.yarn[:, 1] == row + 1)
+    if labels.shape != np.repeat(expected, 1, axis=1).shape or (labels != expected).any() or not neighbours:
+        raise GeometryError(
+            f"pattern.control_points: the yarns of {rows} rows of {loops} loops cross {len(found)} times: allowed are "
+            "4 crossings of neighbouring rows a loop, 2 on each side of its middle, and no others"
+        )
+    zone = np.empty(len(found), dtype=int)
+    zone[order] = np.tile([LEFT_LOWER, LEFT_UPPER, RIGHT_LOWER, RIGHT_UPPER], rows * loops)
+    return found.labelled(row, column, zone)
+
+
+def sinker_arcs(knit: Fabric) -> np.ndarray:
+    """Return the arc lengths (n + 1, 2) between which a knit's yarn runs along the bottom of its loops. [m]
+
+    From the last crossing of a loop with the row below to the first one of the next loop; half of it at the yarn's
+    ends, which lie in the middles of sinkers. All yarns have one shape.
+    """
+    first, last = (_along(knit, 1, zones) for zones in (LEFT, RIGHT))
+    length = knit.centrelines[0].length
+    return np.column_stack([np.append(0.0, last[:, 1]), np.append(first[:, 0], length)])
+
+
+def head_arcs(knit: Fabric) -> np.ndarray:
+    """Return the arc lengths (n, 2) between which a knit's yarn runs along the top of its loops. [m]"""
+    left, right = (_along(knit, 0, zones) for zones in (LEFT, RIGHT))
+    return np.column_stack([left[:, 1], right[:, 0]])
+
+
+def _along(knit: Fabric, side: int, zones: tuple[int, int]) -> np.ndarray:
+    """Return arc lengths (n, 2), ascending, of two crossings of every loop of a yarn; side 1: with the row below."""
+    crossings = knit.crossings
+    here = (crossings.row == 0) & np.isin(crossings.zone, zones)
+    return np.sort(crossings.arc_length[here, side].reshape(knit.repeats, 2), axis=1)
+
+
+def endless_cell(loop: Loop, loops: int, rows: int) -> Fabric:
+    """Return a cell of an endless plain knit: its rows of loops, and the image of the first one above the last.
+
+    Every crossing is there once. Nothing is gripped.
+    """
+    knit = plain_knit(loop, loops, rows)
+    return replace(knit, grips={}, periods=np.array([[knit.width, 0, 0], [0, knit.height, 0]]))
+
+
+def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
+    """Return cells cut out of a plain knit, so that each has as much yarn as one of an endless knit.
+
+    Of the yarn below there are heads alone, each on the halves of its two legs, and of the yarn above sinkers. In
+    course tension yarns are gripped where these end at the sides, in wale tension at the cut legs of the first and the
+    last yarn.
+    """
+    knit = plain_knit(loop, loops, rows)
+    legs, length = middles_of_legs(knit), knit.centrelines[0].length
+    sinkers = np.column_stack([np.append(0.0, legs[:, 1]), np.append(legs[:, 0], length)])
+    counts = [len(legs), *[1] * (rows - 1), len(sinkers)]
+    yarn = np.repeat(np.arange(rows + 1), counts)
+    arc = np.concatenate([legs, np.tile([0.0, length], (rows - 1, 1)), sinkers])
+    found = pieces(knit, Arcs(np.arange(len(knit.crossings)), yarn, arc))
+    lengths = arc[:, 1] - arc[:, 0]
+    first, last = arc[:, 0] == 0, arc[:, 1] == length
+
+    def ends(begins: np.ndarray, finishes: np.ndarray) -> Grip:
+        begins, finishes = np.flatnonzero(begins), np.flatnonzero(finishes)
+        at = np.concatenate([np.zeros(len(begins)), lengths[finishes]])
+        return Grip(np.concatenate([begins, finishes]), np.column_stack([at, at]))
+
+    none = np.zeros(len(yarn), dtype=bool)
+    lowest, highest = yarn == 0, yarn == rows
+    grips = {
+        "course": (ends(first, none), ends(none, last)),
+        "wale": (ends(lowest & ~first, lowest & ~last), ends(highest & ~first, highest & ~last)),
+    }
+    return replace(found, grips=grips)
+
+
+def middles_of_legs(knit: Fabric) -> np.ndarray:
+    """Return the arc lengths (n, 2) of the middles of both legs of every loop of a yarn. [m]
+
+    A leg runs from the crossings with the row below to those with the row above; all yarns have one shape.
+    """
+    (left_above, right_above), (left_below, right_below) = (
+        [_along(knit, side, zones) for zones in (LEFT, RIGHT)] for side in (0, 1)
+    )
+    up, down = left_below[:, 1] + left_above[:, 0], right_above[:, 1] + right_below[:, 0]
+    return 0.5 * np.column_stack([up, down])
+
+
+def pieces(fabric: Fabric, arcs: Arcs) -> Fabric:
+    """Return arcs of a fabric's yarns as a fabric, each a yarn; nothing is gripped. Crossings keep order and labels."""
+    lines = fabric.centrelines
+    of = zip(arcs.yarn, arcs.arc, strict=True)
+    crossings = fabric.crossings.chosen(arcs.crossing)
+    piece = arcs.piece(crossings.yarn.ravel(), crossings.arc_length.ravel()).reshape(-1, 2)
+    arc_length = crossings.arc_length - arcs.arc[piece, 0]
+    return replace(
+        fabric,
+        centrelines=tuple(Arc(lines[yarn], low, high - low) for yarn, (low, high) in of),
+        crossings=replace(crossings, yarn=piece, arc_length=arc_length),
+        grips={},
+        repeats=1,
+        copy_of=np.arange(len(arcs.yarn)),
+        shift=np.zeros((len(arcs.yarn), 3)),
+        arcs=arcs,
+        sample=fabric.sample or fabric,
+    )
+
+
+# ---- Two straight yarns that cross
+
+
+def pair(radius: float, angle: float, length: float, clearance: float = 0.0) -> Fabric:
+    """Return two equally long yarns that cross in their middles, at the origin.
+
+    The lower yarn lies along x below the plane z = 0; the upper one is turned from x to y by the angle and lies above
+    it, so that the gap of their surfaces is the clearance. The lower one is held and the upper one driven, at "ends" or
+    at the "back", the half of the surface that is turned away from the other yarn.
+
+    Parameters
+    ----------
+    radius : float
+        Of both yarns. [m]
+    angle : float
+        Between the yarns. [degrees]
+    length : float
+        Of each yarn. [m]
+    clearance : float
+        In radii.
+
+    Raises
+    ------
+    GeometryError
+        When the radius is not positive, the clearance negative, the angle not in (0, 90] or the yarns are not longer
+        than two diameters.
+    """
+    if not radius > 0:
+        raise GeometryError(f"yarn.diameter = {2 * radius} m: allowed is a positive number")
+    if not clearance >= 0:
+        raise GeometryError(f"pair.clearance = {clearance} radii: allowed is zero or more")
+    if not 0 < angle <= 90:
+        raise GeometryError(f"pair.angle = {angle} degrees: allowed is more than 0 and at most 90")
+    if not length > 4 * radius:
+        raise GeometryError(
+            f"pair.length = {length} m: allowed is more than twice yarn.diameter = {2 * radius} m"
+        )
+    turn, half = np.radians(angle), 0.5 * (2 + clearance) * radius
+    along = np.array([[1.0, 0.0, 0.0], [np.cos(turn), np.sin(turn), 0.0]])
+    middles = np.array([[0.0, 0.0, -half], [0.0, 0.0, half]])
+    share = np.arange(4)[:, None] / 4 - 0.5
+    curves = [
+        Centreline(CatmullRom(middle + share * length * way, length * way), 1)
+        for middle, way in zip(middles, along, strict=True)
+    ]
+    ends, all_of_it = np.array([[0.0, 0.0], [length, length]]), np.array([[0.0, length]])
+    lower, upper = np.zeros(2, dtype=int), np.ones(2, dtype=int)
+    up = np.array([0.0, 0.0, 1.0])
+    return of_curves(
+        curves,
+        radius,
+        clearance,
+        grips={
+            "ends": (Grip(lower, ends), Grip(upper, ends)),
+            "back": (Grip(lower[:1], all_of_it, -up), Grip(upper[:1], all_of_it, up)),
+        },
+        size=np.array([length, length, 2 * radius]),
+        specimen="pair",
+        made_of={"radius": radius, "angle": angle, "length": length, "clearance": clearance},
+        angle=angle,
+    )
