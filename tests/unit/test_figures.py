@@ -17,7 +17,7 @@ from knitstudy.figures import catalogue, fig05_contact_points, shapes, style
 from knitstudy.figures.fig_pair_slip import Slide
 from knitstudy.figures.interlock import InterlockSide
 from knitstudy.figures.picture import CHOICE, is_fallback
-from knitstudy.figures.saving import FALLBACK_RENDERER, describe, save
+from knitstudy.figures.style import FALLBACK_RENDERER, describe, save
 from knitstudy.files import read_table
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.pattern import Knit

@@ -10,7 +10,7 @@ from PIL import Image
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures import picture, renderer
-from knitstudy.figures.saving import save
+from knitstudy.figures.style import save
 from knitstudy.figures.shapes import arrow, rod, sphere, tube
 from knitstudy.figures.style import resolution
 from knitstudy.figures.surface import Surface

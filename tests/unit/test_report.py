@@ -16,7 +16,7 @@ from PIL import Image
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import FALLBACK
-from knitstudy.figures.saving import save
+from knitstudy.figures.style import save
 from knitstudy.files import read_table, write_dataset
 from knitstudy.measures.selection import (
     CASES,

@@ -11,7 +11,7 @@ def displays(kind):
         from knitstudy.figures.catalogue import FIGURES as catalogue
     else:
         from knitstudy.tables.catalogue import TABLES as catalogue
-    code = ("knitstudy.figures.saving",) if kind == "figure" else ()
+    code = ("knitstudy.figures.style",) if kind == "figure" else ()
     return Displays(catalogue, PLAN, STUDY, reference_files(CONFIG), code, f"study {CONFIGURATION.study!r}")
 
 

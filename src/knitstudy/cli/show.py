@@ -54,7 +54,7 @@ def show(file: Path, plot: Path | None) -> None:
         raise DataFileError(f"{file}: results are .nc and .csv files")
     # Imported here: --help need not wait for it.
     from knitstudy.cli.plot import draw
-    from knitstudy.figures.saving import save
+    from knitstudy.figures.style import save
     from knitstudy.measures.summary import kind_of, summarise
 
     dataset = read_dataset(file)

@@ -40,7 +40,7 @@ def draw(**histories: xr.Dataset) -> Figure:
         ("largest out-of-plane motion $|u_z|$", "mm", lambda history: MILLIMETRE * out_of_plane(history)),
     )
     for k, (quantity, unit, value) in enumerate(quantities):
-        axes = drawing.add_axes((0.075 + 0.5 * k, 0.15, 0.34, 0.75))
+        axes = drawing.add_axes((0.065 + 0.5 * k, 0.15, 0.325, 0.75))
         curves = [
             Curve(INTERACTIONS[name], history["strain"].to_numpy(), value(history))
             for name, history in histories.items()

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import pandas as pd
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import Curve, draw_curves, draw_reference, force_curve, legend_beside
 from knitstudy.figures.style import DOUBLE, INCH, MODELS, OTHER, Look, figure, panel_letter, styled, tint
-from knitstudy.measures.cases import Case, Simulation, cases_of, label_of
-from knitstudy.measures.catalogue import CASES, case_models, several
+from knitstudy.measures.cases import Case, Simulation, cases_of
+from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, of_case, reduced_models, several
 from knitstudy.measures.discretisation import INTERACTIONS, is_direct
 from knitstudy.study.scene import Scene
 
@@ -23,14 +24,17 @@ DASHES = ((0, (1, 1.2)), (0, (4, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (2, 2.5)), (0
 SHARES = (1.0, 0.5)
 """Shares of a model's colour, for variants whose dashes are the same."""
 
-HEAD, HEIGHT, FOOT, BETWEEN = 7.0, 62.0, 11.0, 5.0
+SHOWN = [name for case in CASES for name in (*of_case(case, SOLIDS + OTHER_SOLIDS), *reduced_models(case))]
+"""Names of the scenes."""
+
+HEAD, HEIGHT, FOOT, BETWEEN = 7.0, 60.0, 11.0, 4.0
 """Above the axes, their height, below them for their labels, and below the legend [mm]."""
 
 
 @FIGURES.add(
     "fig15_force_strain",
     "Fig. 15: force against strain of the direct simulation and the reduced models",
-    results={"every": several("simulation", *(name for case in CASES for name in case_models(case)))},
+    results={"every": several("simulation", *SHOWN, fewest=8)},
     files=("reference",),
     scenes=True,
     order=1,
@@ -38,6 +42,8 @@ HEAD, HEIGHT, FOOT, BETWEEN = 7.0, 62.0, 11.0, 5.0
 @styled
 def draw(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame) -> Figure:
     """Draw a panel a case; the legends give secant stiffnesses over the reference's.
+
+    A case is left out where the study lacks one of its models.
 
     Parameters
     ----------
@@ -49,7 +55,7 @@ def draw(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference
         ``resources/reference/reference.csv``.
     """
     drawing = figure(DOUBLE, 2 * HEIGHT)
-    cases = [case for case in cases_of(every, scenes, reference) if case.main]
+    cases = [case for case in cases_of(every, scenes, reference) if len(case.main) == 2]
     panels = [_draw_case(drawing, case, "abcd"[k]) for k, case in enumerate(cases)]
     rows = [panels[k : k + 2] for k in range(0, len(panels), 2)]
     heights = [HEAD + HEIGHT + FOOT + max(legend for _, legend in row) + BETWEEN for row in rows]
@@ -60,3 +66,34 @@ def draw(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference
         for column, (axes, _) in enumerate(row):
             axes.set_position((0.075 + 0.5 * column, bottom / whole, 0.35, HEIGHT / whole))
     return drawing
+
+
+def _draw_case(drawing: Figure, case: Case, letter: str) -> tuple[Axes, float]:
+    """Draw a case into axes of the right size; return the axes and the height of the legend below them [mm]."""
+    axes = drawing.add_axes((0.075, 0.25, 0.35, 0.5))
+    draw_reference(axes, case.reference)
+    main = {"dns": case.dns, **{fidelity: case.main[fidelity] for fidelity in ("rom3d", "rom2d")}}
+    curves = [
+        force_curve(MODELS[fidelity], model.history, MODELS[fidelity].label, case.reference)
+        for fidelity, model in main.items()
+    ]
+    names = {model.scene.name for model in main.values()}
+    variants = [model for model in (*case.others, *case.reduced) if model.scene.name not in names]
+    draw_curves(axes, curves + _variants(variants, case), "reaction force", "N", case.direction)
+    panel_letter(axes, letter, f"{INTERACTIONS[case.interaction]}, {case.direction} tension")
+    legend = legend_beside(axes, (-0.15, 0.0), FOOT)
+    return axes, INCH * legend.get_window_extent().height / drawing.dpi
+
+
+def _variants(models: Sequence[Simulation], case: Case) -> list[Curve]:
+    """Return thin curves in the colours of the models that they are variants of."""
+    curves = []
+    drawn: Counter[str] = Counter()
+    for model in models:
+        fidelity = "dns" if is_direct(model.scene) else model.scene.fidelity
+        lighter, dash = divmod(drawn[fidelity], len(DASHES))
+        colour = tint(MODELS.get(fidelity, OTHER).colour, SHARES[lighter % len(SHARES)])
+        look = Look(model.label, colour, DASHES[dash], "")
+        curves.append(force_curve(look, model.history, model.label, case.reference, named=False, width=0.9))
+        drawn[fidelity] += 1
+    return curves

@@ -1,8 +1,8 @@
 """Pictures of solids: surfaces, the view on them, and PyVista, which renders them in a process of its own.
 
-VTK ends its process with a segmentation fault where it finds neither EGL nor OSMesa to render off screen. In a process of
-its own it takes one picture along, not the study. Views are parallel projections: lengths in the plane of a picture are
-true, and what is drawn over a picture finds its place by the same projection.
+VTK ends its process with a segmentation fault where it finds neither EGL nor OSMesa to render off screen: in a
+process of its own it takes one picture along, not the study. Views are parallel projections: lengths in the plane of
+a picture are true, and what is drawn over a picture finds its place by the same projection.
 """
 
 from __future__ import annotations

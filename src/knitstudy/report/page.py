@@ -13,7 +13,6 @@ import pandas as pd
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.saving import FALLBACK_RENDERER
 from knitstudy.measures.catalogue import Catalogue, Display
 from knitstudy.report.screen import ScreenPicture, for_screen
 from knitstudy.report.wording import NOTHING, cells, value
@@ -48,11 +47,6 @@ class FigureItem:
     def origin(self) -> str:
         """What it was drawn from."""
         return self.picture.said.get("Source", "")
-
-    @property
-    def fallback(self) -> bool:
-        """Whether it was drawn without VTK."""
-        return self.picture.said.get("Renderer") == FALLBACK_RENDERER
 
 
 @dataclass(frozen=True)
@@ -126,7 +120,6 @@ def render(
         long=LONG,
         verdicts=results.get("verdicts", pd.DataFrame()).fillna("").to_dict("records"),
         provenance=_item("provenance", "Data files", "", cells(provenance)),
-        fallback=any(item.fallback for item in items.values()),
     )
 
 

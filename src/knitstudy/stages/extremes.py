@@ -32,7 +32,7 @@ import xarray as xr
 
 from knitstudy.errors import ConvergenceError, KnitstudyError
 from knitstudy.figures.extremes_map import draw
-from knitstudy.figures.saving import save
+from knitstudy.figures.style import save
 from knitstudy.files import replacing, write_table
 from knitstudy.loading.restart import Progress
 from knitstudy.measures.history_checks import (

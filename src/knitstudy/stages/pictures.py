@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from knitstudy.figures.catalogue import FIGURES, draw
-from knitstudy.figures.saving import save
+from knitstudy.figures.style import save
 from knitstudy.report.screen import save_for_screen
 from knitstudy.report.sources import read_sources
 from knitstudy.stages.displays import Displays
