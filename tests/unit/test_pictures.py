@@ -10,9 +10,8 @@ from PIL import Image
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures import picture, renderer
-from knitstudy.figures.style import save
 from knitstudy.figures.shapes import arrow, rod, sphere, tube
-from knitstudy.figures.style import resolution
+from knitstudy.figures.style import resolution, save
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import FRONT, View
 

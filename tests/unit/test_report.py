@@ -28,12 +28,9 @@ from knitstudy.measures.selection import (
     roles_of,
     variants_of,
 )
-from knitstudy.report.origin import origins
-from knitstudy.report.page import BY_MODEL, LONG, MOST, render
-from knitstudy.report.screen import WIDTH, for_screen
-from knitstudy.report.sources import read_sources
-from knitstudy.report.summary import summarise
-from knitstudy.report.wording import cells, value
+from knitstudy.report.files import WIDTH, for_screen, read_sources
+from knitstudy.report.kept_pages import summarise
+from knitstudy.report.page import BY_MODEL, LONG, MOST, cells, origins, render, value
 from knitstudy.tables.catalogue import TABLES, tabulate
 
 ROOT = Path(__file__).resolve().parents[2]

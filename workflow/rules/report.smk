@@ -9,7 +9,7 @@ if workflow.is_main_process:
     from knitstudy.stages.code import code_digest
     from knitstudy.stages.displays import digests_of
 
-    code = code_digest("knitstudy.report.page", "knitstudy.report.origin")
+    code = code_digest("knitstudy.report.page", "knitstudy.report.page")
     page = {name: Path(path) for name, path in PAGE.items()} | {"data": data_of_study()}
     needed = digests_of(page, PLAN) | digests_of_displays() | {"notes": " ".join(notes())}
     freshness.note("report", freshness.digest_of_files({"study": CONFIGURATION.study}, code, needed))

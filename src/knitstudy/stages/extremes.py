@@ -45,7 +45,7 @@ from knitstudy.measures.history_checks import (
     unbalanced,
     unbalanced_contact,
 )
-from knitstudy.report.screen import save_for_screen
+from knitstudy.report.files import save_for_screen
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.kept import stamped
 from knitstudy.stages.parent import end_with_parent

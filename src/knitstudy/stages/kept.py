@@ -12,7 +12,7 @@ import pandas as pd
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
 from knitstudy.measures.catalogue import Catalogue
-from knitstudy.report.sources import read_sources
+from knitstudy.report.files import read_sources
 from knitstudy.stages.displays import Displays, reference_files
 from knitstudy.stages.plan import Plan
 from knitstudy.study.configuration import CONFIG, load_study

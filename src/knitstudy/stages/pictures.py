@@ -8,8 +8,7 @@ from tempfile import TemporaryDirectory
 
 from knitstudy.figures.catalogue import FIGURES, draw
 from knitstudy.figures.style import save
-from knitstudy.report.screen import save_for_screen
-from knitstudy.report.sources import read_sources
+from knitstudy.report.files import read_sources, save_for_screen
 from knitstudy.stages.displays import Displays
 
 

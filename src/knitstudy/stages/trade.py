@@ -15,7 +15,7 @@ import pandas as pd
 from knitstudy.errors import KnitstudyError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files import read_table, replacing, write_table
-from knitstudy.report.trade import filled, written
+from knitstudy.report.kept_pages import filled, written
 from knitstudy.stages.kept import RESULTS, Kept
 from knitstudy.stages.pictures import draw_pictures
 from knitstudy.stages.plan import Plan

@@ -12,7 +12,7 @@ from pathlib import Path
 from knitstudy.errors import KnitstudyError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files import replacing, write_table
-from knitstudy.report.summary import summarise
+from knitstudy.report.kept_pages import summarise
 from knitstudy.stages.kept import RESULTS, Kept
 from knitstudy.stages.pictures import draw_pictures
 from knitstudy.stages.plan import Plan
