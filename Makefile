@@ -60,7 +60,7 @@ bench: environment  ## measure time and memory of scenes and solvers; results/ta
 	@$(BIN)/python benchmarks/run.py
 
 .PHONY: extremes
-extremes: environment  ## try what breaks, at the ends of all keys; resources/extremes.csv, docs/extremes.webp
+extremes: environment  ## try what breaks, at the ends of all keys; resources/extremes.csv, docs/notes/extremes.webp
 	@$(BIN)/python -m knitstudy.stages.extremes
 
 .PHONY: interruptions

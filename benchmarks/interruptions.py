@@ -34,7 +34,7 @@ from knitstudy.files import read_dataset, read_table, write_table
 from knitstudy.loading.restart import Progress, ReportProgress
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.simulate import simulate
-from knitstudy.stages.table import STAGES, stage_of
+from knitstudy.stages.table import STAGES
 from knitstudy.study.scene import Scene
 
 TABLE = Path("results/tables/interruptions.csv")
@@ -131,7 +131,7 @@ def disturbed(bench: Bench, way: str, random: np.random.Generator, plan: Plan, f
         time.sleep(row["moment"])
         run.end(SIGNALS[way])
         row |= {"said": run.ended(), "reported": run.reported(), "kept": _kept(folder)}
-        finished = (folder / stage_of(bench.scene).path(bench.scene)).exists()
+        finished = (folder / STAGES["simulation"].path(bench.scene)).exists()
         lost = 0 if finished else row["reported"] - max(row["kept"], 0)
         wrong = [f"{lost} increments lost"] if lost > 1 else []
         wrong += [UNENDED] if row["said"] == UNENDED else []
@@ -140,7 +140,7 @@ def disturbed(bench: Bench, way: str, random: np.random.Generator, plan: Plan, f
     if said := again.ended():
         wrong.append(f"does not go on: {said}")
     else:
-        history = read_dataset(folder / stage_of(bench.scene).path(bench.scene))
+        history = read_dataset(folder / STAGES["simulation"].path(bench.scene))
         if not _comparable(history).equals(_comparable(bench.history)):
             wrong.append("another history")
     wrong += [f"{path.name} stays" for path in folder.rglob("*.partial*")]
@@ -238,7 +238,7 @@ def _bench(name: str, plan: Plan, scratch: Path) -> Bench:
     begun = scratch / f"begun {name}"
     history = simulate(scene, begun, plan=plan).history
     # What is disturbed makes all of its own results itself.
-    for stage in STAGES.all().values():
+    for stage in STAGES.values():
         if stage.of(scene):
             (begun / stage.path(scene)).unlink(missing_ok=True)
     whole = scratch / f"whole {name}"

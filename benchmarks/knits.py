@@ -8,7 +8,7 @@ import xarray as xr
 from measure import ready
 
 from knitstudy.files import read_dataset, write_dataset
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric, plain_knit
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.reduced_models import run as run_rom
@@ -19,14 +19,14 @@ from knitstudy.study.scene import Scene
 
 def prepare(scene: Scene, folder: Path) -> None:
     """Write geometry and mesh of a DNS scene."""
-    geometry = STAGES.find("geometry").load()(scene)
+    geometry = STAGES["geometry"].function(scene)
     write_dataset(geometry, folder / "geometry.nc")
-    write_dataset(STAGES.find("mesh").load()(scene, geometry), folder / "mesh.nc")
+    write_dataset(STAGES["mesh"].function(scene, geometry), folder / "mesh.nc")
 
 
-def load(folder: str) -> tuple[Knit, SweptMesh]:
+def load(folder: str) -> tuple[Fabric, SweptMesh]:
     """Read them."""
-    return Knit.from_dataset(_read(folder, "geometry")), SweptMesh.from_dataset(_read(folder, "mesh"))
+    return Fabric.from_dataset(_read(folder, "geometry")), SweptMesh.from_dataset(_read(folder, "mesh"))
 
 
 def _read(folder: str, name: str) -> xr.Dataset:
@@ -45,8 +45,8 @@ def run_direct(scene: Scene, folder: str) -> dict:
     """Run a DNS scene on the geometry and the mesh in a folder; its contacts stay there."""
     geometry, mesh = _read(folder, "geometry"), _read(folder, "mesh")
     ready()
-    history = STAGES.find("dns").load()(scene, geometry=geometry, mesh=mesh)
-    contacts = STAGES.find("contacts").load()(scene, geometry=geometry, history=history)
+    history = STAGES["simulation"].function(scene, geometry=geometry, mesh=mesh)
+    contacts = STAGES["contacts"].function(scene, geometry=geometry, history=history)
     write_dataset(contacts, Path(folder) / "contacts.nc")
     return cost(history)
 
@@ -54,7 +54,7 @@ def run_direct(scene: Scene, folder: str) -> dict:
 def run_reduced(scene: str, folder: str) -> dict:
     """Run a reduced model of the DNS in the folder."""
     geometry, contacts = _read(folder, "geometry"), _read(folder, "contacts")
-    return cost(STAGES.find("rom").load()(load_scene(scene), geometry=geometry, contacts=contacts))
+    return cost(STAGES["simulation"].function(load_scene(scene), geometry=geometry, contacts=contacts))
 
 
 def run_tiled(scene: str, folder: str, loops: int, increments: int) -> dict:
@@ -63,7 +63,7 @@ def run_tiled(scene: str, folder: str, loops: int, increments: int) -> dict:
     size = {"pattern.loops": loops, "pattern.rows": loops}
     wanted = load_scene(scene).vary(size | {"solver.increments": increments})
     ready()
-    knit = Knit(loop, loops, loops)
+    knit = plain_knit(loop, loops, loops)
     return cost(run_rom(wanted, knit, contacts_of_crossings(knit)))
 
 

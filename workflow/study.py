@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from knitstudy.stages.table import machine_memory
+from knitstudy.stages.memory import machine_memory
 
 RESULTS = Path("results")
 REPORT = RESULTS / "report.html"

@@ -7,7 +7,7 @@ import pytest
 from knitstudy.errors import ConfigurationError
 from knitstudy.stages.memory import expected_memory, unknowns
 from knitstudy.stages.simulate import simulate
-from knitstudy.stages.table import stage_of
+from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scene
 
 MEASURED = {
@@ -41,7 +41,7 @@ def test_memory_grows_with_the_knit_and_with_contact():
 @pytest.mark.parametrize("name", ["dns-tie-course", "yarns-isotropic-course", "pair-slid-90"])
 def test_stage_declares_it_from_what_it_reads(name):
     scene = load_scene(name)
-    stage = stage_of(scene)
+    stage = STAGES["simulation"]
     assert stage.memory(scene.only(stage.document(scene), stage.reads)) == expected_memory(scene)
 
 
@@ -49,6 +49,6 @@ def test_scene_that_exceeds_the_machine_is_refused_before_it_begins(monkeypatch)
     monkeypatch.setattr("psutil.virtual_memory", lambda: SimpleNamespace(total=0.3e9, available=0.3e9))
     with pytest.raises(
         ConfigurationError,
-        match=r"'dns-tie-course-coarse': pattern.loops is 3, .*mesh.size is .*'dns' would take some 0\.\d+ GB.*has 0.3",
+        match=r"coarse': pattern.loops is 3, .*mesh.size is .*'simulation' would take some 0\.\d+ GB.*has 0.3",
     ):
         simulate(load_scene("dns-tie-course-coarse"))

@@ -69,8 +69,8 @@ def test_a_result_is_dated_after_what_it_is_made_from(folder, config):
     scenes = load_scenes(config)
     plan, results, scene = Plan(scenes), folder / "results", scenes["dns-a"]
     files = {}
-    for name, seconds in (("geometry", 10), ("mesh", 30), ("dns", 20)):
-        stage = STAGES.find(name)
+    for name, seconds in (("geometry", 10), ("mesh", 30), ("simulation", 20)):
+        stage = STAGES[name]
         files[name] = results / stage.path(scene)
         write_dataset(xr.Dataset(), files[name], digest=plan.digest(stage, scene))
         os.utime(files[name], (seconds, seconds))

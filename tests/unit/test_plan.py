@@ -4,7 +4,7 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.stages.plan import Plan
-from knitstudy.stages.table import STAGES, stage_of
+from knitstudy.stages.table import STAGES
 
 
 @pytest.fixture
@@ -15,7 +15,7 @@ def plan(config):
 def test_scenes_of_the_configuration_keep_their_names(plan):
     for name, scene in plan.scenes.items():
         assert plan.labelled(scene) == scene
-        assert stage_of(scene).path(scene).stem == name
+        assert STAGES["simulation"].path(scene).stem == name
 
 
 def test_changed_scenes_get_names_of_their_own(plan):
@@ -31,14 +31,14 @@ def test_changed_scenes_get_names_of_their_own(plan):
 def test_changed_geometries_get_names_of_their_own(plan):
     first, second = (plan.labelled(scene.vary({"pattern.loops": 2})) for scene in plan.scenes.values())
     assert first.knit == second.knit == f"plain-{first.geometry_key[:8]}"
-    geometry = STAGES.find("geometry")
+    geometry = STAGES["geometry"]
     assert geometry.path(first) == geometry.path(second) != geometry.path(plan.scenes["dns-a"])
     assert plan.digest(geometry, first) == plan.digest(geometry, second)
 
 
 def test_reduced_model_is_made_from_contacts_of_its_own_geometry(plan):
     scene = plan.labelled(plan.scenes["rom3d-a"].vary({"pattern.loops": 2}))
-    stage, direct = plan.needs(stage_of(scene), scene)["contacts"]
+    stage, direct = plan.needs(STAGES["simulation"], scene)["contacts"]
     assert stage.name == "contacts"
     assert direct.pattern.loops == 2
     assert direct.load.strain == plan.scenes["dns-a"].load.strain
@@ -57,18 +57,18 @@ def test_reduced_model_is_made_from_contacts_of_its_own_geometry(plan):
 def test_sources_that_do_not_fit(plan, changes, message):
     scene = plan.scenes["rom3d-a"].vary(changes)
     with pytest.raises(ConfigurationError, match=message):
-        plan.needs(stage_of(scene), scene)
+        plan.needs(STAGES["simulation"], scene)
 
 
 def test_honeycomb_by_stress_comes_from_a_simulation_that_keeps_its_fields(config):
     scenes = dict(Plan.of(config).scenes)
     keys = {"fidelity": "rom2d", "rom.honeycomb": "principal_stress", "rom.stress_from": "dns-a"}
     scene = scenes["rom3d-a"].vary(keys)
-    stage, dns = Plan(scenes).needs(stage_of(scene), scene)["stresses"]
+    stage, dns = Plan(scenes).needs(STAGES["simulation"], scene)["stresses"]
     assert (stage.name, dns.name) == ("stress", "dns-a")
     scenes["dns-a"] = scenes["dns-a"].vary({"outputs": []})
     with pytest.raises(ConfigurationError, match=r"scene 'dns-a': outputs is .* but must hold 'fields'"):
-        Plan(scenes).needs(stage_of(scene), scene)
+        Plan(scenes).needs(STAGES["simulation"], scene)
 
 
 def digests(plan, scene):
@@ -78,11 +78,24 @@ def digests(plan, scene):
 @pytest.mark.parametrize(
     ("key", "value", "changed"),
     [
-        ("load.strain", 0.01, {"dns", "contacts", "stress", "dns_vtu", "deck_abaqus", "deck_calculix"}),
+        (
+            "load.strain",
+            0.01,
+            {"simulation", "contacts", "stress", "deformed_vtu", "deck_abaqus", "deck_calculix"},
+        ),
         (
             "mesh.size",
             0.4e-3,
-            {"mesh", "mesh_vtu", "dns", "contacts", "stress", "dns_vtu", "deck_abaqus", "deck_calculix"},
+            {
+                "mesh",
+                "mesh_vtu",
+                "simulation",
+                "contacts",
+                "stress",
+                "deformed_vtu",
+                "deck_abaqus",
+                "deck_calculix",
+            },
         ),
         ("geometry.alpha", 2.0, None),
         ("outputs", ["vtu", "fields", "deck"], set()),

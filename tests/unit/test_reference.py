@@ -28,7 +28,7 @@ SIZES = (0.45e-3, 0.3e-3)
 
 @pytest.fixture(scope="module")
 def solid(plain_scene):
-    return plain_scene.vary({"fidelity": "dns", "interaction": "tie"})
+    return plain_scene.vary({"fidelity": "hexahedra", "interaction": "tie"})
 
 
 def way(solid, element, sizes=SIZES, **keys):
@@ -55,8 +55,8 @@ def results(knit, scenes, force):
 @pytest.fixture(scope="module")
 def sources(knit, solid):
     """Two elements on two meshes whose errors are of second order, and tend to 12 and 12.24 N."""
-    scenes = way(solid, "one_point") | way(solid, "incompatible_modes")
-    limits = {"one_point": (12.0, -1e6), "incompatible_modes": (12.24, 2e6)}
+    scenes = way(solid, "one_point") | way(solid, "quadratic")
+    limits = {"one_point": (12.0, -1e6), "quadratic": (12.24, 2e6)}
     return results(knit, scenes, lambda element, h: limits[element][0] + limits[element][1] * h**2)
 
 
@@ -76,9 +76,7 @@ def test_rows_of_two_ways(sources, solid):
     )
     assert last["mostly from"] == "disagreement"
     assert last["unit"] == "N"
-    assert last["ways"] == (
-        "one-point hexahedra 0.45, 0.3 mm; hexahedra with incompatible modes 0.45, 0.3 mm"
-    )
+    assert last["ways"] == ("one-point hexahedra 0.45, 0.3 mm; quadratic hexahedra 0.45, 0.3 mm")
     assert table["uncertainty"].notna().all()
 
 
@@ -87,13 +85,13 @@ def test_every_way_shows_how_it_tends(sources):
     last = table[(table["quantity"] == FORCE) & (table["strain [1]"] == 0.05)].set_index("way")
     assert last.loc["one-point hexahedra", "limit"] == pytest.approx(12.0)
     assert last.loc["one-point hexahedra", "values"] == "11.7975, 11.91"
-    assert last.loc["hexahedra with incompatible modes", "uncertainty"] == pytest.approx(0.09)
+    assert last.loc["quadratic hexahedra", "uncertainty"] == pytest.approx(0.09)
 
 
 def test_one_way_or_one_mesh_makes_no_reference(knit, solid):
     for scenes in (
         way(solid, "one_point"),
-        way(solid, "one_point") | way(solid, "incompatible_modes", SIZES[:1]),
+        way(solid, "one_point") | way(solid, "quadratic", SIZES[:1]),
     ):
         alone = results(knit, scenes, lambda element, h: 1.0)
         assert catalogue.tabulate("reference", **alone).empty
@@ -105,10 +103,10 @@ def test_only_simulations_that_stop_at_its_strains_are_ways(solid):
 
 
 def test_problems_are_told_apart_by_their_physics_alone(plain_scene):
-    touching = plain_scene.vary({"fidelity": "dns", "interaction": "isotropic"})
+    touching = plain_scene.vary({"fidelity": "hexahedra", "interaction": "isotropic"})
     same = {
         "mesh.size": 0.2e-3,
-        "mesh.element": "incompatible_modes",
+        "mesh.element": "quadratic",
         "solver.increments": 3,
         "load.strain": 0.01,
     }
@@ -273,7 +271,7 @@ def test_nothing_is_kept_of_nothing(copy, sources):
 def test_only_simulations_that_are_up_to_date_are_kept(config, sources, tmp_path):
     """Their digests say so: one of the history and one of the contacts."""
     history, contacts = (next(iter(sources[name].values())) for name in ("ways", "ways_contacts"))
-    plan, steps = Plan.of(config), [STAGES.find("dns"), STAGES.find("contacts")]
+    plan, steps = Plan.of(config), [STAGES["simulation"], STAGES["contacts"]]
     scenes = {"dns-a": plan.scenes["dns-a"]}
     assert kept.found(scenes, tmp_path, config).empty
     for digests, there in (([None, "old"], False), ([None, None], True), (["old", None], False)):
@@ -290,10 +288,9 @@ def test_reference_of_other_code_is_said(copy):
 
 def test_code_behind_the_reference_is_that_of_its_elements_and_contact(solid):
     tied = way(solid, "one_point")
-    both = tied | way(solid, "incompatible_modes")
     rough = way(solid, "one_point", interaction="rough")
-    digests = {kept.code_behind(each.values()) for each in (tied, both, rough)}
-    assert len(digests) == 3
+    digests = {kept.code_behind(each.values()) for each in (tied, rough)}
+    assert len(digests) == 2
     assert kept.code_behind([solid]) not in digests
 
 

@@ -1,5 +1,7 @@
 """Which results a scene needs, and when they are made; what the stages compute is not."""
 
+from dataclasses import replace
+
 import pytest
 import xarray as xr
 import yaml
@@ -7,7 +9,7 @@ import yaml
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import read_dataset
 from knitstudy.stages.simulate import lay_out, simulate
-from knitstudy.stages.table import Stage
+from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scene
 
 
@@ -39,7 +41,7 @@ def made(monkeypatch):
     """Let every stage return what it was made from, and list what was made."""
     made = []
 
-    def load(stage):
+    def recorded(stage):
         def function(scene, run=None, **needed):
             made.append((stage.name, scene.knit if stage.name == "geometry" else scene.name))
             origins = {name: dataset.attrs["of"] for name, dataset in needed.items()}
@@ -47,17 +49,20 @@ def made(monkeypatch):
 
         return function
 
-    monkeypatch.setattr(Stage, "load", load)
+    for name, stage in STAGES.items():
+        code = stage.modules
+        instead = replace(stage, function=recorded(stage), code=code)
+        monkeypatch.setitem(STAGES, name, instead)
     return made
 
 
-SOLID = ["geometry", "mesh", "dns", "contacts"]
+SOLID = ["geometry", "mesh", "simulation", "contacts"]
 
 
 def test_direct_simulation_and_its_contacts(config, made):
     found = simulate(load_scene("dns-course", config), config=config)
     assert sorted(name for name, _ in made) == sorted(SOLID)
-    assert found.contacts.attrs["history"] == "dns-course of dns"
+    assert found.contacts.attrs["history"] == "dns-course of simulation"
     assert found.history.attrs["processor_seconds"] >= 0
     assert found.history.attrs["mesh"] == "dns-course of mesh"
     assert found.path is None
@@ -65,7 +70,7 @@ def test_direct_simulation_and_its_contacts(config, made):
 
 def test_reduced_model_after_its_direct_simulation(config, made):
     found = simulate(load_scene("rom3d-own", config), config=config)
-    assert {scene for name, scene in made if name == "dns"} == {"dns-course"}
+    assert {scene for name, scene in made if name == "simulation"} == {"dns-course", "rom3d-own"}
     assert found.history.attrs["contacts"] == "dns-course of contacts"
     assert "springs" not in found.history.attrs
 
@@ -80,14 +85,14 @@ def test_springs_come_from_their_own_simulation(config, made):
 
 def test_beams_in_contact_need_no_other_simulation(config, made):
     simulate(load_scene("beam", config), config=config)
-    assert sorted(made) == [("beams", "beam"), ("geometry", "plain")]
+    assert sorted(made) == [("geometry", "plain"), ("simulation", "beam")]
 
 
 def test_changed_knit_reaches_the_sources_and_nothing_else_does(config, made):
     changes = {"pattern.loops": 4, "solver.increments": 3}
     simulate(load_scene("rom3d-carried", config).vary(changes), config=config)
-    direct = [scene for name, scene in made if name == "dns"]
-    assert len(direct) == 2
+    direct = [scene for name, scene in made if name == "simulation"]
+    assert len(direct) == 3
     for base in ("dns-course", "dns-wale"):
         source = load_scene(base, config).vary({"pattern.loops": 4})
         assert f"{base}-{source.hash[:8]}" in direct
@@ -96,7 +101,7 @@ def test_changed_knit_reaches_the_sources_and_nothing_else_does(config, made):
 def test_results_of_the_same_inputs_are_used_again(config, made, tmp_path):
     scene, folder = load_scene("rom3d-own", config), tmp_path / "results"
     first = simulate(scene, folder, config=config)
-    assert first.path == folder / "rom" / "rom3d-own.nc"
+    assert first.path == folder / "simulation" / "rom3d-own.nc"
     count = len(made)
     again = simulate(scene, folder, config=config)
     assert len(made) == count
@@ -106,10 +111,10 @@ def test_results_of_the_same_inputs_are_used_again(config, made, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
-        ({"rom.joint": "pinned"}, {"rom"}),
-        ({"load.strain": 0.01}, {"rom"}),
-        ({"yarn.diameter": 1.7e-3}, {"geometry", "mesh", "dns", "contacts", "rom"}),
-        ({"yarn.density": 900.0}, {"rom"}),
+        ({"rom.joint": "pinned"}, {"simulation"}),
+        ({"load.strain": 0.01}, {"simulation"}),
+        ({"yarn.diameter": 1.7e-3}, {"geometry", "mesh", "simulation", "contacts"}),
+        ({"yarn.density": 900.0}, {"simulation"}),
     ],
 )
 def test_changed_keys_make_what_reads_them(config, made, tmp_path, changes, expected):
@@ -125,7 +130,7 @@ def test_simulated_anew_on_demand(config, made, tmp_path):
     simulate(scene, tmp_path, config=config)
     made.clear()
     simulate(scene, tmp_path, config=config, anew=True)
-    assert made == [("rom", "rom3d-own")]
+    assert made == [("simulation", "rom3d-own")]
 
 
 def test_results_of_other_code_are_replaced(config, made, tmp_path, monkeypatch):
@@ -141,8 +146,8 @@ def test_results_of_other_code_are_replaced(config, made, tmp_path, monkeypatch)
     made.clear()
     monkeypatch.setattr("knitstudy.stages.plan.code_digest", lambda module, *others: module)
     simulate(scene, tmp_path, config=config)
-    assert "rom" in first
-    assert made == [("rom", "rom3d-own")]
+    assert "simulation" in first
+    assert made == [("simulation", "rom3d-own")]
 
 
 def test_failure_leaves_what_was_there(config, made, tmp_path, monkeypatch):
@@ -153,7 +158,7 @@ def test_failure_leaves_what_was_there(config, made, tmp_path, monkeypatch):
     def fail(scene, run, **needed):
         raise DataFileError("no")
 
-    monkeypatch.setattr(Stage, "load", lambda stage: fail)
+    monkeypatch.setitem(STAGES, "simulation", replace(STAGES["simulation"], function=fail))
     with pytest.raises(DataFileError):
         simulate(scene, tmp_path, config=config, anew=True)
     assert path.read_bytes() == before
@@ -164,8 +169,8 @@ def test_damaged_file_is_replaced(config, made, tmp_path):
     path = simulate(scene, tmp_path, config=config).path
     path.write_bytes(b"CDF")
     simulate(scene, tmp_path, config=config)
-    assert made.count(("rom", "rom3d-own")) == 2
-    assert read_dataset(path).attrs["of"] == "rom3d-own of rom"
+    assert made.count(("simulation", "rom3d-own")) == 2
+    assert read_dataset(path).attrs["of"] == "rom3d-own of simulation"
 
 
 def test_without_a_folder_nothing_is_written(config, made, tmp_path):
@@ -175,5 +180,5 @@ def test_without_a_folder_nothing_is_written(config, made, tmp_path):
 
 
 def test_beams_have_no_solid_mesh(config):
-    with pytest.raises(ConfigurationError, match=r"scene 'beam': fidelity is 'beam' but must be dns"):
+    with pytest.raises(ConfigurationError, match=r"scene 'beam': fidelity is 'beam' but must be hexahedra"):
         lay_out(load_scene("beam", config), config=config)

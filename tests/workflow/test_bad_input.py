@@ -72,7 +72,7 @@ def test_unknown_key_of_the_workflow(fresh):
 
 def test_deformed_yarns_without_their_fields(fresh):
     rewrite(fresh.folder / "config" / "scenes" / "2-medium.yaml", "[fields]", "[vtu]")
-    ended = fresh.snakemake("results/dns/dns-tie-course-medium.vtu", "--dry-run")
+    ended = fresh.snakemake("results/simulation/dns-tie-course-medium.vtu", "--dry-run")
     assert ended.returncode == 1
     said = "scene 'dns-tie-course-medium': outputs is [vtu] but must hold 'fields'"
     assert [said in line for line in ended.stderr.splitlines() if line.startswith("error")] == [True]
@@ -91,16 +91,16 @@ def test_truncated_mesh_is_named_and_made_again(finished_copy):
 
 def test_run_that_cannot_go_on_keeps_what_had_converged(fresh):
     """Yarns that are pressed too far into each other: the history up to there is readable, twice."""
-    result = "results/dns/pair-slid-90.nc"
+    result = "results/simulation/pair-slid-90.nc"
     rewrite(fresh.folder / "config" / "defaults.yaml", "augmentations: 10", "augmentations: 0")
     increments = set()
     for _ in range(2):
         message = one_message(fresh.study("ci", "--", "--until", result))
-        assert message.startswith("error in dns pair-slid-90: increment ")
+        assert message.startswith("error in simulation pair-slid-90: increment ")
         assert "yarns penetrate each other by" in message
         assert "contact.augmentations" in message
-        (kept,) = (fresh.folder / "run" / "dns").glob("pair-slid-90-*.nc")
-        assert message.endswith(f"is in run/dns/{kept.name}")
+        (kept,) = (fresh.folder / "run" / "simulation").glob("pair-slid-90-*.nc")
+        assert message.endswith(f"is in run/simulation/{kept.name}")
         history = read_dataset(kept)
         assert history.incomplete in message
         increments.add(history.sizes["increment"])
@@ -108,7 +108,9 @@ def test_run_that_cannot_go_on_keeps_what_had_converged(fresh):
     # The second run went on from the same restart file and found the same end.
     assert len(increments) == 1
     assert increments.pop() > 1
-    assert "going on from increment" in (fresh.folder / "logs" / "dns" / "pair-slid-90.log").read_text()
+    assert (
+        "going on from increment" in (fresh.folder / "logs" / "simulation" / "pair-slid-90.log").read_text()
+    )
 
 
 def test_folder_in_the_place_of_the_lock(fresh):

@@ -8,10 +8,10 @@ import pytest
 
 from knitstudy.files import read_dataset
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.stages.table import stage_of
+from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scenes, load_study
 
-SIMULATION = {"geometry", "mesh", "dns", "contacts", "rom"}
+SIMULATION = {"geometry", "mesh", "simulation", "contacts"}
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def test_last_line_says_where_the_results_are(finished):
 def test_every_scene_has_a_history_with_provenance(checkout):
     scenes = load_scenes(checkout.folder / "config")
     for name in load_study("ci", checkout.folder / "config"):
-        history = read_dataset(checkout.folder / "results" / stage_of(scenes[name]).path(scenes[name]))
+        history = read_dataset(checkout.folder / "results" / STAGES["simulation"].path(scenes[name]))
         assert history.scene == name
         assert history.digest
         if scenes[name].specimen == "knit":
@@ -41,9 +41,9 @@ def test_every_scene_has_a_history_with_provenance(checkout):
 
 def test_deformed_yarns_for_paraview(checkout):
     results = checkout.folder / "results"
-    history = read_dataset(results / "dns" / "dns-tie-course-coarse.nc")
+    history = read_dataset(results / "simulation" / "dns-tie-course-coarse.nc")
     mesh = SweptMesh.from_dataset(read_dataset(results / "mesh" / "dns-tie-course-coarse.nc"))
-    read = meshio.read(results / "dns" / "dns-tie-course-coarse.vtu")
+    read = meshio.read(results / "simulation" / "dns-tie-course-coarse.vtu")
     displacement = read.point_data["displacement [m]"]
     np.testing.assert_array_equal(displacement, history["node_displacement"])
     # The ends of the yarns are driven: exactly, but for the rounding of the load factor.
@@ -67,7 +67,7 @@ def test_progress_has_the_time_left(finished):
 
 
 def test_logs_say_what_ran(checkout):
-    log = (checkout.folder / "logs" / "dns" / "dns-tie-course-coarse.log").read_text()
+    log = (checkout.folder / "logs" / "simulation" / "dns-tie-course-coarse.log").read_text()
     assert "increment 1: strain" in log
     assert "numpy" in log
 
@@ -104,7 +104,7 @@ def test_edited_figures_run_no_simulation(checkout, edited):
 def test_edited_solver_runs_simulations_and_no_mesh(checkout, edited):
     edited("src/knitstudy/mechanics/newton.py")
     planned = checkout.planned()
-    assert {"dns", "contacts", "rom"} <= planned
+    assert {"simulation", "contacts"} <= planned
     assert not {"geometry", "mesh"} & planned
 
 
@@ -120,8 +120,8 @@ def test_changed_scene_runs_itself_and_what_depends_on_it(checkout, edited):
     assert "rom2d: {fidelity: rom2d}" in text
     path.write_text(text.replace("rom2d: {fidelity: rom2d}", changed))
     planned = checkout.planned()
-    assert "rom" in planned
-    assert not {"geometry", "mesh", "dns", "contacts"} & planned
+    assert "simulation" in planned
+    assert not {"geometry", "mesh", "contacts"} & planned
 
 
 def test_single_files_are_targets(checkout):

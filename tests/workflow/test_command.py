@@ -51,8 +51,8 @@ def knitstudy(start):
 def test_run_and_show(knitstudy, tmp_path):
     ended = knitstudy("run", "rom3d-tie-course-coarse", *SMALL)
     assert ended.returncode == 0, ended.stderr
-    (path,) = (tmp_path / "results" / "rom").glob("*.nc")
-    assert f"results/rom/{path.name}:" in ended.stderr
+    (path,) = (tmp_path / "results" / "simulation").glob("*.nc")
+    assert f"results/simulation/{path.name}:" in ended.stderr
     quantities = dict(line.split("\t")[:2] for line in ended.stdout.splitlines())
     assert quantities["scene"] == path.stem
     assert float(quantities["strain at the end"]) == 0.01
@@ -75,7 +75,7 @@ BEAMS = ("run", "extreme-beam", "--set", "solver.increments=8")
 
 def history(folder):
     """Return the only history of beams in a folder of results, without what was measured on the way."""
-    (path,) = (folder / "beams").glob("*.nc")
+    (path,) = (folder / "simulation").glob("*.nc")
     return read_dataset(path).drop_vars("seconds")
 
 
@@ -103,7 +103,7 @@ def end_on_the_way(start, folder, end):
 def test_ended_run_goes_on_to_the_same_numbers(start, knitstudy, undisturbed, tmp_path, end):
     status, _ = end_on_the_way(start, tmp_path, end)
     assert status == -end
-    assert not (tmp_path / "results" / "beams").exists()
+    assert not (tmp_path / "results" / "simulation").exists()
     ended = knitstudy(*BEAMS)
     assert ended.returncode == 0, ended.stderr
     assert "going on from increment" in ended.stderr

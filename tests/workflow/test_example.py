@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-EXAMPLE = (ROOT / "docs" / "example.md").read_text(encoding="utf-8")
+EXAMPLE = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 
 
 def test_every_block(fresh, tmp_path):
@@ -23,11 +23,11 @@ def test_every_block(fresh, tmp_path):
     assert ended.returncode == 0, ended.stderr
     assert "yarn.poisson_ratio is 0.6 but must be a number between -1 and 0.5" in ended.stdout
     assert re.search(r"^dns dns-tie-course-coarse-\w{8} +100%", ended.stderr, flags=re.MULTILINE)
-    assert len(list((tmp_path / "my-results" / "dns").iterdir())) == 1, (
+    assert len(list((tmp_path / "my-results" / "simulation").iterdir())) == 1, (
         "the reduced model takes its joints from the same run"
     )
     kept = {path.relative_to(tmp_path / "my-results").parts[0] for path in tmp_path.rglob("*.nc")}
-    assert kept == {"geometry", "mesh", "dns", "contacts", "rom"}
+    assert kept == {"geometry", "mesh", "simulation", "contacts"}
     assert (tmp_path / "my-results" / "force.png").stat().st_size > 10_000
 
 

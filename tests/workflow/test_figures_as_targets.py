@@ -9,7 +9,7 @@ def test_every_figure_is_a_target_of_a_study_of_all_scenes(fresh):
     for family in (fresh.folder / "config" / "scenes").iterdir():
         family.write_text(re.sub(r"studies: (full|\[.*?\])", "studies: ci", family.read_text()))
     files = [f"results/figures/{name}.png" for name in FIGURES.names()]
-    assert {"figure", "dns", "geometry"} <= fresh.planned(*files)
+    assert {"figure", "simulation", "geometry"} <= fresh.planned(*files)
 
 
 def test_schematic_needs_no_simulation(fresh):

@@ -8,8 +8,8 @@ import numpy as np
 
 from knitstudy.files import read_dataset
 
-LOG = "logs/dns/pair-slid-90.log"
-HISTORY = "results/dns/pair-slid-90.nc"
+LOG = "logs/simulation/pair-slid-90.log"
+HISTORY = "results/simulation/pair-slid-90.nc"
 SLIDING = 12
 """An increment in which the upper yarn slides on the lower one."""
 PATIENCE = 120
@@ -36,12 +36,13 @@ def test_killed_simulation_goes_on(finished, fresh):
     log, only = fresh.folder / LOG, ("--", "--until", HISTORY)
     process = fresh.start_study("ci", *only)
     wait_until(
-        lambda: increments_kept(fresh.folder / "run" / "dns") >= SLIDING, "increment in which yarns slide"
+        lambda: increments_kept(fresh.folder / "run" / "simulation") >= SLIDING,
+        "increment in which yarns slide",
     )
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
     assert not (fresh.folder / HISTORY).exists()
-    last = increments_kept(fresh.folder / "run" / "dns")
+    last = increments_kept(fresh.folder / "run" / "simulation")
 
     # One scene is enough here; the rest of the study is made as in any other run.
     ended = fresh.study("ci", *only)

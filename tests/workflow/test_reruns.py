@@ -121,11 +121,11 @@ def knitstudy(checkout, *arguments):
 
 
 def test_command_uses_what_the_workflow_made_until_the_code_changes(finished_copy):
-    path = finished_copy.folder / "results" / "rom" / "rom3d-tie-course-coarse.nc"
+    path = finished_copy.folder / "results" / "simulation" / "rom3d-tie-course-coarse.nc"
     first, time = recorded_digest(path), path.stat().st_mtime_ns
     knitstudy(finished_copy, "run", "rom3d-tie-course-coarse")
     assert path.stat().st_mtime_ns == time
-    module = finished_copy.folder / "src" / "knitstudy" / "networks" / "rom" / "rom3d.py"
+    module = finished_copy.folder / "src" / "knitstudy" / "networks" / "simulation" / "rom3d.py"
     module.write_text(module.read_text() + "\nEDITED = True\n")
     knitstudy(finished_copy, "run", "rom3d-tie-course-coarse")
     assert path.stat().st_mtime_ns > time
@@ -138,7 +138,7 @@ def test_command_uses_what_the_workflow_made_until_the_code_changes(finished_cop
 
 def test_workflow_uses_what_the_command_made(fresh):
     knitstudy(fresh, "run", "dns-tie-course-coarse")
-    target = "results/dns/dns-tie-course-coarse.nc"
+    target = "results/simulation/dns-tie-course-coarse.nc"
     assert fresh.jobs(target) == set()
     defaults = fresh.folder / "config" / "defaults.yaml"
     defaults.write_text(defaults.read_text().replace("youngs_modulus: 1.30e9", "youngs_modulus: 1.31e9"))

@@ -14,7 +14,8 @@ from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.registry import load_plugins
 from knitstudy.stages import freshness
 from knitstudy.stages.plan import Plan
-from knitstudy.stages.table import STAGES, machine_memory, stage_of
+from knitstudy.stages.table import STAGES
+from knitstudy.stages.memory import machine_memory
 from knitstudy.study.configuration import load_study
 from knitstudy.study.configuration import workflow_configuration
 

@@ -77,7 +77,7 @@ def notes():
 
 def data_of_study():
     """Return every netCDF file of the study, in the order of its stages."""
-    order = ("geometry", "mesh", "contacts", "stress", "dns", "rom", "beams", "cell")
-    steps = [step for step in PLAN.steps(STUDY) if step[0].leaves.endswith(".nc")]
+    order = ("geometry", "mesh", "contacts", "stress", "simulation")
+    steps = [step for step in PLAN.steps(STUDY) if step[0].path_pattern.endswith(".nc")]
     place = {name: number for number, name in enumerate(order)}
     return sorted(steps, key=lambda step: place.get(step[0].name, len(order)))

@@ -31,22 +31,22 @@ def memory_of(stage):
     return lambda wildcards: min(stage.memory(scene_of(wildcards)), machine_memory())
 
 
-for stage in STAGES.all().values():
-    place = stage.leaves.removesuffix(Path(stage.leaves).suffix)
+for stage in STAGES.values():
+    place = stage.path_pattern.removesuffix(Path(stage.path_pattern).suffix)
 
     rule:
         name:
             stage.name
         input:
             unpack(needs_of(stage)),
-            digest=f"{freshness.FOLDER}/{stage.leaves}",
+            digest=f"{freshness.FOLDER}/{stage.path_pattern}",
         output:
-            update(f"{RESULTS}/{stage.leaves}"),
+            update(f"{RESULTS}/{stage.path_pattern}"),
         log:
             f"logs/{stage.name}/{Path(place).name}.log",
         wildcard_constraints:
             scene=names(stage),
-        priority: stage.priority
+        priority: 10 * stage.long
         threads: 1
         resources:
             mem_mb=memory_of(stage),
@@ -54,6 +54,6 @@ for stage in STAGES.all().values():
             scene=labels_of,
             reads=reads_of(stage),
         message:
-            stage.does.replace("{", "{wildcards.")
+            f"{stage.name} {{wildcards}}"
         script:
             "../scripts/stage.py"

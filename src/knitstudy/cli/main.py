@@ -88,10 +88,10 @@ def main(traceback: bool) -> None:
     knitstudy check dns-tie-course               all keys of one, and what they are worth
     knitstudy plan rom3d-tie-course --question force --accuracy 0.05   which model is good enough
     knitstudy run rom3d-tie-course               simulate it, and whatever it needs
-    knitstudy show results/rom/rom3d-tie-course.nc
+    knitstudy show results/simulation/rom3d-tie-course.nc
     knitstudy export dns-tie-course --dialect calculix
 
-    The whole study, with its figures and its report, is `make study`. The same functions from Python: docs/example.md.
+    The whole study, with its figures and its report, is `make study`. The same functions from Python: docs/tutorial.md.
     Status: 0 done, 1 something must be mended (one message says what), 2 the command was not understood, 130 stopped.
     """
 

@@ -28,7 +28,7 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
     """Print the cheapest model that answers a question about a scene surely enough, with the reason, the expected
     error and the price. Nothing runs.
 
-    Errors and prices are those that were measured (resources/trade.csv, docs/trade.md): of the same interaction and
+    Errors and prices are those that were measured (resources/trade.csv, docs/accuracy.md): of the same interaction and
     load, on one cell or on 3 x 3. Prices of larger knits follow the laws by which time and memory were seen to grow.
 
     A scene asks by itself with these keys; `knitstudy run`, `make study` and everything else then see an ordinary

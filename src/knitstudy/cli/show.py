@@ -40,8 +40,8 @@ def show(file: Path, plot: Path | None) -> None:
     FILE is a netCDF file of any stage (geometry, mesh, history, contacts), or a table (.csv).
 
     \b
-    knitstudy show results/dns/dns-tie-course.nc
-    knitstudy show results/dns/dns-tie-course.nc --plot force.png
+    knitstudy show results/simulation/dns-tie-course.nc
+    knitstudy show results/simulation/dns-tie-course.nc --plot force.png
     knitstudy show results/tables/simulation_tie.csv
     """
     if file.suffix == ".csv":

@@ -31,14 +31,14 @@ MARKED = (1, 3, 6, 10, 20, 30)
 """Cells in a row that the axis names."""
 
 DASHES = {"pinned": ":", "patch": "-."}
-"""By ``beam.tie``; those of rigid ties are those of the contact."""
+"""By ``beam.tie``; those of rigid ties are those of the section."""
 
 ABOVE, BELOW = 92.0, 82.0
 """Heights of the parts (a) and (b) [mm]."""
 
 YARNS = Look(SOLID_YARNS, "#0072B2", "-", "D")
 
-BEAMS_IN_CONTACT = Look("beams", BEAMS["line rigid"].colour, "-", "P")
+BEAMS_IN_CONTACT = Look("beams", "#00704F", "-", "P")
 
 LOOSE = "v"
 """Marker where yarns touch and no row is tied."""
@@ -96,7 +96,7 @@ def draw(
     )
     curves += [force_curve(look, each, name, true) for each, look, name in networks if each is not None]
     for name, history in beams.items():
-        look = BEAMS[f"{scenes[name].beam.contact} {scenes[name].beam.section}"]
+        look = BEAMS[scenes[name].beam.section]
         look = replace(look, dash=DASHES.get(scenes[name].beam.tie, look.dash))
         curves.append(force_curve(look, history, label_of(scenes[name]), true, named=False))
     draw_reference(axes, true)

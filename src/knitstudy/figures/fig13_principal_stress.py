@@ -18,7 +18,7 @@ from knitstudy.figures.renderer import FRONT, Surface
 from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import DOUBLE, MEGAPASCAL, figure, panel_letter, styled
 from knitstudy.measures.catalogue import solid
-from knitstudy.mechanics.materials.material import FULL
+from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_axes
 from knitstudy.mesh.sweep import SweptMesh
 

@@ -16,7 +16,7 @@ from knitstudy.figures.style import styled
 from knitstudy.measures.catalogue import Results, network, solid
 from knitstudy.measures.discretisation import INTERACTIONS, NAMES
 from knitstudy.measures.reference import Reference, reference_of
-from knitstudy.measures.response import RMS_U_Z, out_of_plane_agreement, rms_out_of_plane
+from knitstudy.measures.response import RMS_U_Z, out_of_plane_correlation, rms_out_of_plane
 from knitstudy.study.scene import Scene
 
 THICKNESS = 0.62
@@ -69,7 +69,7 @@ def draw(
 def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> tuple[str, str]:
     """Return model, interaction, largest motion, correlation with the DNS, and amplitude over the reference's."""
     found = []
-    correlation = out_of_plane_agreement(rom3d, dns).correlation
+    correlation = out_of_plane_correlation(rom3d, dns)
     for fidelity, history, second in (
         ("dns", dns, f"at {float(dns['strain'][-1]):.2%} strain"),
         ("rom3d", rom3d, f"correlation {correlation:.2f}"),

@@ -31,7 +31,7 @@ from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.response import (
     RMS_U_Z,
     largest_out_of_plane,
-    out_of_plane_agreement,
+    out_of_plane_correlation,
     rms_out_of_plane,
     secant_stiffness,
 )
@@ -86,7 +86,7 @@ def comparison(history: xr.Dataset, dns: xr.Dataset, reference: Reference) -> di
         "force [N]": float(history["force"][-1]),
         "secant stiffness [N/m]": secant_stiffness(history),
         "largest |u_z| [m]": largest_out_of_plane(history),
-        SHAPE: out_of_plane_agreement(history, dns).correlation,
+        SHAPE: out_of_plane_correlation(history, dns),
     }
     estimates = {
         OVER_REFERENCE: reference.force_ratio(history),
@@ -121,7 +121,7 @@ TIES = {"pinned": "pinned", "patch": "yielding ties"}
 """What ties of beams in contact are called, by ``beam.tie``, that are not rigid."""
 
 
-PLAIN = ("point", "rigid", "rigid")
+PLAIN = ("rigid", "rigid")
 """Contact, section and ties of the model that ingredients are added to."""
 
 
@@ -231,7 +231,7 @@ def label_of(scene: Scene) -> str:
     if is_direct(scene):
         return f"{NAMES['dns']}, {made_of(scene)}"
     if scene.fidelity == "beam":
-        words = [name, f"{scene.beam.contact} contact", SECTIONS[scene.beam.section]]
+        words = [name, "point contact", SECTIONS[scene.beam.section]]
         words += [TIES[scene.beam.tie]] if scene.beam.tie in TIES else []
         return ", ".join(words + [VARIANTS[law] for law in [scene.mesh.section_law] if law in VARIANTS])
     keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section", "mesh.section_law")
@@ -249,4 +249,4 @@ def label_of(scene: Scene) -> str:
 
 def is_plain(scene: Scene) -> bool:
     """Whether beams touch at a pair of points between rigid sections, and ties hold sections as the paper's do."""
-    return (scene.beam.contact, scene.beam.section, scene.beam.tie) == PLAIN
+    return (scene.beam.section, scene.beam.tie) == PLAIN

@@ -1,4 +1,7 @@
-"""The unit cell of a geometry: its loop, and how well the yarns touch at their crossings."""
+"""The unit cell: the loop before and after optimisation, and the crossings of the cell in the middle of a knit.
+
+The contact zones of that cell are those of Fig. 7; the kinematics of its crossings are those of Fig. 10.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +12,22 @@ import xarray as xr
 
 from knitstudy.contacts.segments import centre
 from knitstudy.errors import DataFileError
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.loop import Loop
-from knitstudy.geometry.pattern import Knit
+
+SNAPSHOTS = (0.0005, 0.0033, 0.0045, 0.0195)
+"""Strains of the points 1 to 4 of Fig. 7."""
+
+SAME_STRAIN = 0.01
+"""Relative difference up to which an increment is at the strain of a point."""
+
+MIRRORED = (1, 0, 3, 2)
+"""Zone that a zone becomes when left and right are exchanged."""
 
 
 def loop_of(geometry: xr.Dataset, state: str) -> Loop:
     """Return the loop "before" or "after" the optimisation."""
-    loop = Knit.from_dataset(geometry).loop
+    loop = Fabric.from_dataset(geometry).loop
     if state == "before":
         return replace(loop, control_points=geometry["control_points_before"].to_numpy())
     return loop
@@ -27,37 +39,7 @@ def crossing_error(geometry: xr.Dataset) -> xr.DataArray:
     return np.abs(geometry["crossing_distance"] - wanted).max("cell_zone")
 
 
-# ---- Measures of the local kinematics at crossings (Fig. 10), from contacts
-
-
-def rotation_angle(contacts: xr.Dataset) -> np.ndarray:
-    """Return the angles (I, K, 2) by which sections have turned [rad]."""
-    return np.linalg.norm(contacts["section_rotation"].to_numpy(), axis=-1)
-
-
-def closest_neighbour(contacts: xr.Dataset) -> np.ndarray:
-    """Return how much a crossing has come closer (I, K, 2) to one of its two neighbours on the yarn.
-
-    The share of the chord, to that neighbour which comes closer at the last increment. Chords across the arcs of
-    loops lie along the courses and lengthen in course tension; the other neighbour is at the far end of a leg, or is
-    the other crossing of the same interlock.
-    """
-    contraction = contacts["segment_contraction"].to_numpy()
-    most = np.argmax(np.nan_to_num(contraction[-1], nan=-np.inf), axis=-1)
-    return np.take_along_axis(contraction, most[None, ..., None], axis=-1)[..., 0]
-
-
-# ---- The unit cell in the middle of a knit, whose contact zones Fig. 7 follows
-
-
-SNAPSHOTS = (0.0005, 0.0033, 0.0045, 0.0195)
-"""Strains of the points 1 to 4 of Fig. 7."""
-
-SAME_STRAIN = 0.01
-"""Relative difference up to which an increment counts as that of a snapshot."""
-
-MIRRORED = (1, 0, 3, 2)
-"""Zone that a zone becomes when left and right are exchanged."""
+# ---- contact zones (Fig. 7) ----
 
 
 @dataclass(frozen=True)
@@ -67,9 +49,9 @@ class Snapshot:
     Attributes
     ----------
     number : int
-        Of the point, from 1 on.
+        Number of the point, from 1.
     wanted, strain : float
-        The paper's strain, and that of the increment.
+        Strain of the paper and of the increment.
     increment : int
     """
 
@@ -85,13 +67,13 @@ class Snapshot:
 
     @property
     def label(self) -> str:
-        """Number and strain of the increment, and the paper's strain where it is another one."""
+        """Number and strain of the increment, and the paper's strain where it differs."""
         text = f"{self.number}: {100 * self.strain:.3g} %"
         return text if self.exact else f"{text} (paper {100 * self.wanted:.3g} %)"
 
 
 def snapshots(dataset: xr.Dataset) -> list[Snapshot]:
-    """Return the points of Fig. 7 up to which a history or its contacts reach."""
+    """Return the points of Fig. 7 that a history or its contacts reach."""
     strain = dataset["strain"].to_numpy()
     reached = [wanted for wanted in SNAPSHOTS if wanted <= strain[-1] * (1 + SAME_STRAIN)]
     nearest = [int(np.argmin(np.abs(strain - wanted))) for wanted in reached]
@@ -130,7 +112,26 @@ def area_of_cell(contacts: xr.Dataset) -> np.ndarray:
 
 
 def first_symmetric_contact(contacts: xr.Dataset) -> int | None:
-    """Return the first increment at which zones touch and those on the left are those on the right, if there is one."""
+    """Return the first increment at which the same zones touch on the left and on the right, if there is one."""
     touching = contacts["zones"].to_numpy()[:, centre_cell(contacts)] > 0
     symmetric = touching.any(axis=1) & (touching == touching[:, MIRRORED]).all(axis=1)
     return int(np.argmax(symmetric)) if symmetric.any() else None
+
+
+# ---- kinematics at crossings (Fig. 10) ----
+
+
+def rotation_angle(contacts: xr.Dataset) -> np.ndarray:
+    """Return the angles (I, K, 2) by which sections have turned [rad]."""
+    return np.linalg.norm(contacts["section_rotation"].to_numpy(), axis=-1)
+
+
+def closest_neighbour(contacts: xr.Dataset) -> np.ndarray:
+    """Return the contraction (I, K, 2) of the chord to one of the two neighbours of a crossing on the yarn.
+
+    It is the neighbour that comes closer at the last increment: at the far end of a leg, or the other crossing of the
+    same interlock. Chords across the arcs of loops lie along the courses and lengthen in course tension.
+    """
+    contraction = contacts["segment_contraction"].to_numpy()
+    most = np.argmax(np.nan_to_num(contraction[-1], nan=-np.inf), axis=-1)
+    return np.take_along_axis(contraction, most[None, ..., None], axis=-1)[..., 0]

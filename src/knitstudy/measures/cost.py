@@ -1,4 +1,4 @@
-"""What models cost, and how large their elements are."""
+"""What simulations cost: memory, time of a model and of the simulations that it is made from, size of elements."""
 
 from __future__ import annotations
 
@@ -13,11 +13,14 @@ from knitstudy.study.scene import Scene
 MEGABYTE = 1e6
 
 NO_GROWTH = 1e3
-"""Growth of memory below which there is none [bytes]; ratios and logarithms take this."""
+"""Least growth of memory in ratios and logarithms [bytes]."""
+
+PROCESSOR, WALL = "processor", "wall clock"
+"""Kinds of seconds: histories from before CPU time was recorded have wall-clock time alone."""
 
 
 def memory_growth(history: xr.Dataset) -> float:
-    """Return how much memory a simulation took above that of its process, at least `NO_GROWTH` [bytes]."""
+    """Return the growth of memory above that of the bare process, at least `NO_GROWTH` [bytes]."""
     return max(float(history.attrs["memory_growth"]), NO_GROWTH)
 
 
@@ -28,23 +31,16 @@ def element_length(history: xr.Dataset) -> float:
     return float(step[same_yarn].mean())
 
 
-# ---- What an answer costs: the simulation that gives it, and those that it is made from
-
-
-PROCESSOR, WALL = "processor", "wall clock"
-"""What seconds are of: histories from before processor time was kept have the wall clock alone."""
-
-
 @dataclass(frozen=True)
 class Expense:
-    """Of one simulation with what it is made from.
+    """Cost of a simulation with the simulations that it is made from.
 
     Attributes
     ----------
     seconds, sources : float
-        Of all, and of these those of the simulations that it is made from [s].
+        Time of all, and the part of the simulations that it is made from [s].
     clock : str
-        `PROCESSOR`, or `WALL` where one of them has no other.
+        `PROCESSOR`, or `WALL` where one of them has wall-clock time alone.
     memory : float
         Largest growth of memory of any of them [MB].
     """
@@ -56,14 +52,14 @@ class Expense:
 
 
 def seconds_of(history: xr.Dataset) -> tuple[float, str]:
-    """Return the seconds of a simulation, and what they are of."""
+    """Return the seconds of a simulation and their kind."""
     if "processor_seconds" in history.attrs:
         return float(history.attrs["processor_seconds"]), PROCESSOR
     return float(history.attrs["wall_seconds"]), WALL
 
 
 def expense_of(scene: Scene, histories: Mapping[str, xr.Dataset]) -> Expense | None:
-    """Return the expense of a scene, none where the history of a source is not at hand."""
+    """Return the expense of a scene; None without the history of one of its sources."""
     names = {scene.value(key) for key in scene.kind.fidelity.sources} - {None}
     if not names <= histories.keys():
         return None

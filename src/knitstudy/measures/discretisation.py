@@ -22,7 +22,6 @@ INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": 
 
 HEXAHEDRA = {
     "one_point": "one-point hexahedra",
-    "incompatible_modes": "hexahedra with incompatible modes",
     "quadratic": "quadratic hexahedra",
 }
 """By ``mesh.element``; an element from outside goes by its own name."""

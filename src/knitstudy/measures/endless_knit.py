@@ -186,7 +186,7 @@ def _slope(square: np.ndarray, membrane: np.ndarray) -> np.ndarray:
     return np.einsum("...i,ij,...jk->...k", strain, membrane, derivative)
 
 
-# ---- What square knits tend to as they grow, beside one cell of an endless knit (docs/periodic_cell.md)
+# ---- What square knits tend to as they grow, beside one cell of an endless knit (docs/notes/periodic_cell.md)
 
 
 MOST = 4

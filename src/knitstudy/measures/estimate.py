@@ -1,4 +1,9 @@
-"""Numbers with an uncertainty, and what they decide."""
+"""Numbers with an uncertainty: estimates, what they decide, and limits of refined discretisations.
+
+Limits follow Richardson's extrapolation (Roache 1998, Verification and Validation in Computational Science and
+Engineering, chapter 5) for element sizes, and Aitken's, which needs no order (Press and others 2007, Numerical Recipes,
+section 5.3), for polynomial degrees. docs/notes/reference.md says what they are used for.
+"""
 
 from __future__ import annotations
 
@@ -12,35 +17,42 @@ from scipy.optimize import brentq
 from knitstudy.errors import DataFileError
 
 NONE = "no reference"
-"""How an estimate is written that there is none of."""
+"""Text of an estimate that is not known."""
+
+SMALLEST = 1e-4
+"""Least relative uncertainty of a limit: histories and Newton's method are no more accurate."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value that may be off by as much as its uncertainty either way; both are nan where there is none."""
+    """A value that may be off by its uncertainty either way; both are nan where it is not known."""
 
     value: float
     uncertainty: float
 
     @property
     def known(self) -> bool:
-        """Whether there is one."""
+        """Whether there is a value."""
         return not isnan(self.value)
 
     def of(self, function: Callable[[float], float]) -> Estimate:
-        """Return a function of it: the value there, and the larger change at the two ends."""
+        """Return a function of the estimate: its value, and the larger change at the two ends."""
         value, ends = function(self.value), (self.value - self.uncertainty, self.value + self.uncertainty)
         return Estimate(value, max(abs(function(end) - value) for end in ends))
 
     def below(self, bar: float) -> bool | None:
-        """Whether it is at most a bar; None where its uncertainty leaves that open, or it is not known."""
+        """Whether the value is at most a bar; None where the uncertainty leaves that open, or there is no value."""
         if not self.known or self.value - self.uncertainty <= bar < self.value + self.uncertainty:
             return None
         return self.value <= bar
 
     def above(self, bar: float) -> bool | None:
-        """Whether it is at least a bar; None where its uncertainty leaves that open, or it is not known."""
+        """Whether the value is at least a bar; None where the uncertainty leaves that open, or there is no value."""
         return Estimate(-self.value, self.uncertainty).below(-bar)
+
+    def larger_than(self, other: Estimate) -> bool | None:
+        """Whether the value is larger than another; None where both uncertainties together leave that open."""
+        return Estimate(self.value - other.value, self.uncertainty + other.uncertainty).above(0.0)
 
     def __str__(self) -> str:
         if not self.known:
@@ -54,31 +66,25 @@ UNKNOWN = Estimate(nan, nan)
 
 
 def all_hold(found: Iterable[bool | None]) -> bool | None:
-    """Whether everything holds: False where something does not, else None where something is open."""
+    """Whether all hold: False where one does not, else None where one is open."""
     found = list(found)
     if False in found:
         return False
     return None if None in found else True
 
 
-# ---- Richardson's extrapolation of what refined discretisations give, and the limit that independent ones share
-# Roache 1998, Verification and Validation in Computational Science and Engineering, chapter 5; Aitken's, which needs no
-# order: Press and others 2007, Numerical Recipes, section 5.3. What the limits are used for: docs/reference.md.
-
-
-SMALLEST = 1e-4
-"""Relative uncertainty below which none counts: records and Newton's method are no better."""
+# ---- limits of one discretisation ----
 
 
 @dataclass(frozen=True)
 class Limit:
-    """Where a sequence of one discretisation tends.
+    """The limit of a sequence of one discretisation.
 
     Attributes
     ----------
     value, uncertainty : float
     order : float
-        At which the last three of the sequence were seen to converge, nan where that cannot be said.
+        Observed order of convergence of the last three, nan where it cannot be determined.
     """
 
     value: float
@@ -86,48 +92,18 @@ class Limit:
     order: float
 
 
-@dataclass(frozen=True)
-class Common:
-    """The limit of several discretisations.
-
-    Attributes
-    ----------
-    value : float
-        Mean of their limits, each with the weight of one over the square of its uncertainty, and of what all together
-        are less certain than they say (`common_limit`).
-    extrapolation : float
-        Uncertainty of that mean from the uncertainties of the limits.
-    disagreement : float
-        Half the distance between the limits that are farthest apart.
-    """
-
-    value: float
-    extrapolation: float
-    disagreement: float
-
-    @property
-    def uncertainty(self) -> float:
-        """Of both origins, which know nothing of each other."""
-        return float(np.hypot(self.extrapolation, self.disagreement))
-
-    @property
-    def origin(self) -> str:
-        """Which of the two is larger."""
-        return "disagreement" if self.disagreement > self.extrapolation else "extrapolation"
-
-
 def limit_of_sizes(sizes: Sequence[float], values: Sequence[float], order: float = 2.0) -> Limit:
     """Return the limit of values whose error falls with an element size to the power of an assumed order.
 
-    With two sizes half of the correction is the uncertainty. With three or more the two finest are extrapolated as the
-    two before them, and what lies between these limits is: it says whether the values have the assumed order.
+    With two sizes half of the correction is the uncertainty. With three or more it is the difference of the limits of
+    the two finest and of the two before them, which shows whether the values have the assumed order.
 
     Parameters
     ----------
     sizes, values : sequences of n >= 2 floats
         Sizes in any order.
     order : float
-        Of convergence.
+        Assumed order of convergence.
 
     Raises
     ------
@@ -148,7 +124,7 @@ def limit_of_degrees(degrees: Sequence[int], values: Sequence[float]) -> Limit:
     """Return the limit of values of polynomials of rising degree, whose error falls by a factor a degree.
 
     Aitken's extrapolation where the last two changes have one sign and the later is the smaller one, with half of the
-    correction as uncertainty; else the last value, and as uncertainty its change from the one before.
+    correction as uncertainty; else the last value, with its change from the one before as uncertainty.
 
     Parameters
     ----------
@@ -179,28 +155,56 @@ def _limit(value: float, spread: float, order: float) -> Limit:
 
 
 def observed_order(sizes: np.ndarray, values: np.ndarray) -> float:
-    """Return the order q of values a + b h^q at the three finest sizes, nan without three or without a limit.
+    """Return the order q of values a + b h^q (n,) at the three finest sizes (n,), nan where there is none.
 
-    Parameters
-    ----------
-    sizes, values : ndarray, shape (n,)
-        From the coarsest to the finest.
+    Sizes fall; with fewer than three there is no order.
     """
     if len(sizes) < 3:
         return np.nan
     h, change = sizes[-3:], np.diff(values[-3:])
     wanted = change[0] / change[1] if change[1] != 0 else np.nan
     tried = np.linspace(0.1, 8.0, 400)
-    ratio = (h[0] ** tried - h[1] ** tried) / (h[1] ** tried - h[2] ** tried)
-    # The ratio rises with the order.
+    ratio = (h[0] ** tried - h[1] ** tried) / (h[1] ** tried - h[2] ** tried)  # rises with the order
     return float(np.interp(wanted, ratio, tried)) if ratio[0] <= wanted <= ratio[-1] else np.nan
 
 
-def common_limit(limits: Sequence[Limit]) -> Common:
-    """Return the limit that independent discretisations share.
+# ---- common limit of independent discretisations ----
 
-    Where limits lie farther apart than their uncertainties explain, one of these is too small, and nothing says which:
-    a way must not win by that. Then the same variance is added to all, as little as explains the distance [1].
+
+@dataclass(frozen=True)
+class Common:
+    """The limit of several discretisations.
+
+    Attributes
+    ----------
+    value : float
+        Weighted mean of their limits (`common_limit`).
+    extrapolation : float
+        Uncertainty of the mean from the uncertainties of the limits.
+    disagreement : float
+        Half the distance between the limits that are farthest apart.
+    """
+
+    value: float
+    extrapolation: float
+    disagreement: float
+
+    @property
+    def uncertainty(self) -> float:
+        """Root of the sum of squares of extrapolation and disagreement, which are independent."""
+        return float(np.hypot(self.extrapolation, self.disagreement))
+
+    @property
+    def origin(self) -> str:
+        """The larger of the two."""
+        return "disagreement" if self.disagreement > self.extrapolation else "extrapolation"
+
+
+def common_limit(limits: Sequence[Limit]) -> Common:
+    """Return the mean of limits of independent discretisations, weighted by the inverse squares of uncertainties.
+
+    Where limits lie farther apart than their uncertainties explain, some uncertainty is too small. Then the same
+    variance is added to all of them, the least that explains the distance [1].
 
     Raises
     ------
@@ -218,7 +222,7 @@ def common_limit(limits: Sequence[Limit]) -> Common:
         )
     value = np.array([limit.value for limit in limits])
     spread = np.array([limit.uncertainty for limit in limits])
-    if not spread.any():  # all are nothing
+    if not spread.any():  # all values are 0
         return Common(float(value.mean()), 0.0, float(0.5 * np.ptp(value)))
     variance = np.maximum(spread, SMALLEST * spread.max()) ** 2
     weight = 1 / (variance + _unexplained(value, variance))
@@ -231,7 +235,7 @@ def common_limit(limits: Sequence[Limit]) -> Common:
 
 
 def _unexplained(value: np.ndarray, variance: np.ndarray) -> float:
-    """Return the variance to be added to those (n,) of values (n,), after which these lie as far apart as they may."""
+    """Return the variance to add to all (n,) so that the values (n,) scatter as their variances say."""
 
     def excess(added: float) -> float:
         weight = 1 / (variance + added)

@@ -1,4 +1,8 @@
-"""The reference: limits of independent discretisations, each value with its uncertainty."""
+"""The reference: all models are compared with the values to which independent discretisations converge.
+
+Reference values are limits of direct simulations (`knitstudy.tables.reference`), each with its uncertainty, kept in
+``resources/reference/reference.csv`` by the digest of the physical problem. docs/notes/reference.md describes them.
+"""
 
 from __future__ import annotations
 
@@ -24,28 +28,26 @@ from knitstudy.measures.response import (
 )
 from knitstudy.study.scene import Scene, digest
 
-# ---- The reference: forces and motions that all models are measured against, each with its uncertainty
-# They are the limits of direct simulations by independent discretisations (`knitstudy.tables.reference`), kept in
-# ``resources/reference/reference.csv``. Whoever compares a model with the truth asks `reference_of` and nobody else.
-
-
 NEEDED = ("problem", "quantity", "strain [1]", "value", "uncertainty")
-"""Columns that are read."""
+"""Columns of the file that are read."""
+
+TRANSFERRED = (FORCE, LARGEST_U_Z)
+"""Quantities whose uncertainty is transferred to other problems."""
 
 
 @dataclass(frozen=True)
 class Reference:
-    """What is known of one problem: estimates by quantity and strain; nothing where there is no reference."""
+    """Estimates of one problem by quantity and strain; none where there is no reference."""
 
     estimates: Mapping[tuple[str, float], Estimate] = field(default_factory=dict)
 
     @property
     def known(self) -> bool:
-        """Whether there is one."""
+        """Whether there is any."""
         return bool(self.estimates)
 
     def at(self, quantity: str, strain: float) -> Estimate:
-        """Return a quantity at a strain, unknown where the reference does not speak of it."""
+        """Return a quantity at a strain, unknown where there is no reference value."""
         for (name, at), estimate in self.estimates.items():
             if name == quantity and abs(strain - at) <= SAME_STRAIN * at:
                 return estimate
@@ -67,7 +69,7 @@ class Reference:
         )
 
     def ratio(self, history: xr.Dataset, quantity: str, values: np.ndarray) -> Estimate:
-        """Return values (I,) of a history over the reference's, at the largest strain that both reach."""
+        """Return values (I,) of a history over the reference value, at the largest strain that has both."""
         strains = self.strains(quantity, float(history["strain"][-1]))
         if not strains:
             return UNKNOWN
@@ -75,31 +77,31 @@ class Reference:
         return self.at(quantity, strains[-1]).of(lambda value: here / value)
 
     def force_ratio(self, history: xr.Dataset) -> Estimate:
-        """Return the force, and so the secant stiffness, over the reference's."""
+        """Return the force, and so the secant stiffness, over the reference value."""
         return self.ratio(history, FORCE, history["force"].to_numpy())
 
     def force_distance(self, history: xr.Dataset) -> Estimate:
         """Return the relative L2 distance of the curve of force against strain.
 
-        Both are polygons through the strains of the reference that the history reaches. The reference may be off by its
-        uncertainty at all strains alike: that is what its uncertainty is from.
+        Both curves are polygons through the strains of the reference that the history reaches. The reference may be off
+        by its uncertainty at all strains alike.
         """
-        bounds = self._bounds(history)
-        if not bounds:
+        distances = self._distances(history)
+        if not distances:
             return UNKNOWN
-        value, *ends = bounds
+        value, *ends = distances
         return Estimate(value, max(abs(end - value) for end in ends))
 
     def nearer(self, one: xr.Dataset, other: xr.Dataset, share: float) -> bool | None:
-        """Whether the force of one history is at most this share as far away as another's; None where that is open."""
-        pairs = list(zip(self._bounds(one), self._bounds(other), strict=True))
+        """Whether the force of one history is at most a share as far away as another's; None where that is open."""
+        pairs = list(zip(self._distances(one), self._distances(other), strict=True))
         if not pairs:
             return None
         holds = {near <= share * far for near, far in pairs}
         return holds.pop() if len(holds) == 1 else None
 
-    def _bounds(self, history: xr.Dataset) -> list[float]:
-        """Return the distances from the reference, and from it less and more its uncertainty."""
+    def _distances(self, history: xr.Dataset) -> list[float]:
+        """Return the distances from the reference, and from the reference less and plus its uncertainty."""
         knots, force, off = self.curve(float(history["strain"][-1]))
         if len(knots) < 2:
             return []
@@ -108,7 +110,7 @@ class Reference:
 
 
 def reference_of(table: pd.DataFrame, scene: Scene) -> Reference:
-    """Return what the reference says of the problem that a scene simulates; nothing where it says none.
+    """Return the reference of the problem that a scene simulates; empty where there is none.
 
     Parameters
     ----------
@@ -141,30 +143,23 @@ def reference_of(table: pd.DataFrame, scene: Scene) -> Reference:
         ) from error
 
 
-# ---- What a direct simulation says of a problem without a reference: as uncertain as its discretisation is elsewhere
-
-
-TRANSFERRED = (FORCE, LARGEST_U_Z)
-"""Quantities of which it speaks."""
-
-
 def transferred_uncertainty(known: Reference, base: xr.Dataset, history: xr.Dataset) -> Reference:
-    """Return force and largest |u_z| of a history with the uncertainty that its discretisation has where it is known.
+    """Return force and largest |u_z| of a history, as uncertain as its discretisation is for a problem with reference.
 
-    That is by how much the base is off the reference, and the uncertainty of this, added, over the reference: it is
-    taken to be the same with another value of an input.
+    The relative error of the base, plus the relative uncertainty of the reference, is taken to be the same where an
+    input has another value.
 
     Parameters
     ----------
     known : Reference
-        Of the problem of `base`.
+        Reference of the problem of `base`.
     base, history : Dataset
-        Histories of one discretisation and one interaction, of which inputs differ; they may be the same.
+        Histories of one discretisation and interaction whose inputs differ; they may be the same.
 
     Returns
     -------
     Reference
-        At those strains of the reference that both reach; nothing where it knows nothing.
+        At the strains of the reference that both reach.
     """
     reached, found = common_strain([base, history]), {}
     for quantity in TRANSFERRED:
@@ -178,16 +173,15 @@ def transferred_uncertainty(known: Reference, base: xr.Dataset, history: xr.Data
     return Reference(found)
 
 
-# ---- Independent ways to one result: simulations of a problem by discretisation, each with rising resolution
-
+# ---- series of refined discretisations, from which the limits follow ----
 
 ORDER = 2.0
-"""At which forces are taken to converge in the element size. Quadratic elements could do better on smooth problems, but
-the edges of ties and contacts lie inside elements, where stresses have kinks: that leaves second order to all."""
+"""Assumed order of convergence of forces in the element size. Quadratic elements do better on smooth problems, but the
+edges of ties and contacts lie inside elements, where stresses have kinks: that leaves second order to all elements."""
 
 NUMERICAL = ("mesh", "tie", "contact")
 RESOLUTION = ("size", "degree", "crossing_degree", "span", "crossing_span")
-"""Sections that the simulations of a way share, but for these keys of their meshes."""
+"""Sections that the simulations of a series share, and the keys of their meshes in which they differ."""
 
 
 @dataclass(frozen=True)
@@ -197,18 +191,13 @@ class RefinementSeries:
     Attributes
     ----------
     name : str
-        Of the discretisation.
+        Name of the discretisation.
     scenes : tuple of Scene
         From the coarsest to the finest.
     """
 
     name: str
     scenes: tuple[Scene, ...]
-
-    @property
-    def simulated(self) -> list[str]:
-        """Names of all scenes that its limit is drawn from."""
-        return [scene.name for scene in self.scenes]
 
     @property
     def resolutions(self) -> list[float]:
@@ -224,11 +213,11 @@ class RefinementSeries:
 
     @property
     def order(self) -> float:
-        """Of convergence in the element size, as assumed; nan of polynomials."""
+        """Assumed order of convergence in the element size; nan of polynomials."""
         return nan if self.name == SOLID_YARNS else ORDER
 
     def limit(self, values: Mapping[str, float]) -> Limit:
-        """Return where values, by scene, tend."""
+        """Return the limit of values by scene."""
         found = [values[scene.name] for scene in self.scenes]
         if self.name == SOLID_YARNS:
             return limit_of_degrees(self.resolutions, found)
@@ -236,26 +225,22 @@ class RefinementSeries:
 
 
 def refinement_series_of(scenes: Iterable[Scene]) -> dict[str, list[RefinementSeries]]:
-    """Return the ways to each problem, by its digest.
+    """Return the refinement series of direct simulations by the digest of their problem.
 
-    A discretisation of one resolution alone is none.
-
-    Parameters
-    ----------
-    scenes : iterable of Scene
-        Direct simulations, in the order of the families.
+    A discretisation with one resolution alone is no series; of scenes with the same resolution the first counts.
     """
     groups: dict[str, dict[str, dict[float, Scene]]] = {}
     for scene in scenes:
-        of = groups.setdefault(problem_of(scene), {}).setdefault(_all_but_resolution(scene), {})
-        of.setdefault(resolution(scene), scene)
+        alike = groups.setdefault(problem_of(scene), {}).setdefault(_all_but_resolution(scene), {})
+        alike.setdefault(resolution(scene), scene)
     return {
-        problem: [_series(of) for of in found.values() if len(of) > 1] for problem, found in groups.items()
+        problem: [_series(alike) for alike in found.values() if len(alike) > 1]
+        for problem, found in groups.items()
     }
 
 
 def _all_but_resolution(scene: Scene) -> str:
-    """Return a digest of all that the simulations of one way share beside their problem."""
+    """Return a digest of the numerical keys that the simulations of one series share."""
     numbers = {
         f"{section}.{key}": value
         for section, keys in scene.read(NUMERICAL).items()

@@ -1,33 +1,31 @@
-"""What is compared of two histories: stiffness, distance of their force curves, and out-of-plane motion."""
+"""Scalars of a history: stiffness, out-of-plane motion, contraction, and forces at the crossings of the centre cell.
+
+`QUANTITIES` are those for which reference values exist. Histories are Datasets in the format of docs/architecture.md;
+"at full load" means at the last increment.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
 
 import numpy as np
 import xarray as xr
 
-from knitstudy.errors import DataFileError
 from knitstudy.measures.centre_cell import centre_cell
 
 X, Y, Z = 0, 1, 2
 
+STRAINS = (0.01, 0.02, 0.05)
+"""Strains of the reference values."""
 
-@dataclass(frozen=True)
-class Agreement:
-    """How alike the out-of-plane displacements of two models are along the centrelines.
+SAME_STRAIN = 1e-3
+"""Relative difference up to which an increment is at a strain."""
 
-    Attributes
-    ----------
-    correlation : float
-        Of u_z at the same places (Pearson); NaN where a model stays in its plane.
-    amplitude : float
-        Root mean square of u_z over the reference's; NaN where the reference stays in its plane.
-    """
+SAMPLES = 100
+"""Points of a loop over which a mean is taken."""
 
-    correlation: float
-    amplitude: float
+
+# ---- forces and stiffness ----
 
 
 def secant_stiffness(history: xr.Dataset) -> float:
@@ -43,37 +41,43 @@ def tangent_stiffness(history: xr.Dataset) -> float:
     return float(np.polyder(np.poly1d(np.polyfit(displacement, force, 2)))(displacement[-1]))
 
 
-def force_distance(history: xr.Dataset, reference: xr.Dataset) -> float:
-    """Return the L2 distance of two curves of force against strain, over the norm of the reference.
+def at_strain(history: xr.Dataset, strain: float, values: np.ndarray) -> float:
+    """Return values (I,) of the increments, interpolated at a strain."""
+    return float(np.interp(strain, history["strain"], values))
 
-    The curves are polygons through their increments, compared up to the smaller of the two largest strains.
 
-    Raises
-    ------
-    DataFileError
-        When a history holds nothing but the unloaded state.
-    """
-    for each in (history, reference):
-        if each.sizes["increment"] < 2:
-            raise DataFileError(
-                f"history of {each.attrs.get('scene', '?')!r}: has no loaded increment to compare"
-            )
-    end = min(float(history["strain"][-1]), float(reference["strain"][-1]))
-    knots = np.union1d(history["strain"], reference["strain"])
-    knots = np.append(knots[knots < end], end)
-    force, measure = (np.interp(knots, each["strain"], each["force"]) for each in (history, reference))
-    return distance_of_curves(knots, force, measure)
+def increment_at(history: xr.Dataset, strain: float) -> int | None:
+    """Return the increment that ends at a strain, if there is one."""
+    off = np.abs(history["strain"].to_numpy() - strain)
+    nearest = int(off.argmin())
+    return nearest if off[nearest] <= SAME_STRAIN * strain else None
+
+
+def common_strain(histories: Iterable[xr.Dataset]) -> float:
+    """Return the largest strain that all histories reach."""
+    return min(float(history["strain"][-1]) for history in histories)
+
+
+def stiffness_at(history: xr.Dataset, strain: float) -> float:
+    """Return force over displacement of the driven side at a strain [N/m]."""
+    force, displacement = (
+        at_strain(history, strain, history[name].to_numpy()) for name in ("force", "displacement")
+    )
+    return force / displacement
 
 
 def distance_of_curves(knots: np.ndarray, values: np.ndarray, measure: np.ndarray) -> float:
     """Return the L2 distance of two polygons (n,) with the same knots, over the norm of the second."""
-    return float(np.sqrt(_integral_of_square(values - measure, knots) / _integral_of_square(measure, knots)))
+
+    def square(polygon: np.ndarray) -> float:
+        """Integrate the square of a polygon, exactly."""
+        a, b = polygon[:-1], polygon[1:]
+        return float(np.sum(np.diff(knots) * (a * a + a * b + b * b) / 3))
+
+    return float(np.sqrt(square(values - measure) / square(measure)))
 
 
-def _integral_of_square(values: np.ndarray, knots: np.ndarray) -> float:
-    """Integrate the square of a polygon, exactly."""
-    a, b = values[:-1], values[1:]
-    return float(np.sum(np.diff(knots) * (a * a + a * b + b * b) / 3))
+# ---- motion of the centrelines ----
 
 
 def out_of_plane(history: xr.Dataset) -> np.ndarray:
@@ -86,20 +90,63 @@ def largest_out_of_plane(history: xr.Dataset) -> float:
     return float(out_of_plane(history)[-1])
 
 
+def rms_out_of_plane(history: xr.Dataset) -> np.ndarray:
+    """Return the root mean square of u_z over the arc length of all centrelines at every increment (I,) [m]."""
+    s, yarn = history["arc_length"].to_numpy(), history["yarn"].to_numpy()
+    share = np.zeros(len(s))  # arc length around each station
+    for number in np.unique(yarn):
+        here = np.flatnonzero(yarn == number)
+        step = np.diff(s[here])
+        share[here[:-1]] += 0.5 * step
+        share[here[1:]] += 0.5 * step
+    u_z = history["centreline_displacement"].to_numpy()[:, :, Z]
+    return np.sqrt(u_z**2 @ share / share.sum())
+
+
+def out_of_plane_correlation(history: xr.Dataset, other: xr.Dataset) -> float:
+    """Return the correlation (Pearson) of u_z of two models at full load; nan where a model stays in its plane.
+
+    It is taken at the stations of `history`; the displacements of `other` are interpolated along its yarns.
+    """
+    ours, theirs = _u_z_at_stations(history, history), _u_z_at_stations(other, history)
+    moving = ours.std() > 0 and theirs.std() > 0
+    return float(np.corrcoef(ours, theirs)[0, 1]) if moving else np.nan
+
+
+def _u_z_at_stations(history: xr.Dataset, places: xr.Dataset) -> np.ndarray:
+    """Return u_z of a history at full load at the yarns and relative arc lengths of the stations of another."""
+    u_z = history["centreline_displacement"].to_numpy()[-1, :, Z]
+    yarn, share = history["yarn"].to_numpy(), _relative_arc_length(history)
+    wanted_yarn, wanted = places["yarn"].to_numpy(), _relative_arc_length(places)
+    result = np.empty(len(wanted))
+    for number in np.unique(wanted_yarn):
+        of, at = yarn == number, wanted_yarn == number
+        result[at] = np.interp(wanted[at], share[of], u_z[of])
+    return result
+
+
+def _relative_arc_length(history: xr.Dataset) -> np.ndarray:
+    """Return the arc lengths of the stations over the lengths of their yarns."""
+    s, yarn = history["arc_length"].to_numpy(), history["yarn"].to_numpy()
+    longest = np.zeros(yarn.max() + 1)
+    np.maximum.at(longest, yarn, s)
+    return s / longest[yarn]
+
+
 def transverse_contraction(history: xr.Dataset) -> float:
     """Return by how much of its height the middle of a knit has shrunk at full load [1].
 
-    The height is the extent in y of the centrelines that began in the middle third of the knit's width.
+    The height is the extent in y of the centrelines that began in the middle third of the width.
     """
     place = history["centreline"].to_numpy()
-    x = place[:, 0]
+    x = place[:, X]
     middle = np.abs(x - 0.5 * (x.min() + x.max())) <= np.ptp(x) / 6
     now = place + history["centreline_displacement"].to_numpy()[-1]
     return float(1 - np.ptp(now[middle, Y]) / np.ptp(place[middle, Y]))
 
 
 def poisson_ratio(history: xr.Dataset, direction: str, loops: int) -> float:
-    """Return the contraction across a load at full load, over the strain along it [1].
+    """Return the contraction across the load at full load over the strain along it [1].
 
     In course tension the loops of the middle column count: the mean of u_y over such a loop of the bottom yarn less
     that of the top yarn, over the distance of the two loops. In wale tension the yarns between the gripped ones count:
@@ -109,11 +156,10 @@ def poisson_ratio(history: xr.Dataset, direction: str, loops: int) -> float:
     Parameters
     ----------
     history : Dataset
-        See docs/architecture.md.
     direction : {"course", "wale"}
-        Of the load.
+        Direction of the load.
     loops : int
-        Of a yarn.
+        Loops of a yarn.
     """
     start, motion = history["centreline"].to_numpy(), history["centreline_displacement"].to_numpy()[-1]
     start, motion = (_means_of_loops(history, values, loops) for values in (start, motion))
@@ -126,13 +172,9 @@ def poisson_ratio(history: xr.Dataset, direction: str, loops: int) -> float:
     return float(contraction.mean() / history["strain"][-1]) if contraction.size else np.nan
 
 
-SAMPLES = 100
-"""Points of a loop that a mean is taken over."""
-
-
 def _means_of_loops(history: xr.Dataset, values: np.ndarray, loops: int) -> np.ndarray:
     """Return means (Y, n, 3) over the loops of every yarn of values (S, 3) of the stations."""
-    yarn, share = history["yarn"].to_numpy(), _shares(history)
+    yarn, share = history["yarn"].to_numpy(), _relative_arc_length(history)
     wanted = (np.arange(loops * SAMPLES) + 0.5) / (loops * SAMPLES)
     found = [
         np.column_stack([np.interp(wanted, share[yarn == i], values[yarn == i, k]) for k in range(3)])
@@ -141,63 +183,7 @@ def _means_of_loops(history: xr.Dataset, values: np.ndarray, loops: int) -> np.n
     return np.array(found).reshape(len(found), loops, SAMPLES, 3).mean(axis=2)
 
 
-def at_strain(history: xr.Dataset, strain: float, values: np.ndarray) -> float:
-    """Return values (I,) of the increments at a strain, interpolated."""
-    return float(np.interp(strain, history["strain"], values))
-
-
-def common_strain(histories) -> float:
-    """Return the largest strain that all histories have reached."""
-    return min(float(history["strain"][-1]) for history in histories)
-
-
-def stiffness_at(history: xr.Dataset, strain: float) -> float:
-    """Return force over displacement of the driven side at a strain [N/m]."""
-    force, displacement = (
-        at_strain(history, strain, history[name].to_numpy()) for name in ("force", "displacement")
-    )
-    return force / displacement
-
-
-def out_of_plane_agreement(history: xr.Dataset, reference: xr.Dataset) -> Agreement:
-    """Compare u_z at full load at the stations of `history`; the reference is interpolated along its yarns."""
-    ours, theirs = _at_stations(history, history), _at_stations(reference, history)
-    moving = ours.std() > 0 and theirs.std() > 0
-    size = np.sqrt(np.mean(theirs**2))
-    return Agreement(
-        correlation=float(np.corrcoef(ours, theirs)[0, 1]) if moving else np.nan,
-        amplitude=float(np.sqrt(np.mean(ours**2)) / size) if size > 0 else np.nan,
-    )
-
-
-def _at_stations(history: xr.Dataset, places: xr.Dataset) -> np.ndarray:
-    """Return u_z of a history at full load, at the yarns and shares of arc length of other stations."""
-    u_z = history["centreline_displacement"].to_numpy()[-1, :, Z]
-    yarn, share = history["yarn"].to_numpy(), _shares(history)
-    wanted_yarn, wanted = places["yarn"].to_numpy(), _shares(places)
-    result = np.empty(len(wanted))
-    for number in np.unique(wanted_yarn):
-        of, at = yarn == number, wanted_yarn == number
-        result[at] = np.interp(wanted[at], share[of], u_z[of])
-    return result
-
-
-def _shares(history: xr.Dataset) -> np.ndarray:
-    """Return the arc lengths of the stations over the lengths of their yarns."""
-    s, yarn = history["arc_length"].to_numpy(), history["yarn"].to_numpy()
-    longest = np.zeros(yarn.max() + 1)
-    np.maximum.at(longest, yarn, s)
-    return s / longest[yarn]
-
-
-# ---- What the reference speaks of: scalars of a history and its contacts at a strain, with their units
-
-
-STRAINS = (0.01, 0.02, 0.05)
-"""Strains that the reference speaks of."""
-
-SAME_STRAIN = 1e-3
-"""Relative difference up to which an increment is at one of them."""
+# ---- quantities with reference values ----
 
 FORCE, LARGEST_U_Z, RMS_U_Z = "force", "largest |u_z|", "root mean square of u_z"
 NORMAL, LARGEST_NORMAL, TANGENTIAL, SLIP = (
@@ -210,24 +196,8 @@ NORMAL, LARGEST_NORMAL, TANGENTIAL, SLIP = (
 Values = Callable[[xr.Dataset, xr.Dataset], np.ndarray]
 
 
-def rms_out_of_plane(history: xr.Dataset) -> np.ndarray:
-    """Return the root mean square of u_z over the arc length of all centrelines, at every increment (I,) [m].
-
-    However the stations are spaced, each stands for the yarn around it.
-    """
-    s, yarn = history["arc_length"].to_numpy(), history["yarn"].to_numpy()
-    share = np.zeros(len(s))
-    for number in np.unique(yarn):
-        here = np.flatnonzero(yarn == number)
-        step = np.diff(s[here])
-        share[here[:-1]] += 0.5 * step
-        share[here[1:]] += 0.5 * step
-    u_z = history["centreline_displacement"].to_numpy()[:, :, Z]
-    return np.sqrt(u_z**2 @ share / share.sum())
-
-
 def _at_crossings(name: str, statistic: Callable) -> Values:
-    """Return the function of a statistic (I,) of the size of a resultant over the crossings of the centre cell."""
+    """Return a function of history and contacts: a statistic (I,) of a resultant over the centre cell."""
 
     def values(history: xr.Dataset, contacts: xr.Dataset) -> np.ndarray:
         found = contacts[name].to_numpy()[:, centre_cell(contacts)]
@@ -237,8 +207,7 @@ def _at_crossings(name: str, statistic: Callable) -> Values:
 
 
 def _slip(history: xr.Dataset, contacts: xr.Dataset) -> np.ndarray:
-    slip = contacts["slip"].to_numpy()[:, centre_cell(contacts)]
-    return np.nan_to_num(slip).mean(axis=1)
+    return np.nan_to_num(contacts["slip"].to_numpy()[:, centre_cell(contacts)]).mean(axis=1)
 
 
 QUANTITIES: dict[str, tuple[str, Values]] = {
@@ -250,11 +219,4 @@ QUANTITIES: dict[str, tuple[str, Values]] = {
     TANGENTIAL: ("N", _at_crossings("tangential_resultant", np.mean)),
     SLIP: ("m", _slip),
 }
-"""Unit and values (I,) at the increments, by name. Those of crossings are of the four of the centre cell."""
-
-
-def increment_at(history: xr.Dataset, strain: float) -> int | None:
-    """Return the increment that ends at a strain, if there is one."""
-    off = np.abs(history["strain"].to_numpy() - strain)
-    nearest = int(off.argmin())
-    return nearest if off[nearest] <= SAME_STRAIN * strain else None
+"""Unit, and the values (I,) from a history and its contacts, by name. Crossings are the four of the centre cell."""

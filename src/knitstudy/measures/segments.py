@@ -1,31 +1,34 @@
-"""Segments of yarn between crossings: their directions, their stresses, and the force that these carry."""
+"""Segments of yarn between crossings: their directions, their mean stresses, and the force that these carry."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 
 from knitstudy.contacts.segments import KINDS, NO_SEGMENT, centre
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.load_path import DIRECTIONS
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 
-# ---- Directions of the six segments of a cell: lines between contact zones, and axes of the maximum principal stress
-
-
 SEGMENT = {kind: number for number, kind in enumerate(KINDS, start=1)}
-"""Number of a segment in Fig. 14; which of 1 and 6 is the head is not said."""
+"""Number of a segment in Fig. 14; the paper does not say which of 1 and 6 is the head."""
 
 LEGS = KINDS[1:5]
-"""Segments 2 to 5: what is not along x."""
+"""Segments 2 to 5, which are not along x."""
+
+SLAB = 0.4
+"""Width of the slab over which the force through a cut is averaged, over the length of the knit: about a cell."""
+
+
+# ---- directions ----
 
 
 def honeycomb_segments(contacts: xr.Dataset) -> dict[str, np.ndarray]:
     """Return the segments between contact zones by kind, vectors (k, 3) in the plane of the fabric [m].
 
-    A kind that a knit does not have is left out: a knit of one row has no legs, one of one column no sinkers.
+    A knit of one row has no legs, one of one column no sinkers: such kinds are left out.
     """
     zone = _by_place(contacts)
     segments = {
@@ -39,14 +42,26 @@ def honeycomb_segments(contacts: xr.Dataset) -> dict[str, np.ndarray]:
     return {kind: each.reshape(-1, 3) for kind, each in segments.items() if each.size}
 
 
+def _by_place(contacts: xr.Dataset) -> np.ndarray:
+    """Return the centroids by row, column and zone (rows, columns, 4, 3), moved into the plane z = 0."""
+    row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
+    centroid = np.full((row.max() + 1, column.max() + 1, 4, 3), np.nan)
+    centroid[row, column, zone] = contacts["centroid"].to_numpy() * [1.0, 1.0, 0.0]
+    return centroid
+
+
 def angles_to_axes(vectors: np.ndarray) -> np.ndarray:
     """Return the angles (k, 3) of lines along vectors (k, 3) to x, y and z, from 0 to 90 [deg]."""
     cosine = np.abs(vectors) / np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.degrees(np.arccos(np.clip(cosine, 0, 1)))
 
 
+# ---- principal stress ----
+# Stresses are Datasets of the stage `stress` (docs/architecture.md).
+
+
 def central(stresses: xr.Dataset, kind: str) -> np.ndarray:
-    """Return the segments (k,) of a kind that end in the centre cell: those that count as equivalent."""
+    """Return the segments (k,) of a kind that end in the centre cell: equivalent ones."""
     return np.flatnonzero(
         (stresses["segment_kind"].to_numpy() == KINDS.index(kind))
         & (stresses["segment_central"].to_numpy() == 1)
@@ -61,11 +76,10 @@ def stress_angles(
     Parameters
     ----------
     stresses : Dataset
-        In the format of docs/architecture.md.
     kind : str
-        Of `crossings.segments.KINDS`.
-    extent : str
-        "whole", or "middle" for the middle halves of the pieces.
+        One of `contacts.segments.KINDS`.
+    extent : {"whole", "middle"}
+        Whole pieces of yarn, or their middle halves.
     undeformed : bool
         Whether axes are turned back with the segments.
     """
@@ -76,56 +90,32 @@ def stress_angles(
     return angles_to_axes(axis)
 
 
-def angle_to_x(stresses: Iterable[xr.Dataset], kind: str) -> Estimate:
+def angle_to_x(stresses: Sequence[xr.Dataset], kind: str) -> Estimate:
     """Return the angle to x of the maximum principal stress in a kind of segment [deg].
 
-    Parameters
-    ----------
-    stresses : iterable of Dataset
-        Of one problem by several discretisations, the one that decides first. The uncertainty is the larger of half the
-        range over equivalent segments and of the difference to the other discretisations.
+    The value is of the first of several discretisations. The uncertainty is half the range over equivalent segments,
+    or the largest difference to the other discretisations where that is larger.
     """
     means = [angles[:, 0].mean() for each in stresses if len(angles := stress_angles(each, kind))]
     if not means:
         return UNKNOWN
-    first = stress_angles(next(iter(stresses)), kind)[:, 0]
+    first = stress_angles(stresses[0], kind)[:, 0]
     off = [0.5 * np.ptp(first), *np.abs(np.subtract(means[1:], means[0]))]
     return Estimate(float(means[0]), float(max(off)))
 
 
-def _by_place(contacts: xr.Dataset) -> np.ndarray:
-    """Return the centroids by row, column and zone (rows, columns, 4, 3), moved into the plane z = 0."""
-    row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
-    centroid = np.full((row.max() + 1, column.max() + 1, 4, 3), np.nan)
-    centroid[row, column, zone] = contacts["centroid"].to_numpy() * [1.0, 1.0, 0.0]
-    return centroid
-
-
-# ---- The force that stresses carry through a knit, which has to be that of the grips
-# Whatever balances satisfies, for every function phi(x) that is constant at both grips, with its derivative psi,
-#
-#     integral of sigma_xx psi dv = F * integral of psi dx :
-#
-# stresses averaged over a slab with the weight psi give the force through it. Contact adds nothing where yarns touch:
-# both sides of it lie at one place.
-
-
-SLAB = 0.4
-"""Width of the slab that a force through a cut is averaged over, as share of the knit along the load: about a cell."""
+# ---- force through the knit ----
+# Equilibrium holds in the mean for every function phi(x) that is constant at both grips; with psi = phi',
+#     integral of sigma_xx psi dv = F * integral of psi dx.
+# Stresses averaged over a slab with the weight psi give the force F through the knit. Contact adds nothing where both
+# of its sides lie at one place.
 
 
 def cut_force(stresses: xr.Dataset, share: float) -> float:
-    """Return the force through a cut across the load, at a share of the deformed knit along it [N].
+    """Return the force through a cut across the load, at a share of the deformed length of the knit [N].
 
-    The weight is psi = 1 + cos over a slab about the cut: smooth, so that what balances in the mean of elements
-    balances here.
-
-    Parameters
-    ----------
-    stresses : Dataset
-        In the format of docs/architecture.md.
-    share : float
-        From 0 to 1; the slab should lie between the grips.
+    The weight is psi = 1 + cos over a slab (`SLAB`), which should lie between the grips. It is smooth, since elements
+    are in equilibrium in their mean only.
     """
     axis = DIRECTIONS.index(stresses.attrs["direction"])
     place = stresses["cell_place"].to_numpy()[:, axis]
@@ -136,37 +126,31 @@ def cut_force(stresses: xr.Dataset, share: float) -> float:
     return float(np.sum(stress * stresses["cell_volume"].to_numpy() * weight) / (SLAB * length))
 
 
-def cell_force(stresses: xr.Dataset, knit: Knit) -> float:
+def cell_force(stresses: xr.Dataset, knit: Fabric) -> float:
     """Return the force through the centre column or row of cells, from the mean stresses of its pieces of yarn [N].
 
     With psi constant over one period of the knit: mean stress times volume, summed over the pieces of the period, over
-    its deformed length. That is as exact as the cells beside it are like it.
-
-    Parameters
-    ----------
-    stresses : Dataset
-        In the format of docs/architecture.md.
-    knit : Knit
+    its deformed length. It is as exact as the neighbouring cells are like the centre cell.
     """
     axis = DIRECTIONS.index(stresses.attrs["direction"])
     share = _in_column(stresses, knit) if axis == 0 else _in_row(stresses, knit)
     whole = stresses.sel(extent="whole")
     carried = whole["piece_stress"].to_numpy()[:, axis, axis] * whole["piece_volume"].to_numpy()
-    period = (knit.loop.wale_spacing, knit.loop.course_spacing)[axis]
+    period = (knit.cell[0], knit.cell[1])[axis]
     return float(carried @ share) / (period * (1 + stresses.attrs["strain"]))
 
 
-def _in_column(stresses: xr.Dataset, knit: Knit) -> np.ndarray:
+def _in_column(stresses: xr.Dataset, knit: Fabric) -> np.ndarray:
     """Return the share (P,) of every piece that lies in the centre column, from sinker to sinker."""
-    s, loop = stresses["piece_arc_length"].to_numpy(), knit.centrelines[0].length / knit.loops
-    first = centre(np.arange(knit.loops)) * loop
+    s, loop = stresses["piece_arc_length"].to_numpy(), knit.centrelines[0].length / knit.cells[0]
+    first = centre(np.arange(knit.cells[0])) * loop
     inside = np.minimum(s[:, 1], first + loop) - np.maximum(s[:, 0], first)
     return np.clip(inside, 0, None) / np.diff(s, axis=1)[:, 0]
 
 
-def _in_row(stresses: xr.Dataset, knit: Knit) -> np.ndarray:
+def _in_row(stresses: xr.Dataset, knit: Fabric) -> np.ndarray:
     """Return the share (P,) of every piece that lies in the centre row: half of the legs to it and from it."""
-    row, segment = centre(np.arange(knit.rows)), stresses["piece_segment"].to_numpy()
+    row, segment = centre(np.arange(knit.cells[1])), stresses["piece_segment"].to_numpy()
     inside = segment != NO_SEGMENT
     kind = np.where(inside, stresses["segment_kind"].to_numpy()[segment], NO_SEGMENT)
     at = np.where(inside, stresses["segment_row"].to_numpy()[segment], NO_SEGMENT)

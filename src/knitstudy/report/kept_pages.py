@@ -56,7 +56,7 @@ def summarise(
     return page, shown
 
 
-# ---- What the kept trade says, as the part of docs/trade.md that is written from it
+# ---- What the kept trade says, as the part of docs/accuracy.md that is written from it
 
 
 BEGIN, END = "<!-- what the kept trade says: make trade -->", "<!-- end of what the kept trade says -->"
@@ -78,7 +78,7 @@ def filled(page: str, text: str) -> str:
     before, begin, rest = page.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not (begin and end):
-        raise DataFileError(f"docs/trade.md: must have the lines {BEGIN!r} and {END!r}")
+        raise DataFileError(f"docs/accuracy.md: must have the lines {BEGIN!r} and {END!r}")
     return f"{before}{BEGIN}\n\n{text.strip()}\n\n{END}{after}"
 
 

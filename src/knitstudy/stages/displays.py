@@ -15,7 +15,7 @@ from knitstudy.measures.windows import is_window
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.freshness import digest_of_files
 from knitstudy.stages.plan import Plan, Step
-from knitstudy.stages.table import STAGES, Stage, stage_of
+from knitstudy.stages.table import STAGES, Stage
 from knitstudy.study.scene import Scene
 
 BESIDE = ("contacts", "geometry", "mesh", "stress")
@@ -56,32 +56,24 @@ def results_of(roles: Mapping[str, Scene | list[Scene]]) -> dict[str, Step | lis
     results: dict[str, Step | list[Step]] = {}
     for role, found in roles.items():
         scenes = found if isinstance(found, list) else [found]
-        steps = {role: [(stage_of(scene), scene) for scene in scenes]}
+        steps = {role: [(STAGES["simulation"], scene) for scene in scenes]}
         direct = [scene for scene in scenes if is_direct(scene)]
         if direct:
             prefix = "" if role == "dns" else f"{role}_"
-            for stage in map(STAGES.find, BESIDE):
+            for stage in map(STAGES.get, BESIDE):
                 if having := [scene for scene in direct if stage.of(scene)]:
                     steps[f"{prefix}{stage.name}"] = [(stage, scene) for scene in having]
-            cut = STAGES.find("cut_knit_contacts")
-            steps[f"{prefix}contacts"] += [(cut, scene) for scene in scenes if is_cut(scene)]
+            steps[f"{prefix}contacts"] += [(STAGES["contacts"], scene) for scene in scenes if is_cut(scene)]
         shown = [scene for scene in scenes if is_window(scene)]
         if shown:
-            steps[f"{role}_shown"] = [(STAGES.find("window_contacts"), scene) for scene in shown]
+            steps[f"{role}_shown"] = [(STAGES["contacts"], scene) for scene in shown]
         results |= steps if isinstance(found, list) else {name: each[0] for name, each in steps.items()}
     return results
 
 
-CONTACTS = ("contacts", "cut_knit_contacts", "window_contacts")
-"""Stages that extract contacts, one for each kind of simulation."""
-
-
 def stage_for(name: str, scene: Scene) -> Stage | None:
     """Return the stage that makes a kind of results of a scene; None where the scene has no such results."""
-    if name == "simulation":
-        return stage_of(scene)
-    stages = map(STAGES.find, CONTACTS if name == "contacts" else (name,))
-    return next((stage for stage in stages if stage.of(scene)), None)
+    return STAGES[name] if STAGES[name].of(scene) else None
 
 
 class Displays:

@@ -37,12 +37,12 @@ from knitstudy.files import replacing, write_table
 from knitstudy.loading.restart import Progress
 from knitstudy.measures.history_checks import (
     faults,
-    hourglass,
+    hourglass_share_when_loaded,
     is_unloaded,
+    largest_residual,
     ledger_gap,
-    left_open,
+    ledger_gap_at_end,
     penetration,
-    unbalanced,
     unbalanced_contact,
 )
 from knitstudy.report.files import save_for_screen
@@ -51,7 +51,7 @@ from knitstudy.stages.kept import stamped
 from knitstudy.stages.parent import end_with_parent
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.simulate import simulate
-from knitstudy.stages.table import STAGES, stage_of
+from knitstudy.stages.table import STAGES
 from knitstudy.study.campaign import Campaign, Trial, load_campaign
 from knitstudy.study.configuration import CONFIG
 from knitstudy.study.kinds import all_sections
@@ -63,7 +63,7 @@ ROWS, RESULTS = Path("run/extremes"), Path("run/extremes/results")
 TABLE = Path("results/tables/extremes.csv")
 KEPT = Path("resources/extremes.csv")
 
-FIGURE, PICTURE = Path("results/figures/extremes.png"), Path("docs/extremes.webp")
+FIGURE, PICTURE = Path("results/figures/extremes.png"), Path("docs/notes/extremes.webp")
 """The map, and as a page holds it."""
 
 ENDED, REFUSED, STOPPED, TIME, SILENT = "ended", "refused", "stopped", "time", "silent"
@@ -108,9 +108,9 @@ KEYS = tuple(f"{section}.{name}" for section, names in all_sections().items() fo
 
 def digest_of(trial: Trial) -> str:
     """Return the digest of a row: of the base, what is changed of it, and the code of all stages."""
-    code = code_digest(
-        "knitstudy.measures.history_checks", *(stage.module for stage in STAGES.all().values())
-    )
+    stages = [stage for stage in STAGES.values() if stage.of(trial.base)]
+    modules = (name for stage in stages for name in stage.modules(trial.base))
+    code = code_digest("knitstudy.measures.history_checks", *modules)
     return digest({"base": trial.base.hash, "changes": dict(trial.changes), "code": code})
 
 
@@ -199,12 +199,12 @@ def measured(history: xr.Dataset, scene: Scene) -> dict[str, Any]:
         "unknowns [1]": int(history.attrs["unknowns"]),
         "force [N]": force,
         "force over E R2 [1]": force / (scene.yarn.youngs_modulus * scene.yarn.radius**2),
-        "balance [1]": unbalanced(history),
+        "balance [1]": largest_residual(history),
     }
     if not is_unloaded(history, scene):
-        row["ledger [1]"], row["ledger at full load [1]"] = ledger_gap(history), left_open(history)
+        row["ledger [1]"], row["ledger at full load [1]"] = ledger_gap(history), ledger_gap_at_end(history)
         if scene.value("gates.hourglass") is not None:
-            row["hourglass [1]"] = hourglass(history)
+            row["hourglass [1]"] = hourglass_share_when_loaded(history)
     if "smallest_gap" in history:
         row["penetration over R [1]"] = penetration(history) / scene.yarn.radius
     if "yarn_force" in history:
@@ -285,7 +285,9 @@ def main() -> None:
         key=lambda trial: 0.0 if _is_refused(trial) else seconds.get(trial.model, 0.0)
     )  # most is known soon
     for base in {trial.base.name: trial.base for trial in waiting}.values():
-        plan.digest(stage_of(base), base)  # reads the code behind all scenes once, and not in every process
+        plan.digest(
+            STAGES["simulation"], base
+        )  # reads the code behind all scenes once, and not in every process
     report, begun = Progress("extremes", every=1.0), time.monotonic()
     for number, trial in enumerate(waiting):
         if time.monotonic() - begun > 60 * options.minutes:

@@ -110,7 +110,7 @@ def up_to_date(
         if all(
             plan.is_up_to_date(stage, of, results)
             for stage, of in plan.steps([scene])
-            if stage.leaves.endswith(".nc") and (not stages or stage.name in stages)
+            if stage.path_pattern.endswith(".nc") and (not stages or stage.name in stages)
         )
     ]
 

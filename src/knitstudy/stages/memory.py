@@ -1,15 +1,18 @@
 """What a simulation is expected to take of memory, before anything of it is made: for whoever places jobs on machines.
 
-Unknowns are counted from the scene, bytes an unknown were measured (docs/performance.md). Stages themselves refuse what
+Unknowns are counted from the scene, bytes an unknown were measured (docs/notes/performance.md). Stages refuse what
 does not fit, by their meshes; this is known before there is one.
 """
 
 from __future__ import annotations
 
+import psutil
+
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.mesh.section import nodes_for_size
-from knitstudy.stages.table import MEGABYTE
 from knitstudy.study.scene import Scene
+
+MEGABYTE = 1e6
 
 PROCESS = 350e6
 """Bytes of a process with all that it imports, and of a small model."""
@@ -31,6 +34,11 @@ UNEVEN = 1.2
 
 NODES_OF_QUADRATIC = 3.3
 """Nodes of quadratic hexahedra over those of linear ones."""
+
+
+def machine_memory() -> int:
+    """Return the memory of this machine [MB]."""
+    return int(psutil.virtual_memory().total / MEGABYTE)
 
 
 def expected_memory(scene: Scene) -> int:

@@ -37,7 +37,7 @@ def digest_of(stage: Stage, document: Mapping, scene: Scene, needed: Mapping[str
     needed : mapping of str to str
         Digests of what it is made from.
     """
-    code = code_digest(stage.module, *stage.code(scene))
+    code = code_digest(*stage.modules(scene))
     return digest({"stage": stage.name, "reads": document, "code": code, "needs": dict(needed)})
 
 
@@ -83,7 +83,7 @@ class Plan:
             If the scene names another one that there is not, or that does not go with it.
         """
         found = stage.needs(scene, lambda key: self.named(scene, key))
-        return {name: (STAGES.find(other), of) for name, (other, of) in found.items()}
+        return {name: (STAGES[other], of) for name, (other, of) in found.items()}
 
     def digest(self, stage: Stage, scene: Scene) -> str:
         """Return the digest that a result has when it is up to date."""
@@ -103,7 +103,7 @@ class Plan:
         scenes = list(scenes)
         found = {
             stage.path(scene): (stage, scene)
-            for stage in STAGES.all().values()
+            for stage in STAGES.values()
             for scene in scenes
             if stage.of(scene)
         }

@@ -32,7 +32,7 @@ from knitstudy.stages.displays import REFERENCE
 from knitstudy.stages.kept import RESULTS, up_to_date
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.simulate import simulate
-from knitstudy.stages.table import STAGES, stage_of
+from knitstudy.stages.table import STAGES
 from knitstudy.stages.trade import PROMISES_KEPT, READ, TRADE, write_page
 from knitstudy.study.choice import LARGE, Ask, Choice, Rung, numerics, resolved
 from knitstudy.study.planning import planned
@@ -189,7 +189,7 @@ def _pair(scene: Scene, plan: Plan, results: Path) -> tuple[Scene, Scene] | None
 
 def _read(scene: Scene, results: Path) -> tuple[xr.Dataset, xr.Dataset]:
     return tuple(
-        read_dataset(results / stage.path(scene)) for stage in (stage_of(scene), STAGES.find("contacts"))
+        read_dataset(results / stage.path(scene)) for stage in (STAGES["simulation"], STAGES["contacts"])
     )
 
 

@@ -19,7 +19,7 @@ from knitstudy.measures.reference import refinement_series_of
 from knitstudy.measures.selection import ways
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.plan import Plan
-from knitstudy.stages.table import STAGES, stage_of
+from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import CONFIG, load_scenes, load_study
 from knitstudy.study.scene import Scene
 from knitstudy.tables.reference import limits, values_of
@@ -44,9 +44,9 @@ def code_behind(scenes: Iterable[Scene]) -> str:
     """Return a digest of the code of all simulations among scenes that the reference is made from."""
     modules = {"knitstudy.tables.reference"}
     for scene in ways(scenes):
-        stages = [stage_of(scene), *(STAGES.find(name) for name in BESIDE)]
+        stages = [STAGES["simulation"], *(STAGES[name] for name in BESIDE)]
         for stage in stages:
-            modules |= {stage.module, *stage.code(scene)}
+            modules |= set(stage.modules(scene))
     return code_digest(*sorted(modules))
 
 
@@ -60,7 +60,7 @@ def found(scenes: Mapping[str, Scene], results: Path, config: Path = CONFIG) -> 
     """Return the values of those simulations among scenes whose results are there and up to date."""
     plan, histories, contacts = Plan.of(config), {}, {}
     for name, scene in scenes.items():
-        steps = stage_of(scene), STAGES.find("contacts")
+        steps = STAGES["simulation"], STAGES["contacts"]
         if all(plan.is_up_to_date(stage, scene, results) for stage in steps):
             histories[name], contacts[name] = (read_dataset(results / stage.path(scene)) for stage in steps)
     return values_of(histories, contacts)
@@ -98,8 +98,8 @@ def keep(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, code: st
     reference = limits(all_values, scenes)
     of = all_values.groupby("scene")[["code", "made"]].first()
     marks = {}
-    for problem, found_ways in refinement_series_of(scenes[name] for name in of.index).items():
-        behind = of.loc[[name for way in found_ways for name in way.simulated]]
+    for problem, found_series in refinement_series_of(scenes[name] for name in of.index).items():
+        behind = of.loc[[scene.name for each in found_series for scene in each.scenes]]
         marks[problem] = SEPARATOR.join(sorted(set(behind["code"]))), behind["made"].max()
     if not reference.empty:
         reference["code"], reference["made"] = zip(*reference["problem"].map(marks), strict=True)

@@ -36,7 +36,7 @@ def run_stage(job: Any) -> None:
         the digest is formed from what is computed with: code and files as they are now.
     """
     load_plugins(job.config.get("plugins", ()))
-    stage = STAGES.find(job.rule)
+    stage = STAGES[job.rule]
     document = dict(job.params.reads)
     scene = Scene.seen(dict(job.params.scene) | document, stage.reads)
     files = {name: path for name, path in job.input.items() if name != "digest"}
@@ -55,7 +55,7 @@ def run_stage(job: Any) -> None:
             if stage.long:
                 needed["run"].forget()
         else:
-            stage.load()(scene, path=target, **needed)
+            stage.function(scene, path=target, **needed)
 
 
 INTERRUPTED = 130

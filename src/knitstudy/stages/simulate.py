@@ -16,13 +16,11 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import read_dataset, write_dataset
-from knitstudy.geometry.lay_out import read_specimen
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.restart import IN_MEMORY, ReportProgress, Run, restart_of, run_with, silent
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.stages.plan import Plan, digest_or_warning
-from knitstudy.stages.table import STAGES, Stage, stage_of
+from knitstudy.stages.table import STAGES, Stage
 from knitstudy.study.configuration import CONFIG
 from knitstudy.study.scene import Scene
 
@@ -96,13 +94,12 @@ def simulate(
     plan = plan or Plan.of(config)
     scene = plan.labelled(scene)
     keeper = _Keeper(plan, None if folder is None else Path(folder), progress or _silence)
-    stage = stage_of(scene)
+    stage = STAGES["simulation"]
     history = keeper.obtain(stage, scene, anew)
     beside = {name: keeper.obtain(*step) for name, step in plan.needs(stage, scene).items()}
     contacts = beside.get("contacts")
-    for found in map(STAGES.find, ("contacts", "window_contacts", "cut_knit_contacts")):
-        if found.of(scene):
-            contacts = keeper.obtain(found, scene)
+    if STAGES["contacts"].of(scene):
+        contacts = keeper.obtain(STAGES["contacts"], scene)
     return Results(
         scene, beside["geometry"], history, beside.get("mesh"), contacts, keeper.path(stage, scene)
     )
@@ -110,7 +107,7 @@ def simulate(
 
 def lay_out(
     scene: Scene, folder: Path | str | None = None, *, config: Path = CONFIG
-) -> tuple[Scene, Knit | YarnPair, SweptMesh]:
+) -> tuple[Scene, Fabric, SweptMesh]:
     """Return a labelled scene, its knit or pair, and the solid mesh; see `simulate` for the arguments.
 
     Raises
@@ -118,15 +115,16 @@ def lay_out(
     ConfigurationError
         If the scene is not one of solid yarns.
     """
-    mesh = STAGES.find("mesh")
+    mesh = STAGES["mesh"]
     if not mesh.of(scene):
         raise ConfigurationError(
-            f"scene {scene.name!r}: fidelity is {scene.fidelity!r} but must be dns: beams have no mesh of solid yarns"
+            f"scene {scene.name!r}: fidelity is {scene.fidelity!r} but must be hexahedra or spline_yarns:"
+            " beams have no mesh of solid yarns"
         )
     plan = Plan.of(config)
     scene = plan.labelled(scene)
     keeper = _Keeper(plan, None if folder is None else Path(folder), _silence)
-    specimen = read_specimen(keeper.obtain(STAGES.find("geometry"), scene))
+    specimen = Fabric.from_dataset(keeper.obtain(STAGES["geometry"], scene))
     return scene, specimen, SweptMesh.from_dataset(keeper.obtain(mesh, scene))
 
 

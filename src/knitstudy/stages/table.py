@@ -1,7 +1,8 @@
-"""The stages, each declared once: what it reads of a scene, what it needs, its function, and what it leaves.
+"""The stages, each declared once: what it reads of a scene, what it is made from, its function, and its file.
 
-Rules of the workflow, `simulate`, the command and the benchmarks all take them from here. A stage of one's own is added
-with `STAGES.register`.
+    geometry -> mesh -> simulation -> contacts, stress -> exports
+
+The rules of the workflow, `simulate`, the command and the benchmarks take the stages from `STAGES`.
 """
 
 from __future__ import annotations
@@ -9,101 +10,99 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import psutil
+import xarray as xr
 
+from knitstudy.contacts import contacts as crossings
 from knitstudy.errors import ConfigurationError
+from knitstudy.exchange import inp, vtu
+from knitstudy.geometry.lay_out import lay_out
+from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.materials import LAWS
-from knitstudy.registry import Registry
+from knitstudy.mesh import mesher
+from knitstudy.models import (
+    beams_in_contact,
+    cell,
+    pieces,
+    reduced_models,
+    solid_yarns,
+    stress,
+    window,
+    window_contacts,
+)
+from knitstudy.stages.memory import expected_memory, machine_memory
+from knitstudy.study.scene import Scene
 
-if TYPE_CHECKING:
-    import xarray as xr
+Needs = Mapping[str, tuple[str, Scene]]
+"""The results that a function takes, by its parameters: the stage that makes each, and of which scene."""
 
-    from knitstudy.study.scene import Scene
-
-Needs = Mapping[str, tuple[str, "Scene"]]
-"""Results by the names that a function calls them: the stage that leaves each, and of which scene."""
-
-MEGABYTE = 1e6
+Named = Callable[[str], Scene]
+"""Returns the scene that a dotted key names."""
 
 OF_SIZE = ("pattern.loops", "pattern.rows", "pair.length", "mesh.size", "mesh.crossing_degree")
-"""Keys that memory goes with."""
+"""Keys that memory depends on."""
 
 KIND = ("specimen", "fidelity", "interaction")
+
+PHYSICS = (*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver")
 
 
 @dataclass(frozen=True)
 class Stage:
-    """A step from a scene to its results.
+    """A step from a scene to one of its results.
 
     Attributes
     ----------
     name : str
         Of the stage and of its rule.
-    does : str
-        What it does, for people; ``{scene}`` stands for the scene.
-    of : callable
-        Whether a scene has this stage.
+    path_pattern : str
+        Path of its result under the folder of results, with ``{scene}`` or ``{knit}``.
+    function : callable
+        Called with the scene and the datasets that it needs by name, and ``run`` (`knitstudy.loading.restart.Run`) if
+        the stage is long; it returns a dataset. If the result is no netCDF file, the function is called with ``path``
+        and writes that file.
     reads : tuple of str
         Sections and dotted keys of the scene that its result depends on; the function sees no others.
+    of : callable
+        Whether a scene has this stage.
+    needs : callable
+        `Needs` of a scene; its second argument is `Named`.
+    code : callable, optional
+        Names of the modules whose code, with all that they import, makes the result of a scene. By default the module
+        of the function.
     outputs : tuple of str
         Entries of the scene's outputs that its result depends on.
-    needs : callable
-        `Needs` of a scene; its second argument returns the scene that one of its keys names.
-    function : str
-        ``module:function``, called with the scene, the datasets that it needs by name, and for long stages ``run``
-        (see `knitstudy.loading`); it returns a dataset. Where the stage leaves another format, it is called with
-        ``path`` and writes that file.
-    code : callable
-        Modules that the function finds by names in the scene, whose code the result depends on as well.
-    leaves : str
-        Path of its result under the folder of results, with ``{scene}`` or ``{knit}``.
     wanted : callable
         Whether a study asks for it of a scene, beside what other stages need.
     long : bool
         Whether it takes a restart file, a place for a partial history, and progress.
     memory : callable
-        Megabytes that it may take of a scene.
-    priority : int
-        Order among what is ready.
+        Expected memory of a scene [MB].
     """
 
     name: str
-    does: str
-    of: Callable[[Scene], bool]
+    path_pattern: str
+    function: Callable
     reads: tuple[str, ...]
-    function: str
-    leaves: str
-    needs: Callable[[Scene, Callable[[str], Scene]], Needs] = lambda scene, named: {}
+    of: Callable[[Scene], bool]
+    needs: Callable[[Scene, Named], Needs] = lambda scene, named: {}
+    code: Callable[[Scene], tuple[str, ...]] | None = None
     outputs: tuple[str, ...] = ()
-    code: Callable[[Scene], tuple[str, ...]] = lambda scene: ()
-    wanted: Callable[[Scene], bool] = lambda scene: False
+    wanted: Callable[[Scene], bool] = lambda scene: True
     long: bool = False
     memory: Callable[[Scene], int] = lambda scene: 1000
-    priority: int = 0
 
-    @property
-    def module(self) -> str:
-        """Dotted name of the module of its function."""
-        return self.function.partition(":")[0]
-
-    def load(self) -> Callable:
-        """Return its function."""
-        module, _, name = self.function.partition(":")
-        return getattr(import_module(module), name)
+    def modules(self, scene: Scene) -> tuple[str, ...]:
+        """Return the names of the modules whose code makes the result of a scene."""
+        return self.code(scene) if self.code else (self.function.__module__,)
 
     def make(self, scene: Scene, **needed: Any) -> xr.Dataset:
-        """Return its result as a dataset, which says what it took of the processor: all threads, none that waits.
-
-        Of a computation that went on after it was killed, that is since then.
-        """
-        function = self.load()
+        """Return its result as a dataset, with the processor time of all threads since this process began it."""
         started = time.process_time()
-        dataset = function(scene, **needed)
+        dataset = self.function(scene, **needed)
         return dataset.assign_attrs(processor_seconds=time.process_time() - started)
 
     def require_machine(self, scene: Scene) -> None:
@@ -112,7 +111,7 @@ class Stage:
         Raises
         ------
         ConfigurationError
-            Saying what it would take, and what would do.
+            Naming both, and what to change.
         """
         need, has = self.memory(scene), machine_memory()
         if need > has:
@@ -126,313 +125,235 @@ class Stage:
             )
 
     def path(self, scene: Scene) -> Path:
-        """Return where it leaves its result, under the folder of results."""
-        return Path(self.leaves.format(scene=scene.name, knit=scene.knit))
+        """Return the path of its result under the folder of results."""
+        return Path(self.path_pattern.format(scene=scene.name, knit=scene.knit))
 
     def document(self, scene: Scene) -> dict:
-        """Return what it reads of a scene: what the digest and the parameters of its rule are made of."""
+        """Return what it reads of a scene, as plain data."""
         document = scene.read(self.reads)
         if self.outputs:
             document["outputs"] = [name for name in self.outputs if name in scene.outputs]
         return document
 
 
-def machine_memory() -> int:
-    """Return the memory of this machine [MB]."""
-    return int(psutil.virtual_memory().total / MEGABYTE)
-
-
-STAGES: Registry[Stage] = Registry("stage")
-
-
-def stage_of(scene: Scene) -> Stage:
-    """Return the stage that simulates a scene."""
-    return STAGES.find(scene.kind.stage, f"scene {scene.name!r}")
-
-
-def _solid(scene: Scene) -> bool:
+def has_mesh(scene: Scene) -> bool:
+    """Whether solid yarns of a scene are swept through its whole geometry."""
     return scene.kind.stage == "dns"
 
 
-def _cut(scene: Scene) -> bool:
-    return scene.specimen == "cut_knit"
+# ---- Simulation: one model of each scene ----
+
+SIMULATORS = {
+    "dns": solid_yarns.simulate,
+    "rom": reduced_models.simulate,
+    "beams": beams_in_contact.simulate,
+    "cut_knit": pieces.simulate_cut_knit,
+    "cell": cell.simulate,
+    "window": window.simulate,
+}
 
 
-def _window(scene: Scene) -> bool:
-    return scene.kind.fidelity.stage == "window"
+def simulate(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY, **needed: xr.Dataset) -> xr.Dataset:
+    """Return the history of a scene by its model."""
+    return SIMULATORS[scene.kind.stage](scene, geometry, run=run, **needed)
 
 
-def _expected(scene: Scene) -> int:
-    """Return the megabytes of a direct simulation; who only lists stages does not import geometry."""
-    return import_module("knitstudy.stages.memory").expected_memory(scene)
+def _model_code(scene: Scene) -> tuple[str, ...]:
+    """Return the modules of the model of a scene, of its elements, its material and its contact."""
+    found = [SIMULATORS[scene.kind.stage].__module__]
+    if _is_solid(scene):
+        found += [LAWS.module(scene.yarn.material)]
+        found += [scene.kind.fidelity.solids] if scene.kind.fidelity.solids else []
+        found += [scene.kind.interaction.solids] if scene.kind.interaction.touches else []
+        found += [ELEMENTS.module(scene.mesh.element)] if scene.value("mesh.element") else []
+    return tuple(found)
 
 
-def _laws(scene: Scene) -> tuple[str, ...]:
-    """Return the modules of what yarns are divided into, of the material and of the interaction of solid yarns."""
-    contact = (scene.kind.interaction.solids,) if scene.kind.interaction.touches else ()
-    name = scene.value("mesh.element")
-    element = () if name is None else (ELEMENTS.module(name),)
-    return (scene.kind.fidelity.solids, *element, LAWS.module(scene.yarn.material), *contact)
+def _is_solid(scene: Scene) -> bool:
+    return scene.kind.stage in ("dns", "cut_knit", "cell", "window")
 
 
-STAGES.register(
-    Stage(
-        name="geometry",
-        does="Lay out {knit}",
-        of=lambda scene: True,
-        reads=(
-            "specimen",
-            "pattern",
-            "pair.angle",
-            "pair.length",
-            "pair.clearance",
-            "yarn.diameter",
-            "geometry",
-        ),
-        function="knitstudy.geometry.lay_out:lay_out",
-        leaves="geometry/{knit}.nc",
-        memory=lambda scene: 500,
-    )
-)
-STAGES.register(
-    Stage(
-        name="mesh",
-        does="Mesh the yarns of {scene}",
-        of=_solid,
-        reads=("load.direction", "mesh.size", "mesh.growth", "mesh.refinement"),
-        needs=lambda scene, named: {"geometry": ("geometry", scene)},
-        function="knitstudy.mesh.knit:mesh",
-        leaves="mesh/{scene}.nc",
-    )
-)
-STAGES.register(
-    Stage(
-        name="dns",
-        does="Load {scene}",
-        of=_solid,
-        reads=(*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver", "gates"),
-        outputs=("fields",),
-        needs=lambda scene, named: {"geometry": ("geometry", scene), "mesh": ("mesh", scene)},
-        function="knitstudy.models.solid_yarns:simulate",
-        code=_laws,
-        leaves="dns/{scene}.nc",
-        wanted=lambda scene: True,
-        long=True,
-        memory=lambda scene: _expected(scene),
-        priority=10,  # on the longest path: before whatever else is ready
-    )
-)
-STAGES.register(
-    Stage(
-        name="contacts",
-        does="Find the contacts of {scene}",
-        of=_solid,
-        reads=(),
-        needs=lambda scene, named: {"geometry": ("geometry", scene), "history": ("dns", scene)},
-        function="knitstudy.contacts.contacts:contacts",
-        leaves="contacts/{scene}.nc",
-        wanted=lambda scene: True,
-    )
-)
+def _model_memory(scene: Scene) -> int:
+    """Return the expected memory of a simulation [MB]."""
+    constant = {"rom": 500, "beams": 1000, "window": 1500}
+    return constant.get(scene.kind.stage) or expected_memory(scene)
 
 
-def _with_fields(scene: Scene, named: Callable[[str], Scene]) -> Needs:
-    """Return what deformed yarns and stresses come from; refuse a scene that does not keep its fields."""
+def _model_needs(scene: Scene, named: Named) -> Needs:
+    """Return geometry and mesh, and the results of other scenes that joints, springs and honeycombs come from."""
+    sources = {
+        "contacts": ("contacts", "rom.contacts_from"),
+        "springs": ("contacts", "window.springs_from" if scene.value("window") else "rom.springs_from"),
+        "stresses": ("stress", "rom.stress_from"),
+    }
+    found: dict[str, tuple[str, Scene]] = {"geometry": ("geometry", scene)}
+    if has_mesh(scene):
+        found["mesh"] = ("mesh", scene)
+    found |= {name: (stage, named(key)) for name, (stage, key) in sources.items() if scene.value(key)}
+    if "stresses" in found:
+        _require_fields(found["stresses"][1])
+    return found
+
+
+# ---- Contacts ----
+
+CONTACTS = {
+    "dns": crossings.contacts,
+    "cut_knit": pieces.contacts_of_cut_knit,
+    "window": window_contacts.contacts,
+}
+
+
+def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
+    """Return the contacts of a scene of solid yarns, or of the solid part of it."""
+    return CONTACTS[scene.kind.stage](scene, geometry, history)
+
+
+def _has_contacts(scene: Scene) -> bool:
+    return scene.kind.stage in CONTACTS
+
+
+# ---- Fields of solid yarns ----
+
+
+def _require_fields(scene: Scene) -> None:
+    """Refuse a scene that does not keep its fields."""
     if "fields" not in scene.outputs:
         raise ConfigurationError(
             f"scene {scene.name!r}: outputs is [{', '.join(scene.outputs)}] but must hold 'fields':"
             " node_displacement, which deformed yarns and stresses come from, is kept with it"
         )
-    return {"geometry": ("geometry", scene), "mesh": ("mesh", scene), "history": ("dns", scene)}
 
 
-STAGES.register(
-    Stage(
-        name="stress",
-        does="Average the stress of {scene}",
-        of=lambda scene: _solid(scene) and scene.specimen == "knit" and "fields" in scene.outputs,
-        reads=(*KIND, "pattern", "yarn", "load", "mesh", "tie", "contact", "solver"),
-        needs=_with_fields,
-        function="knitstudy.models.stress:stress",
-        code=_laws,
-        leaves="stress/{scene}.nc",
-        wanted=lambda scene: True,
-        memory=lambda scene: 1000 + _expected(scene) // 2,
-    )
-)
+def _fields(scene: Scene, named: Named) -> Needs:
+    """Return what deformed yarns and stresses come from."""
+    _require_fields(scene)
+    return _solids(scene, named) | {"history": ("simulation", scene)}
 
 
-def _joined(scene: Scene, named: Callable[[str], Scene]) -> Needs:
-    """Return the contacts, springs and stresses that a reduced model takes of direct simulations, if it does."""
-    sources = {
-        "contacts": ("contacts", "rom.contacts_from"),
-        "springs": ("contacts", "rom.springs_from"),
-        "stresses": ("stress", "rom.stress_from"),
-    }
-    found = {name: (stage, named(key)) for name, (stage, key) in sources.items() if scene.value(key)}
-    if "stresses" in found:
-        _with_fields(found["stresses"][1], named)
-    return {"geometry": ("geometry", scene)} | found
+def _solids(scene: Scene, named: Named) -> Needs:
+    return {"geometry": ("geometry", scene), "mesh": ("mesh", scene)}
 
 
-STAGES.register(
-    Stage(
-        name="rom",
-        does="Pull the reduced model {scene}",
-        of=lambda scene: scene.fidelity in ("rom2d", "rom3d"),
-        reads=(*KIND, "pattern", "yarn", "load", "mesh", "tie", "solver", "gates", "rom"),
-        needs=_joined,
-        function="knitstudy.models.reduced_models:simulate",
-        leaves="rom/{scene}.nc",
-        wanted=lambda scene: True,
-        long=True,
-        memory=lambda scene: 500,
-    )
-)
-STAGES.register(
-    Stage(
-        name="beams",
-        does="Pull the beams in contact of {scene}",
-        of=lambda scene: scene.fidelity == "beam",
-        reads=(*KIND, "pattern", "yarn", "load", "mesh", "tie", "contact", "solver", "gates", "beam"),
-        needs=lambda scene, named: {"geometry": ("geometry", scene)},
-        function="knitstudy.models.beams_in_contact:simulate",
-        leaves="beams/{scene}.nc",
-        wanted=lambda scene: True,
-        long=True,
-    )
-)
-STAGES.register(
-    Stage(
-        name="cut_knit",
-        does="Pull the cells cut out of a knit {scene}",
-        of=_cut,
-        reads=(*KIND, "pattern", "yarn", "load", "mesh", "tie", "contact", "solver", "gates"),
-        needs=lambda scene, named: {"geometry": ("geometry", scene)},
-        function="knitstudy.models.pieces:simulate_cut_knit",
-        code=_laws,
-        leaves="cut_knit/{scene}.nc",
-        wanted=lambda scene: True,
-        long=True,
-        memory=lambda scene: _expected(scene),
-    )
-)
-STAGES.register(
-    Stage(
-        name="cut_knit_contacts",
-        does="Find the contacts of {scene}",
-        of=_cut,
-        reads=(),
-        needs=lambda scene, named: {"geometry": ("geometry", scene), "history": ("cut_knit", scene)},
-        function="knitstudy.models.pieces:contacts_of_cut_knit",
-        leaves="cut_knit_contacts/{scene}.nc",
-        wanted=lambda scene: True,
-    )
-)
-STAGES.register(
-    Stage(
-        name="cell",
-        does="Deform the cell {scene}",
-        of=lambda scene: scene.specimen == "cell",
-        reads=(*KIND, "pattern", "yarn", "load", "mesh", "tie", "contact", "solver", "gates"),
-        needs=lambda scene, named: {"geometry": ("geometry", scene)},
-        function="knitstudy.models.cell:simulate",
-        code=_laws,
-        leaves="cell/{scene}.nc",
-        wanted=lambda scene: True,
-        long=True,
-        memory=lambda scene: _expected(scene),
-    )
-)
-STAGES.register(
-    Stage(
-        name="cell_deck",
-        does="Write the shell section of {scene}",
-        of=lambda scene: scene.specimen == "cell" and not scene.kind.interaction.touches,
-        reads=(),
-        needs=lambda scene, named: {"history": ("cell", scene)},
-        function="knitstudy.exchange.inp:write_shell",
-        leaves="cell/{scene}.abaqus.inp",
-        wanted=lambda scene: "deck" in scene.outputs,
-    )
-)
+def _history(scene: Scene, named: Named) -> Needs:
+    return {"geometry": ("geometry", scene), "history": ("simulation", scene)}
 
 
-def _in_springs(scene: Scene, named: Callable[[str], Scene]) -> Needs:
-    """Return the contacts whose springs stand for those outside of a window, where yarns touch."""
-    springs = {"springs": ("contacts", named("window.springs_from"))} if scene.window.springs_from else {}
-    return {"geometry": ("geometry", scene)} | springs
+# ---- All stages ----
 
 
-def _laws_of_window(scene: Scene) -> tuple[str, ...]:
-    """Return the modules of the material and of the interaction of the solid yarns in a window."""
-    contact = (scene.kind.interaction.solids,) if scene.kind.interaction.touches else ()
-    return (LAWS.module(scene.yarn.material), *contact)
+def _writes_deck(scene: Scene) -> bool:
+    return has_mesh(scene) and "deck" in scene.kind.outputs
 
 
-STAGES.register(
-    Stage(
-        name="window",
-        does="Pull the knit with a window {scene}",
-        of=_window,
-        reads=(*KIND, "pattern", "yarn", "load", "mesh", "tie", "contact", "solver", "gates", "window"),
-        needs=_in_springs,
-        function="knitstudy.models.window:simulate",
-        code=_laws_of_window,
-        leaves="window/{scene}.nc",
-        wanted=lambda scene: True,
-        long=True,
-        memory=lambda scene: 1500,
-    )
-)
-STAGES.register(
-    Stage(
-        name="window_contacts",
-        does="Find the contacts in the window of {scene}",
-        of=_window,
-        reads=(),
-        needs=lambda scene, named: {"geometry": ("geometry", scene), "history": ("window", scene)},
-        function="knitstudy.models.window_contacts:contacts",
-        leaves="window_contacts/{scene}.nc",
-        wanted=lambda scene: True,
-    )
-)
+def _is_tied_cell(scene: Scene) -> bool:
+    return scene.specimen == "cell" and not scene.kind.interaction.touches
 
 
-STAGES.register(
-    Stage(
-        name="mesh_vtu",
-        does="Write the mesh of {scene} for ParaView",
-        of=_solid,
-        reads=("mesh.element",),
-        needs=lambda scene, named: {"geometry": ("geometry", scene), "mesh": ("mesh", scene)},
-        function="knitstudy.exchange.vtu:write_mesh",
-        leaves="mesh/{scene}.vtu",
-        wanted=lambda scene: "vtu" in scene.outputs,
-    )
-)
-STAGES.register(
-    Stage(
-        name="dns_vtu",
-        does="Write the deformed yarns of {scene} for ParaView",
-        of=_solid,
-        reads=(*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact"),
-        needs=_with_fields,
-        function="knitstudy.exchange.vtu:write_deformed",
-        leaves="dns/{scene}.vtu",
-        wanted=lambda scene: {"fields", "vtu"} <= set(scene.outputs),
-    )
-)
-for dialect in ("abaqus", "calculix"):
-    STAGES.register(
+STAGES: dict[str, Stage] = {
+    stage.name: stage
+    for stage in (
         Stage(
-            name=f"deck_{dialect}",
-            does=f"Write the {dialect} deck of {{scene}}",
-            of=lambda scene: _solid(scene) and "deck" in scene.kind.outputs,
-            reads=(*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver"),
-            needs=lambda scene, named: {"geometry": ("geometry", scene), "mesh": ("mesh", scene)},
-            function=f"knitstudy.exchange.inp:write_{dialect}",
-            leaves=f"mesh/{{scene}}.{dialect}.inp",
+            name="geometry",
+            path_pattern="geometry/{knit}.nc",
+            function=lay_out,
+            reads=(
+                "specimen",
+                "pattern",
+                "pair.angle",
+                "pair.length",
+                "pair.clearance",
+                "yarn.diameter",
+                "geometry",
+            ),
+            of=lambda scene: True,
+            wanted=lambda scene: False,
+            memory=lambda scene: 500,
+        ),
+        Stage(
+            name="mesh",
+            path_pattern="mesh/{scene}.nc",
+            function=mesher.mesh,
+            reads=("load.direction", "mesh.size", "mesh.growth", "mesh.refinement"),
+            of=has_mesh,
+            needs=lambda scene, named: {"geometry": ("geometry", scene)},
+            wanted=lambda scene: False,
+        ),
+        Stage(
+            name="simulation",
+            path_pattern="simulation/{scene}.nc",
+            function=simulate,
+            reads=(*PHYSICS, "gates", "rom", "beam", "window"),
+            outputs=("fields",),
+            of=lambda scene: True,
+            needs=_model_needs,
+            code=_model_code,
+            long=True,
+            memory=_model_memory,
+        ),
+        Stage(
+            name="contacts",
+            path_pattern="contacts/{scene}.nc",
+            function=contacts,
+            reads=(),
+            of=_has_contacts,
+            needs=_history,
+            code=lambda scene: (CONTACTS[scene.kind.stage].__module__,),
+        ),
+        Stage(
+            name="stress",
+            path_pattern="stress/{scene}.nc",
+            function=stress.stress,
+            reads=PHYSICS,
+            of=lambda scene: has_mesh(scene) and scene.specimen == "knit" and "fields" in scene.outputs,
+            needs=_fields,
+            code=lambda scene: (stress.__name__, *_model_code(scene)),
+            memory=lambda scene: 1000 + expected_memory(scene) // 2,
+        ),
+        Stage(
+            name="mesh_vtu",
+            path_pattern="mesh/{scene}.vtu",
+            function=vtu.write_mesh,
+            reads=("mesh.element",),
+            of=has_mesh,
+            needs=_solids,
+            wanted=lambda scene: "vtu" in scene.outputs,
+        ),
+        Stage(
+            name="deformed_vtu",
+            path_pattern="simulation/{scene}.vtu",
+            function=vtu.write_deformed,
+            reads=PHYSICS,
+            of=has_mesh,
+            needs=_fields,
+            wanted=lambda scene: {"fields", "vtu"} <= set(scene.outputs),
+        ),
+        Stage(
+            name="deck_abaqus",
+            path_pattern="mesh/{scene}.abaqus.inp",
+            function=inp.write_abaqus,
+            reads=PHYSICS,
+            of=_writes_deck,
+            needs=_solids,
             wanted=lambda scene: "deck" in scene.outputs,
-        )
+        ),
+        Stage(
+            name="deck_calculix",
+            path_pattern="mesh/{scene}.calculix.inp",
+            function=inp.write_calculix,
+            reads=PHYSICS,
+            of=_writes_deck,
+            needs=_solids,
+            wanted=lambda scene: "deck" in scene.outputs,
+        ),
+        Stage(
+            name="shell_section",
+            path_pattern="simulation/{scene}.abaqus.inp",
+            function=inp.write_shell,
+            reads=(),
+            of=_is_tied_cell,
+            needs=lambda scene, named: {"history": ("simulation", scene)},
+            wanted=lambda scene: "deck" in scene.outputs,
+        ),
     )
+}

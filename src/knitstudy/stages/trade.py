@@ -22,7 +22,7 @@ from knitstudy.stages.plan import Plan
 from knitstudy.study.choice import GROWTH_KEPT, RESOURCES, TRADE_KEPT
 from knitstudy.study.configuration import CONFIG
 
-READ = ("dns", "rom", "beams", "contacts")
+READ = ("simulation", "contacts")
 """Stages that they are made from."""
 
 TRADE = Kept("trade", "trade", TRADE_KEPT, "Prices and errors", "make trade", READ)
@@ -33,7 +33,7 @@ GROWTH = Kept("full", "domain_growth", GROWTH_KEPT, "Laws of growth", "make trad
 PROMISES_KEPT = RESOURCES / "trade_promise.csv"
 """Of `knitstudy.stages.promise`."""
 
-PAGE = Path("docs/trade.md")
+PAGE = Path("docs/accuracy.md")
 
 PICTURES = "fig_trade_"
 """What names of its figures begin with."""

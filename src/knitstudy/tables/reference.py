@@ -155,9 +155,9 @@ def _found(
             for strain in STRAINS:
                 known = by_row.get((quantity, strain), {})
                 found = [
-                    (way, {name: known[name] for name in way.simulated})
+                    (way, {scene.name: known[scene.name] for scene in way.scenes})
                     for way in ways
-                    if known.keys() >= set(way.simulated)
+                    if known.keys() >= {scene.name for scene in way.scenes}
                 ]
                 if found and any(any(of.values()) for _, of in found):
                     yield _said(found[0][0].scenes[0], problem, strain, quantity, unit), found

@@ -85,7 +85,6 @@ def _keys(scene: Scene, history: xr.Dataset) -> dict:
         "segment of two yarns": scene.value("rom.section"),
         "honeycomb": scene.value("rom.honeycomb"),
         "principal stress from": scene.value("rom.stress_from"),
-        "beam contact": scene.value("beam.contact"),
         "beam section": scene.value("beam.section"),
         "beam ties": scene.value("beam.tie"),
         "mesh size [m]": size,

@@ -30,7 +30,7 @@ from knitstudy.measures.response import (
     RMS_U_Z,
     largest_out_of_plane,
     out_of_plane,
-    out_of_plane_agreement,
+    out_of_plane_correlation,
     rms_out_of_plane,
 )
 from knitstudy.measures.selection import CASES
@@ -74,7 +74,7 @@ def judge_out_of_plane(evidence: Evidence) -> Judgement:
 
     def judge(case: Case) -> tuple[str, bool | None]:
         dns, rom3d, rom2d = (model.history for model in (case.dns, case.main["rom3d"], case.main["rom2d"]))
-        shape = out_of_plane_agreement(rom3d, dns).correlation
+        shape = out_of_plane_correlation(rom3d, dns)
         size = case.reference.ratio(rom3d, RMS_U_Z, rms_out_of_plane(rom3d))
         flat = case.reference.ratio(rom2d, LARGEST_U_Z, out_of_plane(rom2d))
         said = f"correlation {shape:.3f}, amplitude ratio {size}, 2D ROM {flat}"
