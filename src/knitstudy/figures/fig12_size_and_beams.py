@@ -140,7 +140,7 @@ def _draw_cost(
 
 def _draw_law(axes: Axes, series: Series, values: np.ndarray, law: np.ndarray) -> None:
     """Draw values (k,), and the law that they follow at the sizes of `SHOWN`."""
-    line = _line(series)
+    line = series_line(series)
     axes.plot(series.cells, values, **line | {"linestyle": "", "markersize": 4.5})
     axes.plot(SHOWN, law, color=line["color"], linestyle=line["linestyle"], linewidth=0.7)
 
@@ -188,7 +188,7 @@ def draw_response(
     for axes, letter, (name, label, unit) in zip(drawing.subplots(1, 3), "abc", PANELS, strict=True):
         for series, answers in zip(found, responses, strict=True):
             values = unit * np.array([getattr(answer, name) for answer in answers])
-            axes.plot(series.cells, values, **_line(series))
+            axes.plot(series.cells, values, **series_line(series))
         _draw_cells_axis(axes)
         axes.set_ylabel(label)
         axes.set_ylim(0, None)
@@ -207,7 +207,7 @@ def _draw_cells_axis(axes: Axes) -> None:
     axes.xaxis.set_minor_formatter(NullFormatter())
 
 
-def _line(series: Series) -> dict:
+def series_line(series: Series) -> dict:
     """Return keywords of a line: the model by colour and marker, what holds its yarns by dash and filling."""
     scene = series.scenes[0]
     if not is_direct(scene):
