@@ -12,13 +12,13 @@ from typing import Any
 from PIL import Image, UnidentifiedImageError
 
 from knitstudy.errors import DataFileError
-from knitstudy.files import read_dataset, read_table, replacing
+from knitstudy.files import read_result, read_table, replacing
 from knitstudy.study.documents import read_yaml
 
 # ---- Reads what a figure or a table is made from
 
 
-READERS = {".nc": read_dataset, ".csv": read_table, ".yaml": read_yaml}
+READERS = {".nc": read_result, ".csv": read_table, ".yaml": read_yaml}
 
 
 def read_sources(files: Iterable[tuple[str, Any]]) -> dict[str, Any]:
@@ -27,14 +27,13 @@ def read_sources(files: Iterable[tuple[str, Any]]) -> dict[str, Any]:
     Parameters
     ----------
     files : iterable of (str, path) or (str, sequence of paths)
-        The name "digest" is left out.
 
     Raises
     ------
     DataFileError, ConfigurationError
         When a file is missing or cannot be read.
     """
-    return {name: _read(found) for name, found in files if name != "digest"}
+    return {name: _read(found) for name, found in files}
 
 
 def _read(found: Any) -> Any:
