@@ -10,7 +10,7 @@ import synthetic
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES, draw
 from knitstudy.registry import load_plugins
-from knitstudy.stages.code import PACKAGE, modules_behind
+from knitstudy.stages.code import modules_behind
 from knitstudy.stages.displays import Displays
 from knitstudy.stages.plan import Plan
 from knitstudy.tables.catalogue import TABLES, tabulate
@@ -104,7 +104,7 @@ def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
 
 
 def test_code_of_a_figure_from_outside_counts(toy, scenes, tmp_path):
-    behind = {path.name for path in modules_behind(FIGURES.module("toy_curve"))}
+    behind = {module.path.name for module in modules_behind(FIGURES.module("toy_curve"))}
     assert {"toydisplays.py", "response.py"} <= behind
     before = displays(FIGURES, scenes).digest("toy_curve")
     other = [scene.replace("load.strain", 0.04) for scene in scenes]
@@ -129,21 +129,3 @@ def test_several_scenes_of_a_role_are_lists(scenes, tmp_path):
         "contacts": "out/contacts/dns-tie-course.nc",
         "paper": files["paper"].as_posix(),
     }
-
-
-@pytest.mark.parametrize(
-    ("room", "above"),
-    [
-        ("measures", ("figures", "tables", "report")),
-        ("figures", ("tables", "report")),
-        ("tables", ("figures", "report")),
-    ],
-)
-def test_measures_stand_below_figures_and_tables_which_do_not_know_each_other(room, above):
-    modules = [
-        f"knitstudy.{'.'.join(path.relative_to(PACKAGE).with_suffix('').parts)}"
-        for path in (PACKAGE / room).rglob("*.py")
-    ]
-    behind = {path.relative_to(PACKAGE).parts[0] for path in modules_behind(*modules)}
-    assert room in behind
-    assert not behind & set(above)

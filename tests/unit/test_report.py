@@ -290,9 +290,7 @@ def test_sources_of_one_name_are_read_by_scene(tmp_path, plain_scene):
     paths = [tmp_path / f"{name}.nc" for name in "ab"]
     for path in paths:
         write_dataset(synthetic.history(), path, plain_scene.replace("name", path.stem))
-    sources = read_sources(
-        [("dns", str(paths[0])), ("pairs", [str(path) for path in paths]), ("digest", ["x.py"])]
-    )
+    sources = read_sources([("dns", str(paths[0])), ("pairs", [str(path) for path in paths])])
     assert sources["dns"].attrs["scene"] == "a"
     assert list(sources) == ["dns", "pairs"]
     assert list(sources["pairs"]) == ["a", "b"]

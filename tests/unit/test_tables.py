@@ -133,7 +133,7 @@ def test_missing_target_is_named(geometry):
 def test_unknown_table_names_the_known_ones():
     with pytest.raises(
         ConfigurationError,
-        match=r"unknown table 'table6'.*allowed are beams, cell, ",
+        match=r"unknown table 'table6'.*allowed are rom_distance, ",
     ):
         catalogue.tabulate("table6")
 
