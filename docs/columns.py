@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from knitstudy.loading.columns import CONTACTS, Columns, HISTORY, STRESSES
+from knitstudy.loading.columns import CONTACTS, HISTORY, STRESSES, Columns
 
 PAGE = Path(__file__).with_name("architecture.md")
 
