@@ -79,7 +79,7 @@ Degree = Annotated[int, Field(ge=2, le=LARGEST_DEGREE)]
 Span = Annotated[float, Field(ge=0.05, le=2.0)]
 """Over the yarn's radius: a loop's bends have no room in longer spans, and shorter ones only cost."""
 
-LOCKS = "as of degree 1 no section widens where a bent yarn is compressed: 2.1 times too stiff at a Poisson ratio of 0.4"
+LOCKS = "as sections of degree 1 cannot widen in bending: 2.1 times too stiff at a Poisson ratio of 0.4"
 
 
 class PolynomialMesh(Section):
