@@ -9,7 +9,7 @@ from sweeping import LIFT, SURE, histories
 from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import draw
 from knitstudy.files import read_table
-from knitstudy.geometry.reach import FOUND
+from knitstudy.geometry.lay_out import FOUND
 from knitstudy.measures.claims.evidence import Evidence
 from knitstudy.measures.claims.verdicts import RULES
 from knitstudy.measures.sweeps import DIAMETER, SPACING, refused, sweeps_of
