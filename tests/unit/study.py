@@ -16,8 +16,8 @@ LIFT = {"tie": 2e-4, "isotropic": 4e-4}
 """Force [N] and out-of-plane displacement [m] of direct simulations at full load."""
 
 MODELS = {
-    "dns-{}": ({"fidelity": "dns", "mesh.size": 0.3e-3}, 1.0, 1.0),
-    "dns-{}-medium": ({"fidelity": "dns", "mesh.size": 0.45e-3}, 1.02, 1.0),
+    "dns-{}": ({"fidelity": "hexahedra", "mesh.size": 0.3e-3}, 1.0, 1.0),
+    "dns-{}-medium": ({"fidelity": "hexahedra", "mesh.size": 0.45e-3}, 1.02, 1.0),
     "rom3d-{}": ({"fidelity": "rom3d"}, 1.2, 0.75),
     "rom2d-{}": ({"fidelity": "rom2d"}, 2.0, 0.0),
     "rom3d-printed-{}": ({"fidelity": "rom3d", "rom.joint": "printed"}, 1.5, 0.5),
@@ -30,7 +30,7 @@ MODELS = {
 """Keys by name, and force and lift over those of the direct simulation."""
 
 COST = {
-    "dns": {"dof": 189_513, "memory_growth": 300e6, "wall_seconds": 100.0},
+    "hexahedra": {"dof": 189_513, "memory_growth": 300e6, "wall_seconds": 100.0},
     "rom3d": {"dof": 5_994, "memory_growth": 4e6, "wall_seconds": 0.5},
     "rom2d": {"dof": 432, "memory_growth": 2e6, "wall_seconds": 0.1},
     "beam": {"dof": 5_994, "memory_growth": 9e6, "wall_seconds": 4.0},
@@ -51,7 +51,7 @@ def domain(plain):
             name = f"domain-{kind}-{cells}"
             keys = {
                 "name": name,
-                "fidelity": "dns",
+                "fidelity": "hexahedra",
                 "interaction": kind,
                 "mesh.size": 0.3e-3,
                 "load.strain": 0.0125,
@@ -139,7 +139,7 @@ def varied(plain):
     found = {}
     for name, keys in INPUTS.items():
         for kind in ("tie", "rough", "isotropic"):
-            scene = plain.vary({"name": f"{name}-{kind}", "fidelity": "dns", "interaction": kind})
+            scene = plain.vary({"name": f"{name}-{kind}", "fidelity": "hexahedra", "interaction": kind})
             if all(scene.value(key) is not None for key in keys):
                 found[scene.name] = scene.vary(keys)
     return found

@@ -184,7 +184,7 @@ def _points(knit, strain, friction):
 
 def pair_scene(scene, path, angle=90.0, interaction="isotropic"):
     """Scene of two crossing yarns made from one of a knit."""
-    kind = {"specimen": "pair", "fidelity": "dns", "interaction": interaction}
+    kind = {"specimen": "pair", "fidelity": "hexahedra", "interaction": interaction}
     return scene.vary(kind | {"load.path": path, "pair.angle": angle})
 
 

@@ -110,7 +110,7 @@ def test_what_beams_do_not_offer_is_refused(beam_scene, key, value):
 
 def test_solid_scene_is_refused(beam_scene, cell):
     with pytest.raises(AttributeError, match="the scene has no section 'beam', only pattern"):
-        run(beam_scene.replace("fidelity", "dns"), cell)
+        run(beam_scene.replace("fidelity", "hexahedra"), cell)
 
 
 def test_penetration_that_contact_does_not_see_is_refused(beam_scene, cell):

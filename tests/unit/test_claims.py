@@ -314,7 +314,7 @@ def test_savings_at_another_mesh_size_decide_nothing(evidence):
 def test_savings_are_over_the_papers_element(evidence):
     """Of solid yarns as main simulations the claim about ties waits, and that about friction compares these."""
     yarns = {
-        f"dns-{kind}-course": evidence.scenes[f"dns-{kind}-course"].vary({"fidelity": "solid_yarns"})
+        f"dns-{kind}-course": evidence.scenes[f"dns-{kind}-course"].vary({"fidelity": "spline_yarns"})
         for kind in ("tie", "isotropic")
     }
     lean = without(evidence, "dns-tie-course-medium", "dns-isotropic-course-medium")

@@ -109,7 +109,7 @@ def test_columns_are_those_of_the_format(touching):
     assert count > 10
     size = {"point": count, "xyz": 3, "grid": 2}
     for name, values in columns.items():
-        assert values.shape == tuple(size[dim] for dim in HISTORY[f"contact_{name}"].dims), name
+        assert values.shape == tuple(size[dim] for dim in HISTORY.table[f"contact_{name}"].dims), name
 
 
 def test_points_stick_and_slip_on_both_yarns(touching):

@@ -12,7 +12,7 @@ from knitstudy.models.spline_yarns import space_on, yarn_spans
 
 @pytest.fixture(scope="module")
 def scene(plain_scene):
-    keys = {"fidelity": "solid_yarns", "interaction": "isotropic", "contact.tied_edges": "none"}
+    keys = {"fidelity": "spline_yarns", "interaction": "isotropic", "contact.tied_edges": "none"}
     return plain_scene.vary(keys | {"pattern.loops": 1, "pattern.rows": 1})
 
 

@@ -57,7 +57,7 @@ def test_pieces_of_one_period_are_one_loop_of_every_yarn(knit, direction):
 
 
 def test_table_of_forces(knit, plain_scene):
-    scene = plain_scene.vary({"fidelity": "dns", "mesh.size": 0.3e-3})
+    scene = plain_scene.vary({"fidelity": "hexahedra", "mesh.size": 0.3e-3})
     stresses = synthetic.stresses(knit, "course", 60, 80)
     count = 100
     x = np.linspace(0, LENGTH, count)

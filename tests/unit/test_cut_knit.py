@@ -13,7 +13,7 @@ from knitstudy.models.pieces import cut_yarns, problem_of_cut_knit
 
 @pytest.fixture(scope="module")
 def scene(plain_scene):
-    return plain_scene.vary({"specimen": "cut_knit", "fidelity": "solid_yarns", "mesh.spline_degree": 2})
+    return plain_scene.vary({"specimen": "cut_knit", "fidelity": "spline_yarns", "mesh.spline_degree": 2})
 
 
 @pytest.fixture(scope="module")
@@ -130,7 +130,10 @@ def test_yarns_are_watched_beside_every_tie(scene, knit, pieces):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"fidelity": "dns"}, "fidelity is 'dns' but must be solid_yarns where specimen is cut_knit"),
+        (
+            {"fidelity": "hexahedra"},
+            "fidelity is 'hexahedra' but must be spline_yarns where specimen is cut_knit",
+        ),
         (
             {"solver.stabilisation": 1e-6},
             "solver.stabilisation is 1e-06 but must be 0 where specimen is cut_knit",

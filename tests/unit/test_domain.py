@@ -103,7 +103,7 @@ def test_no_two_series_look_alike(grown):
     scenes, _ = grown
     others = {}
     for name, scene in scenes.items():
-        yarns = {"name": f"yarns-{name}", "fidelity": "solid_yarns"}
+        yarns = {"name": f"yarns-{name}", "fidelity": "spline_yarns"}
         loose = {"name": f"loose-{name}", "contact.tied_edges": "none"} if "isotropic" in name else {}
         flat = {"name": f"rom-{name}", "fidelity": "rom2d", "rom.contacts_from": name}
         for changed in (yarns, yarns | loose, flat):

@@ -91,14 +91,14 @@ def knits(plain_scene):
     for count in CELLS:
         name = f"wale-{count}"
         size = {"knit": f"plain{count}", "pattern.loops": count, "pattern.rows": count}
-        keys = {"name": name, "fidelity": "solid_yarns", "interaction": "tie", "load.direction": "wale"}
+        keys = {"name": name, "fidelity": "spline_yarns", "interaction": "tie", "load.direction": "wale"}
         scenes[name] = plain_scene.vary(keys | size)
         width = count * scenes[name].pattern.wale_spacing
         history = synthetic.history(scene=name, interaction="tie")
         force = history["force"] / history["force"][-1] * width * (1000.0 - 300.0 / count)
         histories[name] = history.assign(force=force)
     cell = plain_scene.vary(
-        {"name": "cell", "specimen": "cell", "fidelity": "solid_yarns", "interaction": "tie"}
+        {"name": "cell", "specimen": "cell", "fidelity": "spline_yarns", "interaction": "tie"}
         | {"load.deformation": "wale", "load.lateral": "free"}
     )
     membrane = np.diag([1.0, 1.0, 0.5])  # nothing to contract

@@ -50,7 +50,7 @@ def test_crossing_is_where_the_centrelines_are_nearest(pair):
 
 
 def test_file_and_back(plain_scene, knit, tmp_path):
-    scene = plain_scene.vary({"specimen": "pair", "fidelity": "dns", "load.path": [[0, 0, -1e-5]]})
+    scene = plain_scene.vary({"specimen": "pair", "fidelity": "hexahedra", "load.path": [[0, 0, -1e-5]]})
     path = tmp_path / "pair.nc"
     write_dataset(lay_out(scene), path, scene)
     again = read_specimen(read_dataset(path))

@@ -25,7 +25,7 @@ def contacts(knit):
 def judge(plain_scene, knit):
     """Function that judges contacts with isotropic friction."""
     paper = read_table(RESOURCES / "paper_tables.csv")
-    scenes = {"isotropic": plain_scene.vary({"fidelity": "dns", "interaction": "isotropic"})}
+    scenes = {"isotropic": plain_scene.vary({"fidelity": "hexahedra", "interaction": "isotropic"})}
     given = {
         "geometry": synthetic.geometry(knit),
         "scenes": scenes,

@@ -23,7 +23,7 @@ def mesh(pair):
 
 @pytest.fixture
 def scene(plain_scene):
-    return plain_scene.vary({"specimen": "pair", "fidelity": "dns", "load.path": [[0, 0, -1e-5]]})
+    return plain_scene.vary({"specimen": "pair", "fidelity": "hexahedra", "load.path": [[0, 0, -1e-5]]})
 
 
 def test_middles_of_two_facets_face_each_other(mesh):

@@ -130,7 +130,7 @@ def test_what_the_yarns_cannot_show_makes_the_tie_softer(parts, pair):
 def test_discs_that_overlap_are_refused(knit_of, plain_scene):
     from knitstudy.mesh.knit import mesh_knit
 
-    coarse = {"fidelity": "dns", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
+    coarse = {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
     scene = plain_scene.vary({**coarse, "gates.elements_across": 2})
     knit = knit_of(scene)
     parts = discretised(scene, mesh_knit(knit, scene.mesh.size, 1.0), knit)

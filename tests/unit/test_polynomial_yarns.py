@@ -13,7 +13,7 @@ from knitstudy.models.spline_yarns import discretise, yarn_spans
 @pytest.fixture(scope="module")
 def scene(plain_scene):
     return plain_scene.vary(
-        {"fidelity": "solid_yarns", "mesh.degree": 3, "mesh.crossing_degree": 4, "mesh.crossing_span": 0.6}
+        {"fidelity": "spline_yarns", "mesh.degree": 3, "mesh.crossing_degree": 4, "mesh.crossing_span": 0.6}
     )
 
 
@@ -108,7 +108,7 @@ def test_a_pair_is_held_at_its_ends(scene, pair):
     yarns = discretise(held, mesh, pair)
     assert set(yarns.yarn[yarns.ends.held]) == {0}
     assert set(yarns.yarn[yarns.ends.driven]) == {1}
-    with pytest.raises(ConfigurationError, match="must be ends where fidelity is solid_yarns"):
+    with pytest.raises(ConfigurationError, match="must be ends where fidelity is spline_yarns"):
         discretise(held.replace("pair.support", "back"), mesh, pair)
 
 
@@ -136,6 +136,6 @@ def test_keys_that_are_refused(scene, changes, message):
 
 
 def test_there_is_no_deck(scene):
-    with pytest.raises(ConfigurationError, match="fidelity is solid_yarns but must be dns for a deck"):
+    with pytest.raises(ConfigurationError, match="fidelity is spline_yarns but must be hexahedra for a deck"):
         require_deck(scene)
-    require_deck(scene.replace("fidelity", "dns"))
+    require_deck(scene.replace("fidelity", "hexahedra"))

@@ -28,7 +28,7 @@ def scene(plain_scene):
     return plain_scene.vary(
         {
             "specimen": "pair",
-            "fidelity": "dns",
+            "fidelity": "hexahedra",
             "pair.support": "ends",
             "interaction": "rough",
             "load.path": [[0.0, 0.0, -1e-5]],

@@ -28,7 +28,7 @@ SIZES = (0.45e-3, 0.3e-3)
 
 @pytest.fixture(scope="module")
 def solid(plain_scene):
-    return plain_scene.vary({"fidelity": "dns", "interaction": "tie"})
+    return plain_scene.vary({"fidelity": "hexahedra", "interaction": "tie"})
 
 
 def way(solid, element, sizes=SIZES, **keys):
@@ -103,7 +103,7 @@ def test_only_simulations_that_stop_at_its_strains_are_ways(solid):
 
 
 def test_problems_are_told_apart_by_their_physics_alone(plain_scene):
-    touching = plain_scene.vary({"fidelity": "dns", "interaction": "isotropic"})
+    touching = plain_scene.vary({"fidelity": "hexahedra", "interaction": "isotropic"})
     same = {
         "mesh.size": 0.2e-3,
         "mesh.element": "quadratic",

@@ -43,11 +43,11 @@ def pull(plain_scene, knit_of):
     def pull(**changes):
         scene = plain_scene.vary(
             {
-                "fidelity": "dns",
+                "fidelity": "hexahedra",
                 "pattern.loops": 1,
                 "pattern.rows": 1,
                 "load.strain": 0.002,
-                "mesh.size": 0.9e-3,
+                "mesh.size": 0.6e-3,
                 "gates.elements_across": 2.0,
                 "yarn.material": "st_venant_kirchhoff",
                 "solver.increments": 1,
@@ -63,12 +63,14 @@ def pull(plain_scene, knit_of):
 
 
 def test_a_toy_element_goes_through_a_simulation(toys, pull):
-    assert pull(mesh__element="toy_element") == pytest.approx(2 * pull(), rel=1e-6)
+    assert pull(mesh__element="toy_element") == pytest.approx(
+        2 * pull(), rel=1e-3
+    )  # springs of ties stay as they are
 
 
 def test_a_toy_law_goes_through_a_simulation(toys, pull):
     stiff = pull(yarn__material="toy_law", solver__hourglass=0.02)
-    assert stiff == pytest.approx(2 * pull(), rel=1e-6)
+    assert stiff == pytest.approx(2 * pull(), rel=1e-3)  # springs of ties stay as they are
 
 
 def test_names_say_what_they_mean():

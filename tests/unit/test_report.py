@@ -305,7 +305,7 @@ def test_origins_are_relative_to_the_page(tmp_path, plain_scene):
 
 def test_models_of_a_study_are_one_family(plain_scene):
     def solid(name):
-        return plain_scene.vary({"name": name, "fidelity": "dns"})
+        return plain_scene.vary({"name": name, "fidelity": "hexahedra"})
 
     def reduced(name, fidelity, source):
         return plain_scene.vary({"name": name, "fidelity": fidelity, "rom.contacts_from": source})
@@ -332,7 +332,7 @@ def direct(plain_scene):
     """Function that makes a scene of a direct simulation."""
 
     def make(name, interaction, **keys):
-        kind = {"name": name, "fidelity": "dns", "interaction": interaction}
+        kind = {"name": name, "fidelity": "hexahedra", "interaction": interaction}
         return plain_scene.vary(kind | {key.replace("__", "."): wanted for key, wanted in keys.items()})
 
     return make

@@ -52,7 +52,7 @@ def test_joints_that_yield_need_ties_of_a_size(plain_scene, knit, contacts, size
 
 def test_solid_scene_is_refused(plain_scene, knit, contacts):
     with pytest.raises(AttributeError, match="the scene has no section 'rom', only pattern"):
-        run(plain_scene.replace("fidelity", "dns"), knit, contacts)
+        run(plain_scene.replace("fidelity", "hexahedra"), knit, contacts)
 
 
 def test_iterative_solver_is_refused(plain_scene):

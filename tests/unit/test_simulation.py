@@ -180,5 +180,5 @@ def test_without_a_folder_nothing_is_written(config, made, tmp_path):
 
 
 def test_beams_have_no_solid_mesh(config):
-    with pytest.raises(ConfigurationError, match=r"scene 'beam': fidelity is 'beam' but must be dns"):
+    with pytest.raises(ConfigurationError, match=r"scene 'beam': fidelity is 'beam' but must be hexahedra"):
         lay_out(load_scene("beam", config), config=config)

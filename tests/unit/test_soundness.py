@@ -61,7 +61,7 @@ def test_what_is_outside_of_its_limits_is_found(whole, plain_scene, made, said):
 def test_hourglass_modes_are_found_where_elements_have_them(whole, plain_scene):
     dataset = whole(energy=energies(hourglass=0.06))
     assert faults(dataset, plain_scene) == []  # a network has none, and no limit of them
-    solid = plain_scene.vary({"fidelity": "dns"})
+    solid = plain_scene.vary({"fidelity": "hexahedra"})
     assert faults(dataset, solid) == ["hourglass energy 6.4%"]
 
 

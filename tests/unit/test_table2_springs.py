@@ -21,7 +21,7 @@ def paper():
 
 @pytest.fixture
 def scenes(plain_scene):
-    course = plain_scene.vary({"fidelity": "dns", "interaction": "isotropic", "name": "dns-course"})
+    course = plain_scene.vary({"fidelity": "hexahedra", "interaction": "isotropic", "name": "dns-course"})
     return {"course": course, "wale": course.replace("name", "dns-wale").replace("load.direction", "wale")}
 
 

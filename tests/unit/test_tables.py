@@ -30,7 +30,7 @@ def paper():
 
 @pytest.fixture
 def scenes(plain_scene):
-    solid = plain_scene.vary({"fidelity": "dns", "interaction": "isotropic"})
+    solid = plain_scene.vary({"fidelity": "hexahedra", "interaction": "isotropic"})
     return {"dns": solid, "rom3d": plain_scene, "rom2d": plain_scene.replace("fidelity", "rom2d")}
 
 
@@ -88,7 +88,7 @@ def test_spread_of_angles_shows_one_zone_out_of_place(paper):
 
 def test_angles_by_stress_stand_below_those_of_the_geometry(paper, plain_scene):
     knit = Knit(initial_loop(plain_scene), 3, 3)
-    scene = plain_scene.vary({"fidelity": "dns", "mesh.size": 0.3e-3, "load.direction": "wale"})
+    scene = plain_scene.vary({"fidelity": "hexahedra", "mesh.size": 0.3e-3, "load.direction": "wale"})
     given = {"fields_stress": {"dns-a": synthetic.stresses(knit, "wale", 80, 84)}, "scenes": {"dns-a": scene}}
     table = catalogue.tabulate("table4_angles", contacts=contacts(), paper=paper, **given)
     assert table["segment"].tolist() == [1, 2, 3, 4, 5, 6] * 2

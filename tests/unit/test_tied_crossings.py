@@ -9,7 +9,7 @@ from knitstudy.mesh.knit import mesh_knit
 
 @pytest.fixture
 def scene(plain_scene):
-    return plain_scene.vary({"fidelity": "dns", "interaction": "isotropic"})
+    return plain_scene.vary({"fidelity": "hexahedra", "interaction": "isotropic"})
 
 
 @pytest.fixture(scope="module")

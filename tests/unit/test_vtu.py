@@ -10,8 +10,7 @@ from knitstudy.errors import DataFileError, MeshError
 from knitstudy.exchange.vtu import write_spline_yarns, write_vtu
 from knitstudy.geometry.lay_out import lay_out, read_specimen
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.spline_yarn.sampling import shape
-from knitstudy.mechanics.spline_yarn.space import Space, sections, yarn_space
+from knitstudy.mechanics.spline_yarn.space import Space, sections, shape, yarn_space
 from knitstudy.mesh.knit import mesh_specimen
 from knitstudy.mesh.quadratic import quadratic_mesh
 from knitstudy.models.spline_yarns import space_on, undeformed, yarn_spans
@@ -26,7 +25,7 @@ SHARE, WEIGHT = np.polynomial.legendre.leggauss(3)
 def pair(plain_scene):
     keys = {
         "specimen": "pair",
-        "fidelity": "solid_yarns",
+        "fidelity": "spline_yarns",
         "pair.support": "ends",
         "outputs": ["fields", "vtu"],
     }

@@ -9,7 +9,7 @@ from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
 from knitstudy.geometry.cut import Pieces
 from knitstudy.loading.gates import require_no_jump
 from knitstudy.loading.restart import Checkpoint, Run
-from knitstudy.loading.solve import follow
+from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
 from knitstudy.models.window import mixed_knit, problem
@@ -48,7 +48,7 @@ def touching(scene):
 def slid(touching, knit_of):
     """The knit of that scene and its history."""
     knit = knit_of(touching)
-    return knit, follow(problem(touching, knit))
+    return knit, solve_load_path(problem(touching, knit))
 
 
 def test_the_middle_cell_is_the_window_of_no_keys(scene, knit):
@@ -231,9 +231,9 @@ def test_a_window_that_was_interrupted_goes_on(touching, slid, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        follow(problem(touching, knit), Run(restart=restart, progress=interrupt))
+        solve_load_path(problem(touching, knit), Run(restart=restart, progress=interrupt))
     assert restart.exists()
-    continued = follow(problem(touching, knit), Run(restart=restart))
+    continued = solve_load_path(problem(touching, knit), Run(restart=restart))
     assert continued["force"].to_numpy() == pytest.approx(whole["force"].to_numpy(), rel=1e-8)
     assert continued.attrs["fidelity"] == "window"
 

@@ -11,10 +11,10 @@ from knitstudy.tables.models import tabulate_windows
 
 @pytest.fixture(scope="module")
 def scenes(plain_scene):
-    full = plain_scene.vary({"name": "full", "fidelity": "solid_yarns"})
+    full = plain_scene.vary({"name": "full", "fidelity": "spline_yarns"})
     window = plain_scene.vary({"name": "window", "fidelity": "window"})
     return [
-        plain_scene.vary({"name": "hexahedra", "fidelity": "dns"}),
+        plain_scene.vary({"name": "hexahedra", "fidelity": "hexahedra"}),
         full.vary({"name": "finer", "mesh.crossing_degree": 3}),
         full.vary({"name": "shorter", "load.strain": 0.01}),
         full,

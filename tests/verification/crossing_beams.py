@@ -7,8 +7,7 @@ import numpy as np
 from knitstudy.geometry.pattern import Crossings
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_contact.approach import Curves
-from knitstudy.mechanics.beam_contact.contact import BeamContact, Power, hertz
-from knitstudy.mechanics.beam_contact.model import TouchingBeams
+from knitstudy.mechanics.beam_contact.contact import BeamContact, Power, TouchingBeams, hertz
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.direct import LU

@@ -10,7 +10,7 @@ from hexahedral_block import unknowns
 from knitstudy.mechanics.contact.friction import ContactHistory
 from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.elements.element import ElementGroup
+from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.direct import LU, factorise

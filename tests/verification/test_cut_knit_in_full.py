@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.geometry.cut import cut_rows
-from knitstudy.loading.solve import follow
+from knitstudy.loading.solve import solve_load_path
 from knitstudy.mesh.knit import sampled_sections
 from knitstudy.models import solid_yarns as dns
 from knitstudy.models import spline_yarns as yarn_spans
@@ -36,7 +36,7 @@ def test_wale_tension_of_a_row(plain_scene, knit_of, gripped_to_the_cuts, verify
     """
     scene = plain_scene.vary(
         {
-            "fidelity": "solid_yarns",
+            "fidelity": "spline_yarns",
             "interaction": interaction,
             "load.direction": "wale",
             "load.strain": 0.03,
@@ -45,7 +45,7 @@ def test_wale_tension_of_a_row(plain_scene, knit_of, gripped_to_the_cuts, verify
     )
     whole = gripped_to_the_cuts(scene)
     cut = scene.replace("specimen", "cut_knit")
-    pieces = follow(problem_of_cut_knit(cut, knit_of(cut)))
+    pieces = solve_load_path(problem_of_cut_knit(cut, knit_of(cut)))
     name = f"cells cut out of a knit, wale tension, {interaction}"
     verify.within(
         f"{name}: force over that of yarns gripped to the cuts",

@@ -13,7 +13,9 @@ from knitstudy.models import solid_yarns as dns
 
 @pytest.fixture(scope="module")
 def cell(plain_scene, knit_of):
-    scene = plain_scene.vary({"fidelity": "dns", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3})
+    scene = plain_scene.vary(
+        {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
+    )
     knit = knit_of(scene)
     yarns = dns.assemble_yarns(scene, mesh_knit(knit, scene.mesh.size), knit)
     return yarns, dns.problem_of(yarns, scene, knit)

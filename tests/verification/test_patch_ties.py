@@ -27,7 +27,7 @@ def scene():
 
 def force_of_solid_yarns(scene, **degrees):
     chosen = scene.vary(
-        {"fidelity": "solid_yarns"} | {f"mesh.{key}": value for key, value in degrees.items()}
+        {"fidelity": "spline_yarns"} | {f"mesh.{key}": value for key, value in degrees.items()}
     )
     knit = Knit.from_dataset(lay_out(chosen))
     return float(dns.run(chosen, sampled_sections(knit), knit)["force"][-1])

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from knitstudy.exchange.inp import section_matrix
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.pattern import Knit
-from knitstudy.loading.solve import follow
+from knitstudy.loading.solve import solve_load_path
 from knitstudy.measures.endless_knit import rotated
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.direct import LU
@@ -49,7 +49,7 @@ def at_rest(cell):
 
 @pytest.fixture(scope="module")
 def pulled(scene, knit):
-    return follow(problem(scene, knit))
+    return solve_load_path(problem(scene, knit))
 
 
 def stretched(cell, strains, increments=2):
@@ -189,8 +189,8 @@ def test_what_is_free_carries_nothing_and_work_is_stored(pulled):
 
 
 def test_held_across_it_is_stiffer_by_what_contraction_is_worth(at_rest, scene, knit):
-    held = follow(problem(scene.vary({"load.lateral": "fixed", "load.strain": 1e-4}), knit))
-    free = follow(problem(scene.vary({"load.strain": 1e-4}), knit))
+    held = solve_load_path(problem(scene.vary({"load.lateral": "fixed", "load.strain": 1e-4}), knit))
+    free = solve_load_path(problem(scene.vary({"load.strain": 1e-4}), knit))
     ratio = float(held["force"][-1] / free["force"][-1])
     poisson = at_rest[0, 1] ** 2 / (at_rest[0, 0] * at_rest[1, 1])
     assert ratio == pytest.approx(1 / (1 - poisson), rel=1e-3)  # 0.01 % strain: linear within that
@@ -206,7 +206,7 @@ def touching(scene):
 
 @pytest.fixture(scope="module")
 def rubbed(touching, knit):
-    return follow(problem(touching, knit))
+    return solve_load_path(problem(touching, knit))
 
 
 def test_yarns_that_touch_are_led_to_each_other_and_then_held_by_contact_alone(rubbed):
@@ -222,6 +222,6 @@ def test_yarns_that_touch_are_led_to_each_other_and_then_held_by_contact_alone(r
 
 def test_a_cell_of_several_rubs_as_one_does(touching, rubbed):
     several = touching.vary({"pattern.loops": 2})
-    found = follow(problem(several, Knit.from_dataset(lay_out(several))))
+    found = solve_load_path(problem(several, Knit.from_dataset(lay_out(several))))
     # Course and wale force; where points lie on the yarns is the same, but for what rounding makes of their status.
     np.testing.assert_allclose(found["force_per_width"][-1, :2], rubbed["force_per_width"][-1, :2], rtol=1e-3)

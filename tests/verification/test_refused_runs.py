@@ -102,7 +102,7 @@ def test_local_indentation_is_not_taken_beyond_its_law(tmp_path):
     scene = load_scene("pair-slid-90")
     scene = scene.vary(
         {
-            "fidelity": "solid_yarns",
+            "fidelity": "spline_yarns",
             "pair.support": "ends",
             "load.path": [[0, 0, -2e-3]],
             "solver.increments": 4,

@@ -23,9 +23,9 @@ SMALL = 1e-5
 """Largest strain of the closed forms: what is not linear in it turns no axis by more than this."""
 
 DISCRETISED = {
-    "one_point": ({"fidelity": "dns", "mesh.element": "one_point"}, hexahedral),
-    "quadratic": ({"fidelity": "dns", "mesh.element": "quadratic"}, hexahedral),
-    "polynomials": ({"fidelity": "solid_yarns"}, polynomial),
+    "one_point": ({"fidelity": "hexahedra", "mesh.element": "one_point"}, hexahedral),
+    "quadratic": ({"fidelity": "hexahedra", "mesh.element": "quadratic"}, hexahedral),
+    "polynomials": ({"fidelity": "spline_yarns"}, polynomial),
 }
 
 STRETCH = np.array([[1.02, 0.05, 0.0], [0.0, 0.97, 0.01], [-0.03, 0.0, 1.01]])

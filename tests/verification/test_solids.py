@@ -12,8 +12,7 @@ from knitstudy.mechanics.elements.hexahedron import CORNERS, GAUSS, OnePointHexa
 from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.direct import LU
-from knitstudy.mechanics.materials import LAWS, Material
-from knitstudy.mechanics.materials.material import VOIGT
+from knitstudy.mechanics.materials import LAWS, VOIGT, Material
 from knitstudy.mechanics.model import Memoryless
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp

@@ -27,7 +27,7 @@ def list_scenes(study: str | None, family: str | None, fidelity: str | None, con
 
     \b
     knitstudy list --study reduced               what `make study` runs
-    knitstudy list --fidelity dns                direct simulations with solid yarns
+    knitstudy list --fidelity hexahedra          solid yarns of hexahedra
     knitstudy list --family 2-medium             what config/scenes/2-medium.yaml defines
     knitstudy list | cut -f1                     names alone
     """

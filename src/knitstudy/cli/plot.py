@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from knitstudy.figures.style import FAINT, INK, SINGLE, YARNS, figure, styled
 from knitstudy.geometry.lay_out import read_specimen
 from knitstudy.measures.summary import kind_of, require_layout, touched
-from knitstudy.mechanics.materials.material import FULL
+from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_stresses
 
 PERCENT, MILLI, MEGA = 100.0, 1e3, 1e-6

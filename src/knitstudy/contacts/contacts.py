@@ -118,9 +118,7 @@ def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
 
 def _require_crossings(crossings: Crossings, history: xr.Dataset) -> None:
     if "crossing_force" not in history:
-        raise DataFileError(
-            "the history holds no crossing_force: contacts come from a scene with fidelity 'dns'"
-        )
+        raise DataFileError("the history holds no crossing_force: contacts come from a scene of solid yarns")
     if history.sizes["crossing"] != len(crossings.row):
         raise DataFileError(
             f"the history has {history.sizes['crossing']} crossings and the specimen {len(crossings.row)}: "

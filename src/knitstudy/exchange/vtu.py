@@ -23,8 +23,7 @@ from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.elements.quadratic import NODES
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.solid import cauchy_stress, principal_stresses, von_mises
-from knitstudy.mechanics.spline_yarn.sampling import locate
-from knitstudy.mechanics.spline_yarn.space import Space, deformation_gradient, sections
+from knitstudy.mechanics.spline_yarn.space import Space, deformation_gradient, locate, sections
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, QuadraticSection, quadratic_mesh
 from knitstudy.mesh.quality import scaled_jacobian
 from knitstudy.mesh.section import Section
@@ -108,7 +107,7 @@ def write_deformed(
 ) -> None:
     """Write the undeformed yarns of a scene with their displacement at full load; see also `write_spline_yarns`."""
     specimen = read_specimen(geometry)
-    if scene.fidelity == "solid_yarns":
+    if scene.fidelity == "spline_yarns":
         write_spline_yarns(scene, path, specimen, history)
         return
     swept = SweptMesh.from_dataset(mesh)

@@ -37,8 +37,8 @@ SMALLEST = 1e-3
 """Error below which points lie on the lower edge [1]."""
 
 LOOKS = {
-    "solid_yarns": Look("solid yarns", "#0072B2", "-", "D"),
-    "dns": Look("hexahedra", MODELS["dns"].colour, "-", "o"),
+    "spline_yarns": Look("solid yarns", "#0072B2", "-", "D"),
+    "hexahedra": Look("hexahedra", MODELS["dns"].colour, "-", "o"),
     "rom3d": MODELS["rom3d"],
     "rom2d": MODELS["rom2d"],
     "beam": Look("beams in contact", "#00704F", "-", "v"),

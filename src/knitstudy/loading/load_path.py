@@ -58,7 +58,7 @@ def load_path(scene: Scene, specimen: Knit | YarnPair) -> Motion:
     return Motion(scene.load.strain * length * np.eye(3)[[axis]], (1.0,), stops, axis, length)
 
 
-def place(load: Tension | Path, factor: float) -> str:
+def place_on_path(load: Tension | Path, factor: float) -> str:
     """Return where a load factor is on the load path, in words: a knit's strain, the leg of a pair's path."""
     if isinstance(load, Tension):
         return f"strain {factor * load.strain:.2%}"

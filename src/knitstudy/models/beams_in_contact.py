@@ -17,10 +17,16 @@ from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Recorder
 from knitstudy.loading.load_path import load_path
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.beam_contact.approach import Curves
-from knitstudy.mechanics.beam_contact.contact import BeamContact, Places, Power, hertz
-from knitstudy.mechanics.beam_contact.model import TouchingBeams, TouchingState
+from knitstudy.mechanics.beam_contact.contact import (
+    BeamContact,
+    Places,
+    Power,
+    TouchingBeams,
+    TouchingState,
+    hertz,
+)
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.direct import LU
@@ -221,14 +227,14 @@ def simulate(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dat
     GeometryError
         As `problem`.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem(scene, Knit.from_dataset(geometry)), run)
+    return solve_load_path(problem(scene, Knit.from_dataset(geometry)), run)
 
 
 def run(scene: Scene, knit: Knit, how: Run = IN_MEMORY) -> xr.Dataset:
     """Return the history of a scene: `problem`, followed; see `simulate`."""
-    return follow(problem(scene, knit), how)
+    return solve_load_path(problem(scene, knit), how)
 
 
 def problem(scene: Scene, knit: Knit) -> Problem:

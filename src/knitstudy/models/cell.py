@@ -17,7 +17,7 @@ from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.load_path import Motion
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.periodic import PeriodicModel, condensed
@@ -121,9 +121,9 @@ def simulate(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dat
     MeshError
         As `knitstudy.models.solid_yarns.problem`.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem(scene, Knit.from_dataset(geometry)), run)
+    return solve_load_path(problem(scene, Knit.from_dataset(geometry)), run)
 
 
 def assemble(scene: Scene, knit: Knit) -> Cell:

@@ -10,11 +10,10 @@ import scipy.sparse as sp
 from knitstudy.contacts.facets import Rings
 from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
-from knitstudy.loading.gates import fewest_across, require_elements_across
+from knitstudy.loading.gates import require_elements_across
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
-from knitstudy.mechanics.elements.hexahedron import shape, shape_gradient
-from knitstudy.mechanics.elements.inverse_map import InverseMap
+from knitstudy.mechanics.elements.hexahedron import InverseMap, shape, shape_gradient
 from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape, quadratic_shape_gradient
 from knitstudy.mechanics.materials import Material
 from knitstudy.mesh.grips import Grips, grips
@@ -159,8 +158,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
     MeshError
         If elements are too large for the yarn, or too many for the memory.
     """
-    fewest = scene.gates.elements_across or fewest_across(scene.specimen, scene.mesh.refinement)
-    require_elements_across(scene.yarn.diameter, scene.mesh.size, fewest)
+    require_elements_across(scene)
     parts = divide(scene, mesh, specimen)
     each = parts.connectivity.shape[1]
     require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size, each)

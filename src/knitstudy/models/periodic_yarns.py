@@ -18,9 +18,8 @@ from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.patch_compliance import missing
 from knitstudy.mechanics.periodic import Lattice
-from knitstudy.mechanics.spline_yarn.sampling import Sampling, locate
 from knitstudy.mechanics.spline_yarn.seam import Seam, seam
-from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
+from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace, locate
 from knitstudy.mechanics.spline_yarn.span import span_groups
 from knitstudy.mesh.grips import Grips
 from knitstudy.mesh.knit import ACROSS, sampled_sections

@@ -16,7 +16,7 @@ from knitstudy.geometry.cut import Arcs, Pieces, cut_rows
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.contact.friction import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.solid import SolidModel
@@ -135,9 +135,9 @@ def simulate_cut_knit(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) 
     MeshError
         If the yarn bends tighter than its radius, crossings cannot be tied, or yarns overlap.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem_of_cut_knit(scene, Knit.from_dataset(geometry)), run)
+    return solve_load_path(problem_of_cut_knit(scene, Knit.from_dataset(geometry)), run)
 
 
 def contacts_of_cut_knit(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:

@@ -16,7 +16,7 @@ from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter
 from knitstudy.loading.load_path import Motion, load_path
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.direct import LU
@@ -62,9 +62,9 @@ def simulate(
     ConfigurationError, DataFileError, GeometryError
         As `problem`.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem(scene, Knit.from_dataset(geometry), contacts, springs, stresses), run)
+    return solve_load_path(problem(scene, Knit.from_dataset(geometry), contacts, springs, stresses), run)
 
 
 def run(
@@ -76,7 +76,7 @@ def run(
     stresses: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """Return the history of a scene: `problem`, followed; see `simulate`."""
-    return follow(problem(scene, knit, contacts, springs_from, stresses), how)
+    return solve_load_path(problem(scene, knit, contacts, springs_from, stresses), how)
 
 
 def problem(

@@ -20,11 +20,11 @@ from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.load_path import Motion, load_path
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear import LinearSolver
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.linear.krylov import Krylov
-from knitstudy.mechanics.linear.solver import LinearSolver
 from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, InTurn, KnitStructure, ThreeScale
 from knitstudy.mechanics.model import Stabilisation, transformation
 from knitstudy.mechanics.solid import SolidModel, SolidState
@@ -191,7 +191,7 @@ DIRECT_UNKNOWNS = 20_000
 
 
 def simulate(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
-    """Return the history of a scene of fidelity "dns".
+    """Return the history of a scene of solid yarns.
 
     Parameters
     ----------
@@ -205,18 +205,18 @@ def simulate(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, run: Run = IN
     MeshError
         As `problem`.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem(scene, SweptMesh.from_dataset(mesh), read_specimen(geometry)), run)
+    return solve_load_path(problem(scene, SweptMesh.from_dataset(mesh), read_specimen(geometry)), run)
 
 
 def run(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair, how: Run = IN_MEMORY) -> xr.Dataset:
     """Return the history of a scene: `problem`, followed; see `simulate`."""
-    return follow(problem(scene, mesh, specimen), how)
+    return solve_load_path(problem(scene, mesh, specimen), how)
 
 
 def problem(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Problem:
-    """Return a scene of fidelity "dns" as a problem.
+    """Return a scene of solid yarns as a problem.
 
     Raises
     ------

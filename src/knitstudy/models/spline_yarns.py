@@ -14,8 +14,7 @@ from knitstudy.geometry.pattern import Knit
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.patch_compliance import missing
-from knitstudy.mechanics.spline_yarn.sampling import Sampling, locate
-from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace, yarn_space
+from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace, locate, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
 from knitstudy.mesh.grips import LOWER, UPPER, Grips
 from knitstudy.mesh.knit import ACROSS, crossing_stations
@@ -116,7 +115,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
     """
     if scene.value("pair.support") == "back":
         raise ConfigurationError(
-            "pair.support is 'back' but must be ends where fidelity is solid_yarns: half of a surface is no set of "
+            "pair.support is 'back' but must be ends where fidelity is spline_yarns: half of a surface is no set of "
             "unknowns there"
         )
     spans = yarn_spans(scene, specimen)

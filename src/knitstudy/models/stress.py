@@ -13,8 +13,7 @@ from knitstudy.geometry.pair import YarnPair
 from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.columns import STRESSES
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.materials.material import VOIGT
+from knitstudy.mechanics.materials import VOIGT, Material
 from knitstudy.mechanics.solid import cauchy_stress, principal_axes
 from knitstudy.mechanics.spline_yarn.space import YarnSpace, deformation_gradient, sections
 from knitstudy.mesh.section import Section
@@ -193,7 +192,7 @@ EXTENTS = {"whole": 1.0, "middle": 0.5}
 """Share of every piece of yarn, about its middle, that is averaged over; what judges is the whole piece."""
 
 
-CELL_STRESS = {"dns": hexahedral_cell_stress, "solid_yarns": spline_cell_stress}
+CELL_STRESS = {"hexahedra": hexahedral_cell_stress, "spline_yarns": spline_cell_stress}
 """Stress of cells by fidelity."""
 
 

@@ -16,7 +16,7 @@ from knitstudy.loading.gates import require_no_jump, require_sound
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.load_path import load_path
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.direct import LU
@@ -225,9 +225,9 @@ def simulate(
     ConfigurationError, GeometryError, MeshError
         As `mixed_knit`.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem(scene, Knit.from_dataset(geometry), springs), run)
+    return solve_load_path(problem(scene, Knit.from_dataset(geometry), springs), run)
 
 
 def problem(scene: Scene, knit: Knit, springs: xr.Dataset | None = None) -> Problem:

@@ -14,8 +14,7 @@ from knitstudy.geometry.cut import Arcs, grip_ends, gripped_arcs
 from knitstudy.geometry.pattern import Crossings, Knit
 from knitstudy.loading.history import Stations
 from knitstudy.mechanics.beam_contact.approach import Curves
-from knitstudy.mechanics.beam_contact.contact import BeamContact, hertz
-from knitstudy.mechanics.beam_contact.model import TouchingBeams
+from knitstudy.mechanics.beam_contact.contact import BeamContact, TouchingBeams, hertz
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.models import network as rom3d
 from knitstudy.models.beam_pairs import point_pairs

@@ -120,7 +120,8 @@ def lay_out(
     mesh = STAGES["mesh"]
     if not mesh.of(scene):
         raise ConfigurationError(
-            f"scene {scene.name!r}: fidelity is {scene.fidelity!r} but must be dns: beams have no mesh of solid yarns"
+            f"scene {scene.name!r}: fidelity is {scene.fidelity!r} but must be hexahedra or spline_yarns:"
+            " beams have no mesh of solid yarns"
         )
     plan = Plan.of(config)
     scene = plan.labelled(scene)

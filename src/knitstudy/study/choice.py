@@ -321,8 +321,8 @@ def _exponents(kept: Path) -> dict[str, tuple[float, float]]:
 
 
 _KINDS = {
-    "solid_yarns": "solid yarns",
-    "dns": "hexahedra",
+    "spline_yarns": "solid yarns",
+    "hexahedra": "hexahedra",
     "rom3d": "3D ROM",
     "rom2d": "2D ROM",
     "beam": "beams",
@@ -389,7 +389,7 @@ class Ask(Section):
     )
 
     among: tuple[Annotated[str, Field(min_length=1)], ...] = key(
-        "a list of fidelities to choose from, for example [rom3d, solid_yarns]; [] for all",
+        "a list of fidelities to choose from, for example [rom3d, spline_yarns]; [] for all",
         standing="choice",
         source="narrows what is taken",
         checked="single ones",

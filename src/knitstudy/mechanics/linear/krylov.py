@@ -13,7 +13,7 @@ import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.batches import SCRATCH, share
-from knitstudy.mechanics.linear.solver import NOWHERE, Apply, Iterate, Solution
+from knitstudy.mechanics.linear import NOWHERE, Apply, Iterate, Solution
 from knitstudy.mechanics.sparse_sums import lacking
 
 # ---- Products of a sparse matrix with vectors, in ranges of rows that threads share
