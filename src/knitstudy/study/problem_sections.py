@@ -34,8 +34,8 @@ class Pattern(Section):
         "a whole number from 1 to 10000",
         standing="inferred",
         source=(
-            "n + 1 yarns for n rows of interlocks: DOF(n) = n^2 [21057 + 40700 (1 - 2/n)] fits Table "
-            "3 within 0.3 %"
+            "n rows of interlocks: DOF(n) = n^2 [21057 + 40700 (1 - 2/n)] fits Table 3 within 0.4 %; it does not "
+            "say whether the outer yarns are whole"
         ),
         checked="3",
         ge=1,
