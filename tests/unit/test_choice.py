@@ -5,8 +5,7 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import write_table
-from knitstudy.stages.kept import Kept
-from knitstudy.stages.trade import GROWTH, TRADE
+from knitstudy.stages.kept_tables import GROWTH, TRADE, Kept
 from knitstudy.study.choice import GROWTH_KEPT, INTERACTIONS, TRADE_KEPT, Ask, choose, numerics, resolved
 from knitstudy.study.configuration import CONFIG, load_changed, load_scenes, plan_of
 from knitstudy.study.planning import planned, problem_and_ask

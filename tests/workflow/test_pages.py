@@ -1,4 +1,4 @@
-"""The pages that show code: the README and the tutorial run as they are printed, and all links of pages lead somewhere."""
+"""The README and the tutorial run as they are printed, and all links of pages lead somewhere."""
 
 import re
 import subprocess

@@ -24,7 +24,7 @@ from knitstudy.study.scene import Scene
 
 RESOURCES = Path(__file__).resolve().parents[3] / "resources"
 TRADE_KEPT = RESOURCES / "trade.csv"
-"""What was measured: one row a simulation and question (`knitstudy.stages.trade`)."""
+"""What was measured: one row a simulation and question (`knitstudy.stages.kept_tables`)."""
 
 GROWTH_KEPT = RESOURCES / "trade_growth.csv"
 """By which powers of the number of cells in a row price grows."""
