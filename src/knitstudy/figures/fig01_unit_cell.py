@@ -7,13 +7,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.annotation import MILLIMETRE, scale_bar, triad
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import bounds, show
+from knitstudy.figures.picture import bounds, scale_bar, show, triad
+from knitstudy.figures.renderer import MILLIMETRE, Surface, View
 from knitstudy.figures.shapes import sphere, tube
 from knitstudy.figures.style import PAPER, YARNS, figure, panel_letter, styled
-from knitstudy.figures.surface import Surface
-from knitstudy.figures.view import View
 from knitstudy.geometry.fabric import Fabric, plain_knit
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import loop_of

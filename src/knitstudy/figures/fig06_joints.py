@@ -7,14 +7,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.annotation import HALO, MILLIMETRE, label, scale_bar, triad
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.interlock import InterlockSide, piece
-from knitstudy.figures.picture import bounds, show
+from knitstudy.figures.fig05_contact_points import InterlockSide, piece
+from knitstudy.figures.picture import HALO, bounds, label, scale_bar, show, triad
+from knitstudy.figures.renderer import MILLIMETRE, Surface, View
 from knitstudy.figures.shapes import arrow, rod, sphere, tube
 from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, panel_letter, styled
-from knitstudy.figures.surface import Surface
-from knitstudy.figures.view import View
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import network, solid
 from knitstudy.models.joints import joint_points

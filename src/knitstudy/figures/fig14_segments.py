@@ -12,13 +12,11 @@ from matplotlib.patches import Circle
 
 from knitstudy.contacts.segments import KINDS
 from knitstudy.errors import GeometryError
-from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import show
+from knitstudy.figures.picture import HALO, scale_bar, show
+from knitstudy.figures.renderer import FRONT, MILLIMETRE, Surface
 from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import DOUBLE, INK, MODELS, PAPER, figure, panel_letter, styled
-from knitstudy.figures.surface import Surface
-from knitstudy.figures.view import FRONT
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import centre_cell

@@ -18,15 +18,13 @@ import pandas as pd
 
 from knitstudy.errors import DataFileError, KnitstudyError
 from knitstudy.figures.catalogue import FIGURES, draw
-from knitstudy.figures.saving import save
+from knitstudy.figures.style import save
 from knitstudy.files import read_result, read_table, replacing, write_table
 from knitstudy.measures.catalogue import Catalogue
 from knitstudy.measures.reference import refinement_series_of
 from knitstudy.measures.selection import ways
-from knitstudy.report.screen import save_for_screen
-from knitstudy.report.sources import read_sources
-from knitstudy.report.summary import summarise
-from knitstudy.report.trade import filled, written
+from knitstudy.report.files import read_sources, save_for_screen
+from knitstudy.report.kept_pages import filled, summarise, written
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.displays import Displays, reference_files
 from knitstudy.stages.plan import Plan
