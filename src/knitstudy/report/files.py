@@ -49,8 +49,7 @@ def _read(found: Any) -> Any:
 WIDTH = 1500
 """Points in a row: the widest picture of the page on a screen of nearly two points a pixel. The file keeps them all."""
 
-FORMAT, QUALITY = "WEBP", 85
-"""WebP, and that of it in which lines and letters stay sharp."""
+FORMAT, QUALITY = "WEBP", 85  # webP, and that of it in which lines and letters stay sharp
 
 
 @dataclass(frozen=True)

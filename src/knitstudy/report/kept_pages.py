@@ -62,9 +62,7 @@ def summarise(
 BEGIN, END = "<!-- what the kept trade says: make trade -->", "<!-- end of what the kept trade says -->"
 
 SLOWER = "seconds over the main model's [1]"
-
-MIXED = "unseen-mixed-"
-"""What names of knits with several inputs changed at once begin with."""
+MIXED = "unseen-mixed-"  # what names of knits with several inputs changed at once begin with
 
 
 def filled(page: str, text: str) -> str:

@@ -26,17 +26,13 @@ from knitstudy.tables.catalogue import TABLES
 TEXTS = ("alt", "caption", "paper", "ours")
 """What is said of a figure: in place of it, below it, and about the paper's and this study's finding."""
 
-BY_MODEL = ("rom_distance", "table5_cost", "beams")
-"""Tables with a row for each model that a study has."""
+BY_MODEL = ("rom_distance", "table5_cost", "beams")  # tables with a row for each model that a study has
 
 COMPARISON, COMPARED = "fig15", ("rom_distance", "table5_cost")
 """What follows the verdicts that the page opens on: figures whose names begin so, and tables that belong to them."""
 
-LONG = 40
-"""Rows from which on a table is folded."""
-
-MOST = 400
-"""Rows of a table that the page shows; its file has all."""
+LONG = 40  # rows from which on a table is folded
+MOST = 400  # rows of a table that the page shows; its file has all
 
 
 @dataclass(frozen=True)
@@ -189,7 +185,6 @@ def _filled(text: str, where: str, environment: jinja2.Environment) -> str:
 
 
 NOTHING = "–"
-
 DIGITS = 4
 
 
