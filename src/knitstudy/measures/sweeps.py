@@ -233,7 +233,8 @@ def refused(loops: pd.DataFrame, column: str, scale: float) -> pd.DataFrame:
     missing = [name for name in NEEDED if name not in loops]
     if missing:
         raise DataFileError(
-            f"the table of loops has no column {missing[0]!r}; make it again with `python -m knitstudy.geometry.lay_out`"
+            f"the table of loops has no column {missing[0]!r}; make it again with "
+            "`python -m knitstudy.geometry.lay_out`"
         )
     (other,) = (name for name in SWEPT if name != column)
     along = loops[loops[other] == loops[other].mode()[0]]
