@@ -21,7 +21,7 @@ from knitstudy.exchange import inp, vtu
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.mechanics.elements import ELEMENTS
-from knitstudy.mechanics.materials import LAWS
+from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mesh import knit as meshing
 from knitstudy.models import (
     beams_in_contact,
@@ -162,7 +162,7 @@ def _model_code(scene: Scene) -> tuple[str, ...]:
     """Return the modules of the model of a scene, of its elements, its material and its contact."""
     found = [SIMULATORS[scene.kind.stage].__module__]
     if _is_solid(scene):
-        found += [LAWS.module(scene.yarn.material)]
+        found += [MATERIALS.module(scene.yarn.material)]
         found += [scene.kind.fidelity.solids] if scene.kind.fidelity.solids else []
         found += [scene.kind.interaction.solids] if scene.kind.interaction.touches else []
         found += [ELEMENTS.module(scene.mesh.element)] if scene.value("mesh.element") else []

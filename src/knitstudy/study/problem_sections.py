@@ -7,7 +7,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from knitstudy.mechanics.materials import LAWS
+from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.materials import MATERIALS, material_of
 from knitstudy.study.keys import LONGEST, Section, key, registered
 
 # ---- Size and shape of what is simulated: a knit, or two crossing yarns
@@ -223,7 +224,11 @@ class Geometry(Section):
 
 
 class Yarn(Section):
-    """Circular yarn of one isotropic material."""
+    """Circular yarn of one material.
+
+    Of a transversely isotropic material `youngs_modulus` and `poisson_ratio` are those along the axis of the yarn, and
+    the other three constants are as of an isotropic one where nothing is said.
+    """
 
     diameter: float = key(
         "a number > 0 and <= 1e6, in m",
@@ -270,7 +275,7 @@ class Yarn(Section):
     )
 
     material: str = key(
-        LAWS.allowed,
+        MATERIALS.allowed,
         standing="assumed",
         source=(
             "isotropic polypropylene (section 2.3) with geometric nonlinearity; Hencky is what Abaqus"
@@ -279,10 +284,56 @@ class Yarn(Section):
         checked="all three laws: force +1.2 % at most (docs/notes/sensitivity.md)",
     )
 
+    transverse_modulus: float | None = key(
+        "a number > 0 and <= 1e20, in Pa, or null: Young's modulus across the yarn",
+        unit="Pa",
+        standing="assumed",
+        source="section 2.3: isotropic; spun and twisted yarns are softer across than along",
+        checked="half and twice that along it, against closed forms (docs/theory.md)",
+        default=None,
+        gt=0,
+        le=1e20,
+    )
+
+    transverse_poisson_ratio: float | None = key(
+        "a number between -1 and 1 (both excluded), or null: Poisson's ratio across the yarn",
+        standing="assumed",
+        source="section 2.3: isotropic",
+        checked="0.2 to 0.5, against closed forms (docs/theory.md)",
+        default=None,
+        gt=-1,
+        lt=1,
+    )
+
+    axial_shear_modulus: float | None = key(
+        "a number > 0 and <= 1e20, in Pa, or null: shear modulus along the yarn",
+        unit="Pa",
+        standing="assumed",
+        source="section 2.3: isotropic",
+        checked="half and twice that of an isotropic yarn, against closed forms (docs/theory.md)",
+        default=None,
+        gt=0,
+        le=1e20,
+    )
+
     @field_validator("material")
     @classmethod
     def _is_registered(cls, value: str) -> str:
-        return registered(value, LAWS.names())
+        return registered(value, MATERIALS.names())
+
+    @model_validator(mode="after")
+    def _stores_energy(self) -> Yarn:
+        for name in ("transverse_modulus", "transverse_poisson_ratio", "axial_shear_modulus"):
+            if getattr(self, name) is not None and not MATERIALS.find(self.material).directional:
+                raise ValueError(
+                    f"{name} is {getattr(self, name):g} but must be null where yarn.material is {self.material}, which "
+                    "is isotropic"
+                )
+        try:
+            material_of(self)
+        except ConfigurationError as error:
+            raise ValueError(str(error)) from error
+        return self
 
     @property
     def radius(self) -> float:
