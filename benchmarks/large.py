@@ -21,7 +21,7 @@ from knits import cost
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import write_table
-from knitstudy.geometry.lay_out import read_specimen
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.restart import Run
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mesh.sweep import SweptMesh
@@ -76,7 +76,7 @@ def here(scene: dict, restart: str) -> dict:
     resumed = Path(restart).exists()
     geometry = STAGES["geometry"].function(wanted)
     mesh = STAGES["mesh"].function(wanted, geometry)
-    problem = dns.problem(wanted, SweptMesh.from_dataset(mesh), read_specimen(geometry))
+    problem = dns.problem(wanted, SweptMesh.from_dataset(mesh), Fabric.from_dataset(geometry))
     setup = problem.meter.read().seconds
     run = Run(restart=Path(restart))
     history = solve_load_path(problem, run)

@@ -23,8 +23,9 @@ from scipy.optimize import minimize_scalar
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import write_table
-from knitstudy.geometry.lay_out import lay_out, read_specimen
-from knitstudy.mesh.knit import mesh_scene
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.lay_out import lay_out
+from knitstudy.mesh.mesher import mesh_scene
 from knitstudy.models import solid_yarns as dns
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene
@@ -97,7 +98,7 @@ def sweep(scene: Scene, changes: Mapping[str, Sequence]) -> pd.DataFrame:
 
 def measure(scene: Scene) -> dict:
     """Pull a scene and return what came out."""
-    specimen = read_specimen(lay_out(scene))
+    specimen = Fabric.from_dataset(lay_out(scene))
     mesh = mesh_scene(scene, specimen)
     history = dns.run(scene, mesh, specimen)
     strain, energy = history["strain"].to_numpy(), history["energy"].isel(increment=-1)

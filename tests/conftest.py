@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.pattern import Knit
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.study.scene import Scene
 
@@ -53,7 +53,6 @@ def plain_scene():
                 "diameter": 1.8e-3,
                 "youngs_modulus": 1.3e9,
                 "poisson_ratio": 0.42,
-                "density": 905.0,
                 "material": "hencky",
             },
             "geometry": {
@@ -107,7 +106,7 @@ def plain_scene():
 @pytest.fixture(scope="session")
 def knit_of():
     """Return the function that lays out the knit of a scene as its control points describe it."""
-    return lambda scene: Knit(initial_loop(scene), scene.pattern.loops, scene.pattern.rows)
+    return lambda scene: plain_knit(initial_loop(scene), scene.pattern.loops, scene.pattern.rows)
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.pattern import Crossings
+from knitstudy.geometry.crossings import Crossings
 from knitstudy.mechanics.beam_contact.approach import Curves, Pairs, approach
 from knitstudy.mechanics.beam_contact.contact import Power, hertz
 from knitstudy.models.beam_pairs import Neighbours, piece_bounds

@@ -5,8 +5,7 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import write_table
-from knitstudy.stages.kept import Kept
-from knitstudy.stages.trade import GROWTH, TRADE
+from knitstudy.stages.kept_tables import GROWTH, TRADE, Kept
 from knitstudy.study.choice import GROWTH_KEPT, INTERACTIONS, TRADE_KEPT, Ask, choose, numerics, resolved
 from knitstudy.study.configuration import CONFIG, load_changed, load_scenes, plan_of
 from knitstudy.study.planning import planned, problem_and_ask
@@ -174,7 +173,7 @@ def test_keys_of_a_model_are_refused_where_it_is_chosen():
     [
         ({"question": "frce"}, r"ask\.question is 'frce' but must be force, out_of_plane"),
         ({"accuracy": 0.0}, r"ask\.accuracy is 0\.0 but must be a number > 0"),
-        ({"seconds": -1.0}, r"ask\.seconds is -1\.0 but must be a number > 0 of seconds"),
+        ({"seconds": -1.0}, r"ask\.seconds is -1\.0 but must be a number > 0, in s"),
         ({"accurcy": 0.1}, r"unknown key 'ask\.accurcy' \(did you mean 'accuracy'\?\)"),
     ],
 )

@@ -14,8 +14,8 @@ import synthetic
 from knitstudy.contacts.contacts import extract
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files import read_table
+from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.claims.contact import asymmetry, largest_bend
 from knitstudy.measures.claims.evidence import Evidence
@@ -39,7 +39,7 @@ def evidence(plain_scene, knit, contacts):
     sizes, grown = study.domain(plain_scene)
     solid = scenes["dns-isotropic-course"]
     return Evidence(
-        geometry=synthetic.geometry(Knit(initial_loop(plain_scene), 2, 2), flattened=0.99),
+        geometry=synthetic.geometry(plain_knit(initial_loop(plain_scene), 2, 2), flattened=0.99),
         scenes=scenes
         | sizes
         | {name: solid.replace("contact.friction", friction) for name, friction in FRICTIONS.items()}

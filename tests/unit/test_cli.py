@@ -6,9 +6,9 @@ import pytest
 from click.testing import CliRunner
 from synthetic import geometry
 
-from knitstudy.cli.export import export
+from knitstudy.cli.console import plain, shortened
 from knitstudy.cli.main import main
-from knitstudy.cli.output import plain, shortened
+from knitstudy.cli.results import export
 from knitstudy.errors import ConvergenceError
 from knitstudy.exchange.dialects import DIALECTS
 from knitstudy.files import write_dataset
@@ -74,7 +74,7 @@ def test_version(knitstudy):
         (("list", "--study", "tiny"), "'tiny' is not one of 'ci', 'reduced', 'full', 'reference'"),
         (("list", "--fidelity", "rom"), "'rom' is not one of 'beam', 'hexahedra',"),
         (("export", "dns-a", "--dialect", "nastran"), "'nastran' is not one of 'abaqus', 'calculix'"),
-        (("check", "--set", "load.strain=1"), "--set and --sources are about a scene: name one"),
+        (("check", "--set", "load.strain=1"), "--set and --sources need the name of a scene"),
         (("show", "table.csv", "--plot", "a.png"), "--plot draws netCDF files"),
     ],
 )

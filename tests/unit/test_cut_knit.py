@@ -6,7 +6,7 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.elevation import pieces as drawn_pieces
-from knitstudy.geometry.cut import Pieces, cut_rows, middles_of_legs
+from knitstudy.geometry.fabric import cut_cells, middles_of_legs
 from knitstudy.measures.selection import cut_of
 from knitstudy.models.pieces import cut_yarns, problem_of_cut_knit
 
@@ -18,7 +18,7 @@ def scene(plain_scene):
 
 @pytest.fixture(scope="module")
 def pieces(knit):
-    return Pieces(knit, cut_rows(knit))
+    return cut_cells(knit.loop, *knit.cells)
 
 
 def test_cells_have_the_yarn_of_an_endless_knit(knit, pieces):
@@ -26,7 +26,7 @@ def test_cells_have_the_yarn_of_an_endless_knit(knit, pieces):
     arcs = pieces.arcs
     assert arcs.yarn.tolist() == [0, 0, 0, 1, 2, 3, 3, 3, 3]
     length = np.diff(arcs.arc, axis=1).sum()
-    assert length == pytest.approx(knit.rows * knit.centrelines[0].length, rel=1e-12)
+    assert length == pytest.approx(knit.cells[1] * knit.centrelines[0].length, rel=1e-12)
 
 
 def test_cuts_are_half_way_up_the_legs(knit):
@@ -86,16 +86,16 @@ def test_grips_in_wale_tension_hold_the_cut_legs(scene, pieces):
     assert not driven[8, 1]
 
 
-def test_stations_are_places_on_the_yarns_of_the_knit(scene, knit):
-    stations = problem_of_cut_knit(scene, knit).stations
-    for yarn in range(knit.rows + 1):
+def test_stations_are_places_on_the_yarns_of_the_knit(scene, knit, pieces):
+    stations = problem_of_cut_knit(scene, pieces).stations
+    for yarn in range(knit.cells[1] + 1):
         here = stations.yarn == yarn
         place = knit.centrelines[yarn].position(stations.arc_length[here])
         np.testing.assert_allclose(stations.position[here], place, atol=1e-6 * knit.radius)
 
 
-def test_pictures_leave_out_what_is_cut_off(scene, knit):
-    stations = problem_of_cut_knit(scene, knit).stations
+def test_pictures_leave_out_what_is_cut_off(scene, knit, pieces):
+    stations = problem_of_cut_knit(scene, pieces).stations
     history = xr.Dataset({"yarn": ("station", stations.yarn), "arc_length": ("station", stations.arc_length)})
     found = drawn_pieces(history, knit.radius)
     assert [stations.yarn[piece[0]] for piece in found] == [0, 0, 0, 1, 2, 3, 3, 3, 3]

@@ -12,7 +12,7 @@ from knitstudy.figures.extremes_map import CAUSES, draw
 from knitstudy.files import read_table
 from knitstudy.stages import extremes
 from knitstudy.stages.extremes import cause, collect, judged, run
-from knitstudy.stages.kept import made_otherwise, stamped
+from knitstudy.stages.kept_tables import made_otherwise, stamped
 from knitstudy.stages.simulate import Results
 from knitstudy.study.campaign import Campaign, Trial
 from knitstudy.study.configuration import CONFIG

@@ -9,8 +9,8 @@ import synthetic
 from knitstudy.contacts.contacts import extract
 from knitstudy.figures import catalogue as figures
 from knitstudy.files import read_table
+from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.claims.verdicts import findings, hanging
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import Reference, transferred_uncertainty
@@ -35,7 +35,7 @@ def sources(plain_scene, knit, scenes):
     return {
         "variations": {name: study.in_contact(history, scene.interaction) for name, scene in scenes.items()},
         "variations_contacts": dict.fromkeys(scenes, contacts),
-        "geometry": synthetic.geometry(Knit(initial_loop(plain_scene), 2, 2)),
+        "geometry": synthetic.geometry(plain_knit(initial_loop(plain_scene), 2, 2)),
         "scenes": scenes,
         "paper": read_table(RESOURCES / "paper_tables.csv"),
         "reference": study.reference(study.scenes(plain_scene)),

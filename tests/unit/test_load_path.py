@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError, DataFileError
 from knitstudy.files import read_dataset
-from knitstudy.geometry.pair import YarnPair
+from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.loading.gates import require_closed_ledger
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.load_path import Motion, load_path, place_on_path
@@ -70,7 +70,7 @@ def test_a_knit_is_pulled_along_the_course(plain_scene, knit):
 
 def test_a_pair_follows_its_path(plain_scene):
     pair = plain_scene.vary({"specimen": "pair", "fidelity": "hexahedra", "load.path": CORNERS.tolist()})
-    motion = load_path(pair, YarnPair(0.9e-3, 90.0, 5e-3, 0.01))
+    motion = load_path(pair, yarn_pair(0.9e-3, 90.0, 5e-3, 0.01))
     assert motion.corners == QUARTERS
     np.testing.assert_array_equal(motion.displacement, CORNERS)
     assert (motion.axis, motion.length) == (2, 1.8e-3)

@@ -11,7 +11,7 @@ from knitstudy.mechanics.batches import VARIABLE, share, threads
 from knitstudy.mechanics.linear import direct as banded
 from knitstudy.mechanics.linear.krylov import Rows
 from knitstudy.mechanics.solid import SolidState
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.solid_yarns import assemble_yarns
 
 
@@ -65,7 +65,7 @@ def test_forces_and_tangents_do_not_depend_on_threads(monkeypatch, plain_scene, 
     keys = {"pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.9e-3, "mesh.element": element}
     scene = plain_scene.vary({"fidelity": "hexahedra", "gates.elements_across": 2.0} | keys)
     knit = knit_of(scene)
-    mesh = mesh_knit(knit, scene.mesh.size)
+    mesh = mesh_fabric(knit, scene.mesh.size)
 
     def response(count):
         monkeypatch.setenv(VARIABLE, count)

@@ -14,7 +14,7 @@ from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.reference import reference_of, refinement_series_of
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, STRAINS, rms_out_of_plane
 from knitstudy.measures.selection import roles_of
-from knitstudy.stages import reference as kept
+from knitstudy.stages import kept_tables as kept
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scenes, load_study
@@ -203,7 +203,7 @@ def test_root_mean_square_does_not_depend_on_stations():
 def copy(tmp_path, sources):
     """What is kept of all simulations of two ways, made by code ab12."""
     path = tmp_path / "reference.csv"
-    kept.keep(values_of(sources["ways"], sources["ways_contacts"]), sources["scenes"], path, "ab12")
+    kept.keep_values(values_of(sources["ways"], sources["ways_contacts"]), sources["scenes"], path, "ab12")
     return path
 
 
@@ -228,7 +228,7 @@ def test_what_was_not_simulated_anew_stays(copy, sources):
     changed = sources["ways"][name].assign(force=sources["ways"][name]["force"] * 1.01)
     few = values_of({name: changed}, {name: sources["ways_contacts"][name]})
     before, values = read_table(copy), read_table(kept.values_beside(copy))
-    kept.keep(few, sources["scenes"], copy, "cd34")
+    kept.keep_values(few, sources["scenes"], copy, "cd34")
     after, anew = read_table(copy), read_table(kept.values_beside(copy))
     assert list(anew["scene"]) == list(values["scene"])
     assert set(anew[anew["code"] == "cd34"]["scene"]) == {name}
@@ -247,7 +247,7 @@ def forces(table):
 def test_rows_of_problems_without_two_ways_stay(copy, sources):
     table = read_table(copy)
     write_table(table.assign(problem="another"), copy)
-    kept.keep(read_table(kept.values_beside(copy)), sources["scenes"], copy, "ab12")
+    kept.keep_values(read_table(kept.values_beside(copy)), sources["scenes"], copy, "ab12")
     both = read_table(copy)
     assert list(dict.fromkeys(both["problem"])) == ["another", table["problem"][0]]
     assert len(both) == 2 * len(table)
@@ -257,14 +257,14 @@ def test_values_of_scenes_that_have_changed_are_dropped(copy, sources):
     name, *others = sources["scenes"]
     changed = sources["scenes"] | {name: sources["scenes"][name].replace("mesh.growth", 1.3)}
     values = read_table(kept.values_beside(copy))
-    kept.keep(values[values["scene"] == others[0]], changed, copy, "ab12")
+    kept.keep_values(values[values["scene"] == others[0]], changed, copy, "ab12")
     assert set(read_table(kept.values_beside(copy))["scene"]) == set(others)
 
 
 def test_nothing_is_kept_of_nothing(copy, sources):
     before = copy.read_bytes()
     with pytest.raises(DataFileError, match="has no simulation of the study `reference`"):
-        kept.keep(values_of({}, {}), sources["scenes"], copy, "ab12")
+        kept.keep_values(values_of({}, {}), sources["scenes"], copy, "ab12")
     assert copy.read_bytes() == before
 
 
@@ -273,17 +273,19 @@ def test_only_simulations_that_are_up_to_date_are_kept(config, sources, tmp_path
     history, contacts = (next(iter(sources[name].values())) for name in ("ways", "ways_contacts"))
     plan, steps = Plan.of(config), [STAGES["simulation"], STAGES["contacts"]]
     scenes = {"dns-a": plan.scenes["dns-a"]}
-    assert kept.found(scenes, tmp_path, config).empty
+    assert kept.values_found(scenes, tmp_path, config).empty
     for digests, there in (([None, "old"], False), ([None, None], True), (["old", None], False)):
         for stage, dataset, digest in zip(steps, (history, contacts), digests, strict=True):
             of = scenes["dns-a"]
             write_dataset(dataset, tmp_path / stage.path(of), of, digest or plan.digest(stage, of))
-        assert set(kept.found(scenes, tmp_path, config)["scene"]) == (set(scenes) if there else set())
+        assert set(kept.values_found(scenes, tmp_path, config)["scene"]) == (set(scenes) if there else set())
 
 
 def test_reference_of_other_code_is_said(copy):
-    assert kept.warning(copy, "ab12") == ""
-    assert "was made by code ab12, which is now cd34: `make reference`" in kept.warning(copy, "cd34")
+    assert kept.reference_warning(copy, "ab12") == ""
+    assert "was made by code ab12, which is now cd34: `make reference`" in kept.reference_warning(
+        copy, "cd34"
+    )
 
 
 def test_code_behind_the_reference_is_that_of_its_elements_and_contact(solid):

@@ -7,7 +7,7 @@ from knitstudy.mechanics.elements import ELEMENTS, element
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mechanics.materials.isotropic import Hencky, StVenantKirchhoff
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models import solid_yarns as dns
 
 
@@ -57,7 +57,9 @@ def pull(plain_scene, knit_of):
         scene = plain_scene.vary(keys)
         knit = knit_of(scene)
         return float(
-            dns.run(scene, mesh_knit(knit, scene.value("mesh.size") or scene.yarn.radius), knit)["force"][-1]
+            dns.run(scene, mesh_fabric(knit, scene.value("mesh.size") or scene.yarn.radius), knit)["force"][
+                -1
+            ]
         )
 
     return pull

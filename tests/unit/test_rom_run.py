@@ -15,9 +15,9 @@ def test_history_holds_what_the_scene_asked_for(plain_scene, knit, contacts, fid
     assert history.attrs["fidelity"] == fidelity
     assert history.attrs["dof"] > history.attrs["unknowns"] > 0
     moved = history["centreline_displacement"].isel(increment=-1)
-    right = np.isclose(history["centreline"][:, 0], 3 * knit.loop.wale_spacing)
+    right = np.isclose(history["centreline"][:, 0], 3 * knit.cell[0])
     assert right.sum() == 4
-    np.testing.assert_allclose(moved[right], np.tile([0.05 * 3 * knit.loop.wale_spacing, 0, 0], (4, 1)))
+    np.testing.assert_allclose(moved[right], np.tile([0.05 * 3 * knit.cell[0], 0, 0], (4, 1)))
     assert np.all(np.diff(history["force"]) > 0)
 
 

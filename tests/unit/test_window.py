@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
-from knitstudy.geometry.cut import Pieces
+from knitstudy.geometry.fabric import pieces_of
 from knitstudy.loading.gates import require_no_jump
 from knitstudy.loading.restart import Checkpoint, Run
 from knitstudy.loading.solve import solve_load_path
@@ -88,7 +88,7 @@ def test_a_margin_is_solid_and_not_asked_for(scene, knit):
 
 
 def test_crossings_of_pieces_are_those_of_the_knit(scene, knit):
-    pieces = Pieces(knit, window_of(scene, knit))
+    pieces = pieces_of(knit, window_of(scene, knit))
     crossings = pieces.crossings
     for side in range(2):
         for k, piece in enumerate(crossings.yarn[:, side]):

@@ -13,7 +13,7 @@ from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mechanics.solids_in_contact import Penetration, SolidsInContact
-from knitstudy.mesh.knit import crossing_grading
+from knitstudy.mesh.mesher import crossing_grading
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing
 from knitstudy.mesh.sweep import Targets, sweep

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knitstudy.geometry.pattern import Crossings
+from knitstudy.geometry.crossings import Crossings
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_contact.approach import Curves
 from knitstudy.mechanics.beam_contact.contact import BeamContact, Power, TouchingBeams, hertz

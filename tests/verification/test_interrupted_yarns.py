@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.lay_out import read_specimen
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.restart import Run
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mesh.sweep import SweptMesh
@@ -18,7 +18,7 @@ def begin(request):
     scene = load_scene(request.param).vary({"solver.increments": 6})
     geometry = STAGES["geometry"].function(scene)
     mesh = STAGES["mesh"].function(scene, geometry)
-    return lambda: dns.problem(scene, SweptMesh.from_dataset(mesh), read_specimen(geometry))
+    return lambda: dns.problem(scene, SweptMesh.from_dataset(mesh), Fabric.from_dataset(geometry))
 
 
 def test_what_goes_on_is_what_was_never_interrupted(begin, tmp_path, verify):

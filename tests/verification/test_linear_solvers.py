@@ -7,7 +7,7 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.model import DirichletElimination
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models import solid_yarns as dns
 
 
@@ -17,7 +17,7 @@ def cell(plain_scene, knit_of):
         {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
     )
     knit = knit_of(scene)
-    yarns = dns.assemble_yarns(scene, mesh_knit(knit, scene.mesh.size), knit)
+    yarns = dns.assemble_yarns(scene, mesh_fabric(knit, scene.mesh.size), knit)
     return yarns, dns.problem_of(yarns, scene, knit)
 
 

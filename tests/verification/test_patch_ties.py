@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from pull import knit_and_mesh
 
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.geometry.pattern import Knit
-from knitstudy.mesh.knit import sampled_sections
+from knitstudy.mesh.mesher import sampled_sections
 from knitstudy.models import solid_yarns as dns
 from knitstudy.models import spline_yarns as polynomial_yarns
 from knitstudy.study.configuration import load_scene
@@ -29,7 +29,7 @@ def force_of_solid_yarns(scene, **degrees):
     chosen = scene.vary(
         {"fidelity": "spline_yarns"} | {f"mesh.{key}": value for key, value in degrees.items()}
     )
-    knit = Knit.from_dataset(lay_out(chosen))
+    knit = Fabric.from_dataset(lay_out(chosen))
     return float(dns.run(chosen, sampled_sections(knit), knit)["force"][-1])
 
 

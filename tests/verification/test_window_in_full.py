@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.newton import trace
-from knitstudy.mesh.knit import sampled_sections
+from knitstudy.mesh.mesher import sampled_sections
 from knitstudy.models import solid_yarns as dns
 from knitstudy.models.window import problem
 

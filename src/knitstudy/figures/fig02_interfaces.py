@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.annotation import HALO
 from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.picture import HALO
 from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, panel_letter, styled, tint
 
 SLAVE, MASTER = YARNS[1], YARNS[2]

@@ -7,13 +7,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar, triad
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.elevation import colour_bar, elevated_yarns, elevation, levels
-from knitstudy.figures.picture import bounds, show
+from knitstudy.figures.picture import HALO, bounds, scale_bar, show, triad
+from knitstudy.figures.renderer import FRONT, MILLIMETRE, View
 from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import ACCENT, DOUBLE, FAINT, INK, figure, panel_letter, styled, tint
-from knitstudy.figures.view import FRONT, View
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.response import transverse_contraction
 

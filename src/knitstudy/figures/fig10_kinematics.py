@@ -12,15 +12,12 @@ from matplotlib.figure import Figure
 
 from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.curves import PERCENT
-from knitstudy.figures.style import DOUBLE, FAINT, figure, panel_letter, styled, tint
+from knitstudy.figures.style import DOUBLE, FAINT, MICROMETRE, PERCENT, figure, panel_letter, styled, tint
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import centre_cell, closest_neighbour, rotation_angle
 
 HEIGHT = 178.0
 """Of the figure [mm]."""
-
-MICROMETRE = 1e6
 
 LOWER, UPPER = "#0072B2", "#D55E00"
 

@@ -12,8 +12,17 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.curves import PERCENT
-from knitstudy.figures.style import DOUBLE, FAINT, INK, INTERACTIONS, PAPER, figure, panel_letter, styled
+from knitstudy.figures.style import (
+    DOUBLE,
+    FAINT,
+    INK,
+    INTERACTIONS,
+    PAPER,
+    PERCENT,
+    figure,
+    panel_letter,
+    styled,
+)
 from knitstudy.measures.catalogue import VARIED, several, solid
 from knitstudy.measures.claims.evidence import NOT_REPRODUCED, OPEN, REPRODUCED
 from knitstudy.measures.claims.verdicts import CLAIMS, Finding, findings

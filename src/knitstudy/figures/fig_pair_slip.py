@@ -11,11 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.style import DOUBLE, FAINT, INK, SINGLE, figure, panel_letter, styled
+from knitstudy.figures.style import DOUBLE, FAINT, INK, MICROMETRE, SINGLE, figure, panel_letter, styled
 from knitstudy.measures.catalogue import several
 from knitstudy.study.scene import Scene
-
-MICROMETRE = 1e6
 
 HEIGHT = 110.0
 """Of the figure [mm]."""

@@ -1,25 +1,40 @@
-"""One visual language for all figures: sizes, type, and a colour for every yarn and every model.
+"""One visual language for all figures: sizes, type, a colour for every yarn and every model, and how files are written.
 
 The colours can be told apart with any colour vision; models differ in marker and dash as well.
 """
 
 from __future__ import annotations
 
+import logging
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import wraps
+from pathlib import Path
 
 import matplotlib
+import pandas as pd
+import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.files import code_version, replacing
 from knitstudy.measures.discretisation import INTERACTIONS as INTERACTION_NAMES
 from knitstudy.measures.discretisation import NAMES
 
+# It tells at length how it cuts fonts for PDF.
+logging.getLogger("fontTools").setLevel(logging.WARNING)
+
 INCH = 25.4
 """Millimetres."""
+
+PERCENT, MICROMETRE, MEGAPASCAL = 100.0, 1e6, 1e-6
+"""Units of axes over those of data: 1, metre and pascal."""
+
+Source = xr.Dataset | Mapping[str, xr.Dataset] | pd.DataFrame
+"""An argument of a figure: a result, several by the names of their scenes, or a table of reference."""
 
 SINGLE, DOUBLE = 84.0, 174.0
 """Widths of a figure of one and of two columns [mm]."""
@@ -133,7 +148,7 @@ def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
     return inside
 
 
-def panel_letter(axes, letter: str, title: str = "") -> None:
+def panel_letter(axes: Axes, letter: str, title: str = "") -> None:
     """Put the letter of a panel, and its title, above its upper left corner."""
     axes.set_title(f"({letter})  {title}".rstrip(), loc="left", fontsize=8.5, pad=4)
 
@@ -142,3 +157,52 @@ def tint(colour: str, share: float = 0.45) -> tuple[float, float, float]:
     """Return a colour mixed with white; `share` is what remains of it."""
     red, green, blue = to_rgb(colour)
     return tuple(share * part + 1 - share for part in (red, green, blue))
+
+
+def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Source], title: str) -> None:
+    """Write a figure.
+
+    Parameters
+    ----------
+    figure : Figure
+    paths : iterable of Path or str
+        Where to; the suffix chooses the format, ".png" (of `style.resolution`) or ".pdf".
+    sources : mapping of str to Source
+        What it was drawn from: scene and digest of each are recorded, of a table the code behind it.
+    title : str
+        Title of the document.
+
+    Raises
+    ------
+    ConfigurationError
+        When a suffix is not known, or KNITSTUDY_DPI is no resolution.
+    DataFileError
+        When a folder cannot be made.
+    """
+    origin = describe(sources)
+    software = f"knitstudy {code_version()}"
+    metadata = {
+        ".png": {"Title": title, "Source": origin, "Software": software},
+        # Without a date the same data give the same file.
+        ".pdf": {"Title": title, "Subject": origin, "Creator": software, "CreationDate": None},
+    }
+    with matplotlib.rc_context(RC):
+        for path in map(Path, paths):
+            if path.suffix not in metadata:
+                raise ConfigurationError(f"{path}: figures are written as {' and '.join(metadata)}")
+            with replacing(path) as temporary:
+                figure.savefig(temporary, dpi=resolution(), metadata=metadata[path.suffix])
+
+
+def describe(sources: Mapping[str, Source]) -> str:
+    """Return the stages, scenes and digests of datasets in one line, and the code behind tables of reference."""
+    parts = []
+    for stage, source in sources.items():
+        if isinstance(source, pd.DataFrame):
+            code = sorted(set(source["code"].astype(str))) if "code" in source else []
+            parts.append(f"{stage} [{', '.join(code) or 'unknown'}]")
+            continue
+        for each in [source] if isinstance(source, xr.Dataset) else source.values():
+            scene, digest = (each.attrs.get(name, "unknown") for name in ("scene", "digest"))
+            parts.append(f"{stage} of {scene} [{digest}]")
+    return "; ".join(parts) or "drawn without data"

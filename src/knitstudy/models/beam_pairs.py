@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.geometry.pattern import Crossings
+from knitstudy.geometry.crossings import Crossings
 from knitstudy.mechanics.beam_contact.approach import A, B, Curves, Pairs, approach
 from knitstudy.mechanics.beam_contact.contact import CrossingPairs
 

@@ -11,8 +11,8 @@ import xarray as xr
 
 from knitstudy.contacts.facets import tied_crossings
 from knitstudy.errors import ConvergenceError
-from knitstudy.geometry.cut import grip_ends
-from knitstudy.geometry.pattern import Crossings, Knit
+from knitstudy.geometry.crossings import Crossings
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Recorder
 from knitstudy.loading.load_path import load_path
@@ -62,7 +62,7 @@ class BeamKnit:
     neighbours: Neighbours
 
 
-def beam_knit(scene: Scene, knit: Knit) -> BeamKnit:
+def beam_knit(scene: Scene, knit: Fabric) -> BeamKnit:
     """Return the beams of a scene.
 
     Raises
@@ -89,7 +89,7 @@ def beam_knit(scene: Scene, knit: Knit) -> BeamKnit:
     elif scene.beam.tie == "patch" and tied.any():
         discs = contacts_of_crossings(knit, scene.tie.radius).isel(crossing=tied)
         joints = joints.pinned(patch_stiffness(knit, points, discs, scene.yarn))
-    stops = grip_ends(knit, scene.load.direction)
+    stops = knit.grip_ends(scene.load.direction)
     network = rom3d.spatial_network(knit, points, scene.mesh.beam_size, joints=joints, stops=stops)
     beams = network.model(scene.yarn, scene.mesh.section_law)
     stations = network.stations
@@ -100,7 +100,7 @@ def beam_knit(scene: Scene, knit: Knit) -> BeamKnit:
     return BeamKnit(network, model, tied, Neighbours(curves, stations.yarn, crossings, scene.yarn.radius))
 
 
-def beam_contact(scene: Scene, knit: Knit, curves: Curves, touching: np.ndarray) -> BeamContact:
+def beam_contact(scene: Scene, knit: Fabric, curves: Curves, touching: np.ndarray) -> BeamContact:
     """Return the contact of a scene at the crossings that `touching` (K,) says.
 
     The stiffness against elastic slip is ``beam.stiffness`` whatever the sections do: Hertz's approach is normal.
@@ -229,22 +229,22 @@ def simulate(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dat
     ConvergenceError, DataFileError
         As `knitstudy.loading.solve.solve_load_path`.
     """
-    return solve_load_path(problem(scene, Knit.from_dataset(geometry)), run)
+    return solve_load_path(problem(scene, Fabric.from_dataset(geometry)), run)
 
 
-def run(scene: Scene, knit: Knit, how: Run = IN_MEMORY) -> xr.Dataset:
+def run(scene: Scene, knit: Fabric, how: Run = IN_MEMORY) -> xr.Dataset:
     """Return the history of a scene: `problem`, followed; see `simulate`."""
     return solve_load_path(problem(scene, knit), how)
 
 
-def problem(scene: Scene, knit: Knit) -> Problem:
+def problem(scene: Scene, knit: Fabric) -> Problem:
     """Return a scene of fidelity "beam" as a problem.
 
     Parameters
     ----------
     scene : Scene
         What to load and how.
-    knit : Knit
+    knit : Fabric
         The knit of the scene.
 
     Raises
@@ -256,7 +256,7 @@ def problem(scene: Scene, knit: Knit) -> Problem:
     return problem_of(beam_knit(scene, knit), scene, knit, meter)
 
 
-def problem_of(beams: BeamKnit, scene: Scene, knit: Knit, meter: Meter | None = None) -> Problem:
+def problem_of(beams: BeamKnit, scene: Scene, knit: Fabric, meter: Meter | None = None) -> Problem:
     """Return beams in contact with the load of a scene, and with what is seen and refused on the way."""
     meter = meter or Meter()
     network, model = beams.network, beams.model
@@ -298,11 +298,11 @@ class BeamObserver:
     Parameters
     ----------
     beams : BeamKnit
-    knit : Knit
+    knit : Fabric
     scene : Scene
     """
 
-    def __init__(self, beams: BeamKnit, knit: Knit, scene: Scene) -> None:
+    def __init__(self, beams: BeamKnit, knit: Fabric, scene: Scene) -> None:
         self._beams, self._radius = beams, scene.yarn.radius
         self._crossings = CrossingRecord(beams, knit.crossings, scene)
         self._gaps: Gaps | None = None

@@ -12,7 +12,7 @@ import scipy.sparse as sp
 import xarray as xr
 
 from knitstudy.contacts.facets import CrossingFacets, tied_crossings
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric, fabric_of
 from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.load_path import Motion
@@ -123,10 +123,10 @@ def simulate(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dat
     ConvergenceError, DataFileError
         As `knitstudy.loading.solve.solve_load_path`.
     """
-    return solve_load_path(problem(scene, Knit.from_dataset(geometry)), run)
+    return solve_load_path(problem(scene, fabric_of(scene, geometry)), run)
 
 
-def assemble(scene: Scene, knit: Knit) -> Cell:
+def assemble(scene: Scene, knit: Fabric) -> Cell:
     """Return the cell of a scene, of so many loops and rows.
 
     Raises
@@ -157,7 +157,7 @@ def assemble(scene: Scene, knit: Knit) -> Cell:
     return Cell(yarns, PeriodicModel(model, spread), tie, touching)
 
 
-def problem(scene: Scene, knit: Knit) -> Problem:
+def problem(scene: Scene, knit: Fabric) -> Problem:
     """Return a scene whose specimen is a cell as a problem.
 
     The driven side is the lattice: its displacement along x, y and in shear is the strain times the edge of the cell,

@@ -11,15 +11,14 @@ import scipy.sparse as sp
 
 from knitstudy.contacts.facets import Rings
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.grids import Grid, circular_chords, circular_stretch
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.spline_yarn.space import Space
-from knitstudy.mesh.grips import Grips
+from knitstudy.mesh.mesher import Grips
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
 
@@ -146,7 +145,7 @@ class Discretisation:
         return np.flatnonzero(self.yarn == yarn)
 
 
-def discretised(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+def discretised(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
     """Return the yarns of a scene, divided as its fidelity says.
 
     Raises
@@ -164,7 +163,7 @@ COARSE = 3.0
 """Length of cells away from crossings, over that near them."""
 
 
-def contact_surfaces(scene: Scene, space: Space, specimen: Knit | YarnPair) -> tuple[Cylinders, Rings]:
+def contact_surfaces(scene: Scene, space: Space, specimen: Fabric) -> tuple[Cylinders, Rings]:
     """Return the surfaces of yarns for contact, and where their rings lie; coarse where nothing touches.
 
     Raises

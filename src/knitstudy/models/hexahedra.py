@@ -8,16 +8,15 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.contacts.facets import Rings
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_elements_across
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
 from knitstudy.mechanics.elements.hexahedron import InverseMap, shape, shape_gradient
 from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape, quadratic_shape_gradient
 from knitstudy.mechanics.materials import material_of
-from knitstudy.mesh.grips import Grips, grips
 from knitstudy.mesh.memory import require_memory_to_simulate
+from knitstudy.mesh.mesher import Grips, grips
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.discretisation import Discretisation, yarn_surfaces
@@ -67,7 +66,7 @@ def _lumped() -> np.ndarray:
 LUMPED = _lumped()
 
 
-def divide_quadratic(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+def divide_quadratic(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
     """Return the yarns of a scene as quadratic hexahedra, one for each of a swept mesh.
 
     Raises
@@ -150,7 +149,7 @@ def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:
 # ---- Solid yarns of hexahedra: linear ones here, quadratic ones in `quadratic_hexahedra`
 
 
-def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+def discretise(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
     """Return the yarns of a scene as hexahedra.
 
     Raises
@@ -165,7 +164,7 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
     return parts
 
 
-def divide(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+def divide(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
     """Return the yarns of a scene as hexahedra, whether or not they are fit to be simulated.
 
     Raises

@@ -13,9 +13,7 @@ import xarray as xr
 
 from knitstudy.contacts.facets import CrossingFacets, tied_crossings, tied_pieces
 from knitstudy.contacts.kinematics import section_motion
-from knitstudy.geometry.lay_out import read_specimen
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.load_path import Motion, load_path
@@ -145,7 +143,7 @@ class SolidYarns:
         return position
 
 
-def assemble_yarns(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SolidYarns:
+def assemble_yarns(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> SolidYarns:
     """Return the solid yarns of a scene.
 
     Raises
@@ -207,15 +205,15 @@ def simulate(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, run: Run = IN
     ConvergenceError, DataFileError
         As `knitstudy.loading.solve.solve_load_path`.
     """
-    return solve_load_path(problem(scene, SweptMesh.from_dataset(mesh), read_specimen(geometry)), run)
+    return solve_load_path(problem(scene, SweptMesh.from_dataset(mesh), Fabric.from_dataset(geometry)), run)
 
 
-def run(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair, how: Run = IN_MEMORY) -> xr.Dataset:
+def run(scene: Scene, mesh: SweptMesh, specimen: Fabric, how: Run = IN_MEMORY) -> xr.Dataset:
     """Return the history of a scene: `problem`, followed; see `simulate`."""
     return solve_load_path(problem(scene, mesh, specimen), how)
 
 
-def problem(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Problem:
+def problem(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Problem:
     """Return a scene of solid yarns as a problem.
 
     Raises
@@ -228,9 +226,7 @@ def problem(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Problem
     return problem_of(assemble_yarns(scene, mesh, specimen), scene, specimen, meter)
 
 
-def problem_of(
-    yarns: SolidYarns, scene: Scene, specimen: Knit | YarnPair, meter: Meter | None = None
-) -> Problem:
+def problem_of(yarns: SolidYarns, scene: Scene, specimen: Fabric, meter: Meter | None = None) -> Problem:
     """Return solid yarns with the load of a scene, and with what is seen and refused on the way."""
     mesh, model, tie, touching = yarns.parts.mesh, yarns.model, yarns.tie, yarns.touching
     motion = load_path(scene, specimen)

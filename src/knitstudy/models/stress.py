@@ -9,8 +9,7 @@ import xarray as xr
 
 from knitstudy.contacts.segments import KINDS, NO_SEGMENT, Segments, segments
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.columns import STRESSES
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import VOIGT, Material, axes_along, material_of
@@ -64,7 +63,7 @@ CORNERS = 8
 
 
 def hexahedral_cell_stress(
-    scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair, displacement: np.ndarray
+    scene: Scene, mesh: SweptMesh, specimen: Fabric, displacement: np.ndarray
 ) -> CellStress:
     """Return the stress in every element from the displacement (N, 3) of the nodes [m]."""
     parts = divide(scene, mesh, specimen)
@@ -110,7 +109,7 @@ LAYERS = 100
 
 
 def spline_cell_stress(
-    scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair, displacement: np.ndarray
+    scene: Scene, mesh: SweptMesh, specimen: Fabric, displacement: np.ndarray
 ) -> CellStress:
     """Return the stress in every cell from the coefficients (N, 3) of the displacement [m].
 
@@ -215,7 +214,7 @@ def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dat
         raise DataFileError(
             "the history holds no node_displacement, which stresses come from: the scene's outputs must hold 'fields'"
         )
-    knit, swept = Knit.from_dataset(geometry), SweptMesh.from_dataset(mesh)
+    knit, swept = Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh)
     moved = history["node_displacement"].to_numpy()
     cells = CELL_STRESS[scene.fidelity](scene, swept, knit, moved)
     parts = segments(knit.crossings, np.array([each.length for each in knit.centrelines]))

@@ -13,10 +13,9 @@ from knitstudy.measures.discretisation import is_cut, is_direct
 from knitstudy.measures.selection import Roles
 from knitstudy.measures.windows import is_window
 from knitstudy.stages.code import code_digest
-from knitstudy.stages.freshness import digest_of_files
 from knitstudy.stages.plan import Plan, Step
 from knitstudy.stages.table import STAGES, Stage
-from knitstudy.study.scene import Scene
+from knitstudy.study.scene import Scene, digest
 
 BESIDE = ("contacts", "geometry", "mesh", "stress")
 """Stages whose results of direct simulations figures and tables take besides their histories."""
@@ -185,7 +184,7 @@ class Displays:
         scenes = {role: scene.read(scene.to_dict()) for role, scene in self.scenes(name).items()}
         reads = {"title": self.catalogue.find(name).title, "scenes": scenes}
         code = code_digest(self.catalogue.module(name), *self._code)
-        return digest_of_files(reads, code, digests_of(self.sources[name], self._plan))
+        return digest({"reads": reads, "code": code, "needs": digests_of(self.sources[name], self._plan)})
 
 
 def digests_of(sources: Mapping[str, Source], plan: Plan) -> dict[str, str]:

@@ -32,7 +32,7 @@ import xarray as xr
 
 from knitstudy.errors import ConvergenceError, KnitstudyError
 from knitstudy.figures.extremes_map import draw
-from knitstudy.figures.saving import save
+from knitstudy.figures.style import save
 from knitstudy.files import replacing, write_table
 from knitstudy.loading.restart import Progress
 from knitstudy.measures.history_checks import (
@@ -45,11 +45,11 @@ from knitstudy.measures.history_checks import (
     penetration,
     unbalanced_contact,
 )
-from knitstudy.report.screen import save_for_screen
+from knitstudy.report.files import save_for_screen
 from knitstudy.stages.code import code_digest
-from knitstudy.stages.kept import stamped
-from knitstudy.stages.parent import end_with_parent
+from knitstudy.stages.kept_tables import stamped
 from knitstudy.stages.plan import Plan
+from knitstudy.stages.script import end_with_parent
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES
 from knitstudy.study.campaign import Campaign, Trial, load_campaign

@@ -51,7 +51,7 @@ APPLIES = {"across": "mesh.size", "degree": "mesh.degree", "diameter": "yarn", "
 
 
 def _said(allowed: str, **default: Any) -> Any:
-    return key(allowed, standing="choice", source="what is tried", checked="all", **default)
+    return key("output", "choice", allowed=allowed, source="what is tried", checked="all", **default)
 
 
 class Alone(Section):

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.discretisation import INTERACTIONS, made_of
 from knitstudy.measures.paper_values import numbers
 from knitstudy.measures.segments import (
@@ -201,7 +201,7 @@ def tabulate_cut_forces(
     scenes : mapping of str to Scene
         Their scenes.
     """
-    knit = Knit.from_dataset(geometry)
+    knit = Fabric.from_dataset(geometry)
     rows = []
     for name, stresses in fields_stress.items():
         grips = stresses.attrs["force"]

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.centre_cell import crossing_error, loop_of
 from knitstudy.measures.claims.evidence import (
     BEFORE,
@@ -144,7 +144,7 @@ SIZE_RULES = {
         f"exponents of degrees of freedom in cells in a row within {AS_AN_AREA:g} of 2, with ties and with friction, "
         f"and contact over ties at the smallest size {SHARE:.0%} of the paper's factor in degrees of freedom or more",
         BEFORE,
-        ("fig12a_domain_size", "table3_domain_size"),
+        ("fig12_size_and_beams", "table3_domain_size"),
         OF_COSTS,
     )
 }
@@ -238,14 +238,14 @@ SWEEP_RULES = {
         partial(judge_sweep, SPACING, 1),
         WORDS.format("rises", "falls"),
         BEFORE,
-        ("fig11a_course_spacing", "sweeps"),
+        ("fig11_sweeps", "sweeps"),
         "of every value, by the next degree and hexahedra, beside the values",
     ),
     "K10": Rule(
         partial(judge_sweep, DIAMETER, -1),
         WORDS.format("falls", "rises"),
         BEFORE,
-        ("fig11b_yarn_diameter", "sweeps"),
+        ("fig11_sweeps", "sweeps"),
         "of every value, by the next degree and hexahedra, beside the values",
     ),
 }
@@ -276,7 +276,7 @@ def judge_directions(evidence: Evidence) -> Judgement:
     found = _isotropic(evidence)
     if found is None:
         return Judgement("", NOT_RUN, LACKING)
-    lines = honeycomb_segments(contacts_of_crossings(Knit.from_dataset(evidence.geometry)))
+    lines = honeycomb_segments(contacts_of_crossings(Fabric.from_dataset(evidence.geometry)))
     near, turned, said = [], [], []
     for direction, names in found.items():
         printed = numbers(evidence.paper, "4", f"mps-{direction}", "segments 1..6 angle to x")
@@ -320,7 +320,7 @@ def judge_heights(evidence: Evidence) -> Judgement:
     found = _isotropic(evidence)
     if found is None:
         return Judgement("", NOT_RUN, LACKING)
-    knit = Knit.from_dataset(evidence.geometry)
+    knit = Fabric.from_dataset(evidence.geometry)
     ratio = {
         direction: height_ratio(knit, [evidence.stresses[name] for name in names])
         for direction, names in found.items()
@@ -334,12 +334,12 @@ def judge_heights(evidence: Evidence) -> Judgement:
     return _stresses_at_full_strain(evidence, judged, found)
 
 
-def height_ratio(knit: Knit, stresses: list[xr.Dataset]) -> Estimate:
+def height_ratio(knit: Fabric, stresses: list[xr.Dataset]) -> Estimate:
     """Return the height of a row by principal stress over that of the knit.
 
     Parameters
     ----------
-    knit : Knit
+    knit : Fabric
     stresses : list of Dataset
         Of one problem by several discretisations, the one that decides first.
     """
@@ -351,7 +351,7 @@ def height_ratio(knit: Knit, stresses: list[xr.Dataset]) -> Estimate:
     def ratio(sign: float) -> float:
         # Nothing is steeper than upright.
         angles = (min(angle + sign * each, 90 - 1e-6) for angle, each in zip(value, off, strict=True))
-        return heights(knit, contacts, *angles).course / knit.loop.course_spacing
+        return heights(knit, contacts, *angles).course / knit.cell[1]
 
     return Estimate(ratio(0), max(abs(ratio(sign) - ratio(0)) for sign in (-1, 1)))
 

@@ -11,7 +11,7 @@ def displays(kind):
         from knitstudy.figures.catalogue import FIGURES as catalogue
     else:
         from knitstudy.tables.catalogue import TABLES as catalogue
-    code = ("knitstudy.figures.saving",) if kind == "figure" else ()
+    code = ("knitstudy.figures.style",) if kind == "figure" else ()
     return Displays(catalogue, PLAN, STUDY, reference_files(CONFIG), code, f"study {CONFIGURATION.study!r}")
 
 
@@ -47,37 +47,36 @@ def title_of(kind):
     return lambda wildcards: displays(kind).catalogue.find(wildcards[kind]).title
 
 
-def digests_of_displays():
-    """Return the digests of all figures and tables by their places under the results, noted for the engine."""
-    found = {
-        f"{kind}s/{name}": displays(kind).digest(name)
-        for kind in ("figure", "table")
-        for name in displays(kind).names()
-    }
-    for place, wanted in found.items():
-        freshness.note(place, wanted)
-    return found
+def digest_of(kind):
+    """Return the function of the digest of one."""
+    return lambda wildcards: displays(kind).digest(wildcards[kind])
+
+
+def digest_of_report(wildcards):
+    """Return the digest of the report: of its code, its page, all figures and tables, and all data of the study."""
+    from knitstudy.stages.code import code_digest
+    from knitstudy.stages.displays import digests_of
+
+    files = {name: Path(path) for name, path in PAGE.items()} | {"data": data_of_study()}
+    shown = [displays(kind).digest(name) for kind in ("figure", "table") for name in displays(kind).names()]
+    return [code_digest("knitstudy.report.page"), digests_of(files, PLAN), shown]
 
 
 @cache
 def notes():
     """Return what the report says of a reference and of verdicts that were kept by other code than today's."""
-    from knitstudy.stages import reference
-    from knitstudy.stages.verdicts import VERDICTS
+    from knitstudy.stages.kept_tables import REFERENCE, VERDICTS, code_behind, reference_warning
 
     try:
         said = [VERDICTS.warning(VERDICTS.path, VERDICTS.digest_wanted(PLAN, CONFIG))]
         if names := load_study("reference", CONFIG):
-            code = reference.code_behind(PLAN.scenes[name] for name in names)
-            said.append(reference.warning(reference.KEPT, code))
+            code = code_behind(PLAN.scenes[name] for name in names)
+            said.append(reference_warning(REFERENCE, code))
     except KnitstudyError as error:
         stop(error)
     return [each for each in said if each]
 
 
 def data_of_study():
-    """Return every netCDF file of the study, in the order of its stages."""
-    order = ("geometry", "mesh", "contacts", "stress", "simulation")
-    steps = [step for step in PLAN.steps(STUDY) if step[0].path_pattern.endswith(".nc")]
-    place = {name: number for number, name in enumerate(order)}
-    return sorted(steps, key=lambda step: place.get(step[0].name, len(order)))
+    """Return every dataset of the study, in the order of its stages."""
+    return [(stage, scene) for stage, scene in PLAN.steps(STUDY) if stage.is_dataset]
