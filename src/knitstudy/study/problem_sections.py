@@ -28,7 +28,7 @@ class Pattern(Section):
     rows: Count = key(
         "physics",
         "inferred",
-        source="n + 1 yarns for n rows of interlocks: DOF(n) = n^2 [21057 + 40700 (1 - 2/n)] fits Table 3 within 0.3 %",
+        source="DOF(n) = n^2 [21057 + 40700 (1 - 2/n)] fits Table 3 within 0.4 %: n rows; whole edge yarns are assumed",
         checked="3",
     )
     course_spacing: Length = key(
