@@ -79,7 +79,8 @@ def test_is_frozen_to_the_last_number(scene):
             "yarn.material",
             "rubber",
             "hencky (linear in logarithmic strain), neo_hookean (of rubber), "
-            "st_venant_kirchhoff (linear in Green's strain) or transversely_isotropic (five constants about the yarn's axis)",
+            "st_venant_kirchhoff (linear in Green's strain) or "
+            "transversely_isotropic (five constants about the yarn's axis)",
         ),
         ("pattern.loops", 0, "a whole number from 1 to 10000"),
         ("pattern.rows", 1.5, "a whole number from 1 to 10000"),
