@@ -9,6 +9,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from knitstudy.figures.renderer import RenderingError
+from knitstudy.figures.style import styled
 from knitstudy.measures.catalogue import Catalogue
 
 log = logging.getLogger(__name__)
@@ -25,7 +26,7 @@ def draw(name: str, **sources: Any) -> Figure:
         When there is no such figure, or something that it needs is missing.
     """
     try:
-        return FIGURES.make(name, **sources)
+        return styled(FIGURES.make)(name, **sources)
     except RenderingError as error:
         log.error("%s is left out: %s", name, error)
         note = Figure(figsize=(6.0, 1.5))

@@ -14,8 +14,7 @@ from matplotlib.transforms import ScaledTranslation
 from knitstudy.figures.style import FAINT, INCH, INK, PERCENT, Look
 from knitstudy.measures.reference import Reference
 
-LINE_OF_TEXT = 0.055
-"""Height of a line of text over the height of the axes."""
+LINE_OF_TEXT = 0.055  # height of a line of text over the height of the axes
 
 
 def strain_label(direction: str) -> str:

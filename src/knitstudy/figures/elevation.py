@@ -19,18 +19,12 @@ from knitstudy.figures.style import DOUBLE, figure, panel_letter
 from knitstudy.measures.response import Z
 
 COLOURS = "cividis"
+LEVELS = 12  # most steps of colour
+CUT = 6.0  # distance of stations along a yarn, over the radius, that says that there is no yarn between them
 
-LEVELS = 12
-"""Most steps of colour."""
+FOOT, HEAD = 15.0, 11.0  # room for the colour bar below and for two lines of title above each panel [mm]
 
-CUT = 6.0
-"""Distance of stations along a yarn, over the radius, that says that there is no yarn between them."""
-
-FOOT, HEAD = 15.0, 11.0
-"""Room for the colour bar below and for two lines of title above each panel [mm]."""
-
-SILL = 3.0
-"""Room below the knit for the scale bar [mm of the knit]."""
+SILL = 3.0  # room below the knit for the scale bar [mm of the knit]
 
 
 def elevation(history: xr.Dataset) -> np.ndarray:

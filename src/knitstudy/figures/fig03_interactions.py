@@ -11,24 +11,17 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import draw_arrow, front_panels
 from knitstudy.figures.renderer import FRONT, MILLIMETRE
 from knitstudy.figures.shapes import tube
-from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, panel_letter, styled, tint
+from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, panel_letter, tint
 from knitstudy.geometry.fabric import Fabric, Grip
 from knitstudy.measures.catalogue import solid
 
-STEP = 0.15
-"""Distance of the points that yarns are drawn through, in radii."""
-
+STEP = 0.15  # distance of the points that yarns are drawn through, in radii
 TIED = {"marker": "s", "s": 20, "facecolor": ACCENT, "edgecolor": PAPER, "label": "tied"}
 FRICTION = {"marker": "o", "s": 25, "facecolor": PAPER, "edgecolor": INK, "label": "contact with friction"}
-
 HELD = {"color": INK, "linewidth": 3.4, "label": "held"}
 DRIVEN = {"color": "#D9740B", "linewidth": 3.4, "label": "driven"}
-
-STUB = 1.0
-"""Length of the ends that are drawn as gripped where the grips are faces, in radii."""
-
-PULL = 2.2
-"""Length of the arrows of the load [mm]."""
+STUB = 1.0  # length of the ends that are drawn as gripped where the grips are faces, in radii
+PULL = 2.2  # length of the arrows of the load [mm]
 
 
 @FIGURES.add(
@@ -40,17 +33,8 @@ PULL = 2.2
         "wale": solid("contacts", "isotropic-wale"),
     },
 )
-@styled
 def draw(geometry: xr.Dataset, course: xr.Dataset, wale: xr.Dataset) -> Figure:
-    """Draw the undeformed knit with a mark at every crossing and its grips, in course and in wale tension.
-
-    Parameters
-    ----------
-    geometry : Dataset
-        Geometry of the knit (see docs/architecture.md).
-    course, wale : Dataset
-        Contacts of direct simulations with isotropic friction.
-    """
+    """Draw the undeformed knit with a mark at every crossing and its grips, in course and in wale tension."""
     knit = Fabric.from_dataset(geometry)
     surfaces = [
         tube(

@@ -12,7 +12,7 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import HALO, front_panels
 from knitstudy.figures.renderer import FRONT, MILLIMETRE
 from knitstudy.figures.shapes import yarn_of_mesh
-from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, SINGLE, YARNS, styled, tint
+from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, SINGLE, YARNS, tint
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.mesh.sweep import SweptMesh
@@ -29,15 +29,8 @@ from knitstudy.models.network import Network
         "contacts": solid("contacts", "tie-course"),
     },
 )
-@styled
 def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure:
-    """Draw the honeycomb over the undeformed mesh, with the contact zones that are its joints.
-
-    Parameters
-    ----------
-    geometry, mesh, contacts : Dataset
-        Of one direct simulation (see docs/architecture.md).
-    """
+    """Draw the honeycomb over the undeformed mesh, with the contact zones that are its joints."""
     solid = SweptMesh.from_dataset(mesh)
     network = honeycomb.planar_network(Fabric.from_dataset(geometry), contacts)
     surfaces = [yarn_of_mesh(solid, i, tint(YARNS[i % len(YARNS)])) for i in range(solid.yarns)]

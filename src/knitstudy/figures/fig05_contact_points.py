@@ -14,7 +14,7 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import bounds, label, scale_bar, show, triad
 from knitstudy.figures.renderer import MILLIMETRE, Surface, View
 from knitstudy.figures.shapes import arrow, plate, rod, tube
-from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE, YARNS, figure, styled
+from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE, YARNS, figure
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.models.joints import contact_normal_planes, joint_points
@@ -23,21 +23,11 @@ VIEW = View.orbit(turn=-12, tilt=-36)
 """From below: here the two planes and the two normals part most in the picture."""
 
 WIDTH = 1.2 * SINGLE
-
-SILL = 0.4
-"""Room below the yarns for the scale bar [mm]."""
-
-REACH = 2.0
-"""How much of the yarns is shown beyond the contacts, in radii."""
-
-ARROW = 2.6
-"""Length of a drawn normal, in radii."""
-
-PLANES = ("#E69F00", "#6B6B80")
-"""Colours of the contact normal planes of P1 and P2."""
-
-RIM = 0.4
-"""How far a plane is shown beyond what it must hold, in radii."""
+SILL = 0.4  # room below the yarns for the scale bar [mm]
+REACH = 2.0  # how much of the yarns is shown beyond the contacts, in radii
+ARROW = 2.6  # length of a drawn normal, in radii
+PLANES = ("#E69F00", "#6B6B80")  # colours of the contact normal planes of P1 and P2
+RIM = 0.4  # how far a plane is shown beyond what it must hold, in radii
 
 PLACES = {
     "C_1": (-34, 8),
@@ -51,8 +41,7 @@ PLACES = {
 }
 """Where the names stand, points from what they name."""
 
-LEFT_ZONES = (0, 2)
-"""Lower and upper contact on the left of an interlock, where P1 and P2 of Fig. 5 lie."""
+LEFT_ZONES = (0, 2)  # lower and upper contact on the left of an interlock, where P1 and P2 of Fig. 5 lie
 
 
 @FIGURES.add(
@@ -63,15 +52,8 @@ LEFT_ZONES = (0, 2)
         "contacts": solid("contacts", "tie-course"),
     },
 )
-@styled
 def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
-    """Draw the left side of the middle interlock, with translucent yarns.
-
-    Parameters
-    ----------
-    geometry, contacts : Dataset
-        Of one direct simulation (see docs/architecture.md).
-    """
+    """Draw the left side of the middle interlock, with translucent yarns."""
     knit = Fabric.from_dataset(geometry)
     side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
     surfaces = _yarns(knit, side) + _marks(side, radius)

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import strain_label
-from knitstudy.figures.picture import HALO, Window, scale_bar, show
+from knitstudy.figures.picture import HALO, Window, scale_bar, show, write
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Surface
 from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import (
@@ -28,7 +28,6 @@ from knitstudy.figures.style import (
     YARNS,
     figure,
     panel_letter,
-    styled,
     tint,
 )
 from knitstudy.geometry.fabric import Fabric
@@ -36,20 +35,13 @@ from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import Snapshot, area_of_cell, centre_cell, snapshots, zones_of_cell
 
 COLOURS = "cividis"
-
 SQUARE_MILLIMETRES = 1e6
-
 CURVES, PICTURES, BAR = 88.0, 8.0, 14.0
 """Heights of (a) and (b), of the titles of (c), and of the colour bar below [mm]."""
 
-MARGIN = (1.8, 3.2)
-"""Room around the crossings of the cell in x and y, in yarn radii."""
-
-BEYOND = 0.2
-"""How far the yarns are drawn beyond the cell, in loops."""
-
-ARROW = 13.0
-"""Length of the arrows to the contacts, points."""
+MARGIN = (1.8, 3.2)  # room around the crossings of the cell in x and y, in yarn radii
+BEYOND = 0.2  # how far the yarns are drawn beyond the cell, in loops
+ARROW = 13.0  # length of the arrows to the contacts, points
 
 
 @FIGURES.add(
@@ -61,15 +53,8 @@ ARROW = 13.0
         "contacts": solid("contacts", "isotropic-course"),
     },
 )
-@styled
 def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
-    """Draw number and area of the contact zones and the force over strain, and the deformed cell at four strains.
-
-    Parameters
-    ----------
-    geometry, dns, contacts : Dataset
-        Geometry, history and contacts of one direct simulation with isotropic friction (see docs/architecture.md).
-    """
+    """Draw number and area of the contact zones and the force over strain, and the deformed cell at four strains."""
     knit, cell, points = Fabric.from_dataset(geometry), centre_cell(contacts), snapshots(dns)
     window = _window(knit, cell)
     width = 0.98 / len(points)
@@ -209,13 +194,4 @@ def _point_at_contacts(
             zorder=8,
         )
     if not closed.any():
-        axes.text(
-            0.5,
-            0.5,
-            "no contact",
-            transform=axes.transAxes,
-            ha="center",
-            va="center",
-            color=INK,
-            path_effects=HALO,
-        )
+        write(axes, (0.5, 0.5), "no contact", transform=axes.transAxes)

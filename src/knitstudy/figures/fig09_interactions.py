@@ -8,12 +8,11 @@ from matplotlib.figure import Figure
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import Curve, draw_curves
 from knitstudy.figures.renderer import MILLIMETRE
-from knitstudy.figures.style import DOUBLE, INTERACTIONS, figure, panel_letter, styled
+from knitstudy.figures.style import DOUBLE, INTERACTIONS, figure, panel_letter
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.response import out_of_plane
 
-HEIGHT = 70.0
-"""Height of the figure [mm]."""
+HEIGHT = 70.0  # height of the figure [mm]
 
 
 @FIGURES.add(
@@ -25,15 +24,8 @@ HEIGHT = 70.0
         "isotropic": solid("simulation", "isotropic-course"),
     },
 )
-@styled
 def draw(**histories: xr.Dataset) -> Figure:
-    """Draw the reaction force, and the largest |u_z| along the centrelines, over strain.
-
-    Parameters
-    ----------
-    **histories : Dataset
-        Histories of direct simulations by interaction (see docs/architecture.md).
-    """
+    """Draw the reaction force, and the largest |u_z| along the centrelines, over strain."""
     drawing = figure(DOUBLE, HEIGHT)
     quantities = (
         ("reaction force", "N", lambda history: history["force"].to_numpy()),

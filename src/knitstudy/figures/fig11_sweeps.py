@@ -12,30 +12,21 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.renderer import MILLIMETRE
-from knitstudy.figures.style import DOUBLE, INK, figure, panel_letter, styled
+from knitstudy.figures.style import DOUBLE, INK, figure, panel_letter
 from knitstudy.measures.catalogue import DRAWN, of_case, several
 from knitstudy.measures.discretisation import INTERACTIONS, SOLID_YARNS
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Sweep, refused, sweeps_of
 from knitstudy.study.scene import Scene
 
-COLOURS = {"wale_spacing": INK, "length": "#0072B2", "shape": "#D9740B"}
-"""By what is held fixed."""
-
-LOOKS = {"isotropic": ("-", "o"), "tie": ("--", "s")}
-"""Dash and marker by interaction."""
-
-CHECKS = {True: "D", False: "^"}
-"""Marker of other discretisations: whether of solid yarns."""
-
+COLOURS = {"wale_spacing": INK, "length": "#0072B2", "shape": "#D9740B"}  # by what is held fixed
+LOOKS = {"isotropic": ("-", "o"), "tie": ("--", "s")}  # dash and marker by interaction
+CHECKS = {True: "D", False: "^"}  # marker of other discretisations: whether of solid yarns
 PANEL, HEAD, FOOT, BETWEEN = 46.0, 7.0, 11.0, 6.0
 """Heights of a panel, of what is above and below all, and between two [mm]."""
 
-LINE = 3.6
-"""A line of the legend [mm]."""
-
-COLUMNS = 3
-"""Columns of the legend."""
+LINE = 3.6  # a line of the legend [mm]
+COLUMNS = 3  # columns of the legend
 
 
 @FIGURES.add(
@@ -48,7 +39,6 @@ COLUMNS = 3
     files=("reference", "loops"),
     scenes=True,
 )
-@styled
 def draw(
     drawn: Mapping[str, xr.Dataset],
     sweeps: Mapping[str, xr.Dataset],
@@ -56,17 +46,7 @@ def draw(
     reference: pd.DataFrame,
     loops: pd.DataFrame,
 ) -> Figure:
-    """Draw the largest |u_z| at full strain, and its share of the diameter, over both.
-
-    Parameters
-    ----------
-    drawn, sweeps : mapping of str to Dataset
-        Histories of the loop as it is drawn, and of other loops, by scene (see docs/architecture.md).
-    scenes : mapping of str to Scene
-        Their scenes by the same names.
-    reference, loops : DataFrame
-        ``resources/reference/reference.csv`` and ``loops.csv``.
-    """
+    """Draw the largest |u_z| at full strain, and its share of the diameter, over both."""
     spacings, diameters = (sweeps_of(key, drawn | sweeps, scenes, reference) for key in (SPACING, DIAMETER))
     spacing = MILLIMETRE * spacings[0].points[0].scene.pattern.course_spacing
     columns = (

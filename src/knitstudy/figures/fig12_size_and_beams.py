@@ -15,7 +15,7 @@ from matplotlib.ticker import NullFormatter, ScalarFormatter
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import draw_curves, draw_reference, force_curve, legend_beside
 from knitstudy.figures.renderer import MILLIMETRE
-from knitstudy.figures.style import BEAMS, DOUBLE, MODELS, PAPER, Look, figure, panel_letter, styled
+from knitstudy.figures.style import BEAMS, DOUBLE, MODELS, PAPER, Look, figure, panel_letter
 from knitstudy.measures.cases import label_of
 from knitstudy.measures.catalogue import BEAM_MODELS, SQUARES, network, of_case, several, solid
 from knitstudy.measures.cost import MEGABYTE, memory_growth
@@ -24,24 +24,13 @@ from knitstudy.measures.domain import Series, domain_response, series_of
 from knitstudy.measures.reference import reference_of
 from knitstudy.study.scene import Scene
 
-SHOWN = np.geomspace(3.0, 30.0, 40)
-"""Cells in a row between which fitted laws are drawn."""
-
-MARKED = (1, 3, 6, 10, 20, 30)
-"""Cells in a row that the axis names."""
-
-DASHES = {"pinned": ":", "patch": "-."}
-"""By ``beam.tie``; those of rigid ties are those of the section."""
-
-ABOVE, BELOW = 92.0, 82.0
-"""Heights of the parts (a) and (b) [mm]."""
-
+SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws are drawn
+MARKED = (1, 3, 6, 10, 20, 30)  # cells in a row that the axis names
+DASHES = {"pinned": ":", "patch": "-."}  # by ``beam.tie``; those of rigid ties are those of the section
+ABOVE, BELOW = 92.0, 82.0  # heights of the parts (a) and (b) [mm]
 YARNS = Look(SOLID_YARNS, "#0072B2", "-", "D")
-
 BEAMS_IN_CONTACT = Look("beams", "#00704F", "-", "P")
-
-LOOSE = "v"
-"""Marker where yarns touch and no row is tied."""
+LOOSE = "v"  # marker where yarns touch and no row is tied
 
 
 @FIGURES.add(
@@ -57,7 +46,6 @@ LOOSE = "v"
     files=("reference", "paper"),
     scenes=True,
 )
-@styled
 def draw(
     dns: xr.Dataset,
     beams: Mapping[str, xr.Dataset],
@@ -68,23 +56,7 @@ def draw(
     tied_rom3d: xr.Dataset | None = None,
     squares: Mapping[str, xr.Dataset] | None = None,
 ) -> Figure:
-    """Draw the cost of the models above, if the study has knits of several sizes, and force against strain below.
-
-    Parameters
-    ----------
-    dns : Dataset
-        History of the direct simulation with isotropic friction (see docs/architecture.md).
-    beams : mapping of str to Dataset
-        Histories of beams in contact by scene.
-    scenes : mapping of str to Scene
-        Their scenes, that of `dns` by this name, and those of `squares`.
-    reference, paper : DataFrame
-        ``resources/reference/reference.csv`` and ``paper_tables.csv``.
-    rom3d, tied_rom3d : Dataset, optional
-        Histories of the main 3D reduced models with isotropic friction and with ties.
-    squares : mapping of str to Dataset, optional
-        Histories of square knits of rising size by scene.
-    """
+    """Draw the cost of the models above, if the study has knits of several sizes, and force against strain below."""
     height = BELOW + (ABOVE if squares else 0.0)
     drawing = figure(DOUBLE, height)
     axes = drawing.add_axes((0.085, 13.0 / height, 0.42, (BELOW - 20.0) / height))
@@ -147,8 +119,7 @@ def _draw_law(axes: Axes, series: Series, values: np.ndarray, law: np.ndarray) -
 
 # ---- response of square knits against their size, a figure of its own ----
 
-STRAIN = 0.05
-"""At which sizes are compared; series that end before are left out."""
+STRAIN = 0.05  # at which sizes are compared; series that end before are left out
 
 PANELS = (
     ("force", "force over width (N/mm)", 1e-3),
@@ -166,19 +137,10 @@ PANELS = (
     },
     scenes=True,
 )
-@styled
 def draw_response(
     squares: Mapping[str, xr.Dataset], squares_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
 ) -> Figure:
-    """Draw what knits answer over their size.
-
-    Parameters
-    ----------
-    squares, squares_contacts : mapping of str to Dataset
-        Histories by scene, and contacts of the direct simulations among them (see docs/architecture.md).
-    scenes : mapping of str to Scene
-        Their scenes by the same names.
-    """
+    """Draw what knits answer over their size."""
     every = series_of(scenes[name] for name in squares)
     found = [series for series in every if series.scenes[0].load.strain >= STRAIN]
     drawing = figure(DOUBLE, 72.0)

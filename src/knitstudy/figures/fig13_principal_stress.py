@@ -16,44 +16,27 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import bounds, scale_bar, show, triad
 from knitstudy.figures.renderer import FRONT, Surface
 from knitstudy.figures.shapes import tube
-from knitstudy.figures.style import DOUBLE, MEGAPASCAL, figure, panel_letter, styled
+from knitstudy.figures.style import DOUBLE, MEGAPASCAL, figure, panel_letter
 from knitstudy.measures.catalogue import solid
 from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_axes
 from knitstudy.mesh.sweep import SweptMesh
 
-YARN = "#EDEAE4"
-"""Of yarns below the streaks."""
-
-SHADES = 14
-"""Colours of streaks."""
-
+YARN = "#EDEAE4"  # of yarns below the streaks
+SHADES = 14  # colours of streaks
 LARGEST = 98.0
 """Percentile of the values that the darkest colour begins at: stress peaks at few places where yarns touch."""
 
-EVEN = 0.6
-"""Power of the stress that colours are even in: most of a knit bears little."""
-
+EVEN = 0.6  # power of the stress that colours are even in: most of a knit bears little
 SPACING, AROUND, LENGTH = 0.5, 14, 1.9
 """Of streaks: distance along the yarn and length, over its radius, and number around it."""
 
-WIDTH = (0.045, 0.14)
-"""Of a streak without stress and with the largest one, over the yarn's radius."""
-
-FOOT, HEAD = 15.0, 8.0
-"""Room for colour bars below and for titles above [mm]."""
-
-CLOSE = (1.25, 0.95)
-"""Width and height of what the close views show, over the width of a cell."""
-
-SILL = 3.0
-"""Room below the knit for the scale bar [mm of the knit]."""
-
-STEPS = 10
-"""Of a streak to either side of its middle."""
-
-ABOVE = 1.02
-"""Of streaks, over the yarn's radius: clear of the facets of a tube."""
+WIDTH = (0.045, 0.14)  # of a streak without stress and with the largest one, over the yarn's radius
+FOOT, HEAD = 15.0, 8.0  # room for colour bars below and for titles above [mm]
+CLOSE = (1.25, 0.95)  # width and height of what the close views show, over the width of a cell
+SILL = 3.0  # room below the knit for the scale bar [mm of the knit]
+STEPS = 10  # of a streak to either side of its middle
+ABOVE = 1.02  # of streaks, over the yarn's radius: clear of the facets of a tube
 
 
 @FIGURES.add(
@@ -66,15 +49,8 @@ ABOVE = 1.02
         "isotropic_wale_dns_stress": solid("stress", "isotropic-wale"),
     },
 )
-@styled
 def draw(**results: xr.Dataset) -> Figure:
-    """Draw the deformed knits with streaks along the axes on their surfaces, darker where the stress is larger.
-
-    Parameters
-    ----------
-    **results : Dataset
-        Mesh and stresses of the direct simulations, course and wale tension (see docs/architecture.md).
-    """
+    """Draw the deformed knits with streaks along the axes on their surfaces, darker where the stress is larger."""
     knits = {}
     for direction in ("course", "wale"):
         mesh, stresses = (results[f"isotropic_{direction}_dns_{name}"] for name in ("mesh", "stress"))

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import Curve, draw_curves, draw_reference, force_curve, legend_beside
-from knitstudy.figures.style import DOUBLE, INCH, MODELS, OTHER, Look, figure, panel_letter, styled, tint
+from knitstudy.figures.style import DOUBLE, INCH, MODELS, OTHER, Look, figure, panel_letter, tint
 from knitstudy.measures.cases import Case, Simulation, cases_of
 from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, of_case, reduced_models, several
 from knitstudy.measures.discretisation import INTERACTIONS, is_direct
@@ -21,8 +21,7 @@ from knitstudy.study.scene import Scene
 DASHES = ((0, (1, 1.2)), (0, (4, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (2, 2.5)), (0, (3, 1, 1, 1, 1, 1)))
 """Dashes of the variants of one model, in their order; those after are lighter."""
 
-SHARES = (1.0, 0.5)
-"""Shares of a model's colour, for variants whose dashes are the same."""
+SHARES = (1.0, 0.5)  # shares of a model's colour, for variants whose dashes are the same
 
 SHOWN = [name for case in CASES for name in (*of_case(case, SOLIDS + OTHER_SOLIDS), *reduced_models(case))]
 """Names of the scenes."""
@@ -39,20 +38,10 @@ HEAD, HEIGHT, FOOT, BETWEEN = 7.0, 60.0, 11.0, 4.0
     scenes=True,
     order=1,
 )
-@styled
 def draw(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame) -> Figure:
     """Draw a panel a case; the legends give secant stiffnesses over the reference's.
 
     A case is left out where the study lacks one of its models.
-
-    Parameters
-    ----------
-    every : mapping of str to Dataset
-        Histories by scene (see docs/architecture.md).
-    scenes : mapping of str to Scene
-        Their scenes by the same names.
-    reference : DataFrame
-        ``resources/reference/reference.csv``.
     """
     drawing = figure(DOUBLE, 2 * HEIGHT)
     cases = [case for case in cases_of(every, scenes, reference) if len(case.main) == 2]

@@ -12,18 +12,14 @@ from matplotlib.figure import Figure
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.elevation import draw_elevations, elevation
 from knitstudy.figures.renderer import MILLIMETRE
-from knitstudy.figures.style import styled
 from knitstudy.measures.catalogue import Results, network, solid
 from knitstudy.measures.discretisation import INTERACTIONS, NAMES
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.response import RMS_U_Z, out_of_plane_correlation, rms_out_of_plane
 from knitstudy.study.scene import Scene
 
-THICKNESS = 0.62
-"""Drawn over true diameter of the yarns, so that those behind are seen."""
-
-SHOWN = ("tie", "isotropic")
-"""Interactions, from above."""
+THICKNESS = 0.62  # drawn over true diameter of the yarns, so that those behind are seen
+SHOWN = ("tie", "isotropic")  # interactions, from above
 
 
 def _results(direction: str) -> dict[str, Results]:
@@ -41,23 +37,10 @@ def _figure(name: str, title: str, direction: str) -> Callable:
 
 @_figure("fig16_out_of_plane", "Fig. 16: out-of-plane displacement along the yarns, course tension", "course")
 @_figure("fig16_wale", "Fig. 16, wale tension: out-of-plane displacement along the yarns", "wale")
-@styled
 def draw(
     geometry: xr.Dataset, scenes: Mapping[str, Scene], reference: pd.DataFrame, **models: xr.Dataset
 ) -> Figure:
-    """Draw the deformed yarns of both models, coloured on one scale, a row for each interaction.
-
-    Parameters
-    ----------
-    geometry : Dataset
-        Result of the geometry stage, for the yarn's radius.
-    scenes : mapping of str to Scene
-        Scenes of the histories, by the same names.
-    reference : DataFrame
-        ``resources/reference/reference.csv``.
-    **models : Dataset
-        Histories by interaction and fidelity, for example ``tie_dns`` (see docs/architecture.md).
-    """
+    """Draw the deformed yarns of both models, coloured on one scale, a row for each interaction."""
     rows = [(models[f"{kind}_dns"], models[f"{kind}_rom3d"]) for kind in SHOWN]
     titles = [
         _titles(kind, *row, reference_of(reference, scenes[f"{kind}_dns"]))

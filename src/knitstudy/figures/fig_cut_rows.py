@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.elevation import draw_elevations, elevation
 from knitstudy.figures.renderer import MILLIMETRE
-from knitstudy.figures.style import styled
 from knitstudy.measures.catalogue import one, solid
 
 
@@ -22,17 +21,8 @@ from knitstudy.measures.catalogue import one, solid
         "cut": one("simulation", "inputs-cut-isotropic-course"),
     },
 )
-@styled
 def draw(geometry: xr.Dataset, dns: xr.Dataset, cut: xr.Dataset) -> Figure:
-    """Draw both at full load, displacements true to scale, coloured on one scale.
-
-    Parameters
-    ----------
-    geometry : Dataset
-        Result of the geometry stage, for the yarn's radius.
-    dns, cut : Dataset
-        Histories of the knit, and of cells cut out of it (see docs/architecture.md).
-    """
+    """Draw both at full load, displacements true to scale, coloured on one scale."""
     titles = []
     for name, history in (("whole yarns", dns), ("cells cut out", cut)):
         strain, force = float(history["strain"][-1]), float(history["force"][-1])

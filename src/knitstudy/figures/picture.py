@@ -8,20 +8,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
-from matplotlib.text import Annotation
 
 from knitstudy.figures import renderer
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, Surface, View
 from knitstudy.figures.style import INCH, INK, PAPER, figure, resolution
 
-HALO = (withStroke(linewidth=2.0, foreground=PAPER),)
-"""Keeps letters and lines legible on any background."""
+HALO = (withStroke(linewidth=2.0, foreground=PAPER),)  # keeps letters and lines legible on any background
 
-SILL = 4.0
-"""Room below the knit for the scale bar [mm of the knit]."""
+SILL = 4.0  # room below the knit for the scale bar [mm of the knit]
 
-LEGEND = 9.0
-"""Height of the legend below a front view [mm]."""
+LEGEND = 9.0  # height of the legend below a front view [mm]
 
 Window = tuple[float, float, float, float]
 """Left, right, bottom and top of what a picture shows [mm]."""
@@ -110,29 +106,27 @@ def front_panels(
 # ---- over the picture ----
 
 
+def write(axes: Axes, place: Sequence[float], text: str, **said: object) -> None:
+    """Write a text about a place in the coordinates of the axes, legible on any background."""
+    look = {"ha": "center", "va": "center", "path_effects": HALO, "zorder": 10}
+    axes.text(*place, text, **look | said)
+
+
 def label(
     axes: Axes, view: View, point: np.ndarray, text: str, offset: tuple[float, float], colour: str = INK
-) -> Annotation:
+) -> None:
     """Name a point (3,) [m] with a thin line from the text, which stands `offset` points away."""
-    return axes.annotate(
-        text,
-        MILLIMETRE * view.project(point),
-        xytext=offset,
-        textcoords="offset points",
-        ha="center",
-        va="center",
-        color=colour,
-        path_effects=HALO,
-        zorder=10,
-        arrowprops={
-            "arrowstyle": "-",
-            "linewidth": 0.7,
-            "color": colour,
-            "shrinkA": 0,
-            "shrinkB": 0,
-            "path_effects": HALO,
-        },
-    )
+    look = {"ha": "center", "va": "center", "color": colour, "path_effects": HALO, "zorder": 10}
+    line = {
+        "arrowstyle": "-",
+        "linewidth": 0.7,
+        "color": colour,
+        "shrinkA": 0,
+        "shrinkB": 0,
+        "path_effects": HALO,
+    }
+    place = MILLIMETRE * view.project(point)
+    axes.annotate(text, place, xytext=offset, textcoords="offset points", arrowprops=line, **look)
 
 
 def draw_arrow(
@@ -147,16 +141,8 @@ def scale_bar(axes: Axes, length: float, place: tuple[float, float] = (0.03, 0.0
     """Draw a bar of a length [mm] that begins at a place in shares of the axes."""
     x, y = _place(axes, place)
     axes.plot([x, x + length], [y, y], color=INK, linewidth=2.0, solid_capstyle="butt", marker="", zorder=10)
-    axes.annotate(
-        f"{length:g} mm",
-        (x + length / 2, y),
-        xytext=(0, 4),
-        textcoords="offset points",
-        ha="center",
-        va="bottom",
-        path_effects=HALO,
-        zorder=10,
-    )
+    look = {"ha": "center", "va": "bottom", "path_effects": HALO, "zorder": 10}
+    axes.annotate(f"{length:g} mm", (x + length / 2, y), xytext=(0, 4), textcoords="offset points", **look)
 
 
 def triad(axes: Axes, view: View, length: float, place: tuple[float, float] = (0.9, 0.06)) -> None:
@@ -171,7 +157,7 @@ def triad(axes: Axes, view: View, length: float, place: tuple[float, float] = (0
             continue
         draw_arrow(axes, origin, length * arm, INK, 0.9)
         beyond = origin + (length + 0.22 * length / np.linalg.norm(arm)) * arm
-        axes.text(*beyond, f"${name}$", ha="center", va="center", path_effects=HALO, zorder=10)
+        write(axes, beyond, f"${name}$")
 
 
 def _place(axes: Axes, share: tuple[float, float]) -> np.ndarray:

@@ -22,9 +22,7 @@ from knitstudy.errors import KnitstudyError
 if TYPE_CHECKING:
     import pyvista
 
-MILLIMETRE = 1e3
-"""Millimetres in a metre."""
-
+MILLIMETRE = 1e3  # millimetres in a metre
 FEATURE_ANGLE = 50.0
 """Angle of facets beyond which an edge stays sharp [deg]: caps and arrow heads, not the turn of a tube."""
 
@@ -69,8 +67,7 @@ class View:
         return np.asarray(points) @ self.basis[:2].T
 
 
-FRONT = View((0.0, 0.0, -1.0))
-"""Onto the plane of the fabric."""
+FRONT = View((0.0, 0.0, -1.0))  # onto the plane of the fabric
 
 
 @dataclass(frozen=True)

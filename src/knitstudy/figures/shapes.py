@@ -9,8 +9,7 @@ import numpy as np
 from knitstudy.figures.renderer import Surface
 from knitstudy.mesh.sweep import SweptMesh, rotation_minimising
 
-AROUND = 40
-"""Facets around a tube."""
+AROUND = 40  # facets around a tube
 
 
 def tube(centreline: np.ndarray, radius: float, colour: str, opacity: float = 1.0) -> Surface:

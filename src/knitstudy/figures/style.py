@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import pandas as pd
@@ -27,18 +28,13 @@ from knitstudy.measures.discretisation import NAMES
 # It tells at length how it cuts fonts for PDF.
 logging.getLogger("fontTools").setLevel(logging.WARNING)
 
-INCH = 25.4
-"""Millimetres."""
-
-PERCENT, MICROMETRE, MEGAPASCAL = 100.0, 1e6, 1e-6
-"""Units of axes over those of data: 1, metre and pascal."""
+INCH = 25.4  # millimetres
+PERCENT, MICROMETRE, MEGAPASCAL = 100.0, 1e6, 1e-6  # units of axes over those of data: 1, metre and pascal
 
 Source = xr.Dataset | Mapping[str, xr.Dataset] | pd.DataFrame
 """An argument of a figure: a result, several by the names of their scenes, or a table of reference."""
 
-SINGLE, DOUBLE = 84.0, 174.0
-"""Widths of a figure of one and of two columns [mm]."""
-
+SINGLE, DOUBLE = 84.0, 174.0  # widths of a figure of one and of two columns [mm]
 RESOLUTION = "KNITSTUDY_DPI"
 """Environment variable: points an inch of figures. With fewer than the default pictures in space are drawn faster."""
 
@@ -48,8 +44,7 @@ YARNS = ("#D55E00", "#009E73", "#0072B2", "#E69F00")
 """Vermilion, green and blue stand for the red, green and blue of Fig. 1 (Okabe and Ito 2008)."""
 
 INK, FAINT, PAPER = "#1A1A1A", "#8C8C8C", "#FFFFFF"
-ACCENT = "#8E1B5A"
-"""What a three-dimensional picture points at: joints, contact points."""
+ACCENT = "#8E1B5A"  # what a three-dimensional picture points at: joints, contact points
 
 RC = {
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same letters on every machine
@@ -114,8 +109,7 @@ MODELS = {
     "rom2d": Look(NAMES["rom2d"], "#D9740B", "-.", "^"),
 }
 
-OTHER = Look("", "#5B6470", ":", "x")
-"""Models of other fidelities."""
+OTHER = Look("", "#5B6470", ":", "x")  # models of other fidelities
 
 INTERACTIONS = {
     "tie": Look(INTERACTION_NAMES["tie"], INK, "-", "o"),
@@ -137,13 +131,13 @@ def figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width / INCH, height / INCH))
 
 
-def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
-    """Make a figure function draw in this style whatever the caller's settings are."""
+def styled(draw: Callable[..., Any]) -> Callable[..., Any]:
+    """Make a function draw in this style whatever the caller's settings are."""
 
     @wraps(draw)
-    def inside(*datasets, **named):
+    def inside(*given: Any, **named: Any) -> Any:
         with matplotlib.rc_context(RC):
-            return draw(*datasets, **named)
+            return draw(*given, **named)
 
     return inside
 

@@ -6,6 +6,7 @@ may have is part of the question, and `Trial.scene` says so when it is asked.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -109,6 +110,11 @@ class Trial:
     group: str
     base: Scene
     changes: Mapping[str, Any]
+
+    @property
+    def label(self) -> str:
+        """The name as a file has it."""
+        return re.sub(r"[^a-z0-9]+", "-", self.name.lower())
 
     @property
     def model(self) -> str:

@@ -14,9 +14,13 @@ from types import MappingProxyType
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.registry import unknown_choice
 from knitstudy.study.keys import Section, describe, validated
 from knitstudy.study.kinds import Kind, Labels, all_sections, not_of_kind
+
+SOLID = ("hexahedra", "spline_yarns")
+"""Fidelities whose material may have an axis."""
 
 LABELS = tuple(name for name in Labels.model_fields if describe(Labels, name).role == "output")
 """Labels that no number depends on: name, knit and outputs."""
@@ -303,7 +307,9 @@ def _tuples(value: Any) -> Any:
 
 
 def _times(value: Any, factor: float) -> Any:
-    """Return a number or a nested list of numbers times a factor."""
+    """Return a number or a nested list of numbers times a factor, or None as it is."""
+    if value is None:
+        return None
     return [_times(item, factor) for item in value] if isinstance(value, list) else value * factor
 
 
@@ -324,6 +330,11 @@ def check_keys_together(scene: Scene, where: str) -> None:
                 f"{where}: {name} is {scene.value(name)!r} but must be {value} where specimen is {scene.specimen},"
                 f" {scene.kind.specimen.meaning}"
             )
+    if scene.fidelity not in SOLID and MATERIALS.find(scene.yarn.material).directional:
+        raise ConfigurationError(
+            f"{where}: yarn.material is {scene.yarn.material} but must be isotropic where fidelity is"
+            f" {scene.fidelity}; fidelities {' and '.join(SOLID)} know the axis of a yarn"
+        )
     if "pattern" in scene.sections:
         _check_room(scene, where)
     if "pair" in scene.sections and scene.pair.length <= 2 * scene.yarn.diameter:
