@@ -355,7 +355,7 @@ class Ask(Section):
         "choice",
         meaning="the relative error that may be made",
         source="a model is taken whose error is at most this where it is measured",
-        checked="0.02 to 0.2, on knits with other spacings and diameters (docs/trade.md)",
+        checked="0.02 to 0.2, on knits with other spacings and diameters (docs/accuracy.md)",
         gt=0,
         le=10,
     )
