@@ -15,7 +15,7 @@ from typing import Any
 
 import xarray as xr
 
-from knitstudy.contacts import contacts as crossings
+from knitstudy.contacts.contacts import contacts
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.exchange import inp, vtu
 from knitstudy.files import fault_of
@@ -32,7 +32,6 @@ from knitstudy.models import (
     solid_yarns,
     stress,
     window,
-    window_contacts,
 )
 from knitstudy.stages.memory import expected_memory, machine_memory
 from knitstudy.study.scene import Scene
@@ -157,6 +156,10 @@ def has_mesh(scene: Scene) -> bool:
     return scene.kind.stage == "dns"
 
 
+HAVE_CONTACTS = ("dns", "cut_knit", "window")
+"""Kinds of simulations whose contacts are extracted."""
+
+
 # ---- Simulation: one model of each scene ----
 
 SIMULATORS = {
@@ -209,20 +212,6 @@ def _model_needs(scene: Scene, named: Named) -> Needs:
     if "stresses" in found:
         _require_fields(found["stresses"][1])
     return found
-
-
-# ---- Contacts ----
-
-CONTACTS = {
-    "dns": crossings.contacts,
-    "cut_knit": pieces.contacts_of_cut_knit,
-    "window": window_contacts.contacts,
-}
-
-
-def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
-    """Return the contacts of a scene of solid yarns, or of the solid part of it."""
-    return CONTACTS[scene.kind.stage](scene, geometry, history)
 
 
 # ---- Fields of solid yarns ----
@@ -315,9 +304,8 @@ _STAGES = (
         path_pattern="contacts/{scene}.nc",
         function=contacts,
         reads=(),
-        of=lambda scene: scene.kind.stage in CONTACTS,
+        of=lambda scene: scene.kind.stage in HAVE_CONTACTS,
         needs=_history,
-        code=lambda scene: (CONTACTS[scene.kind.stage].__module__,),
     ),
     Stage(
         name="stress",
