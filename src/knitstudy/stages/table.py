@@ -22,7 +22,7 @@ from knitstudy.files import fault_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.mechanics.elements import ELEMENTS
-from knitstudy.mechanics.materials import LAWS
+from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mesh import mesher
 from knitstudy.models import (
     beams_in_contact,
@@ -178,7 +178,7 @@ def _model_code(scene: Scene) -> tuple[str, ...]:
     """Return the modules of the model of a scene, of its elements, its material and its contact."""
     found = [SIMULATORS[scene.kind.stage].__module__]
     if _is_solid(scene):
-        found += [LAWS.module(scene.yarn.material)]
+        found += [MATERIALS.module(scene.yarn.material)]
         found += [scene.kind.fidelity.solids] if scene.kind.fidelity.solids else []
         found += [scene.kind.interaction.solids] if scene.kind.interaction.touches else []
         found += [ELEMENTS.module(scene.mesh.element)] if scene.value("mesh.element") else []
