@@ -61,7 +61,7 @@ def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Data
 
 
 def extract(knit: Fabric, history: xr.Dataset) -> xr.Dataset:
-    """Return the contacts dataset of docs/architecture.md.
+    """Return the contacts dataset of docs/files.md.
 
     Parameters
     ----------
