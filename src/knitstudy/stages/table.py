@@ -15,7 +15,7 @@ from typing import Any
 
 import xarray as xr
 
-from knitstudy.contacts import contacts as crossings
+from knitstudy.contacts.contacts import contacts
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.exchange import inp, vtu
 from knitstudy.files import fault_of
@@ -32,7 +32,6 @@ from knitstudy.models import (
     solid_yarns,
     stress,
     window,
-    window_contacts,
 )
 from knitstudy.stages.memory import expected_memory, machine_memory
 from knitstudy.study.scene import Scene
@@ -213,20 +212,11 @@ def _model_needs(scene: Scene, named: Named) -> Needs:
 
 # ---- Contacts ----
 
-CONTACTS = {
-    "dns": crossings.contacts,
-    "cut_knit": pieces.contacts_of_cut_knit,
-    "window": window_contacts.contacts,
-}
-
-
-def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
-    """Return the contacts of a scene of solid yarns, or of the solid part of it."""
-    return CONTACTS[scene.kind.stage](scene, geometry, history)
+HAVE_CONTACTS = ("dns", "cut_knit", "window")
 
 
 def _has_contacts(scene: Scene) -> bool:
-    return scene.kind.stage in CONTACTS
+    return scene.kind.stage in HAVE_CONTACTS
 
 
 # ---- Fields of solid yarns ----
@@ -314,7 +304,6 @@ STAGES: dict[str, Stage] = {
             reads=(),
             of=_has_contacts,
             needs=_history,
-            code=lambda scene: (CONTACTS[scene.kind.stage].__module__,),
         ),
         Stage(
             name="stress",
