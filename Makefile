@@ -30,18 +30,18 @@ study: environment  ## run the reduced study on all cores (STUDY=ci, full, refer
 .PHONY: reference
 reference: environment  ## make what models are measured against (hours); resources/reference/reference.csv
 	@$(BIN)/python workflow/study.py reference results/tables/reference.csv results/tables/reference_ways.csv
-	@$(BIN)/python -m knitstudy.stages.reference
+	@$(BIN)/python -m knitstudy.stages.kept_tables reference
 
 .PHONY: verdicts
 verdicts: environment  ## run the full study and keep its verdicts (hours); resources/verdicts.csv, docs/results.md
 	@$(BIN)/python workflow/study.py full
-	@$(BIN)/python -m knitstudy.stages.verdicts
+	@$(BIN)/python -m knitstudy.stages.kept_tables verdicts
 
 .PHONY: trade
 trade: environment  ## measure what accuracy costs (hours); resources/trade.csv
 	@$(BIN)/python workflow/study.py trade results/tables/trade{,_sentences,_rungs,_knobs}.csv \
 	    results/figures/fig_trade_{force,out_of_plane,contact,stress}.png
-	@$(BIN)/python -m knitstudy.stages.trade
+	@$(BIN)/python -m knitstudy.stages.kept_tables trade
 
 .PHONY: promise
 promise: environment  ## try on other knits what models are chosen for (an hour); resources/trade_promise.csv
@@ -60,7 +60,7 @@ bench: environment  ## measure time and memory of scenes and solvers; results/ta
 	@$(BIN)/python benchmarks/run.py
 
 .PHONY: extremes
-extremes: environment  ## try what breaks, at the ends of all keys; resources/extremes.csv, docs/extremes.webp
+extremes: environment  ## try what breaks, at the ends of all keys; resources/extremes.csv, docs/notes/extremes.webp
 	@$(BIN)/python -m knitstudy.stages.extremes
 
 .PHONY: interruptions

@@ -1,4 +1,4 @@
-# The study: scene -> geometry -> mesh -> dns -> contacts -> rom -> figures, tables, report.
+# The study: scene -> geometry -> mesh -> simulation -> contacts -> figures, tables, report.
 # `snakemake` alone makes the study that config/config.yaml names; any file under results/ is a target as well.
 from snakemake.utils import min_version
 
@@ -10,6 +10,7 @@ configfile: workflow.source_path("config/config.yaml")
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/stages.smk"
+include: "workflow/rules/displays.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/report.smk"

@@ -5,7 +5,7 @@
 Both codes get the same mesh, ties, law of contact and number of increments; this code takes CalculiX's law of the
 material and the hourglass stiffness nearest to its. Every run has a process of its own, one after the other: leave
 the machine alone meanwhile. With ``--first-step`` CalculiX also runs without the step of rest before the load, in
-which case its forces depend on the increments (docs/calculix.md).
+which case its forces depend on the increments (docs/decks.md).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from knitstudy.study.scene import Scene
 STRAINS = (0.01, 0.03, 0.05)
 
 CALCULIX_HOURGLASS = 0.008
-"""What CalculiX's hourglass coefficient is in this code's normalisation, over 1 + nu (docs/calculix.md)."""
+"""What CalculiX's hourglass coefficient is in this code's normalisation, over 1 + nu (docs/decks.md)."""
 
 
 def main() -> None:

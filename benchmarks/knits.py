@@ -8,7 +8,7 @@ import xarray as xr
 from measure import ready
 
 from knitstudy.files import read_dataset, write_dataset
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric, plain_knit
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.reduced_models import run as run_rom
@@ -24,9 +24,9 @@ def prepare(scene: Scene, folder: Path) -> None:
     write_dataset(STAGES["mesh"].function(scene, geometry), folder / "mesh.nc")
 
 
-def load(folder: str) -> tuple[Knit, SweptMesh]:
+def load(folder: str) -> tuple[Fabric, SweptMesh]:
     """Read them."""
-    return Knit.from_dataset(_read(folder, "geometry")), SweptMesh.from_dataset(_read(folder, "mesh"))
+    return Fabric.from_dataset(_read(folder, "geometry")), SweptMesh.from_dataset(_read(folder, "mesh"))
 
 
 def _read(folder: str, name: str) -> xr.Dataset:
@@ -63,7 +63,7 @@ def run_tiled(scene: str, folder: str, loops: int, increments: int) -> dict:
     size = {"pattern.loops": loops, "pattern.rows": loops}
     wanted = load_scene(scene).vary(size | {"solver.increments": increments})
     ready()
-    knit = Knit(loop, loops, loops)
+    knit = plain_knit(loop, loops, loops)
     return cost(run_rom(wanted, knit, contacts_of_crossings(knit)))
 
 

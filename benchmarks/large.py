@@ -21,9 +21,9 @@ from knits import cost
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import write_table
-from knitstudy.geometry.lay_out import read_specimen
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.restart import Run
-from knitstudy.loading.solve import follow
+from knitstudy.loading.solve import solve_load_path
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models import solid_yarns as dns
 from knitstudy.stages.table import STAGES
@@ -41,7 +41,7 @@ CASES = {
 }
 
 CHANGES = {
-    "fidelity": "solid_yarns",
+    "fidelity": "spline_yarns",
     "load.stops": [],
     "outputs": [],
 }
@@ -76,10 +76,10 @@ def here(scene: dict, restart: str) -> dict:
     resumed = Path(restart).exists()
     geometry = STAGES["geometry"].function(wanted)
     mesh = STAGES["mesh"].function(wanted, geometry)
-    problem = dns.problem(wanted, SweptMesh.from_dataset(mesh), read_specimen(geometry))
+    problem = dns.problem(wanted, SweptMesh.from_dataset(mesh), Fabric.from_dataset(geometry))
     setup = problem.meter.read().seconds
     run = Run(restart=Path(restart))
-    history = follow(problem, run)
+    history = solve_load_path(problem, run)
     run.forget()
     found = cost(history) | {"setup_s": setup, "resumed": resumed}
     return found | {"increments_s": float(history["seconds"].sum())}

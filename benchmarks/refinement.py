@@ -25,8 +25,9 @@ import yaml
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import write_table
-from knitstudy.geometry.lay_out import lay_out, read_specimen
-from knitstudy.mesh.knit import mesh_scene
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.lay_out import lay_out
+from knitstudy.mesh.mesher import mesh_scene
 from knitstudy.models import solid_yarns as dns
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene
@@ -93,7 +94,7 @@ def case(options: argparse.Namespace, across: float) -> Scene:
 
 def measure(scene: Scene) -> dict[str, float]:
     """Load a scene and return force, area and pressure of contact, and what they cost."""
-    specimen = read_specimen(lay_out(scene))
+    specimen = Fabric.from_dataset(lay_out(scene))
     mesh = mesh_scene(scene, specimen)
     start = process_time()
     history = dns.run(scene, mesh, specimen)

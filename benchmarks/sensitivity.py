@@ -23,8 +23,9 @@ from scipy.optimize import minimize_scalar
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import write_table
-from knitstudy.geometry.lay_out import lay_out, read_specimen
-from knitstudy.mesh.knit import mesh_scene
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.lay_out import lay_out
+from knitstudy.mesh.mesher import mesh_scene
 from knitstudy.models import solid_yarns as dns
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene
@@ -37,7 +38,6 @@ EARLY = 0.02
 TIE = {
     "mesh.size": (0.6e-3, 0.45e-3, 0.36e-3, 0.3e-3, 0.225e-3),
     "mesh.growth": (1.0, 1.5),
-    "mesh.element": ("incompatible_modes",),
     "solver.hourglass": (0.0025, 0.01, 0.05),
     "solver.increments": (5, 20, 40),
     "pattern.clearance": (0.005, 0.02, 0.04),
@@ -47,7 +47,6 @@ TIE = {
 
 CONTACT = {
     "mesh.size": (0.6e-3, 0.45e-3, 0.36e-3, 0.3e-3),
-    "mesh.element": ("incompatible_modes",),
     "solver.increments": (24, 48),
     "pattern.clearance": (0.005, 0.02),
     "contact.normal_stiffness contact.tangential_stiffness": (3, 30),
@@ -99,7 +98,7 @@ def sweep(scene: Scene, changes: Mapping[str, Sequence]) -> pd.DataFrame:
 
 def measure(scene: Scene) -> dict:
     """Pull a scene and return what came out."""
-    specimen = read_specimen(lay_out(scene))
+    specimen = Fabric.from_dataset(lay_out(scene))
     mesh = mesh_scene(scene, specimen)
     history = dns.run(scene, mesh, specimen)
     strain, energy = history["strain"].to_numpy(), history["energy"].isel(increment=-1)

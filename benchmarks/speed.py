@@ -33,10 +33,9 @@ SCENES = {
 
 DISCRETISATIONS = {
     "": {},
-    ", incompatible modes": {"mesh.element": "incompatible_modes"},
     ", quadratic": {"mesh.element": "quadratic", "mesh.size": 0.6e-3, "mesh.refinement": 2},
-    ", solid yarns": {"fidelity": "solid_yarns"},
-    ", solid yarns p3": {"fidelity": "solid_yarns", "mesh.degree": 3, "mesh.crossing_degree": 3},
+    ", solid yarns": {"fidelity": "spline_yarns"},
+    ", solid yarns p3": {"fidelity": "spline_yarns", "mesh.degree": 3, "mesh.crossing_degree": 3},
 }
 """What changes a scene from one-point hexahedra of 0.3 mm."""
 

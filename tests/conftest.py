@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.pattern import Knit
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.study.scene import Scene
 
@@ -98,7 +98,7 @@ def plain_scene():
                 "displacement": "interface",
                 "section": "single",
             },
-            "beam": {"contact": "point", "section": "rigid", "tie": "rigid", "stiffness": 10.0},
+            "beam": {"section": "rigid", "tie": "rigid", "stiffness": 10.0},
             "outputs": [],
         },
     )
@@ -107,7 +107,7 @@ def plain_scene():
 @pytest.fixture(scope="session")
 def knit_of():
     """Return the function that lays out the knit of a scene as its control points describe it."""
-    return lambda scene: Knit(initial_loop(scene), scene.pattern.loops, scene.pattern.rows)
+    return lambda scene: plain_knit(initial_loop(scene), scene.pattern.loops, scene.pattern.rows)
 
 
 @pytest.fixture(scope="session")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import glob
+import hashlib
 import os
 import signal
 import subprocess
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import netCDF4
+import numpy as np
 import pandas as pd
 import xarray as xr
 
@@ -173,13 +175,18 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
     return table
 
 
-# ---- Datasets as netCDF 4, with provenance; errors name the file and the remedy
+# ---- Datasets as netCDF 4, with provenance and a checksum
+
+REMEDY = "delete it and make it again, with `make study` or `knitstudy run`"
+
+FINITE = ("load", "strain", "displacement", "force", "reaction", "energy")
+"""Variables of a history that hold a number at every increment."""
 
 
 def write_dataset(
     dataset: xr.Dataset, path: Path | str, scene: Scene | None = None, digest: str | None = None
 ) -> None:
-    """Write a dataset as netCDF 4 with provenance attributes.
+    """Write a dataset as netCDF 4 with provenance attributes and a checksum of its content.
 
     Parameters
     ----------
@@ -188,7 +195,7 @@ def write_dataset(
     path
         Where to; the file appears whole or not at all.
     scene
-        When given, its name and hash are recorded.
+        When given, its name is recorded.
     digest
         Of all that the result depends on: with the same one it is used again.
 
@@ -200,6 +207,7 @@ def write_dataset(
     named = {} if scene is None else {"scene": scene.name}
     known = {} if digest is None else {"digest": digest}
     dataset = dataset.assign_attrs(provenance() | named | known)
+    dataset = dataset.assign_attrs(checksum=checksum(dataset))
     # Compression at its lowest level: fields shrink by a third or more, writing stays as fast.
     encoding = {
         name: {"zlib": True, "complevel": 1, "shuffle": True}
@@ -216,6 +224,23 @@ def write_dataset(
             ) from error
 
 
+def checksum(dataset: xr.Dataset) -> str:
+    """Return a checksum of names, dimensions, values and global attributes, the same before and after a file."""
+    found = hashlib.sha256()
+    for name in sorted(map(str, dataset.variables)):
+        values = np.asarray(dataset.variables[name])
+        found.update(f"{name} {dataset.variables[name].dims} {values.shape}".encode())
+        if values.dtype.kind not in "fiub":
+            found.update(str(values.tolist()).encode())
+        else:
+            found.update(np.ascontiguousarray(values).data if values.size else b"")
+    attributes = {
+        name: np.atleast_1d(value).tolist() for name, value in dataset.attrs.items() if name != "checksum"
+    }
+    found.update(str(sorted(attributes.items())).encode())
+    return found.hexdigest()[:16]
+
+
 def read_dataset(path: Path | str) -> xr.Dataset:
     """Read a netCDF file into memory and close it.
 
@@ -227,23 +252,52 @@ def read_dataset(path: Path | str) -> xr.Dataset:
     Raises
     ------
     DataFileError
-        When the file is missing, truncated or no netCDF.
+        When the file is missing, truncated or no netCDF, or was changed after it was written.
     """
     path = Path(path)
-    remedy = "delete it and make it again, with `make study` or `knitstudy run`"
     if path.is_dir():
         raise DataFileError(f"{path}: is a folder; move it away, or name a file in it")
     if not path.is_file():
         raise DataFileError(f"{path}: there is no such file; make it with `make study`")
     try:
         with uninterrupted():
-            return xr.load_dataset(path, engine="netcdf4")
+            dataset = xr.load_dataset(path, engine="netcdf4")
     except (OSError, RuntimeError, ValueError, KeyError) as error:
-        raise DataFileError(f"{path}: is truncated or is not netCDF ({error}); {remedy}") from error
+        raise DataFileError(f"{path}: is truncated or is not netCDF ({error}); {REMEDY}") from error
+    if dataset.attrs.get("checksum", "") not in ("", checksum(dataset)):
+        raise DataFileError(f"{path}: was changed after it was written; {REMEDY}")
+    return dataset
+
+
+def read_result(path: Path | str) -> xr.Dataset:
+    """Read a dataset that something else is made from; see `read_dataset`.
+
+    Raises
+    ------
+    DataFileError
+        Also where it is a history that ends before full load, or holds what is no number.
+    """
+    dataset = read_dataset(path)
+    if fault := fault_of(dataset):
+        raise DataFileError(f"{path}: {fault}; {REMEDY}")
+    return dataset
+
+
+def fault_of(dataset: xr.Dataset) -> str:
+    """Return why a dataset cannot be used as a result: a history that is not complete; nothing where it can."""
+    if "incomplete" in dataset.attrs:
+        return f"is incomplete ({dataset.attrs['incomplete']})"
+    if "load" not in dataset or "increment" not in dataset["load"].dims:
+        return ""
+    for name in FINITE:
+        if name in dataset and not np.isfinite(dataset[name]).all():
+            return f"{name} holds what is no number"
+    last = float(dataset["load"][-1])
+    return "" if abs(last - 1) < 1e-9 else f"ends at {last:.3g} of the load"
 
 
 def recorded_digest(path: Path | str) -> str:
-    """Return the digest that a file was written with; nothing where it has none.
+    """Return the digest that a file was written with; nothing where it has none or is marked incomplete.
 
     Raises
     ------
@@ -252,6 +306,6 @@ def recorded_digest(path: Path | str) -> str:
     """
     try:
         with netCDF4.Dataset(path) as file:
-            return str(getattr(file, "digest", ""))
+            return "" if hasattr(file, "incomplete") else str(getattr(file, "digest", ""))
     except OSError as error:
         raise DataFileError(f"{path}: is truncated or is not netCDF ({error})") from error

@@ -104,7 +104,7 @@ class Registry(Generic[Entry]):
 def find(what: str, entries: Mapping[str, Entry], name: str, where: str = "") -> Entry:
     """Return the entry of a name; `where` begins the message of the ConfigurationError if there is none."""
     if name not in entries:
-        message = unknown_choice(f"unknown {what}", str(name), str(name), sorted(entries))
+        message = unknown_choice(f"unknown {what}", str(name), str(name), list(entries))
         raise ConfigurationError(f"{where}: {message}" if where else message)
     return entries[name]
 

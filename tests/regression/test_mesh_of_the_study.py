@@ -2,17 +2,17 @@
 
 import pytest
 
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.geometry.pattern import Knit
 from knitstudy.mesh import quality
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.study.configuration import load_scene
 
 
 @pytest.fixture(scope="module")
 def fine():
     scene = load_scene("dns-tie-course")
-    return mesh_knit(Knit.from_dataset(lay_out(scene)), scene.mesh.size, scene.mesh.growth)
+    return mesh_fabric(Fabric.from_dataset(lay_out(scene)), scene.mesh.size, scene.mesh.growth)
 
 
 def test_degrees_of_freedom_are_those_of_table_5(fine):

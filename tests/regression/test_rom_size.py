@@ -2,8 +2,8 @@
 
 import pytest
 
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out as build_geometry
-from knitstudy.geometry.pattern import Knit
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.reduced_models import assemble
 from knitstudy.study.configuration import load_scene
@@ -11,7 +11,7 @@ from knitstudy.study.configuration import load_scene
 
 @pytest.fixture(scope="module")
 def knit():
-    return Knit.from_dataset(build_geometry(load_scene("rom3d-tie-course")))
+    return Fabric.from_dataset(build_geometry(load_scene("rom3d-tie-course")))
 
 
 def test_degrees_of_freedom_in_space(knit):

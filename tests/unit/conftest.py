@@ -6,7 +6,7 @@ import yaml
 
 DEFAULTS = {
     "specimen": "knit",
-    "fidelity": "dns",
+    "fidelity": "hexahedra",
     "interaction": "tie",
     "pattern": {"loop": "loop.yaml", "loops": 3, "rows": 3, "clearance": 0.01},
     "pair": {"angle": 90.0, "length": 10e-3, "clearance": 0.01, "support": "back"},
@@ -51,7 +51,7 @@ DEFAULTS = {
         "displacement": "interface",
         "section": "single",
     },
-    "beam": {"contact": "point", "section": "rigid", "tie": "rigid", "stiffness": 10.0},
+    "beam": {"section": "rigid", "tie": "rigid", "stiffness": 10.0},
     "outputs": [],
 }
 

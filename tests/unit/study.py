@@ -16,8 +16,8 @@ LIFT = {"tie": 2e-4, "isotropic": 4e-4}
 """Force [N] and out-of-plane displacement [m] of direct simulations at full load."""
 
 MODELS = {
-    "dns-{}": ({"fidelity": "dns", "mesh.size": 0.3e-3}, 1.0, 1.0),
-    "dns-{}-medium": ({"fidelity": "dns", "mesh.size": 0.45e-3}, 1.02, 1.0),
+    "dns-{}": ({"fidelity": "hexahedra", "mesh.size": 0.3e-3}, 1.0, 1.0),
+    "dns-{}-medium": ({"fidelity": "hexahedra", "mesh.size": 0.45e-3}, 1.02, 1.0),
     "rom3d-{}": ({"fidelity": "rom3d"}, 1.2, 0.75),
     "rom2d-{}": ({"fidelity": "rom2d"}, 2.0, 0.0),
     "rom3d-printed-{}": ({"fidelity": "rom3d", "rom.joint": "printed"}, 1.5, 0.5),
@@ -30,7 +30,7 @@ MODELS = {
 """Keys by name, and force and lift over those of the direct simulation."""
 
 COST = {
-    "dns": {"dof": 189_513, "memory_growth": 300e6, "wall_seconds": 100.0},
+    "hexahedra": {"dof": 189_513, "memory_growth": 300e6, "wall_seconds": 100.0},
     "rom3d": {"dof": 5_994, "memory_growth": 4e6, "wall_seconds": 0.5},
     "rom2d": {"dof": 432, "memory_growth": 2e6, "wall_seconds": 0.1},
     "beam": {"dof": 5_994, "memory_growth": 9e6, "wall_seconds": 4.0},
@@ -48,10 +48,10 @@ def domain(plain):
     scenes, histories = {}, {}
     for kind, unknowns in (("tie", 189_513), ("isotropic", 311_913)):
         for cells in (3, 6, 8):
-            name = f"domain-{kind}-{cells}"
+            name = f"domain-hexahedra-{kind}-course-{cells}x{cells}"
             keys = {
                 "name": name,
-                "fidelity": "dns",
+                "fidelity": "hexahedra",
                 "interaction": kind,
                 "mesh.size": 0.3e-3,
                 "load.strain": 0.0125,
@@ -124,14 +124,14 @@ def reference(scenes, uncertainty=0.02):
 
 
 INPUTS = {
-    "base": {},
-    "slippery": {"contact.friction": 0.1},
-    "sticky": {"contact.friction": 1.5},
-    "untied": {"contact.tied_edges": "none"},
-    "wide": {"pattern.clearance": 0.04},
-    "soft": {"load.lateral": "free"},
+    "yarns-{}-course": {},
+    "inputs-friction010-{}-course": {"contact.friction": 0.1},
+    "inputs-friction150-{}-course": {"contact.friction": 1.5},
+    "inputs-untied-{}-course": {"contact.tied_edges": "none"},
+    "inputs-clearance0040-{}-course": {"pattern.clearance": 0.04},
+    "inputs-lateral-free-{}-course": {"load.lateral": "free"},
 }
-"""Inputs that are changed one at a time, by name."""
+"""Inputs that are changed one at a time, by the names of their scenes."""
 
 
 def varied(plain):
@@ -139,7 +139,7 @@ def varied(plain):
     found = {}
     for name, keys in INPUTS.items():
         for kind in ("tie", "rough", "isotropic"):
-            scene = plain.vary({"name": f"{name}-{kind}", "fidelity": "dns", "interaction": kind})
+            scene = plain.vary({"name": name.format(kind), "fidelity": "hexahedra", "interaction": kind})
             if all(scene.value(key) is not None for key in keys):
                 found[scene.name] = scene.vary(keys)
     return found

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.contacts.segments import KINDS, segments
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.columns import STRESSES
 
 TERMS = ("distance", "continuous", "join", "bending", "length", "total")
@@ -56,10 +56,10 @@ def history_of(knit, size=2e-3):
     )
 
 
-def geometry(knit: Knit, flattened=0.5):
+def geometry(knit: Fabric, flattened=0.5):
     """Geometry of a knit that was optimised from a flatter one."""
     before = knit.loop.control_points * [1.0, 1.0, flattened]
-    wanted = (2 + knit.loop.clearance) * knit.loop.radius
+    wanted = (2 + knit.loop.clearance) * knit.radius
     state = {
         "penetration": [4e-4, 0.0],
         "gap": [-4e-4, 1.8e-5],
@@ -86,7 +86,7 @@ ZONES_BY_SNAPSHOT = ((), (), (0,), (0, 1), (0, 1, 2, 3), (0, 1, 2, 3))
 """Which zones of every cell have touched by then."""
 
 
-def contact_history(knit: Knit, interaction="isotropic", friction=0.76, **attributes):
+def contact_history(knit: Fabric, interaction="isotropic", friction=0.76, **attributes):
     """History of a knit whose outer rows are tied, and whose other crossings close zone after zone.
 
     A closed crossing has two points of 1e-8 m2 on each side, 2 mm apart, under 1 MPa times its zone plus one at full
@@ -99,7 +99,11 @@ def contact_history(knit: Knit, interaction="isotropic", friction=0.76, **attrib
     motion[..., 2] = 4e-3 * strain[:, None] * np.sin(np.pi * position[:, 0] / knit.width)
     points = _points(knit, strain, friction)
     crossings = knit.crossings
-    tied = (crossings.row == 0) | (crossings.row == knit.rows - 1) if knit.rows > 2 else 0 * crossings.row
+    tied = (
+        (crossings.row == 0) | (crossings.row == knit.cells[1] - 1)
+        if knit.cells[1] > 2
+        else 0 * crossings.row
+    )
     force = np.zeros((len(strain), len(crossings.row), 3))
     force[:, tied == 1] = strain[:, None, None] * [10.0, 0.0, 5.0]
     increment, crossing = points["contact_increment"][1], points["contact_crossing"][1]
@@ -134,8 +138,8 @@ def contact_history(knit: Knit, interaction="isotropic", friction=0.76, **attrib
             crossing_tied=("crossing", tied.astype(np.int8)),
             tied_area=("crossing", np.where(tied, 1e-7, np.nan)),
             tied_centroid=(("crossing", "xyz"), untied),
-            yarn_force=(("increment", "yarn_number", "xyz"), np.zeros((count, knit.rows + 1, 3))),
-            yarn_moment=(("increment", "yarn_number", "xyz"), np.zeros((count, knit.rows + 1, 3))),
+            yarn_force=(("increment", "yarn_number", "xyz"), np.zeros((count, knit.cells[1] + 1, 3))),
+            yarn_moment=(("increment", "yarn_number", "xyz"), np.zeros((count, knit.cells[1] + 1, 3))),
             **points,
         )
     )
@@ -144,7 +148,9 @@ def contact_history(knit: Knit, interaction="isotropic", friction=0.76, **attrib
 def _points(knit, strain, friction):
     """Points of all closed crossings that are not tied, one increment after another."""
     crossings = knit.crossings
-    inner = (crossings.row > 0) & (crossings.row < knit.rows - 1) if knit.rows > 2 else crossings.row >= 0
+    inner = (
+        (crossings.row > 0) & (crossings.row < knit.cells[1] - 1) if knit.cells[1] > 2 else crossings.row >= 0
+    )
     closed = [np.flatnonzero(inner & np.isin(crossings.zone, zones)) for zones in ZONES_BY_SNAPSHOT]
     increment = np.repeat(np.arange(len(strain)), [4 * len(each) for each in closed])
     crossing = np.repeat(np.concatenate(closed), 4)
@@ -184,7 +190,7 @@ def _points(knit, strain, friction):
 
 def pair_scene(scene, path, angle=90.0, interaction="isotropic"):
     """Scene of two crossing yarns made from one of a knit."""
-    kind = {"specimen": "pair", "fidelity": "dns", "interaction": interaction}
+    kind = {"specimen": "pair", "fidelity": "hexahedra", "interaction": interaction}
     return scene.vary(kind | {"load.path": path, "pair.angle": angle})
 
 
@@ -254,7 +260,7 @@ LEANING = {
 """To which side segments lean: 0 lies along x."""
 
 
-def stresses(knit: Knit, direction, interlock, leg, mesh=None, force=10.0):
+def stresses(knit: Fabric, direction, interlock, leg, mesh=None, force=10.0):
     """Stresses of 1 MPa along lines at given angles to x [deg] in all segments; with a mesh in its cells, along x."""
     cut = segments(knit.crossings, np.array([each.length for each in knit.centrelines]))
     angle = {"interlock": interlock, "leg": leg}

@@ -98,7 +98,7 @@ def message(config, monkeypatch):
         ("load.stops", "[1 %]", "the entry '1 %'", STOPS),
         # Choices that are not there.
         ("solver.linear", "LU", "'LU'", "auto, three_scale, amg or lu"),
-        ("mesh.element", "C3D8R", "'C3D8R'", "incompatible_modes (the best"),
+        ("mesh.element", "C3D8R", "'C3D8R'", "one_point (with hourglass"),
         ("pattern.keep", "width", "'width'", "shape, length or wale_spacing"),
         ("load.direction", "x", "'x'", "course or wale"),
         ("load.lateral", "no", "False", "fixed or free"),
@@ -141,7 +141,7 @@ def test_value_that_is_none(message, key, text, value, allowed):
             ("load.path is no key of a scene", "specimen is knit", "leave it out"),
         ),
         (["contact.friction=0.3"], ("contact.friction is no key", "interaction tie", "leave it out")),
-        (["rom.joint=pinned"], ("rom.joint is no key", "fidelity dns", "leave it out")),
+        (["rom.joint=pinned"], ("rom.joint is no key", "fidelity hexahedra", "leave it out")),
         (
             ["fidelity=rom3d", "interaction=rough"],
             ("contacts_from is empty but must name a dns scene", "springs are measured"),
@@ -151,7 +151,7 @@ def test_value_that_is_none(message, key, text, value, allowed):
             ["specimen=pair", "fidelity=beam", "interaction=rough"],
             ("fidelity is 'beam' but must be", "is pair"),
         ),
-        (["fidelity=solid_yarns", "mesh.size=1e-4"], ("mesh.size is no key", "fidelity solid_yarns")),
+        (["fidelity=spline_yarns", "mesh.size=1e-4"], ("mesh.size is no key", "fidelity spline_yarns")),
         (["interaction=rough", "pattern.rows=2"], ("contact.tied_edges is 'outer'", "pattern.rows is 2")),
         (["interaction=rough", "contact.friction=1"], ("contact.friction is no key", "interaction rough")),
         (["mesh.size.x=1"], ("unknown key 'mesh.size.x'",)),
@@ -277,7 +277,7 @@ def of_another_version(path):
     """A history whose force has gone, as of an earlier format."""
     names = ("load", "strain")
     data = {name: ("increment", np.linspace(0, 1, 3)) for name in names}
-    xr.Dataset(data, attrs={"scene": "dns-a", "fidelity": "dns"}).to_netcdf(path)
+    xr.Dataset(data, attrs={"scene": "dns-a", "fidelity": "hexahedra"}).to_netcdf(path)
 
 
 def truncated(path):

@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.pattern import Crossings
+from knitstudy.geometry.crossings import Crossings
 from knitstudy.mechanics.beam_contact.approach import Curves, Pairs, approach
 from knitstudy.mechanics.beam_contact.contact import Power, hertz
-from knitstudy.models.beam_pairs import REACH, Neighbours, line_pairs, piece_bounds, point_pairs
+from knitstudy.models.beam_pairs import Neighbours, piece_bounds
 
 UNEVEN = np.array([0.0, 1.0, 1.6, 2.9, 4.0, 4.5, 6.0])
-BOTH = np.array([True, True])
 
 
 def two_yarns():
@@ -74,7 +73,7 @@ def test_closest_points_of_two_curves():
     straight = np.stack([0 * s, s - 3.7, 0 * s], axis=-1)
     position = np.concatenate([bowl, straight])
     whole = np.array([[[0.0, 6.0], [0.0, 6.0]], [[3.0, 6.0], [0.0, 6.0]]])
-    pairs = Pairs(np.array([[0, 1], [0, 1]]), whole, BOTH)
+    pairs = Pairs(np.array([[0, 1], [0, 1]]), whole)
     found = approach(curves, position, pairs, np.array([[5.5, 0.4], [5.5, 0.4]]))
     np.testing.assert_allclose(found.s[0], [2.2, 3.7], atol=1e-9)
     np.testing.assert_allclose(found.distance[0], 1.0, atol=1e-12)
@@ -96,25 +95,7 @@ def test_pieces_of_a_yarn_lie_side_by_side():
     np.testing.assert_allclose(bounds[:, 1], [[0.0, 2.75], [2.75, 4.5], [0.0, 8.0]])
 
 
-def test_a_point_and_a_line_cover_what_they_should():
-    length, radius = np.array([6.0, 7.0, 8.0]), 0.2
-    point = point_pairs(ladder(), np.array([0, 2]), length)
-    np.testing.assert_array_equal(point.pairs.yarn, [[0, 1], [1, 2]])
-    np.testing.assert_array_equal(point.weight, 1.0)
-    line = line_pairs(ladder(), np.array([0, 2]), length, radius)
-    # Half of the stiffness on either yarn, over the reach to both sides.
-    assert line.weight.sum() == pytest.approx(2 * 2 * REACH * radius)
-    np.testing.assert_array_equal(np.unique(line.crossing), [0, 2])
-    own = line.start[:, 0]
-    assert np.all((own > line.pairs.bounds[:, 0, 0]) & (own < line.pairs.bounds[:, 0, 1]))
-    lower = line.lower == 0
-    np.testing.assert_array_equal(line.pairs.yarn[lower & (line.crossing == 2)][0], [1, 2])
-    np.testing.assert_array_equal(line.pairs.yarn[~lower & (line.crossing == 2)][0], [2, 1])
-
-
-@pytest.mark.parametrize(
-    "law", [Power(3.0), hertz(1.3e9, 0.42, 0.9e-3, "point"), hertz(1.3e9, 0.42, 0.9e-3, "line")]
-)
+@pytest.mark.parametrize("law", [Power(3.0), hertz(1.3e9, 0.42, 0.9e-3)])
 def test_force_is_the_derivative_of_energy(law):
     gap = np.array([-2e-5, -1e-6, 3e-6])
     step = 1e-9

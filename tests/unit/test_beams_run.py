@@ -61,11 +61,6 @@ def test_work_is_stored_or_lost(history):
     )  # a trapezoid of three increments
 
 
-def test_line_of_contact_has_many_points(beam_scene, cell):
-    model = beam_knit(beam_scene.replace("beam.contact", "line"), cell).model
-    assert len(model.contact.crossing.weight) > 100 * len(cell.crossings.row)
-
-
 def test_hertz_is_softer_than_the_penalty(beam_scene, cell, history):
     force = run(beam_scene.replace("beam.section", "hertz"), cell)["force"][-1]
     assert 0.5 * history["force"][-1] < force < history["force"][-1]
@@ -115,7 +110,7 @@ def test_what_beams_do_not_offer_is_refused(beam_scene, key, value):
 
 def test_solid_scene_is_refused(beam_scene, cell):
     with pytest.raises(AttributeError, match="the scene has no section 'beam', only pattern"):
-        run(beam_scene.replace("fidelity", "dns"), cell)
+        run(beam_scene.replace("fidelity", "hexahedra"), cell)
 
 
 def test_penetration_that_contact_does_not_see_is_refused(beam_scene, cell):

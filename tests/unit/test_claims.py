@@ -14,8 +14,8 @@ import synthetic
 from knitstudy.contacts.contacts import extract
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files import read_table
+from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.claims.contact import asymmetry, largest_bend
 from knitstudy.measures.claims.evidence import Evidence
@@ -39,7 +39,7 @@ def evidence(plain_scene, knit, contacts):
     sizes, grown = study.domain(plain_scene)
     solid = scenes["dns-isotropic-course"]
     return Evidence(
-        geometry=synthetic.geometry(Knit(initial_loop(plain_scene), 2, 2), flattened=0.99),
+        geometry=synthetic.geometry(plain_knit(initial_loop(plain_scene), 2, 2), flattened=0.99),
         scenes=scenes
         | sizes
         | {name: solid.replace("contact.friction", friction) for name, friction in FRICTIONS.items()}
@@ -314,7 +314,7 @@ def test_savings_at_another_mesh_size_decide_nothing(evidence):
 def test_savings_are_over_the_papers_element(evidence):
     """Of solid yarns as main simulations the claim about ties waits, and that about friction compares these."""
     yarns = {
-        f"dns-{kind}-course": evidence.scenes[f"dns-{kind}-course"].vary({"fidelity": "solid_yarns"})
+        f"dns-{kind}-course": evidence.scenes[f"dns-{kind}-course"].vary({"fidelity": "spline_yarns"})
         for kind in ("tie", "isotropic")
     }
     lean = without(evidence, "dns-tie-course-medium", "dns-isotropic-course-medium")

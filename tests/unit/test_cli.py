@@ -6,9 +6,9 @@ import pytest
 from click.testing import CliRunner
 from synthetic import geometry
 
-from knitstudy.cli.export import export
+from knitstudy.cli.console import plain, shortened
 from knitstudy.cli.main import main
-from knitstudy.cli.output import plain, shortened
+from knitstudy.cli.results import export
 from knitstudy.errors import ConvergenceError
 from knitstudy.exchange.dialects import DIALECTS
 from knitstudy.files import write_dataset
@@ -72,9 +72,9 @@ def test_version(knitstudy):
         (("run", "dns-a", "--set", "load.strain=045"), "load.strain, line 1: 045 is no plain number"),
         (("run", "dns-a", "--threads", "0"), "0 is not in the range"),
         (("list", "--study", "tiny"), "'tiny' is not one of 'ci', 'reduced', 'full', 'reference'"),
-        (("list", "--fidelity", "rom"), "'rom' is not one of 'beam', 'dns',"),
+        (("list", "--fidelity", "rom"), "'rom' is not one of 'beam', 'hexahedra',"),
         (("export", "dns-a", "--dialect", "nastran"), "'nastran' is not one of 'abaqus', 'calculix'"),
-        (("check", "--set", "load.strain=1"), "--set and --sources are about a scene: name one"),
+        (("check", "--set", "load.strain=1"), "--set and --sources need the name of a scene"),
         (("show", "table.csv", "--plot", "a.png"), "--plot draws netCDF files"),
     ],
 )
@@ -210,7 +210,7 @@ def test_what_cannot_be_planned_is_one_message(knitstudy, ask, said):
 
 def test_deck_is_of_hexahedra(knitstudy, config):
     line = message(knitstudy("export", "rom3d-a", "--dialect", "abaqus", "--config", config))
-    assert "fidelity is rom3d but must be dns" in line
+    assert "fidelity is rom3d but must be hexahedra" in line
 
 
 def test_deck(knitstudy, tmp_path):

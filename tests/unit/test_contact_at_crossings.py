@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from knitstudy.contacts.facets import REACH, CrossingFacets, Rings, crossing_forces, touching_points
-from knitstudy.geometry.pair import YarnPair
+from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.loading.columns import HISTORY
 from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
 from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mesh.knit import mesh_knit, mesh_specimen
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.discretisation import yarn_surfaces
 
 RADIUS, SIZE = 0.9e-3, 0.45e-3
@@ -17,12 +17,12 @@ RADIUS, SIZE = 0.9e-3, 0.45e-3
 
 @pytest.fixture(scope="module")
 def pair():
-    return YarnPair(RADIUS, 60.0, 6e-3, 0.01)
+    return yarn_pair(RADIUS, 60.0, 6e-3, 0.01)
 
 
 @pytest.fixture(scope="module")
 def mesh(pair):
-    return mesh_specimen(pair, SIZE, 1.2)
+    return mesh_fabric(pair, SIZE, 1.2)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def facets(pair, mesh):
 def knitted(plain_scene, knit_of):
     """Crossings of a knit of two rows on its mesh."""
     knit = knit_of(plain_scene.replace("pattern.loops", 1).replace("pattern.rows", 2))
-    return CrossingFacets.of(knit.crossings, mesh_knit(knit, SIZE))
+    return CrossingFacets.of(knit.crossings, mesh_fabric(knit, SIZE))
 
 
 def test_facets_face_each_other(facets, knitted):
@@ -79,7 +79,7 @@ def test_places_away_from_crossings_belong_to_none(facets, pair, mesh):
     along = np.linspace(0, mesh.stations[0][-1], 50)
     zero = np.zeros(50, dtype=int)
     crossing, side = facets.nearest(zero, zero + 1, along)
-    near = np.abs(along - pair.length / 2) <= REACH * RADIUS
+    near = np.abs(along - pair.centrelines[0].length / 2) <= REACH * RADIUS
     assert 0 < near.sum() < 50
     np.testing.assert_array_equal(crossing, np.where(near, 0, -1))
     assert not side.any()
@@ -109,7 +109,7 @@ def test_columns_are_those_of_the_format(touching):
     assert count > 10
     size = {"point": count, "xyz": 3, "grid": 2}
     for name, values in columns.items():
-        assert values.shape == tuple(size[dim] for dim in HISTORY[f"contact_{name}"].dims), name
+        assert values.shape == tuple(size[dim] for dim in HISTORY.table[f"contact_{name}"].dims), name
 
 
 def test_points_stick_and_slip_on_both_yarns(touching):

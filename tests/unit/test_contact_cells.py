@@ -12,7 +12,7 @@ from knitstudy.models.spline_yarns import space_on, yarn_spans
 
 @pytest.fixture(scope="module")
 def scene(plain_scene):
-    keys = {"fidelity": "solid_yarns", "interaction": "isotropic", "contact.tied_edges": "none"}
+    keys = {"fidelity": "spline_yarns", "interaction": "isotropic", "contact.tied_edges": "none"}
     return plain_scene.vary(keys | {"pattern.loops": 1, "pattern.rows": 1})
 
 
@@ -44,10 +44,7 @@ def test_windows_narrower_than_a_cell_are_refused(scene):
 
 def test_crossings_nearer_than_their_windows_are_refused(scene, knit):
     wide = scene.vary({"contact.window": 4.0})
-    thick = replace(knit, loop=replace(knit.loop, radius=2 * knit.radius))
+    thick = replace(knit, radius=2 * knit.radius)
     space = space_on(wide, yarn_spans(wide, thick))
-    with pytest.raises(
-        ConfigurationError, match=r"contact\.law is 'indentation', but two crossings .* 4\.00"
-    ):
+    with pytest.raises(ConfigurationError, match=r"two crossings of a yarn are .* contact\.window, 4\.00"):
         contact_surfaces(wide, space, thick)
-    contact_surfaces(wide.vary({"contact.law": "penalty"}), space, thick)

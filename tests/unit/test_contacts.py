@@ -9,7 +9,7 @@ import xarray as xr
 
 from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.pattern import Crossings
+from knitstudy.geometry.crossings import Crossings
 
 
 @pytest.fixture

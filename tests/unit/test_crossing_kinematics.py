@@ -15,7 +15,7 @@ from knitstudy.contacts.kinematics import (
     since_first,
     twist,
 )
-from knitstudy.geometry.pair import YarnPair
+from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.loading.columns import CONTACTS
 from knitstudy.mechanics.rotation import exp
 
@@ -26,7 +26,7 @@ X, Y, Z = np.eye(3)
 @pytest.fixture
 def pair():
     """Yarns along x, below, and along y, above."""
-    return YarnPair(RADIUS, 90.0, 10e-3, 0.01)
+    return yarn_pair(RADIUS, 90.0, 10e-3, 0.01)
 
 
 def of_pair(pair, lower, upper, relative=(0, 0, 0), contact=None):
@@ -107,7 +107,7 @@ def test_segments_contract_by_their_chords(knit):
     halved = segment_contraction(crossings, -0.5 * crossings.point[None])
     inner = np.isfinite(halved)
     np.testing.assert_allclose(halved[inner], 0.5)
-    ends = 2 * (knit.rows + 1)
+    ends = 2 * (knit.cells[1] + 1)
     assert (~inner).sum() == ends, "every yarn has two ends"
     middle = np.argmin(np.abs(crossings.arc_length[:, 0] - 0.5 * knit.centrelines[0].length))
     displacement = np.zeros((1, *crossings.point.shape))
@@ -121,7 +121,7 @@ def test_contact_that_moves_around_and_along_a_straight_yarn(pair):
     """From the line of closest points by 0.1 about the lower yarn's tangent, and by 0.3 mm along it."""
     angle = np.array([0.0, 0.1])
     contact = np.zeros((2, 1, 2, 3))
-    contact[:, 0] = pair.middles
+    contact[:, 0] = pair.crossings.point[0]
     contact[:, 0, 0] += RADIUS * (np.cos(angle)[:, None] * Z - np.sin(angle)[:, None] * Y)
     contact[:, 0, 0, 0] += [0.0, 3e-4]
     contact[:, 0, 1, 2] -= RADIUS

@@ -5,8 +5,8 @@ import pytest
 import synthetic
 import xarray as xr
 
+from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.segments import cell_force, cut_force
 from knitstudy.tables import catalogue
 
@@ -15,7 +15,7 @@ STRESS, AREA, LENGTH, CELLS = 2e6, 3e-6, 0.05, 1000
 
 @pytest.fixture(scope="module")
 def knit(plain_scene):
-    return Knit(initial_loop(plain_scene), 3, 3)
+    return plain_knit(initial_loop(plain_scene), 3, 3)
 
 
 @pytest.fixture(scope="module")
@@ -49,15 +49,15 @@ def test_pieces_of_one_period_are_one_loop_of_every_yarn(knit, direction):
     axis = "xy"[direction == "wale"]
     stresses["piece_stress"][:] = np.eye(3)
     stresses["piece_volume"][:] = length[:, None]
-    loop, period = knit.centrelines[0].length / knit.loops, (knit.loop.wale_spacing, knit.loop.course_spacing)
+    loop, period = knit.centrelines[0].length / knit.cells[0], (knit.cell[0], knit.cell[1])
     # In course tension a column: a loop of all four yarns. In wale tension a row: all loops of what makes one yarn.
-    wanted = 4 * loop if axis == "x" else knit.loops * loop
+    wanted = 4 * loop if axis == "x" else knit.cells[0] * loop
     found = cell_force(stresses, knit)
     assert found == pytest.approx(wanted / (period[axis == "y"] * 1.05), rel=1e-6)
 
 
 def test_table_of_forces(knit, plain_scene):
-    scene = plain_scene.vary({"fidelity": "dns", "mesh.size": 0.3e-3})
+    scene = plain_scene.vary({"fidelity": "hexahedra", "mesh.size": 0.3e-3})
     stresses = synthetic.stresses(knit, "course", 60, 80)
     count = 100
     x = np.linspace(0, LENGTH, count)
@@ -65,7 +65,7 @@ def test_table_of_forces(knit, plain_scene):
     stresses["cell_volume"] = ("cell", np.full(count, AREA * LENGTH / count))
     stresses["cell_place"] = (("cell", "xyz"), np.column_stack([x, 0 * x, 0 * x]))
     stresses.attrs["force"] = STRESS * AREA
-    given = {"geometry": knit.to_dataset(), "fields_stress": {"dns-a": stresses}, "scenes": {"dns-a": scene}}
+    given = {"geometry": knit.to_dataset(), "stresses": {"dns-a": stresses}, "scenes": {"dns-a": scene}}
     (row,) = catalogue.tabulate("cut_forces", **given).to_dict("records")
     assert row["force of the grips [N]"] == STRESS * AREA
     assert row["smallest force through a cut, over it [1]"] == pytest.approx(1, abs=0.03)

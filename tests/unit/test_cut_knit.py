@@ -6,19 +6,19 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.elevation import pieces as drawn_pieces
-from knitstudy.geometry.cut import Pieces, cut_rows, middles_of_legs
+from knitstudy.geometry.fabric import cut_cells, middles_of_legs
 from knitstudy.measures.selection import cut_of
 from knitstudy.models.pieces import cut_yarns, problem_of_cut_knit
 
 
 @pytest.fixture(scope="module")
 def scene(plain_scene):
-    return plain_scene.vary({"specimen": "cut_knit", "fidelity": "solid_yarns", "mesh.spline_degree": 2})
+    return plain_scene.vary({"specimen": "cut_knit", "fidelity": "spline_yarns", "mesh.spline_degree": 2})
 
 
 @pytest.fixture(scope="module")
 def pieces(knit):
-    return Pieces(knit, cut_rows(knit))
+    return cut_cells(knit.loop, *knit.cells)
 
 
 def test_cells_have_the_yarn_of_an_endless_knit(knit, pieces):
@@ -26,7 +26,7 @@ def test_cells_have_the_yarn_of_an_endless_knit(knit, pieces):
     arcs = pieces.arcs
     assert arcs.yarn.tolist() == [0, 0, 0, 1, 2, 3, 3, 3, 3]
     length = np.diff(arcs.arc, axis=1).sum()
-    assert length == pytest.approx(knit.rows * knit.centrelines[0].length, rel=1e-12)
+    assert length == pytest.approx(knit.cells[1] * knit.centrelines[0].length, rel=1e-12)
 
 
 def test_cuts_are_half_way_up_the_legs(knit):
@@ -86,16 +86,16 @@ def test_grips_in_wale_tension_hold_the_cut_legs(scene, pieces):
     assert not driven[8, 1]
 
 
-def test_stations_are_places_on_the_yarns_of_the_knit(scene, knit):
-    stations = problem_of_cut_knit(scene, knit).stations
-    for yarn in range(knit.rows + 1):
+def test_stations_are_places_on_the_yarns_of_the_knit(scene, knit, pieces):
+    stations = problem_of_cut_knit(scene, pieces).stations
+    for yarn in range(knit.cells[1] + 1):
         here = stations.yarn == yarn
         place = knit.centrelines[yarn].position(stations.arc_length[here])
         np.testing.assert_allclose(stations.position[here], place, atol=1e-6 * knit.radius)
 
 
-def test_pictures_leave_out_what_is_cut_off(scene, knit):
-    stations = problem_of_cut_knit(scene, knit).stations
+def test_pictures_leave_out_what_is_cut_off(scene, knit, pieces):
+    stations = problem_of_cut_knit(scene, pieces).stations
     history = xr.Dataset({"yarn": ("station", stations.yarn), "arc_length": ("station", stations.arc_length)})
     found = drawn_pieces(history, knit.radius)
     assert [stations.yarn[piece[0]] for piece in found] == [0, 0, 0, 1, 2, 3, 3, 3, 3]
@@ -130,7 +130,10 @@ def test_yarns_are_watched_beside_every_tie(scene, knit, pieces):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"fidelity": "dns"}, "fidelity is 'dns' but must be solid_yarns where specimen is cut_knit"),
+        (
+            {"fidelity": "hexahedra"},
+            "fidelity is 'hexahedra' but must be spline_yarns where specimen is cut_knit",
+        ),
         (
             {"solver.stabilisation": 1e-6},
             "solver.stabilisation is 1e-06 but must be 0 where specimen is cut_knit",

@@ -12,10 +12,10 @@ from scipy.optimize import brentq
 from knitstudy.errors import ConfigurationError
 from knitstudy.exchange.deck import Interaction, facet_faces, specimen_deck
 from knitstudy.exchange.inp import write_inp
-from knitstudy.geometry.lay_out import initial_loop, lay_out, read_specimen
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric, plain_knit
+from knitstudy.geometry.lay_out import initial_loop, lay_out
 from knitstudy.mechanics.materials import Material
-from knitstudy.mesh.knit import mesh_scene
+from knitstudy.mesh.mesher import mesh_scene
 from knitstudy.models.hexahedra import divide
 
 # Corners of the faces S1 to S6 of C3D8, from its definition.
@@ -28,16 +28,20 @@ DIALECTS = pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
 @pytest.fixture(scope="module")
 def made(plain_scene):
     """Return a function that gives a deck and what it was made of: a tied 1 x 1 knit, or two yarns in contact."""
-    knit = {"fidelity": "dns", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
+    knit = {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
     knit |= {"tie.radius": 0.3}
     down = {"pair.support": "ends", "load.path": [[0, 0, -1e-4]], "interaction": "isotropic"}
-    pair = {"specimen": "pair", "fidelity": "dns", "mesh.size": 0.6e-3} | down
+    pair = {"specimen": "pair", "fidelity": "hexahedra", "mesh.size": 0.6e-3} | down
     meshes = {}
 
     def make(specimen, changes=None):
         scene = plain_scene.vary({"knit": knit, "pair": pair}[specimen] | (changes or {}))
         if specimen not in meshes:
-            body = Knit(initial_loop(scene), 1, 1) if specimen == "knit" else read_specimen(lay_out(scene))
+            body = (
+                plain_knit(initial_loop(scene), 1, 1)
+                if specimen == "knit"
+                else Fabric.from_dataset(lay_out(scene))
+            )
             meshes[specimen] = body, mesh_scene(scene, body)
         body, mesh = meshes[specimen]
         return SimpleNamespace(

@@ -55,10 +55,10 @@ def kinds(**wanted):
         ({}, "all"),
         ({"specimen": ["pair"]}, "all of a pair"),
         ({"fidelity": ["rom2d", "beam"]}, "rom2d; beam"),
-        ({"fidelity": ["dns"], "interaction": ["tie"]}, "dns with tie"),
+        ({"fidelity": ["hexahedra"], "interaction": ["tie"]}, "hexahedra with tie"),
         (
-            {"fidelity": ["dns"], "specimen": ["knit"], "interaction": ["rough", "isotropic"]},
-            "dns of a knit with isotropic or rough",
+            {"fidelity": ["hexahedra"], "specimen": ["knit"], "interaction": ["rough", "isotropic"]},
+            "hexahedra of a knit with isotropic or rough",
         ),
     ],
 )

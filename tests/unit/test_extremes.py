@@ -12,7 +12,7 @@ from knitstudy.figures.extremes_map import CAUSES, draw
 from knitstudy.files import read_table
 from knitstudy.stages import extremes
 from knitstudy.stages.extremes import cause, collect, judged, run
-from knitstudy.stages.kept import made_otherwise, stamped
+from knitstudy.stages.kept_tables import made_otherwise, stamped
 from knitstudy.stages.simulate import Results
 from knitstudy.study.campaign import Campaign, Trial
 from knitstudy.study.configuration import CONFIG
@@ -123,7 +123,7 @@ def test_the_map_has_a_square_for_every_trial():
 
 
 def test_kept_campaign_says_why_whatever_did_not_end():
-    """What is kept is what was found: reasons are there and name a key, and docs/extremes.md names silent failures."""
+    """Kept reasons name a key, and docs/notes/extremes.md names silent failures."""
     table = read_table(
         CONFIG.parent / extremes.KEPT, needs=("outcome", "reason", "keys named", "digest", "trials")
     )
@@ -132,6 +132,6 @@ def test_kept_campaign_says_why_whatever_did_not_end():
     assert other["reason"].notna().all()
     refused = table[table["outcome"].isin(["refused", "stopped"])]
     assert refused["keys named"].notna().all()
-    page = (CONFIG.parent / "docs" / "extremes.md").read_text(encoding="utf-8")
+    page = (CONFIG.parent / "docs" / "notes" / "extremes.md").read_text(encoding="utf-8")
     for name in table.loc[table["outcome"] == "silent", "trial"]:
         assert f"`{name}`" in page

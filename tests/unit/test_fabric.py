@@ -1,10 +1,23 @@
 """Fabrics: crossings that are found from curves, grips, pieces."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError, GeometryError
-from knitstudy.geometry.fabric import Arc, Fabric, cut_cells, endless_cell, of_curves, pair, plain_knit
+from knitstudy.geometry.fabric import (
+    Arc,
+    Fabric,
+    Grip,
+    cut_cells,
+    endless_cell,
+    head_arcs,
+    of_curves,
+    plain_knit,
+    sinker_arcs,
+    yarn_pair,
+)
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.spline import CatmullRom, Centreline
 from knitstudy.geometry.yarn_spacing import closest_approach, crossings_in_plane, windows
@@ -70,6 +83,49 @@ def test_yarns_that_pass_far_apart_do_not_cross():
     assert len(of_curves(lines, RADIUS).crossings) == 0
 
 
+def test_crossings_of_a_knit_lie_on_their_yarns_and_face_each_other(loop):
+    knit = plain_knit(loop, 2, 3)
+    crossings = knit.crossings
+    apart = crossings.point[:, 1] - crossings.point[:, 0]
+    for side in (0, 1):
+        for yarn, centreline in enumerate(knit.centrelines):
+            here = crossings.yarn[:, side] == yarn
+            s = crossings.arc_length[here, side]
+            np.testing.assert_allclose(centreline.position(s), crossings.point[here, side], atol=1e-12)
+            cosine = (apart[here] * centreline.tangent(s)).sum(axis=1) / crossings.distance[here]
+            np.testing.assert_allclose(
+                cosine, 0, atol=1e-6
+            )  # rounding of a distance leaves its root in the angle
+    place = crossings.point.reshape(3, 2, 4, 2, 3)
+    middle, centre = place.mean(axis=3), knit.cell[0] * (np.arange(2) + 0.5)[:, None]
+    assert (middle[..., [0, 2], 0] < centre).all()
+    assert (middle[..., [1, 3], 0] > centre).all()
+    assert (middle[..., [2, 3], 1] > middle[..., [0, 1], 1]).all()
+    in_front = place[..., 1, 2] > place[..., 0, 2]
+    np.testing.assert_array_equal(in_front, np.broadcast_to([False, False, True, True], in_front.shape))
+
+
+def test_yarns_of_a_knit_run_from_sinker_to_sinker(loop):
+    knit = plain_knit(loop, 2, 3)
+    yarn = knit.centrelines[0]
+    ends = np.array([0, yarn.length])
+    np.testing.assert_allclose(yarn.position(ends)[:, 0], [0, 2 * knit.cell[0]], atol=1e-12)
+    np.testing.assert_allclose(yarn.tangent(ends), [[1, 0, 0]] * 2, atol=1e-9)
+    assert yarn.length == pytest.approx(2 * loop.length, rel=1e-12)
+    rise = knit.centrelines[3].position(ends) - yarn.position(ends)
+    np.testing.assert_allclose(rise, [[0, 3 * knit.cell[1], 0]] * 2, atol=1e-15)
+
+
+def test_places_of_outer_yarns_are_those_of_yarns_with_neighbours_on_both_sides(loop):
+    knit = plain_knit(loop, 3, 2)
+    inner = knit.stations(1)
+    for yarn in range(3):
+        s, point = knit.places(yarn)
+        np.testing.assert_allclose(s, inner, rtol=1e-9)
+        np.testing.assert_allclose(point, knit.places(0)[1] + knit.shift[yarn])
+    assert len(knit.places_of_a_repeat()) == 8
+
+
 def test_grips_of_a_knit(loop):
     knit = plain_knit(loop, 3, 2)
     held, driven = knit.grips["course"]
@@ -84,6 +140,29 @@ def test_grips_of_a_knit(loop):
     assert held.holds([0, 0, 1], [0.0, held.arc[1].mean(), 0.0]).tolist() == [True, True, False]
 
 
+def test_sinkers_and_heads_lie_between_crossings_once_a_loop(loop):
+    knit = plain_knit(loop, 3, 2)
+    sinkers, heads = sinker_arcs(knit), head_arcs(knit)
+    line = knit.centrelines[0]
+    assert sinkers.shape == (4, 2)
+    assert heads.shape == (3, 2)
+    assert (sinkers[0, 0], sinkers[-1, 1]) == (0, line.length)
+    for arcs, side in ((sinkers, 1), (heads, 0)):
+        along = knit.crossings.arc_length[:, side]
+        ends = arcs[(arcs > 0) & (arcs < line.length)]
+        assert np.abs(ends[:, None] - along).min(axis=1).max() < 1e-12
+        assert not ((along[:, None] > arcs[:, 0] + 1e-9) & (along[:, None] < arcs[:, 1] - 1e-9)).any()
+    bottom, top = (line.position(arcs.mean(axis=1))[:, 1] for arcs in (sinkers[1:-1], heads))
+    assert bottom.max() < top.min()
+
+
+def test_ends_belong_to_a_grip():
+    grip = Grip(np.array([0, 0, 1]), np.array([[1.0, 2.0], [5.0, 6.0], [0.0, 0.0]]))
+    at = np.array([1.0, 2.0, 2.1, 0.9, 5.5, 0.0])
+    assert grip.holds(np.zeros(6, dtype=int), at).tolist() == [True, True, False, False, True, False]
+    assert grip.holds([1, 1], [0.0, 1.0]).tolist() == [True, False]
+
+
 def test_cut_cells_have_the_yarn_of_an_endless_knit(loop):
     cells, cell = cut_cells(loop, 3, 2), endless_cell(loop, 3, 2)
     assert np.isclose(sum(line.length for line in cells.centrelines), 6 * loop.length)
@@ -95,7 +174,7 @@ def test_cut_cells_have_the_yarn_of_an_endless_knit(loop):
 
 @pytest.mark.parametrize("angle", [12.0, 47.0, 90.0])
 def test_the_crossing_of_a_pair(angle):
-    fabric = pair(RADIUS, angle, 9e-3, 0.02)
+    fabric = yarn_pair(RADIUS, angle, 9e-3, 0.02)
     crossings = fabric.crossings
     np.testing.assert_allclose(
         crossings.point[0], [[0, 0, -1.01 * RADIUS], [0, 0, 1.01 * RADIUS]], atol=1e-15
@@ -105,19 +184,45 @@ def test_the_crossing_of_a_pair(angle):
 
 
 def test_a_fabric_comes_back_from_its_dataset(loop):
-    for fabric in (plain_knit(loop, 2, 3), pair(RADIUS, 60.0, 9e-3, 0.02)):
+    for fabric in (plain_knit(loop, 2, 3), yarn_pair(RADIUS, 60.0, 9e-3, 0.02)):
         again = Fabric.from_dataset(fabric.to_dataset())
         np.testing.assert_array_equal(again.crossings.point, fabric.crossings.point)
         assert again.specimen == fabric.specimen
 
 
-def test_what_is_no_fabric_is_refused(loop):
-    with pytest.raises(GeometryError, match=r"pattern.rows = 0: allowed is a whole number from 1 on"):
-        plain_knit(loop, 2, 0)
-    with pytest.raises(GeometryError, match=r"pair.angle = 100.0 degrees"):
-        pair(RADIUS, 100.0, 9e-3)
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda loop: plain_knit(loop, 2, 0), r"pattern.rows = 0: allowed is a whole number from 1 on"),
+        (lambda loop: plain_knit(loop, 1.5, 1), r"pattern.loops = 1.5"),
+        (
+            lambda loop: plain_knit(replace(loop, course_spacing=10 * loop.course_spacing), 1, 1),
+            "cross 0 times",
+        ),
+        (lambda loop: replace(loop, radius=np.nan), r"yarn.diameter = nan"),
+        (lambda loop: replace(loop, clearance=-0.1), r"pattern.clearance = -0.1"),
+        (lambda loop: replace(loop, course_spacing=1.7e-3), r"pattern.course_spacing"),
+        (lambda loop: yarn_pair(0.0, 90.0, 9e-3), r"yarn\.diameter = 0\.0 m"),
+        (lambda loop: yarn_pair(RADIUS, 0.0, 9e-3), r"pair\.angle = 0\.0 degrees: allowed is more than 0"),
+        (lambda loop: yarn_pair(RADIUS, 91.0, 9e-3), r"pair\.angle = 91\.0 degrees"),
+        (
+            lambda loop: yarn_pair(RADIUS, 90.0, 4 * RADIUS),
+            r"pair\.length = 0\.0036 m: allowed is more than twice",
+        ),
+        (
+            lambda loop: yarn_pair(RADIUS, 90.0, 9e-3, -0.01),
+            r"pair\.clearance = -0\.01 radii: allowed is zero",
+        ),
+    ],
+)
+def test_what_is_not_allowed_is_refused(loop, make, message):
+    with pytest.raises(GeometryError, match=message):
+        make(loop)
+
+
+def test_files_that_describe_no_fabric_are_refused(loop):
     dataset = plain_knit(loop, 1, 1).to_dataset()
     with pytest.raises(DataFileError, match=r"\['loops'\] are missing"):
         Fabric.from_dataset(dataset.drop_vars("loops"))
-    with pytest.raises(DataFileError, match="its attribute specimen is 'sock'"):
+    with pytest.raises(DataFileError, match=r"specimen is 'sock'; allowed are knit, pair"):
         Fabric.from_dataset(dataset.assign_attrs(specimen="sock"))

@@ -273,7 +273,7 @@ def test_examples_of_the_readme_are_families(tmp_path):
     for number, text in enumerate(examples):
         (tmp_path / "scenes" / f"own{number}.yaml").write_text(text)
     scenes = load_scenes(tmp_path)
-    assert scenes["dns-tie-course-incompatible"].mesh.element == "incompatible_modes"
+    assert scenes["dns-tie-course-twenty-nodes"].mesh.element == "quadratic"
     assert scenes["dns-tie-wale-soft"].load.strain == 0.03
     assert list(scenes)[: -len(scenes) + len(load_scenes())] == list(load_scenes())
 

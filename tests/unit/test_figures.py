@@ -19,10 +19,10 @@ from knitstudy.figures.interlock import InterlockSide
 from knitstudy.figures.picture import CHOICE, is_fallback
 from knitstudy.figures.saving import FALLBACK_RENDERER, describe, save
 from knitstudy.files import read_table
+from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.selection import CASES
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models import honeycomb
 from knitstudy.models.joints import contacts_of_crossings
 
@@ -61,7 +61,7 @@ PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper
 
 @pytest.fixture(scope="module")
 def knit(plain_scene):
-    return Knit(initial_loop(plain_scene), 2, 2)
+    return plain_knit(initial_loop(plain_scene), 2, 2)
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +71,7 @@ def results(knit, plain_scene, touching):
     cases = {
         f"{case}_{model}": synthetic.history(lift=lift) for case in CASES for model, lift in lifts.items()
     }
-    mesh = mesh_knit(knit, 1.2e-3)
+    mesh = mesh_fabric(knit, 1.2e-3)
     stresses = {
         f"isotropic_{way}_dns_{name}": each
         for way, angles in (("course", (33, 33)), ("wale", (82, 82)))
@@ -343,7 +343,7 @@ def side(knit, results):
 
 def test_points_are_those_on_the_left_of_the_middle_interlock(side, knit):
     assert list(side.yarn) == [1, 2]
-    middle = 1.5 * knit.loop.wale_spacing
+    middle = 1.5 * knit.cell[0]
     assert (np.abs(middle - side.P[:, 0]) < middle / 3).all()
     assert (side.P[:, 0] < middle).all()
     assert side.P[0, 1] < side.P[1, 1], "P1 is the lower contact"
@@ -356,7 +356,7 @@ def test_each_plane_holds_both_centroids_and_what_belongs_to_its_contact(side):
 
 
 def test_drawn_planes_reach_beyond_what_they_hold(side, knit):
-    radius = knit.loop.radius
+    radius = knit.radius
     for contact in range(2):
         corners = fig05_contact_points.corners_of_plane(side, contact, radius)
         held = np.stack([*side.P, *side.C[contact], side.P[contact] + 2 * radius * side.normal[contact]])
@@ -408,11 +408,11 @@ def test_grips_are_ends_in_course_and_arcs_in_wale_tension(drawn, knit):
         drawing = [line for line in drawn(name).axes[0].get_lines() if len(line.get_xdata()) == 40]
         lines[name] = np.array([line.get_xydata() for line in drawing])
     course, wale = 1e-3 * lines["fig03a_interactions"], 1e-3 * lines["fig03b_interactions"]
-    yarns = knit.rows + 1
-    assert (course[:yarns, :, 0] < knit.loop.wale_spacing / 2).all()
-    assert (course[yarns:, :, 0] > knit.width - knit.loop.wale_spacing / 2).all()
-    held, driven = wale[: knit.loops + 1], wale[knit.loops + 1 :]
-    assert len(driven) == knit.loops
+    yarns = knit.cells[1] + 1
+    assert (course[:yarns, :, 0] < knit.cell[0] / 2).all()
+    assert (course[yarns:, :, 0] > knit.width - knit.cell[0] / 2).all()
+    held, driven = wale[: knit.cells[0] + 1], wale[knit.cells[0] + 1 :]
+    assert len(driven) == knit.cells[0]
     assert held[..., 1].max() < driven[..., 1].min()
     assert driven[..., 1].max() == pytest.approx(
         knit.centrelines[-1].position(np.linspace(0, knit.centrelines[-1].length, 2000))[:, 1].max(), rel=1e-3

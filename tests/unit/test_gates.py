@@ -1,5 +1,7 @@
 """Gates let pass what is sound, and say in one line what is not: what, where, how much, what is allowed, which key."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import psutil
 import pytest
@@ -7,7 +9,6 @@ import pytest
 from knitstudy.errors import CoarseIncrement, ConvergenceError, MeshError
 from knitstudy.loading.gates import (
     expected_work,
-    fewest_across,
     require_closed_ledger,
     require_elements_across,
     require_small_hourglass,
@@ -21,32 +22,30 @@ from knitstudy.mesh.memory import require_memory
 from knitstudy.mesh.section import Section, nodes_for_size
 
 END = 2.0  # m
+LOAD = np.linspace(0, 1, 5)
 
 
-def recorded(force, internal, corners=(1.0,)):
+def recorded(force, internal, corners=(1.0,), only=None):
     """A recorder of forces [N] and internal energies [J] at equal increments of a path that may return."""
     ends = END * np.array([[1.0, 0, 0], [0, 0, 0]])[: len(corners)]
     motion = Motion(ends, corners, (), axis=0, length=10.0)
-    recorder = Recorder(
-        Stations(np.zeros(1, int), np.zeros(1), np.zeros((1, 3))), np.array([[0, 1, 2]]), motion
-    )
+    stations = Stations(np.zeros(1, int), np.zeros(1), np.zeros((1, 3)))
+    recorder = Recorder(stations, np.array([[0, 1, 2]]), motion)
     loads = np.linspace(0, 1, len(force))
     for index, (load, pull, stored) in enumerate(zip(loads, force, internal, strict=True)):
         response = Response(np.array([pull, 0.0, 0.0]), 1.0, {"internal": stored})
-        increment = Increment(index, load, None, response, 0.1)
-        recorder.add(increment, {"centreline_displacement": np.zeros((1, 3))})
+        recorder.add(
+            Increment(index, load, None, response, 0.1), {"centreline_displacement": np.zeros((1, 3))}
+        )
+    for values in recorder.columns.values():
+        del values[only or len(values) :]
     return recorder
 
 
-def test_ledger_of_a_spring_is_closed():
-    load = np.linspace(0, 1, 5)
-    require_closed_ledger(recorded(3 * END * load, 1.5 * (END * load) ** 2), 4, 1e-12)
-
-
-def test_open_ledger_is_refused():
-    """A spring that has lost 0.5 of 6 J in its first increment, and nothing since."""
-    load = np.linspace(0, 1, 5)
-    recorder = recorded(3 * END * load, 1.5 * (END * load) ** 2 - 0.5 * (load > 0))
+def test_open_ledger_is_refused_and_that_of_a_spring_is_closed():
+    """A spring, and one that has lost 0.5 of 6 J in its first increment, and nothing since."""
+    require_closed_ledger(recorded(3 * END * LOAD, 1.5 * (END * LOAD) ** 2), 4, 1e-12)
+    recorder = recorded(3 * END * LOAD, 1.5 * (END * LOAD) ** 2 - 0.5 * (LOAD > 0))
     message = (
         r"increment 4: the ledger of energies is open by 0\.5 J, 8\.3% of the external work; gates\.ledger allows"
         r" 5\.0%.*solver\.increments.*gates\.ledger raises the limit"
@@ -60,10 +59,7 @@ def test_open_ledger_is_refused():
 
 def test_no_increment_uses_up_what_is_allowed_to_others():
     """The third of four of a cubic spring: 0.078 J of 3.7 J that are expected, but 7.1 % of its own 1.1 J."""
-    load = np.linspace(0, 1, 5)
-    recorder = recorded((END * load) ** 3, (END * load) ** 4 / 4)
-    for values in recorder.columns.values():
-        del values[4:]
+    recorder = recorded((END * LOAD) ** 3, (END * LOAD) ** 4 / 4, only=4)
     message = r"increment 3: .* opens further by 0\.0781 J, 7\.1% of the work .* allows 5\.0%, and one increment half"
     with pytest.raises(CoarseIncrement, match=message) as coarse:
         require_closed_ledger(recorder, 3, 0.05)
@@ -71,30 +67,30 @@ def test_no_increment_uses_up_what_is_allowed_to_others():
     require_closed_ledger(recorder, 3, 0.15)
 
 
-def test_at_rest_no_ledger_is_open():
+def test_ledger_at_rest_and_in_the_last_increment():
     """Beams that overlap as they are drawn store something before anything moves."""
     require_closed_ledger(recorded([0.0], [1.0]), 0, 0.05)
-
-
-def test_where_contact_has_only_begun_little_work_is_done():
-    """Half of the work of the first increment is that of the rule; of all work to come it is next to nothing."""
-    recorder = recorded([0.0, 0.0, 1.0], [0.0, 0.0, 0.0])
-    assert recorder.columns["energy"][-1][0] == pytest.approx(0.5 * END / 2)
-    early = recorded([0.0, 1.0], [0.0, 0.0])
     with pytest.raises(ConvergenceError):
-        require_closed_ledger(early, 1, 0.05)  # at full load nothing is to come
-    going_on = recorded([0.0, 1.0, 2.0, 3.0], [0.0, 0.0, 0.0, 0.0])
-    for values in going_on.columns.values():
-        del values[2:]
+        require_closed_ledger(recorded([0.0, 1.0], [0.0, 0.0]), 1, 0.05)  # at full load nothing is to come
+
+
+def test_expected_work_is_that_of_the_rest_of_the_path():
     # 1 N after a third of 2 m, growing by 1.5 N/m over the other 4/3 m.
+    going_on = recorded([0.0, 1.0, 2.0, 3.0], np.zeros(4), only=2)
     assert expected_work(going_on) == pytest.approx(1 / 3 + 4 / 3 + 0.5 * 1.5 * (4 / 3) ** 2)
-
-
-def test_work_to_come_is_that_of_all_legs():
-    there_and_back = recorded([0.0, 1.0, 1.0], [0.0, 0.0, 0.0], corners=(0.5, 1.0))
-    for values in there_and_back.columns.values():
-        del values[2:]
+    there_and_back = recorded([0.0, 1.0, 1.0], np.zeros(3), corners=(0.5, 1.0), only=2)
     assert expected_work(there_and_back) == pytest.approx(1.0 + 2.0 * (1.0 + 0.5 * 0.5 * 2.0))
+
+
+def increment(viscous=0.0, **energy):
+    return Increment(3, 0.5, None, Response(np.zeros(3), 1.0, energy, viscous_force=viscous), 0.1)
+
+
+def gated(hourglass=0.005):
+    return SimpleNamespace(
+        solver=SimpleNamespace(hourglass=hourglass, stabilisation=1e-4),
+        gates=SimpleNamespace(hourglass=0.05, stabilisation=0.05, viscous_force=0.05),
+    )
 
 
 @pytest.mark.parametrize(
@@ -107,53 +103,56 @@ def test_work_to_come_is_that_of_all_legs():
 )
 def test_hourglass_modes_that_carry_or_run_free(coefficient, energy, remedy):
     """Without stiffness they cost nothing and move most: what they would cost with the usual one counts."""
-    with pytest.raises(
-        ConvergenceError, match=rf"increment 3: hourglass energy.*gates\.hourglass allows 5\.0%\. {remedy}"
-    ):
-        require_small_hourglass({"internal": 1.0, "hourglass": energy}, 0.5, 3, coefficient, 0.05)
-    small = {"internal": 1.0, "hourglass": energy / 100}
-    require_small_hourglass(small, 0.5, 3, coefficient, 0.05)
-    require_small_hourglass({"internal": 1.0, "hourglass": energy}, 0.05, 1, coefficient, 0.05)
+    scene = gated(coefficient)
+    message = rf"increment 3: hourglass energy.*gates\.hourglass allows 5\.0%\. {remedy}"
+    with pytest.raises(ConvergenceError, match=message):
+        require_small_hourglass(scene, increment(internal=1.0, hourglass=energy))
+    require_small_hourglass(scene, increment(internal=1.0, hourglass=energy / 100))
 
 
-def test_stabilisation_that_dissipates_or_pulls():
-    def judge(damped, force, load=0.5):
-        energy = {"internal": 2.0, "stabilisation": damped}
-        require_small_stabilisation(energy, force, 10.0, load, 3, 1e-4, 0.05, 0.05)
-
-    judge(0.09, 0.4)
-    judge(5.0, 50.0, load=0.05)
-    with pytest.raises(
-        ConvergenceError, match=r"stabilisation = 0\.0001 .* dissipated 6\.0% .*gates\.stabilisation"
-    ):
-        judge(0.12, 0.0)
-    with pytest.raises(
-        ConvergenceError, match=r"viscous forces are 6\.0% of the reaction, 10 N; gates\.viscous_force"
-    ):
-        judge(0.0, 0.6)
-    with pytest.raises(ConvergenceError, match=r"1e\+03 times the internal energy"):
-        judge(2000.0, 0.0)
-
-
-def test_elements_that_are_too_large_for_the_yarn():
-    require_elements_across(1.8e-3, 0.6e-3, 3.0)
-    require_elements_across(1.8, 0.6, 3.0)
-    message = r"mesh\.size is 0\.0007 m, 2\.6 elements across.*gates\.elements_across asks for 3: use 0\.0006 m or less"
-    with pytest.raises(MeshError, match=message):
-        require_elements_across(1.8e-3, 0.7e-3, 3.0)
+@pytest.mark.parametrize(
+    ("damped", "force", "message"),
+    [
+        (0.09, 0.4, None),
+        (0.12, 0.0, r"stabilisation = 0\.0001 .* dissipated 6\.0% .*gates\.stabilisation"),
+        (0.0, 0.6, r"viscous forces are 6\.0% of the reaction, 10 N; gates\.viscous_force"),
+        (2000.0, 0.0, r"1e\+03 times the internal energy"),
+    ],
+)
+def test_stabilisation_that_dissipates_or_pulls(damped, force, message):
+    arguments = gated(), increment(force, internal=2.0, stabilisation=damped), np.array([0.0, 6.0, 8.0])
+    if message is None:
+        require_small_stabilisation(*arguments)
+        return
+    with pytest.raises(ConvergenceError, match=message):
+        require_small_stabilisation(*arguments)
 
 
-def test_a_pair_needs_fewer_elements_where_they_are_smaller_at_the_crossing():
-    assert [fewest_across("pair", r) for r in (1.0, 2.0, 3.0)] == [7.0, 3.5, 3.0]
-    assert fewest_across("knit", 3.0) == 3.0
+@pytest.mark.parametrize(
+    ("specimen", "refinement", "across", "needed"),
+    [("knit", 1.0, 2.5, 3), ("pair", 1.0, 6.9, 7), ("pair", 2.0, 3.4, 3.5), ("pair", 3.0, 2.9, 3)],
+)
+def test_elements_that_are_too_large_for_the_yarn(specimen, refinement, across, needed):
+    def scene(across, asked=None):
+        mesh = SimpleNamespace(size=1.8e-3 / across, refinement=refinement)
+        return SimpleNamespace(
+            specimen=specimen,
+            yarn=SimpleNamespace(diameter=1.8e-3),
+            mesh=mesh,
+            gates=SimpleNamespace(elements_across=asked),
+        )
+
+    with pytest.raises(MeshError, match=rf"mesh\.size is .*gates\.elements_across asks for {needed}: use"):
+        require_elements_across(scene(across))
+    require_elements_across(scene(needed))
+    require_elements_across(scene(across, asked=2))
 
 
 def test_what_does_not_fit_into_memory():
     free = psutil.virtual_memory().available
     require_memory(free / 2, "mesh.size", 1e-4, "a mesh", power=3)
-    with pytest.raises(
-        MeshError, match=r"mesh\.size is 0\.0001 m: a mesh would take about .* GiB.*use about 0\.00021 m"
-    ):
+    message = r"mesh\.size is 0\.0001 m: a mesh would take about .* GiB.*use about 0\.00021 m"
+    with pytest.raises(MeshError, match=message):
         require_memory(8 * free, "mesh.size", 1e-4, "a mesh", power=3)
 
 

@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import MeshError
-from knitstudy.mechanics.elements.hexahedron import CORNERS, shape, shape_gradient
-from knitstudy.mechanics.elements.inverse_map import InverseMap, natural_coordinates
+from knitstudy.mechanics.elements.hexahedron import (
+    CORNERS,
+    InverseMap,
+    natural_coordinates,
+    shape,
+    shape_gradient,
+)
 from knitstudy.mechanics.elements.quadratic import NATURAL, quadratic_shape, quadratic_shape_gradient
 
 KINDS = pytest.mark.parametrize(

@@ -7,13 +7,22 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
+import netCDF4
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.files import read_dataset, read_table, recorded_digest, replacing, write_dataset, write_table
+from knitstudy.files import (
+    read_dataset,
+    read_result,
+    read_table,
+    recorded_digest,
+    replacing,
+    write_dataset,
+    write_table,
+)
 from knitstudy.study.configuration import load_scene
 
 
@@ -193,3 +202,47 @@ def test_other_threads_are_not_interrupted(tmp_path):
     with ThreadPoolExecutor(1) as pool:
         pool.submit(write_dataset, xr.Dataset({"a": 1.0}), tmp_path / "a.nc").result()
     assert read_dataset(tmp_path / "a.nc")["a"] == 1.0
+
+
+HISTORY = {"load": [0.0, 0.5, 1.0], "force": [0.0, 1.0, 2.0]}
+
+
+@pytest.fixture
+def history():
+    """Function of a history, some variables of which are other ones."""
+    return lambda **other: xr.Dataset(
+        {name: ("increment", value) for name, value in (HISTORY | other).items()}
+    )
+
+
+def test_a_file_that_was_changed_afterwards_is_refused(tmp_path, history):
+    path = tmp_path / "a.nc"
+    write_dataset(history(), path, digest="beef")
+    assert read_result(path).force[-1] == 2
+    with netCDF4.Dataset(path, "a") as file:
+        file["force"][-1] = 3.0
+    with pytest.raises(
+        DataFileError, match=r"a\.nc: was changed after it was written; delete it and make it again"
+    ):
+        read_dataset(path)
+
+
+@pytest.mark.parametrize(
+    ("other", "said"),
+    [
+        ({"force": [0.0, np.nan, 2.0]}, "force holds what is no number"),
+        ({"load": [0.0, 0.2, 0.4]}, r"ends at 0\.4 of the load"),
+    ],
+)
+def test_a_history_that_is_not_complete_is_no_result(tmp_path, history, other, said):
+    write_dataset(history(**other), tmp_path / "a.nc")
+    with pytest.raises(DataFileError, match=rf"a\.nc: {said}; delete it"):
+        read_result(tmp_path / "a.nc")
+
+
+def test_what_is_marked_incomplete_is_no_result(tmp_path, history):
+    write_dataset(history().assign_attrs(incomplete="no balance"), tmp_path / "a.nc", digest="beef")
+    assert recorded_digest(tmp_path / "a.nc") == ""
+    with pytest.raises(DataFileError, match=r"a\.nc: is incomplete \(no balance\)"):
+        read_result(tmp_path / "a.nc")
+    assert read_dataset(tmp_path / "a.nc").force[-1] == 2, "what had converged can be looked at"

@@ -6,8 +6,8 @@ import pytest
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_table, write_table
 from knitstudy.measures.claims.verdicts import RULES
+from knitstudy.stages.kept_tables import VERDICTS
 from knitstudy.stages.plan import Plan
-from knitstudy.stages.verdicts import VERDICTS
 
 
 @pytest.fixture

@@ -79,7 +79,7 @@ def test_an_interaction_brings_its_keys(plugin, config):
         scene.vary({"interaction": "rough", "contact.adhesion": 1e5})
     assert "contact.adhesion\tPa\tassumed\ta test\tnone\n" in inputs_table()
     assert (
-        "| dns with sticky; solid_yarns with sticky; beam with sticky; window with sticky | assumed |"
+        "| hexahedra with sticky; spline_yarns with sticky; beam with sticky; window with sticky | assumed |"
         in keys_page()
     )
     assert "adhesion" in schema_of(sticky.kind)["properties"]["contact"]["properties"]

@@ -1,11 +1,24 @@
-"""How grips move: legs, corners, and places at which an increment has to end."""
+"""Load paths: how grips move, and the solution along them: what it reports, records, refuses and keeps."""
+
+import logging
+import mmap
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.loading.load_path import Motion, load_path, place
-from knitstudy.mechanics.increment import PrescribedDisplacement
+from knitstudy.errors import CoarseIncrement, ConvergenceError, DataFileError
+from knitstudy.files import read_dataset
+from knitstudy.geometry.fabric import yarn_pair
+from knitstudy.loading.gates import require_closed_ledger
+from knitstudy.loading.history import Meter, Stations
+from knitstudy.loading.load_path import Motion, load_path, place_on_path
+from knitstudy.loading.restart import Run
+from knitstudy.loading.solve import Problem, solve_load_path
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.study.problem_sections import Path
 
 CORNERS = np.array([[0, 0, -1e-5], [3e-5, 0, -1e-5], [3e-5, 6e-5, -1e-5], [0, 0, 0]])
@@ -26,12 +39,6 @@ def test_a_drive_goes_where_its_motion_does():
     drive = PrescribedDisplacement(np.arange(3), CORNERS, QUARTERS)
     for load in np.linspace(0, 1, 41):
         np.testing.assert_allclose(drive.at(load), motion.at(load), atol=1e-18)
-
-
-def test_a_drive_of_one_leg_is_proportional():
-    drive = PrescribedDisplacement(np.array([4, 7]), np.array([2.0, -1.0]))
-    np.testing.assert_allclose(drive.at(0.3), [0.6, -0.3])
-    assert drive.next_stop(0.3) == 1.0
 
 
 def test_increments_end_at_corners_and_stops():
@@ -62,23 +69,248 @@ def test_a_knit_is_pulled_along_the_course(plain_scene, knit):
 
 
 def test_a_pair_follows_its_path(plain_scene):
-    pair = plain_scene.vary({"specimen": "pair", "fidelity": "dns", "load.path": CORNERS.tolist()})
-    motion = load_path(pair, YarnPair(0.9e-3, 90.0, 5e-3, 0.01))
+    pair = plain_scene.vary({"specimen": "pair", "fidelity": "hexahedra", "load.path": CORNERS.tolist()})
+    motion = load_path(pair, yarn_pair(0.9e-3, 90.0, 5e-3, 0.01))
     assert motion.corners == QUARTERS
     np.testing.assert_array_equal(motion.displacement, CORNERS)
     assert (motion.axis, motion.length) == (2, 1.8e-3)
 
 
-def test_a_knit_is_pulled_along_the_wale(plain_scene, knit):
-    motion = load_path(plain_scene.replace("load.direction", "wale"), knit)
-    np.testing.assert_allclose(motion.at(0.5), [0, 0.025 * knit.height, 0])
-    assert (motion.axis, motion.length) == (1, 3 * knit.loop.course_spacing)
-
-
 @pytest.mark.parametrize(("factor", "leg"), [(0.0, 1), (0.25, 1), (0.26, 2), (0.75 + 1e-15, 3), (1.0, 4)])
 def test_a_place_on_a_path_is_a_leg(factor, leg):
-    assert place(Path(path=tuple(map(tuple, CORNERS.tolist()))), factor) == f"leg {leg} of 4"
+    assert place_on_path(Path(path=tuple(map(tuple, CORNERS.tolist()))), factor) == f"leg {leg} of 4"
 
 
-def test_a_place_on_the_way_to_a_strain(plain_scene):
-    assert place(plain_scene.load, 0.5) == "strain 2.50%"
+@dataclass(frozen=True)
+class Stretch:
+    x: np.ndarray
+
+
+class Spring(Memoryless):
+    """A spring along x from the origin, f = x + x^3, that breaks at a stretch."""
+
+    block, size, length, scale = 3, 6, 1.0, np.ones(6)
+
+    def __init__(self, breaks_at=np.inf):
+        self.breaks_at = breaks_at
+
+    def start(self):
+        return Stretch(np.zeros(6))
+
+    def advance(self, state, step):
+        return Stretch(state.x + step)
+
+    def settle(self, state):
+        if state.x[3] > self.breaks_at:
+            raise ConvergenceError("the spring breaks")
+
+    def respond(self, state, stiffness):
+        x = state.x[3] - state.x[0]
+        force = np.zeros(6)
+        force[[0, 3]] = -(x + x**3), x + x**3
+        matrix = sp.csr_matrix(np.eye(6) * (1 + 3 * x**2)) if stiffness else None
+        return Response(force, 1.0, {"internal": x**2 / 2 + x**4 / 4}, matrix)
+
+
+class Ends:
+    """Reports where both ends are."""
+
+    def record(self, increment):
+        return {"centreline_displacement": increment.state.x.reshape(2, 3)}, {}
+
+
+@pytest.fixture
+def problem(plain_scene):
+    """The spring pulled by 2 m in four increments, as the scene's 5% strain."""
+    pull = np.array([[2.0, 0, 0]])
+    return Problem(
+        scene=plain_scene,
+        model=Spring(),
+        prescribed=PrescribedDisplacement(np.arange(6), np.array([0, 0, 0, 2.0, 0, 0])),
+        solver=LU(),
+        settings=Settings(increments=4),
+        motion=Motion(pull, (1.0,), (), axis=0, length=40.0),
+        driven=np.array([[3, 4, 5]]),
+        stations=Stations(np.zeros(2, int), np.array([0.0, 1.0]), np.zeros((2, 3))),
+        observers=(Ends(),),
+        constants={"crossing_tied": np.zeros(1, np.int8)},
+        attributes={"dof": 6},
+    )
+
+
+class Reports(list):
+    """What progress was told; ends the run, as a signal would, at a load factor."""
+
+    def __init__(self, ends_at=np.inf):
+        super().__init__()
+        self.ends_at = ends_at
+
+    def __call__(self, done, note):
+        self.append((done, note))
+        if done >= self.ends_at:
+            raise KeyboardInterrupt
+
+
+def alike(one, other):
+    """Whether two histories hold the same, up to times and memory."""
+    return one.drop_vars("seconds").equals(other.drop_vars("seconds"))
+
+
+def test_history_progress_and_log(problem, caplog):
+    reports = Reports()
+    caplog.set_level(logging.INFO, logger="knitstudy.loading.solve")
+    history = solve_load_path(problem, Run(progress=reports))
+    np.testing.assert_allclose(history["force"], [0, 0.5 + 0.125, 2, 1.5 + 3.375, 10])
+    np.testing.assert_allclose(history["strain"], [0, 0.0125, 0.025, 0.0375, 0.05])
+    np.testing.assert_array_equal(history["centreline_displacement"][-1], [[0, 0, 0], [2, 0, 0]])
+    assert (history.attrs["dof"], history.attrs["unknowns"], history.attrs["linear_solver"]) == (6, 0, "LU")
+    assert history["crossing_tied"].dims == ("crossing",)
+    assert reports == [
+        (0.0, "strain 0.00%"),
+        (0.25, "strain 1.25%"),
+        (0.5, "strain 2.50%"),
+        (0.75, "strain 3.75%"),
+        (1.0, "strain 5.00%"),
+    ]
+    lines = [record.getMessage() for record in caplog.records]
+    assert lines[2].startswith("increment 2: strain 2.50%, force 2 N, 1 Newton and")
+    assert len(lines) == 5
+
+
+def test_an_interrupted_run_goes_on(problem, tmp_path, caplog):
+    restart = tmp_path / "run" / "a.npz"
+    with pytest.raises(KeyboardInterrupt):
+        solve_load_path(problem, Run(restart=restart, progress=Reports(ends_at=0.5)))
+    reports = Reports()
+    caplog.set_level(logging.INFO, logger="knitstudy.loading.solve")
+    run = Run(restart=restart, progress=reports)
+    history = solve_load_path(problem, run)
+    assert alike(history, solve_load_path(problem))
+    assert [done for done, _ in reports] == [0.5, 0.75, 1.0]  # the share at the start is not of this run
+    going_on = "going on from increment 2 at load factor 0.5"
+    assert any(record.getMessage().startswith(going_on) for record in caplog.records)
+    reports.clear()
+    assert alike(history, solve_load_path(problem, run))  # killed before the history was on disk
+    assert [done for done, _ in reports] == [1.0]
+    run.forget()
+    assert not restart.exists()
+
+
+def test_an_increment_too_coarse_for_the_ledger_is_halved(problem, tmp_path):
+    def closed(increment, recorder):
+        require_closed_ledger(recorder, increment.index, 0.01)
+
+    problem = replace(problem, settings=Settings(increments=2), checks=(closed,))
+    history = solve_load_path(problem)
+    work, stored = history["energy"][-1, :2]
+    assert abs(work - stored) <= 0.01 * work
+    assert history["load"][-1] == 1
+    assert np.all(np.diff(history["load"]) > 0)
+    assert 4 <= history.sizes["increment"] - 1 <= 16
+    with pytest.raises(KeyboardInterrupt):
+        solve_load_path(problem, Run(restart=tmp_path / "a.npz", progress=Reports(ends_at=0.5)))
+    assert alike(history, solve_load_path(problem, Run(restart=tmp_path / "a.npz")))
+
+
+def test_halves_that_close_no_ledger_are_not_gone_on_with(problem, tmp_path):
+    tried = []
+
+    def open_beyond_the_middle(increment, recorder):
+        if increment.load > 0.5:
+            tried.append(increment.load)
+            raise CoarseIncrement("the ledger is open", 1.0)
+
+    with pytest.raises(ConvergenceError, match="the ledger is open"):
+        solve_load_path(replace(problem, checks=(open_beyond_the_middle,)), Run(partial=tmp_path / "a.nc"))
+    assert tried == [0.75, 0.625, 0.5625]
+    assert read_dataset(tmp_path / "a.nc")["load"][-2] == 0.5
+
+
+def test_what_had_converged_before_a_failure_is_kept(problem, tmp_path):
+    broken = replace(problem, model=Spring(breaks_at=1.2))
+    files = {"restart": tmp_path / "a.npz", "partial": tmp_path / "a.nc"}
+    with pytest.raises(
+        ConvergenceError,
+        match=r"increment 3, load factor 0.75: the spring breaks. The history up to load factor 0.5 is in",
+    ):
+        solve_load_path(broken, Run(**files))
+    kept = read_dataset(files["partial"])
+    np.testing.assert_allclose(kept["force"], [0, 0.5 + 0.125, 2])
+    assert kept.attrs["incomplete"] == "increment 3, load factor 0.75: the spring breaks"
+    assert kept.attrs["scene"] == problem.scene.name
+    # With a remedy the run goes on from there, and nothing incomplete is left.
+    run = Run(**files)
+    whole = solve_load_path(problem, run)
+    assert alike(whole, solve_load_path(problem))
+    run.forget()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_refused_state_is_recorded_but_in_no_restart_file(problem, tmp_path):
+    def require_little(increment, recorder):
+        if recorder.columns["force"][-1] > 1.5:
+            raise ConvergenceError(f"increment {increment.index}: too much force")
+
+    files = {"restart": tmp_path / "a.npz", "partial": tmp_path / "a.nc"}
+    checked = replace(problem, checks=(require_little,))
+    for _ in range(2):  # the second run meets the same state again
+        with pytest.raises(ConvergenceError, match="increment 2: too much force"):
+            solve_load_path(checked, Run(**files))
+        np.testing.assert_allclose(read_dataset(files["partial"])["load"], [0, 0.25, 0.5])
+
+
+def test_a_failure_before_anything_converged_leaves_no_history(problem, tmp_path):
+    def refuse(increment):
+        raise ConvergenceError("nothing")
+
+    class Refusing:
+        record = staticmethod(refuse)
+
+    with pytest.raises(ConvergenceError, match=r"^nothing$"):
+        solve_load_path(replace(problem, observers=(Refusing(),)), Run(partial=tmp_path / "a.nc"))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_observer_may_report_only_what_the_table_has_and_once(problem):
+    class Inventive:
+        def record(self, increment):
+            return {"mood": 1.0}, {}
+
+    with pytest.raises(DataFileError, match="a history has no variable 'mood'"):
+        solve_load_path(replace(problem, observers=(Ends(), Inventive())))
+    with pytest.raises(DataFileError, match="two observers report 'centreline_displacement'"):
+        solve_load_path(replace(problem, observers=(Ends(), Ends())))
+
+
+def _take_and_give_back(size):
+    """Touch memory that no allocator can serve from what the process holds already."""
+    with mmap.mmap(-1, size) as memory:
+        memory[:: mmap.PAGESIZE] = b"1" * -(-size // mmap.PAGESIZE)
+
+
+def test_growth_counts_memory_that_was_freed_again():
+    meter = Meter()
+    if not meter.has_own_peak:
+        pytest.skip("this system has no peak that can be begun anew")
+    _take_and_give_back(64_000_000)
+    cost = meter.read()
+    assert 55e6 < cost.memory_growth < 100e6
+    assert cost.memory_peak >= cost.memory_growth
+    assert cost.seconds > 0
+
+
+def test_a_new_meter_begins_anew():
+    _take_and_give_back(64_000_000)
+    meter = Meter()
+    if meter.has_own_peak:
+        assert meter.read().memory_growth < 30e6
+
+
+def test_a_pause_takes_no_time(monkeypatch):
+    now = [10.0]
+    monkeypatch.setattr("knitstudy.loading.history.time.perf_counter", lambda: now[0])
+    meter = Meter()
+    now[0] += 2
+    with meter.paused():
+        now[0] += 5
+    assert meter.read().seconds == 2

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import MeshError
-from knitstudy.geometry.pattern import Knit
-from knitstudy.mesh.knit import contact_targets, mesh_knit
+from knitstudy.geometry.fabric import plain_knit
+from knitstudy.mesh.mesher import contact_targets, mesh_fabric
 from knitstudy.mesh.quality import scaled_jacobian
 
 GROWTH = 1.2
@@ -27,7 +27,7 @@ def size(request):
 
 @pytest.fixture(scope="module")
 def mesh(knit, size):
-    return mesh_knit(knit, size, GROWTH)
+    return mesh_fabric(knit, size, GROWTH)
 
 
 def layers(mesh, knit):
@@ -70,16 +70,16 @@ def test_all_loops_of_all_yarns_are_alike(mesh, knit, size):
     per_yarn = np.diff(mesh.first_slice)
     assert (per_yarn == per_yarn[0]).all()
     nodes = mesh.nodes.reshape(mesh.yarns, per_yarn[0], mesh.section.size, 3)
-    rise = np.arange(mesh.yarns)[:, None, None, None] * [0, knit.loop.course_spacing, 0]
+    rise = np.arange(mesh.yarns)[:, None, None, None] * [0, knit.cell[1], 0]
     np.testing.assert_allclose(nodes - rise, np.broadcast_to(nodes[0], nodes.shape), atol=EXACT * size)
-    loop = (per_yarn[0] - 1) // knit.loops
-    moved = nodes[:, :-loop] + [knit.loop.wale_spacing, 0, 0]
+    loop = (per_yarn[0] - 1) // knit.cells[0]
+    moved = nodes[:, :-loop] + [knit.cell[0], 0, 0]
     np.testing.assert_allclose(moved, nodes[:, loop:], atol=EXACT * size)
 
 
 def test_the_mesh_is_its_own_mirror_image(mesh, knit, size):
     nodes = mesh.nodes.reshape(mesh.yarns, -1, mesh.section.size, 3)
-    mirrored = nodes[:, ::-1] * [-1, 1, 1] + [knit.loops * knit.loop.wale_spacing, 0, 0]
+    mirrored = nodes[:, ::-1] * [-1, 1, 1] + [knit.cells[0] * knit.cell[0], 0, 0]
     np.testing.assert_allclose(mirrored, nodes, atol=EXACT * size)
 
 
@@ -90,14 +90,16 @@ def test_alignment_hardly_twists_elements(mesh):
 
 @pytest.mark.parametrize("factor", [1e-3, 1e3])
 def test_the_mesh_scales_with_the_knit(mesh, knit, size, factor):
-    scaled = mesh_knit(Knit(knit.loop.scaled(factor), knit.loops, knit.rows), size * factor, GROWTH)
+    scaled = mesh_fabric(
+        plain_knit(knit.loop.scaled(factor), knit.cells[0], knit.cells[1]), size * factor, GROWTH
+    )
     np.testing.assert_array_equal(scaled.hexahedra, mesh.hexahedra)
     np.testing.assert_allclose(scaled.nodes / factor, mesh.nodes, atol=EXACT * size, rtol=0)
 
 
 def test_outer_yarns_are_aligned_as_if_they_were_crossed_on_both_sides(knit):
     targets = contact_targets(knit)
-    assert [aim.arc_length.size for aim in targets] == [8 * knit.loops] * (knit.rows + 1)
+    assert [aim.arc_length.size for aim in targets] == [8 * knit.cells[0]] * (knit.cells[1] + 1)
     middle = knit.crossings.point.mean(axis=1)
     for side in range(2):
         for yarn, s, point in zip(
@@ -109,4 +111,4 @@ def test_outer_yarns_are_aligned_as_if_they_were_crossed_on_both_sides(knit):
 
 def test_sizes_that_leave_no_room_between_crossings_are_refused(knit):
     with pytest.raises(MeshError, match=r"mesh size: .* use a smaller mesh\.size"):
-        mesh_knit(knit, 2.6e-3)
+        mesh_fabric(knit, 2.6e-3)

@@ -5,8 +5,8 @@ import pytest
 
 from knitstudy.contacts.kinematics import section_motion
 from knitstudy.errors import MeshError
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.mesh.knit import PATCH, PATCH_RAMP, mesh_specimen
+from knitstudy.geometry.fabric import yarn_pair
+from knitstudy.mesh.mesher import PATCH, PATCH_RAMP, mesh_fabric
 from knitstudy.mesh.quality import check_folding
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Grading, drawn, drawn_angles
@@ -18,7 +18,7 @@ GRADING = Grading(3.0, reach=1.0, ramp=2.0)
 
 @pytest.fixture(scope="module")
 def pair():
-    return YarnPair(RADIUS, 60.0, 6e-3, 0.01)
+    return yarn_pair(RADIUS, 60.0, 6e-3, 0.01)
 
 
 def test_full_at_crossings_and_gone_beyond_the_ramp():
@@ -55,7 +55,7 @@ def test_angles_are_those_of_the_drawn_nodes():
 
 
 def test_elements_at_the_crossing_are_smaller_along_and_across(pair):
-    coarse, fine = (mesh_specimen(pair, SIZE, 1.0, refinement) for refinement in (1.0, 3.0))
+    coarse, fine = (mesh_fabric(pair, SIZE, 1.0, refinement) for refinement in (1.0, 3.0))
     check_folding(fine)
     for yarn in range(2):
         sizes = []
@@ -74,7 +74,7 @@ def test_elements_at_the_crossing_are_smaller_along_and_across(pair):
 
 
 def test_far_from_the_crossing_the_section_is_as_it_was(pair):
-    mesh = mesh_specimen(pair, SIZE, 1.0, 2.0)
+    mesh = mesh_fabric(pair, SIZE, 1.0, 2.0)
     middle = pair.crossings.arc_length[0, 0]
     reach = PATCH / np.sin(np.radians(pair.angle))
     far = np.abs(mesh.arc_length - middle) > (reach + PATCH_RAMP) * RADIUS
@@ -83,16 +83,14 @@ def test_far_from_the_crossing_the_section_is_as_it_was(pair):
 
 
 def test_a_refined_mesh_survives_its_file(pair, tmp_path):
-    mesh = mesh_specimen(pair, SIZE, 1.0, 2.0)
+    mesh = mesh_fabric(pair, SIZE, 1.0, 2.0)
     again = SweptMesh.from_dataset(mesh.to_dataset())
     np.testing.assert_array_equal(again.pull, mesh.pull)
-    assert "pull" not in mesh_specimen(pair, SIZE, 1.0).to_dataset()
+    assert "pull" not in mesh_fabric(pair, SIZE, 1.0).to_dataset()
 
 
 def test_refinement_one_is_the_mesh_without(pair):
-    np.testing.assert_array_equal(
-        mesh_specimen(pair, SIZE, 1.2).nodes, mesh_specimen(pair, SIZE, 1.2, 1.0).nodes
-    )
+    np.testing.assert_array_equal(mesh_fabric(pair, SIZE, 1.2).nodes, mesh_fabric(pair, SIZE, 1.2, 1.0).nodes)
 
 
 def test_crossings_that_are_too_near_are_refused():
@@ -103,12 +101,12 @@ def test_crossings_that_are_too_near_are_refused():
 
 def test_less_than_one_is_refused(pair):
     with pytest.raises(MeshError, match=r"mesh.refinement: 0.5 is not allowed"):
-        mesh_specimen(pair, SIZE, 1.0, 0.5)
+        mesh_fabric(pair, SIZE, 1.0, 0.5)
 
 
 def test_means_around_a_drawn_ring_are_those_of_its_circle(pair):
     """A rotation moves the centre of a section by nothing, however its nodes are drawn."""
-    mesh = mesh_specimen(pair, SIZE, 1.0, 3.0)
+    mesh = mesh_fabric(pair, SIZE, 1.0, 3.0)
     centres = mesh.ring_means(mesh.nodes)
     # Of 16 nodes drawn by 1/2 the trapezoidal rule leaves 16 / 2^16 (1 / a - a) = 3.7e-4.
     np.testing.assert_allclose(centres, mesh.centres, atol=4e-4 * RADIUS)
@@ -118,7 +116,7 @@ def test_motion_of_a_drawn_section_is_that_of_the_yarn(pair):
     """Sections bend in a parabola about the crossing: its slope there is 0, whichever side has more nodes."""
     found = []
     for refinement in (1.0, 3.0):
-        mesh = mesh_specimen(pair, SIZE, 1.0, refinement)
+        mesh = mesh_fabric(pair, SIZE, 1.0, refinement)
         moved = np.zeros_like(mesh.nodes)
         moved[:, 2] = 10 * (mesh.nodes[:, 0] ** 2 + mesh.nodes[:, 1] ** 2)
         found.append(section_motion(pair.crossings, mesh, mesh.nodes, moved).gradient)

@@ -4,21 +4,20 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import MeshError
-from knitstudy.geometry.cut import grip_ends, head_arcs, sinker_arcs
-from knitstudy.mesh.grips import grips
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.geometry.fabric import head_arcs, sinker_arcs
+from knitstudy.mesh.mesher import grips, mesh_fabric
 
 SIZE, GROWTH = 0.9e-3, 2.0
 
 
 @pytest.fixture(scope="module")
 def plain(knit):
-    return mesh_knit(knit, SIZE, GROWTH, 2.0)
+    return mesh_fabric(knit, SIZE, GROWTH, 2.0)
 
 
 @pytest.fixture(scope="module")
 def mesh(knit):
-    return mesh_knit(knit, SIZE, GROWTH, 2.0, "wale")
+    return mesh_fabric(knit, SIZE, GROWTH, 2.0, "wale")
 
 
 @pytest.fixture
@@ -28,7 +27,10 @@ def scene(plain_scene):
 
 def test_sinkers_of_the_bottom_yarn_are_held_and_heads_of_the_top_yarn_driven(scene, knit, mesh):
     ends = grips(mesh, scene, knit)
-    for nodes, yarn, arcs in ((ends.held, 0, sinker_arcs(knit)), (ends.driven, knit.rows, head_arcs(knit))):
+    for nodes, yarn, arcs in (
+        (ends.held, 0, sinker_arcs(knit)),
+        (ends.driven, knit.cells[1], head_arcs(knit)),
+    ):
         slices = np.unique(nodes // mesh.section.size)
         assert nodes.size == slices.size * mesh.section.size, "whole sections"
         assert set(mesh.yarn_of_slice[slices]) == {yarn}
@@ -38,12 +40,18 @@ def test_sinkers_of_the_bottom_yarn_are_held_and_heads_of_the_top_yarn_driven(sc
         # Below all crossings of the row above, or above all of the row below.
         sign, level = (-1, knit.crossings.point[knit.crossings.row == 0, 0, 1].min())
         if yarn:
-            sign, level = (1, knit.crossings.point[knit.crossings.row == knit.rows - 1, 1, 1].max())
+            sign, level = (1, knit.crossings.point[knit.crossings.row == knit.cells[1] - 1, 1, 1].max())
         assert (sign * (mesh.centres[slices, 1] - level) > 0).all()
 
 
+def test_ends_are_held_left_and_driven_right_in_course_tension(plain_scene, knit, plain):
+    ends = grips(plain, plain_scene, knit)
+    np.testing.assert_array_equal(ends.held, plain.end_nodes("left"))
+    np.testing.assert_array_equal(ends.driven, plain.end_nodes("right"))
+
+
 def test_a_mesh_without_slices_where_grips_end_is_refused(scene, knit, plain):
-    with pytest.raises(MeshError, match=r"mesh of yarn 0: no slice at s = .* direction='wale'"):
+    with pytest.raises(MeshError, match=r"mesh of yarn 0: no slice at s = .* where a grip ends"):
         grips(plain, scene, knit)
 
 
@@ -53,14 +61,14 @@ def nodes_of(mesh, yarn):
 
 
 def test_yarns_that_are_not_gripped_along_arcs_are_those_of_course_tension(knit, plain, mesh):
-    for yarn in range(1, knit.rows):
+    for yarn in range(1, knit.cells[1]):
         np.testing.assert_array_equal(nodes_of(mesh, yarn), nodes_of(plain, yarn))
-    course = mesh_knit(knit, SIZE, GROWTH, 2.0, "course")
+    course = mesh_fabric(knit, SIZE, GROWTH, 2.0, "course")
     np.testing.assert_array_equal(course.nodes, plain.nodes)
 
 
 def test_gripped_yarns_are_crossed_in_the_middle_of_a_layer_all_the_same(knit, mesh):
-    for yarn, side in ((0, 0), (knit.rows, 1)):
+    for yarn, side in ((0, 0), (knit.cells[1], 1)):
         along, s = mesh.stations[yarn], knit.crossings.arc_length[knit.crossings.yarn[:, side] == yarn, side]
         below = np.searchsorted(along, s) - 1
         np.testing.assert_allclose(0.5 * (along[below] + along[below + 1]), s, rtol=1e-9)
@@ -68,9 +76,9 @@ def test_gripped_yarns_are_crossed_in_the_middle_of_a_layer_all_the_same(knit, m
 
 
 def test_loops_of_gripped_yarns_are_alike(knit, mesh):
-    for yarn in grip_ends(knit, "wale"):
+    for yarn in knit.grip_ends("wale"):
         nodes = nodes_of(mesh, yarn)
-        loop = (len(nodes) - 1) // knit.loops
-        moved = nodes[:-loop] + np.array([knit.loop.wale_spacing, 0, 0])
+        loop = (len(nodes) - 1) // knit.cells[0]
+        moved = nodes[:-loop] + np.array([knit.cell[0], 0, 0])
         # The integral of the spacing is summed in steps that loops do not share.
         np.testing.assert_allclose(moved, nodes[loop:], rtol=0, atol=1e-4 * SIZE)

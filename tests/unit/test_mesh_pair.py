@@ -4,26 +4,26 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import MeshError
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.mesh.grips import grips
-from knitstudy.mesh.knit import mesh_specimen
+from knitstudy.geometry.fabric import of_curves, yarn_pair
+from knitstudy.geometry.spline import Centreline
+from knitstudy.mesh.mesher import grips, mesh_fabric
 
 RADIUS, LENGTH, CLEARANCE, SIZE = 0.9e-3, 8e-3, 0.02, 0.45e-3
 
 
 @pytest.fixture(scope="module", params=[90.0, 30.0])
 def pair(request):
-    return YarnPair(RADIUS, request.param, LENGTH, CLEARANCE)
+    return yarn_pair(RADIUS, request.param, LENGTH, CLEARANCE)
 
 
 @pytest.fixture(scope="module")
 def mesh(pair):
-    return mesh_specimen(pair, SIZE, 1.2)
+    return mesh_fabric(pair, SIZE, 1.2)
 
 
 @pytest.fixture
 def scene(plain_scene):
-    return plain_scene.vary({"specimen": "pair", "fidelity": "dns", "load.path": [[0, 0, -1e-5]]})
+    return plain_scene.vary({"specimen": "pair", "fidelity": "hexahedra", "load.path": [[0, 0, -1e-5]]})
 
 
 def test_middles_of_two_facets_face_each_other(mesh):
@@ -49,16 +49,11 @@ def test_layers_are_short_at_the_crossing_and_grow(mesh):
 
 
 def test_yarns_that_overlap():
+    pair = yarn_pair(RADIUS, 90.0, LENGTH)
+    lower, upper = pair.centrelines
+    nearer = Centreline(upper.curve.shifted([0, 0, -0.06 * RADIUS]), 1)
     with pytest.raises(MeshError, match="overlap"):
-        mesh_specimen(_Overlapping(RADIUS, 90.0, LENGTH), SIZE, 1.0)
-
-
-class _Overlapping(YarnPair):
-    """YarnPair whose yarns are three hundredths of a diameter too near each other."""
-
-    @property
-    def middles(self):
-        return super().middles * 0.97
+        mesh_fabric(of_curves([lower, nearer], RADIUS), SIZE, 1.0)
 
 
 def test_back_is_the_half_that_cannot_touch(pair, mesh, scene):
@@ -67,7 +62,7 @@ def test_back_is_the_half_that_cannot_touch(pair, mesh, scene):
         surface = mesh.surface_nodes(yarn)
         assert nodes.size == surface.size // 2
         assert np.isin(nodes, surface).all()
-        height = mesh.nodes[nodes, 2] - pair.middles[yarn, 2]
+        height = mesh.nodes[nodes, 2] - pair.crossings.point[0, yarn, 2]
         assert (away * height > 0).all()
 
 
@@ -78,9 +73,3 @@ def test_ends_are_whole_sections(pair, mesh, scene):
         slices = nodes[:: mesh.section.size] // mesh.section.size
         assert (mesh.yarn_of_slice[slices] == yarn).all()
         np.testing.assert_array_equal(mesh.arc_length[slices], [0, LENGTH])
-
-
-def test_knit_is_held_left_and_driven_right_in_course_tension(pair, mesh, plain_scene):
-    held_and_driven = grips(mesh, plain_scene, pair)
-    np.testing.assert_array_equal(held_and_driven.held, mesh.end_nodes("left"))
-    np.testing.assert_array_equal(held_and_driven.driven, mesh.end_nodes("right"))

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import MeshError
-from knitstudy.geometry.pair import YarnPair
+from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.mechanics.patch_compliance import moments, polar_rule
 from knitstudy.mechanics.rotation import exp
-from knitstudy.mesh.knit import mesh_pair
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.discretisation import discretised, project_on_tube
 from knitstudy.models.ties import STIFFNESS, Discs, tie_of, tie_patches
 from knitstudy.study.configuration import load_scene
@@ -24,12 +24,12 @@ def scene():
 
 @pytest.fixture(scope="module")
 def pair(scene):
-    return YarnPair(0.5 * scene.yarn.diameter, scene.pair.angle, scene.pair.length, scene.pair.clearance)
+    return yarn_pair(0.5 * scene.yarn.diameter, scene.pair.angle, scene.pair.length, scene.pair.clearance)
 
 
 @pytest.fixture(scope="module")
 def parts(scene, pair):
-    return discretised(scene, mesh_pair(pair, scene.mesh.size, scene.mesh.growth), pair)
+    return discretised(scene, mesh_fabric(pair, scene.mesh.size, scene.mesh.growth), pair)
 
 
 @pytest.fixture(scope="module")
@@ -128,12 +128,12 @@ def test_what_the_yarns_cannot_show_makes_the_tie_softer(parts, pair):
 
 
 def test_discs_that_overlap_are_refused(knit_of, plain_scene):
-    from knitstudy.mesh.knit import mesh_knit
+    from knitstudy.mesh.mesher import mesh_fabric
 
-    coarse = {"fidelity": "dns", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
+    coarse = {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
     scene = plain_scene.vary({**coarse, "gates.elements_across": 2})
     knit = knit_of(scene)
-    parts = discretised(scene, mesh_knit(knit, scene.mesh.size, 1.0), knit)
+    parts = discretised(scene, mesh_fabric(knit, scene.mesh.size, 1.0), knit)
     with pytest.raises(MeshError, match=r"tie.radius is .* radii apart: use less than half of that"):
         tie_patches(parts, knit, np.ones(4, dtype=bool), 2.5, MODULUS)
 

@@ -168,7 +168,7 @@ def test_tables_of_cells():
             "load.deformation is 'twist' but must be course, wale, biaxial or shear",
         ),
         ({"load.direction": "course"}, "load.direction is no key of a scene whose specimen is cell"),
-        ({"fidelity": "rom3d"}, "fidelity is 'rom3d' but must be solid_yarns where specimen is cell"),
+        ({"fidelity": "rom3d"}, "fidelity is 'rom3d' but must be spline_yarns where specimen is cell"),
         (
             {"interaction": "rough"},
             "contact.tied_edges is 'outer' but must be none where specimen is cell, a cell of an",

@@ -6,8 +6,7 @@ from knitstudy.errors import MeshError
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
-from knitstudy.mechanics.spline_yarn.sampling import Sampling, locate, shape
-from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
+from knitstudy.mechanics.spline_yarn.space import Sampling, Space, locate, shape, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
 
 BREAKS = np.array([0.0, 0.3, 1.0, 1.4, 2.0, 2.5])

@@ -3,9 +3,8 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.exchange.deck import require_deck
-from knitstudy.geometry.cut import head_arcs, inside, sinker_arcs
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.mesh.knit import sampled_sections
+from knitstudy.geometry.fabric import head_arcs, sinker_arcs, yarn_pair
+from knitstudy.mesh.mesher import sampled_sections
 from knitstudy.mesh.sweep import sweep
 from knitstudy.models.spline_yarns import discretise, yarn_spans
 
@@ -13,7 +12,7 @@ from knitstudy.models.spline_yarns import discretise, yarn_spans
 @pytest.fixture(scope="module")
 def scene(plain_scene):
     return plain_scene.vary(
-        {"fidelity": "solid_yarns", "mesh.degree": 3, "mesh.crossing_degree": 4, "mesh.crossing_span": 0.6}
+        {"fidelity": "spline_yarns", "mesh.degree": 3, "mesh.crossing_degree": 4, "mesh.crossing_span": 0.6}
     )
 
 
@@ -29,7 +28,7 @@ def yarns(scene, mesh, knit):
 
 @pytest.fixture(scope="module")
 def pair():
-    return YarnPair(radius=0.9e-3, angle=60.0, length=10e-3, clearance=0.02)
+    return yarn_pair(radius=0.9e-3, angle=60.0, length=10e-3, clearance=0.02)
 
 
 def test_sections_are_those_of_all_yarns_swept(knit, mesh):
@@ -81,9 +80,9 @@ def test_grips_in_wale_tension_are_the_arcs(scene, knit, mesh):
     u[yarns.ends.held] = 0
     u[yarns.ends.driven] = yarns.unity[yarns.ends.driven, None] * [0.0, 1.0, 0.0]
     moved = yarns.sampled(u).reshape(mesh.slices, -1, 3)
-    for yarn, arcs, way in ((0, sinker_arcs(knit), 0.0), (3, head_arcs(knit), 1.0)):
+    for yarn, grip, way in zip((0, 3), knit.grips["wale"], (0.0, 1.0), strict=True):
         own = mesh.yarn_of_slice == yarn
-        gripped = own & inside(mesh.arc_length, arcs)
+        gripped = grip.holds(mesh.yarn_of_slice, mesh.arc_length)
         np.testing.assert_allclose(
             moved[gripped], np.broadcast_to([0, way, 0], moved[gripped].shape), atol=1e-13
         )
@@ -108,7 +107,7 @@ def test_a_pair_is_held_at_its_ends(scene, pair):
     yarns = discretise(held, mesh, pair)
     assert set(yarns.yarn[yarns.ends.held]) == {0}
     assert set(yarns.yarn[yarns.ends.driven]) == {1}
-    with pytest.raises(ConfigurationError, match="must be ends where fidelity is solid_yarns"):
+    with pytest.raises(ConfigurationError, match="must be ends where fidelity is spline_yarns"):
         discretise(held.replace("pair.support", "back"), mesh, pair)
 
 
@@ -136,6 +135,6 @@ def test_keys_that_are_refused(scene, changes, message):
 
 
 def test_there_is_no_deck(scene):
-    with pytest.raises(ConfigurationError, match="fidelity is solid_yarns but must be dns for a deck"):
+    with pytest.raises(ConfigurationError, match="fidelity is spline_yarns but must be hexahedra for a deck"):
         require_deck(scene)
-    require_deck(scene.replace("fidelity", "dns"))
+    require_deck(scene.replace("fidelity", "hexahedra"))

@@ -5,8 +5,8 @@ import pytest
 import synthetic
 
 from knitstudy.errors import ConfigurationError, GeometryError
+from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.segments import angles_to_axes, honeycomb_segments
 from knitstudy.models import honeycomb
 from knitstudy.models import reduced_models as run
@@ -18,7 +18,7 @@ INTERLOCK, LEG = 40.0, 55.0
 
 @pytest.fixture(scope="module")
 def knit(plain_scene):
-    return Knit(initial_loop(plain_scene), 3, 3)
+    return plain_knit(initial_loop(plain_scene), 3, 3)
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def test_angles_of_the_geometry_give_its_heights_back(knit, contacts):
     found = heights_by_stress(knit, contacts, synthetic.stresses(knit, "course", *own))
     place = zone_places(knit, contacts)
     assert found.interlock == pytest.approx(place[2, 1] - place[0, 1], rel=1e-9)
-    assert found.course == pytest.approx(knit.loop.course_spacing, rel=1e-9)
+    assert found.course == pytest.approx(knit.cell[1], rel=1e-9)
 
 
 @pytest.mark.parametrize("angles", [(0.0, LEG), (INTERLOCK, 89.9)])
@@ -51,7 +51,7 @@ def test_directions_without_a_height_are_refused(knit, contacts, angles):
 
 
 def test_knit_of_one_row_is_refused(plain_scene):
-    one = Knit(initial_loop(plain_scene), 2, 1)
+    one = plain_knit(initial_loop(plain_scene), 2, 1)
     with pytest.raises(GeometryError, match="has no legs"):
         heights_by_stress(one, contacts_of_crossings(one), synthetic.stresses(one, "wale", INTERLOCK, LEG))
 

@@ -10,7 +10,7 @@ from knitstudy.measures.promises import Promise, corrected, error_made
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, NORMAL
 from knitstudy.report.trade import BEGIN, END, filled, written
-from knitstudy.stages.trade import PAGE, TRADE
+from knitstudy.stages.kept_tables import TRADE, TRADE_PAGE
 from knitstudy.tables import catalogue as tables
 
 
@@ -118,6 +118,6 @@ def test_a_page_without_marks_is_refused():
 
 
 def test_the_page_of_the_checkout_has_marks():
-    page = PAGE.read_text(encoding="utf-8")
+    page = TRADE_PAGE.read_text(encoding="utf-8")
     assert filled(page, "text") != page
     assert TRADE.path.is_file()

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.pair import YarnPair
+from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.mechanics.elements.quadratic import EDGES
 from knitstudy.mechanics.rotation import exp
-from knitstudy.mesh.knit import mesh_specimen
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.hexahedra import divide
 
 RADIUS, SIZE = 0.9e-3, 0.45e-3
@@ -14,12 +14,12 @@ RADIUS, SIZE = 0.9e-3, 0.45e-3
 
 @pytest.fixture(scope="module")
 def pair():
-    return YarnPair(RADIUS, 60.0, 6e-3, 0.01)
+    return yarn_pair(RADIUS, 60.0, 6e-3, 0.01)
 
 
 @pytest.fixture(scope="module")
 def swept(pair):
-    return mesh_specimen(pair, SIZE, 1.2)
+    return mesh_fabric(pair, SIZE, 1.2)
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def scene(plain_scene):
     return plain_scene.vary(
         {
             "specimen": "pair",
-            "fidelity": "dns",
+            "fidelity": "hexahedra",
             "pair.support": "ends",
             "interaction": "rough",
             "load.path": [[0.0, 0.0, -1e-5]],

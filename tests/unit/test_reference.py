@@ -13,8 +13,7 @@ from knitstudy.files import read_table, write_dataset, write_table
 from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.reference import reference_of, refinement_series_of
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, STRAINS, rms_out_of_plane
-from knitstudy.measures.selection import roles_of
-from knitstudy.stages import reference as kept
+from knitstudy.stages import kept_tables as kept
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scenes, load_study
@@ -28,13 +27,13 @@ SIZES = (0.45e-3, 0.3e-3)
 
 @pytest.fixture(scope="module")
 def solid(plain_scene):
-    return plain_scene.vary({"fidelity": "dns", "interaction": "tie"})
+    return plain_scene.vary({"fidelity": "hexahedra", "interaction": "tie"})
 
 
 def way(solid, element, sizes=SIZES, **keys):
     """Return scenes of one element on several meshes by name, whose increments end at the reference's strains."""
     keys = {"mesh.element": element, "load.stops": list(STRAINS[:-1])} | keys
-    named = {f"{element}-{size:g}".replace(".", "").replace("_", "-"): size for size in sizes}
+    named = {f"reference-{element}-{size:g}".replace(".", "").replace("_", "-"): size for size in sizes}
     return {name: solid.vary(keys | {"name": name, "mesh.size": size}) for name, size in named.items()}
 
 
@@ -49,14 +48,14 @@ def results(knit, scenes, force):
         name: base.assign(force=20 * force(scene.mesh.element, scene.mesh.size) * base["strain"])
         for name, scene in scenes.items()
     }
-    return {"ways": histories, "ways_contacts": dict.fromkeys(scenes, contacts), "scenes": scenes}
+    return {"histories": histories, "contacts": dict.fromkeys(scenes, contacts), "scenes": scenes}
 
 
 @pytest.fixture(scope="module")
 def sources(knit, solid):
     """Two elements on two meshes whose errors are of second order, and tend to 12 and 12.24 N."""
-    scenes = way(solid, "one_point") | way(solid, "incompatible_modes")
-    limits = {"one_point": (12.0, -1e6), "incompatible_modes": (12.24, 2e6)}
+    scenes = way(solid, "one_point") | way(solid, "quadratic")
+    limits = {"one_point": (12.0, -1e6), "quadratic": (12.24, 2e6)}
     return results(knit, scenes, lambda element, h: limits[element][0] + limits[element][1] * h**2)
 
 
@@ -76,9 +75,7 @@ def test_rows_of_two_ways(sources, solid):
     )
     assert last["mostly from"] == "disagreement"
     assert last["unit"] == "N"
-    assert last["ways"] == (
-        "one-point hexahedra 0.45, 0.3 mm; hexahedra with incompatible modes 0.45, 0.3 mm"
-    )
+    assert last["ways"] == ("one-point hexahedra 0.45, 0.3 mm; quadratic hexahedra 0.45, 0.3 mm")
     assert table["uncertainty"].notna().all()
 
 
@@ -87,28 +84,23 @@ def test_every_way_shows_how_it_tends(sources):
     last = table[(table["quantity"] == FORCE) & (table["strain [1]"] == 0.05)].set_index("way")
     assert last.loc["one-point hexahedra", "limit"] == pytest.approx(12.0)
     assert last.loc["one-point hexahedra", "values"] == "11.7975, 11.91"
-    assert last.loc["hexahedra with incompatible modes", "uncertainty"] == pytest.approx(0.09)
+    assert last.loc["quadratic hexahedra", "uncertainty"] == pytest.approx(0.09)
 
 
 def test_one_way_or_one_mesh_makes_no_reference(knit, solid):
     for scenes in (
         way(solid, "one_point"),
-        way(solid, "one_point") | way(solid, "incompatible_modes", SIZES[:1]),
+        way(solid, "one_point") | way(solid, "quadratic", SIZES[:1]),
     ):
         alone = results(knit, scenes, lambda element, h: 1.0)
         assert catalogue.tabulate("reference", **alone).empty
 
 
-def test_only_simulations_that_stop_at_its_strains_are_ways(solid):
-    scenes = [*way(solid, "one_point").values(), solid]
-    assert [scene.name for scene in roles_of(scenes, {})["ways"]] == [scene.name for scene in scenes[:-1]]
-
-
 def test_problems_are_told_apart_by_their_physics_alone(plain_scene):
-    touching = plain_scene.vary({"fidelity": "dns", "interaction": "isotropic"})
+    touching = plain_scene.vary({"fidelity": "hexahedra", "interaction": "isotropic"})
     same = {
         "mesh.size": 0.2e-3,
-        "mesh.element": "incompatible_modes",
+        "mesh.element": "quadratic",
         "solver.increments": 3,
         "load.strain": 0.01,
     }
@@ -205,7 +197,7 @@ def test_root_mean_square_does_not_depend_on_stations():
 def copy(tmp_path, sources):
     """What is kept of all simulations of two ways, made by code ab12."""
     path = tmp_path / "reference.csv"
-    kept.keep(values_of(sources["ways"], sources["ways_contacts"]), sources["scenes"], path, "ab12")
+    kept.keep_values(values_of(sources["histories"], sources["contacts"]), sources["scenes"], path, "ab12")
     return path
 
 
@@ -221,16 +213,16 @@ def test_values_of_all_simulations_are_kept_beside_it(copy, sources):
     values = read_table(kept.values_beside(copy), needs=("code", "made"))
     assert set(values["scene"]) == set(sources["scenes"])
     force = values[(values["quantity"] == FORCE) & (values["strain [1]"] == 0.05)].set_index("scene")["value"]
-    assert force["one-point-000045"] == pytest.approx(11.7975)
+    assert force["reference-one-point-000045"] == pytest.approx(11.7975)
 
 
 def test_what_was_not_simulated_anew_stays(copy, sources):
     """One mesh of one way is: its rows and the limits change, and these name both codes."""
-    name = "one-point-00003"
-    changed = sources["ways"][name].assign(force=sources["ways"][name]["force"] * 1.01)
-    few = values_of({name: changed}, {name: sources["ways_contacts"][name]})
+    name = "reference-one-point-00003"
+    changed = sources["histories"][name].assign(force=sources["histories"][name]["force"] * 1.01)
+    few = values_of({name: changed}, {name: sources["contacts"][name]})
     before, values = read_table(copy), read_table(kept.values_beside(copy))
-    kept.keep(few, sources["scenes"], copy, "cd34")
+    kept.keep_values(few, sources["scenes"], copy, "cd34")
     after, anew = read_table(copy), read_table(kept.values_beside(copy))
     assert list(anew["scene"]) == list(values["scene"])
     assert set(anew[anew["code"] == "cd34"]["scene"]) == {name}
@@ -249,7 +241,7 @@ def forces(table):
 def test_rows_of_problems_without_two_ways_stay(copy, sources):
     table = read_table(copy)
     write_table(table.assign(problem="another"), copy)
-    kept.keep(read_table(kept.values_beside(copy)), sources["scenes"], copy, "ab12")
+    kept.keep_values(read_table(kept.values_beside(copy)), sources["scenes"], copy, "ab12")
     both = read_table(copy)
     assert list(dict.fromkeys(both["problem"])) == ["another", table["problem"][0]]
     assert len(both) == 2 * len(table)
@@ -259,41 +251,42 @@ def test_values_of_scenes_that_have_changed_are_dropped(copy, sources):
     name, *others = sources["scenes"]
     changed = sources["scenes"] | {name: sources["scenes"][name].replace("mesh.growth", 1.3)}
     values = read_table(kept.values_beside(copy))
-    kept.keep(values[values["scene"] == others[0]], changed, copy, "ab12")
+    kept.keep_values(values[values["scene"] == others[0]], changed, copy, "ab12")
     assert set(read_table(kept.values_beside(copy))["scene"]) == set(others)
 
 
 def test_nothing_is_kept_of_nothing(copy, sources):
     before = copy.read_bytes()
     with pytest.raises(DataFileError, match="has no simulation of the study `reference`"):
-        kept.keep(values_of({}, {}), sources["scenes"], copy, "ab12")
+        kept.keep_values(values_of({}, {}), sources["scenes"], copy, "ab12")
     assert copy.read_bytes() == before
 
 
 def test_only_simulations_that_are_up_to_date_are_kept(config, sources, tmp_path):
     """Their digests say so: one of the history and one of the contacts."""
-    history, contacts = (next(iter(sources[name].values())) for name in ("ways", "ways_contacts"))
+    history, contacts = (next(iter(sources[name].values())) for name in ("histories", "contacts"))
     plan, steps = Plan.of(config), [STAGES["simulation"], STAGES["contacts"]]
     scenes = {"dns-a": plan.scenes["dns-a"]}
-    assert kept.found(scenes, tmp_path, config).empty
+    assert kept.values_found(scenes, tmp_path, config).empty
     for digests, there in (([None, "old"], False), ([None, None], True), (["old", None], False)):
         for stage, dataset, digest in zip(steps, (history, contacts), digests, strict=True):
             of = scenes["dns-a"]
             write_dataset(dataset, tmp_path / stage.path(of), of, digest or plan.digest(stage, of))
-        assert set(kept.found(scenes, tmp_path, config)["scene"]) == (set(scenes) if there else set())
+        assert set(kept.values_found(scenes, tmp_path, config)["scene"]) == (set(scenes) if there else set())
 
 
 def test_reference_of_other_code_is_said(copy):
-    assert kept.warning(copy, "ab12") == ""
-    assert "was made by code ab12, which is now cd34: `make reference`" in kept.warning(copy, "cd34")
+    assert kept.reference_warning(copy, "ab12") == ""
+    assert "was made by code ab12, which is now cd34: `make reference`" in kept.reference_warning(
+        copy, "cd34"
+    )
 
 
 def test_code_behind_the_reference_is_that_of_its_elements_and_contact(solid):
     tied = way(solid, "one_point")
-    both = tied | way(solid, "incompatible_modes")
     rough = way(solid, "one_point", interaction="rough")
-    digests = {kept.code_behind(each.values()) for each in (tied, both, rough)}
-    assert len(digests) == 3
+    digests = {kept.code_behind(each.values()) for each in (tied, rough)}
+    assert len(digests) == 2
     assert kept.code_behind([solid]) not in digests
 
 

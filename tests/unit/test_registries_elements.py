@@ -8,7 +8,7 @@ from knitstudy.mechanics.elements import ELEMENTS, element
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.materials import LAWS, Material, law
 from knitstudy.mechanics.materials.isotropic import st_venant_kirchhoff
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models import solid_yarns as dns
 
 
@@ -43,11 +43,11 @@ def pull(plain_scene, knit_of):
     def pull(**changes):
         scene = plain_scene.vary(
             {
-                "fidelity": "dns",
+                "fidelity": "hexahedra",
                 "pattern.loops": 1,
                 "pattern.rows": 1,
                 "load.strain": 0.002,
-                "mesh.size": 0.9e-3,
+                "mesh.size": 0.6e-3,
                 "gates.elements_across": 2.0,
                 "yarn.material": "st_venant_kirchhoff",
                 "solver.increments": 1,
@@ -57,33 +57,35 @@ def pull(plain_scene, knit_of):
             | {key.replace("__", "."): value for key, value in changes.items()}
         )
         knit = knit_of(scene)
-        return float(dns.run(scene, mesh_knit(knit, scene.mesh.size), knit)["force"][-1])
+        return float(dns.run(scene, mesh_fabric(knit, scene.mesh.size), knit)["force"][-1])
 
     return pull
 
 
 def test_a_toy_element_goes_through_a_simulation(toys, pull):
-    assert pull(mesh__element="toy_element") == pytest.approx(2 * pull(), rel=1e-6)
+    assert pull(mesh__element="toy_element") == pytest.approx(
+        2 * pull(), rel=1e-3
+    )  # springs of ties stay as they are
 
 
 def test_a_toy_law_goes_through_a_simulation(toys, pull):
     stiff = pull(yarn__material="toy_law", solver__hourglass=0.02)
-    assert stiff == pytest.approx(2 * pull(), rel=1e-6)
+    assert stiff == pytest.approx(2 * pull(), rel=1e-3)  # springs of ties stay as they are
 
 
 def test_names_say_what_they_mean():
-    assert {"one_point", "incompatible_modes"} <= set(ELEMENTS.names())
+    assert {"one_point", "quadratic"} <= set(ELEMENTS.names())
     assert {"hencky", "neo_hookean", "st_venant_kirchhoff"} <= set(LAWS.names())
     assert "one_point (with hourglass control)" in ELEMENTS.allowed()
 
 
 def test_only_some_elements_take_hourglass_control():
     assert ELEMENTS.find("one_point").hourglass
-    assert not ELEMENTS.find("incompatible_modes").hourglass
+    assert not ELEMENTS.find("quadratic").hourglass
 
 
 def test_an_unknown_name_is_answered_with_those_there_are():
-    with pytest.raises(ConfigurationError, match=r"mesh.element 'two_point'.*one_point.*incompatible_modes"):
+    with pytest.raises(ConfigurationError, match=r"mesh.element 'two_point'.*one_point.*quadratic"):
         ELEMENTS.find("two_point")
     with pytest.raises(ConfigurationError, match=r"yarn.material 'hooke'.*hencky"):
         Material("hooke", 1.0, 0.3)

@@ -182,9 +182,7 @@ def test_captions_speak_of_models_that_there_are(plain_scene):
     scenes = study.scenes(plain_scene)
     yielding = {"beam.section": "hertz", "beam.tie": "patch"}
     more = {
-        "more-line": {"beam.contact": "line"},
-        "more-point-yielding": yielding,
-        "more-line-yielding": yielding | {"beam.contact": "line"},
+        "more-yielding": yielding,
     }
     first = scenes["beam-isotropic-course"]
     scenes |= {name: first.vary({"name": name} | keys) for name, keys in more.items()}
@@ -307,7 +305,7 @@ def test_origins_are_relative_to_the_page(tmp_path, plain_scene):
 
 def test_models_of_a_study_are_one_family(plain_scene):
     def solid(name):
-        return plain_scene.vary({"name": name, "fidelity": "dns"})
+        return plain_scene.vary({"name": name, "fidelity": "hexahedra"})
 
     def reduced(name, fidelity, source):
         return plain_scene.vary({"name": name, "fidelity": fidelity, "rom.contacts_from": source})
@@ -334,7 +332,7 @@ def direct(plain_scene):
     """Function that makes a scene of a direct simulation."""
 
     def make(name, interaction, **keys):
-        kind = {"name": name, "fidelity": "dns", "interaction": interaction}
+        kind = {"name": name, "fidelity": "hexahedra", "interaction": interaction}
         return plain_scene.vary(kind | {key.replace("__", "."): wanted for key, wanted in keys.items()})
 
     return make

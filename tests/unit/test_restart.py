@@ -1,14 +1,165 @@
-"""A run goes on only from its own restart file."""
+"""Restart files, from which a run goes on, and progress, which is plain lines with the time left."""
 
-from knitstudy.loading.restart import IN_MEMORY, restart_of, run_with
+import io
+import re
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from knitstudy.errors import DataFileError
+from knitstudy.loading import restart
+from knitstudy.loading.history import Recorder, Stations
+from knitstudy.loading.load_path import Motion
+from knitstudy.loading.restart import IN_MEMORY, Checkpoint, Progress, restart_of, run_with
+from knitstudy.mechanics.increment import Increment, Rate
+from knitstudy.mechanics.model import Response
+
+STILL = {"centreline_displacement": np.zeros((1, 3))}
 
 
-def test_name_follows_scene_and_digest(tmp_path):
-    one, other = "a" * 32, "b" * 32
-    first = restart_of(tmp_path, "dns-a", one)
-    assert first == restart_of(tmp_path, "dns-a", one)
-    assert first.parent == tmp_path
-    assert len({first, restart_of(tmp_path, "dns-a", other), restart_of(tmp_path, "dns-b", one)}) == 3
+@dataclass(frozen=True)
+class State:
+    displacement: np.ndarray
+
+
+def recorder():
+    stations = Stations(np.zeros(1, int), np.zeros(1), np.zeros((1, 3)))
+    return Recorder(
+        stations,
+        driven=np.array([[0, 1, 2]]),
+        motion=Motion(np.array([[2.0, 0, 0]]), (1.0,), (), axis=0, length=10.0),
+    )
+
+
+def increment(index, load):
+    response = Response(np.arange(3.0) + index, 1.5, {"internal": 2.0 * load})
+    rates, updates = (Rate(0.25, np.ones(3)),), (np.full(3, 0.5), np.full(3, 0.1))
+    return Increment(index, load, State(np.full((1, 3), load)), response, 0.25, rates, updates, 3, 7)
+
+
+@pytest.fixture
+def saved(tmp_path):
+    file, record = Checkpoint(tmp_path / "run" / "a.npz", "key", State), recorder()
+    for index, load in enumerate((0.0, 0.25, 0.5)):
+        record.add(increment(index, load), STILL)
+        file.save(increment(index, load), record)
+    return file, record
+
+
+def test_a_restart_gives_back_increment_and_history(saved):
+    file, record = saved
+    fresh = recorder()
+    back = file.load(fresh)
+    assert (back.index, back.load, back.size) == (2, 0.5, 0.25)
+    np.testing.assert_array_equal(back.state.displacement, np.full((1, 3), 0.5))
+    np.testing.assert_array_equal(back.rates[0].step, np.ones(3))
+    np.testing.assert_array_equal(back.updates, [[0.5] * 3, [0.1] * 3])
+    for name, values in record.columns.items():
+        np.testing.assert_array_equal(fresh.columns[name], values)
+    fresh.add(increment(3, 0.75), STILL)
+    record.add(increment(3, 0.75), STILL)
+    assert fresh.to_dataset()["energy"].equals(record.to_dataset()["energy"])
+    # Trapezoidal work of reactions 0, 1, 2, 3 N over steps of 0.5 m.
+    np.testing.assert_allclose(fresh.to_dataset()["energy"].sel(form="external"), [0, 0.25, 1.0, 2.25])
+
+
+def test_without_a_file_a_run_starts_anew(tmp_path):
+    assert Checkpoint(tmp_path / "none.npz", "key", State).load(recorder()) is None
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
+def test_a_damaged_file_is_refused(saved, share):
+    file, _ = saved
+    content = file.path.read_bytes()
+    file.path.write_bytes(content[: int(share * len(content))])
+    with pytest.raises(DataFileError, match="delete it"):
+        file.load(recorder())
+
+
+@dataclass(frozen=True)
+class Inner:
+    gap: np.ndarray
+    count: int
+
+
+@dataclass(frozen=True)
+class Nested:
+    """All that a state may hold."""
+
+    inner: Inner
+    maybe: Inner | None
+    weight: float | None
+    touches: bool
+    name: str
+    pair: tuple[Inner, Inner]
+    steps: tuple[float, ...]
+    nothing: tuple[int, ...] = ()
+
+
+@pytest.mark.parametrize("present", [True, False])
+def test_a_state_is_any_dataclass(tmp_path, present):
+    inner = Inner(np.array([[0.5, np.inf]]), 3)
+    state = Nested(
+        inner, inner if present else None, 0.25 if present else None, True, "a", (inner, inner), (1.0, 2.0)
+    )
+    file = Checkpoint(tmp_path / "a.npz", "key", Nested)
+    file.save(replace(increment(1, 0.5), state=state), recorder())
+    back = file.load(recorder()).state
+    for one in (back.inner, *back.pair, *([back.maybe] if present else [])):
+        np.testing.assert_array_equal(one.gap, inner.gap)
+        assert one.count == 3
+    assert present == (back.maybe is not None)
+    assert (back.weight, back.touches, back.name) == (state.weight, True, "a")
+    assert (back.steps, back.nothing) == ((1.0, 2.0), ())
+
+
+def test_a_state_that_no_file_can_keep_is_refused(tmp_path):
+    state = State({"a": np.zeros(3)})
+    with pytest.raises(TypeError, match=r"state\.displacement is a dict"):
+        Checkpoint(tmp_path / "a.npz", "key", State).save(replace(increment(1, 0.5), state=state), recorder())
+
+
+def rewritten(file, **changes):
+    """Change entries of a restart file as whoever edits it could."""
+    with np.load(file.path) as archive:
+        data = dict(archive)
+    np.savez(file.path, **(data | changes))
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"key": "other"}, "another scene"),
+        (
+            {"state.displacement": np.full((1, 3), np.nan)},
+            r"state\.displacement holds values that are not numbers",
+        ),
+        ({"column.energy": np.full((3, 6), np.nan)}, r"column\.energy holds values that are not numbers"),
+        ({"column.force": np.zeros(2)}, r"column\.force has 2 increments and must have 3"),
+        ({"rate.0": np.ones(4)}, r"rate\.0 has the shape \(4,\) and must have \(3,\)"),
+        ({"load": 1.5}, r"load is 1\.5 and must lie between 0 and 1"),
+        ({"index": np.arange(2)}, "this restart file cannot be used"),
+        ({"force": np.array(["a"])}, r"force holds <U1 and must hold numbers"),
+    ],
+)
+def test_what_no_run_has_written_is_refused(saved, changes, said):
+    file, _ = saved
+    rewritten(file, **changes)
+    with pytest.raises(DataFileError, match=said):
+        file.load(recorder())
+
+
+def test_something_else_in_the_place_of_a_restart_file_is_refused(tmp_path):
+    array, folder = tmp_path / "array.npz", tmp_path / "folder.npz"
+    with array.open("wb") as file:
+        np.save(file, np.ones(3))
+    folder.mkdir()
+    for path in (array, folder):
+        with pytest.raises(
+            DataFileError, match=rf"{path.name}: this restart file cannot be used .*delete it"
+        ):
+            Checkpoint(path, "key", State).load(recorder())
 
 
 def test_restart_files_of_earlier_inputs_are_forgotten(tmp_path):
@@ -25,3 +176,36 @@ def test_restart_files_of_earlier_inputs_are_forgotten(tmp_path):
 def test_a_partial_history_lies_beside_its_restart_file(tmp_path):
     assert run_with(tmp_path / "a-1.npz").partial == tmp_path / "a-1.nc"
     assert run_with(None) == IN_MEMORY
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    class Clock:
+        now = 100.0
+
+    monkeypatch.setattr(restart.time, "monotonic", lambda: Clock.now)
+    return Clock
+
+
+def lines(progress, clock, *reports):
+    stream = io.StringIO()
+    reporter = Progress("dns a", streams=(stream,), every=5.0)
+    for seconds, done in reports:
+        clock.now = 100.0 + seconds
+        reporter(done, "strain")
+    return stream.getvalue().splitlines()
+
+
+def test_time_left_is_judged_by_the_share_done(clock):
+    *_, last = lines(Progress, clock, (0, 0.0), (60, 0.25))
+    assert re.fullmatch(r"dns a +25% \[01:00<03:00\] strain", last)
+
+
+def test_after_a_restart_only_the_new_share_counts(clock):
+    *_, last = lines(Progress, clock, (0, 0.5), (60, 0.75))
+    assert "[01:00<01:00]" in last
+
+
+def test_few_lines_but_always_the_last(clock):
+    written = lines(Progress, clock, (0, 0.0), (1, 0.1), (2, 0.2), (6, 0.5), (7, 1.0))
+    assert [re.search(r"\d+%", line).group() for line in written] == ["0%", "50%", "100%"]

@@ -66,7 +66,7 @@ class TestHoneycomb:
 
     def test_ends_lie_in_the_cuts(self, knit, contacts):
         network = honeycomb.planar_network(knit, contacts)
-        width = knit.loops * knit.loop.wale_spacing
+        width = knit.cells[0] * knit.cell[0]
         np.testing.assert_allclose(network.nodes[network.end_nodes("left"), 0], 0, atol=1e-15)
         np.testing.assert_allclose(network.nodes[network.end_nodes("right"), 0], width, rtol=1e-12)
 

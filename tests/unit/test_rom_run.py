@@ -15,9 +15,9 @@ def test_history_holds_what_the_scene_asked_for(plain_scene, knit, contacts, fid
     assert history.attrs["fidelity"] == fidelity
     assert history.attrs["dof"] > history.attrs["unknowns"] > 0
     moved = history["centreline_displacement"].isel(increment=-1)
-    right = np.isclose(history["centreline"][:, 0], 3 * knit.loop.wale_spacing)
+    right = np.isclose(history["centreline"][:, 0], 3 * knit.cell[0])
     assert right.sum() == 4
-    np.testing.assert_allclose(moved[right], np.tile([0.05 * 3 * knit.loop.wale_spacing, 0, 0], (4, 1)))
+    np.testing.assert_allclose(moved[right], np.tile([0.05 * 3 * knit.cell[0], 0, 0], (4, 1)))
     assert np.all(np.diff(history["force"]) > 0)
 
 
@@ -52,7 +52,7 @@ def test_joints_that_yield_need_ties_of_a_size(plain_scene, knit, contacts, size
 
 def test_solid_scene_is_refused(plain_scene, knit, contacts):
     with pytest.raises(AttributeError, match="the scene has no section 'rom', only pattern"):
-        run(plain_scene.replace("fidelity", "dns"), knit, contacts)
+        run(plain_scene.replace("fidelity", "hexahedra"), knit, contacts)
 
 
 def test_iterative_solver_is_refused(plain_scene):

@@ -112,13 +112,12 @@ def test_is_frozen_to_the_last_number(scene):
         ("rom.springs", "some", "averaged (one stiffness"),
         ("rom.displacement", "yarn", "interface or centreline"),
         ("rom.section", "tripled", "single or doubled"),
-        ("beam.contact", "area", "point (the closest"),
         ("beam.section", "soft", "rigid (a penalty) or hertz"),
         ("beam.stiffness", 0, "a number > 0"),
         ("mesh.size", float("inf"), "a finite number"),
         ("mesh", 3.0, "a group of keys"),
         ("solver.linear", "magic", "auto, three_scale, amg or lu"),
-        ("outputs", ["film"], "a list out of [fields, vtu, deck] where fidelity is dns"),
+        ("outputs", ["film"], "a list out of [fields, vtu, deck] where fidelity is hexahedra"),
         ("outputs", "vtu", "a list of what is written besides"),
         ("geometry.free", ["q"] * 8, "has the entry 'q' but must be a list of the components that may move"),
         ("name", "Has spaces", "a name of at most 200 small letters"),
@@ -131,9 +130,9 @@ def test_value_that_is_not_allowed(scenes, key, value, allowed):
 @pytest.mark.parametrize(
     ("key", "value", "allowed"),
     [
-        ("interaction", "glued", "isotropic, rough, tie"),
-        ("specimen", "knut", "cell, cut_knit, knit, pair"),
-        ("fidelity", "rom4d", "beam, dns, rom2d, rom3d, solid_yarns, window"),
+        ("interaction", "glued", "tie, rough, isotropic"),
+        ("specimen", "knut", "knit, cut_knit, cell, pair"),
+        ("fidelity", "rom4d", "hexahedra, spline_yarns, rom3d, rom2d, beam, window"),
     ],
 )
 def test_unknown_kind(scene, key, value, allowed):
@@ -161,7 +160,7 @@ def test_unknown_kind(scene, key, value, allowed):
         ("pattern.control_points", [[0, 0, "x"]] * 4, "has the entry 'x' but must be a list of at least 4"),
         ("geometry.free", ["z", 3], "has the entry 3 but must be a list of the components that may move"),
         ("name", 3, "a name of at most 200 small letters"),
-        ("fidelity", ["dns"], "beam (beams in contact), dns (solid yarns)"),
+        ("fidelity", ["hexahedra"], "beam (beams in contact), hexahedra (solid yarns of hexahedra)"),
     ],
 )
 def test_value_of_a_wrong_type(scenes, key, value, allowed):
@@ -232,17 +231,6 @@ def test_rows_and_columns_closer_than_a_diameter(scene, key):
         ConfigurationError, match=rf"pattern\.{key} is 0\.0018 m but must exceed yarn\.diameter"
     ):
         scene.replace(f"pattern.{key}", scene.yarn.diameter)
-
-
-def test_an_element_that_locks(scene):
-    nearly = scene.replace("yarn.poisson_ratio", 0.48)
-    with pytest.raises(
-        ConfigurationError,
-        match=r"yarn\.poisson_ratio is 0\.48 but must be at most 0\.47 where mesh\.element is incompatible_modes.*"
-        "use mesh.element 'quadratic'",
-    ):
-        nearly.replace("mesh.element", "incompatible_modes")
-    assert nearly.replace("mesh.element", "quadratic").mesh.element == "quadratic"
 
 
 def test_one_entry_of_free_for_every_control_point(scene):
@@ -327,7 +315,11 @@ def test_stops_of_a_compression_go_down(scene):
     ("key", "value", "message"),
     [
         ("load.path", [], r"load\.path is \[\] but must be a list of one displacement x, y, z in m or more"),
-        ("fidelity", "rom3d", r"fidelity is 'rom3d' but must be dns or solid_yarns where specimen is pair"),
+        (
+            "fidelity",
+            "rom3d",
+            r"fidelity is 'rom3d' but must be hexahedra or spline_yarns where specimen is pair",
+        ),
         ("pair.length", 3.6e-3, r"pair\.length is 0\.0036 m but must exceed twice yarn\.diameter, 0\.0018 m"),
     ],
 )

@@ -41,7 +41,7 @@ def test_models_that_answer_nothing_alike_are_not_compared(scene):
 
 
 def rung(name, error, seconds, kind=None):
-    return Rung(name, kind or name, name, "solid_yarns", error, seconds, 10.0)
+    return Rung(name, kind or name, name, "spline_yarns", error, seconds, 10.0)
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,9 @@ import synthetic
 
 from knitstudy.contacts.contacts import extract
 from knitstudy.contacts.kinematics import LAYERS, nodes_around, section_motion
-from knitstudy.geometry.pair import YarnPair
+from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.mechanics.rotation import exp
-from knitstudy.mesh.knit import mesh_knit, mesh_specimen
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models import solid_yarns as dns
 
 SIZE = 0.45e-3
@@ -20,7 +20,7 @@ SIZE = 0.45e-3
 def knitted(plain_scene, knit_of):
     """Crossings and mesh of a knit of two rows."""
     knit = knit_of(plain_scene.replace("pattern.loops", 1).replace("pattern.rows", 2))
-    return knit.crossings, mesh_knit(knit, SIZE)
+    return knit.crossings, mesh_fabric(knit, SIZE)
 
 
 @pytest.mark.parametrize(
@@ -57,9 +57,9 @@ def test_sections_lie_symmetrically_about_their_crossing_on_its_yarn(knitted):
 
 @pytest.mark.parametrize(("end", "outermost"), [(0.0, [0, 1, 2, 3]), (1.0, [-4, -3, -2, -1])])
 def test_no_slices_beyond_the_end_of_a_yarn(end, outermost):
-    pair = YarnPair(0.9e-3, 90.0, 5e-3, 0.01)
-    mesh = mesh_specimen(pair, SIZE, 1.0)
-    crossings = replace(pair.crossings, arc_length=np.full((1, 2), end * pair.length))
+    pair = yarn_pair(0.9e-3, 90.0, 5e-3, 0.01)
+    mesh = mesh_fabric(pair, SIZE, 1.0)
+    crossings = replace(pair.crossings, arc_length=np.full((1, 2), end * pair.centrelines[0].length))
     slices = np.unique(nodes_around(crossings, mesh) // mesh.section.size, axis=2)[0]
     for yarn in range(2):
         of_yarn = np.arange(*mesh.first_slice[yarn : yarn + 2])
@@ -68,9 +68,9 @@ def test_no_slices_beyond_the_end_of_a_yarn(end, outermost):
 
 def test_twist_of_a_straight_yarn_is_that_of_its_middle():
     """Both yarns twist uniformly about their axes: sections turn, and neither stretch nor tilt."""
-    pair = YarnPair(0.9e-3, 90.0, 5e-3, 0.01)
-    mesh = mesh_specimen(pair, SIZE, 1.0)
-    rate, axes, middles = 40.0, pair.directions, pair.middles
+    pair = yarn_pair(0.9e-3, 90.0, 5e-3, 0.01)
+    mesh = mesh_fabric(pair, SIZE, 1.0)
+    rate, axes, middles = 40.0, np.array([[1.0, 0, 0], [0, 1.0, 0]]), pair.crossings.point[0]
     displacement = np.empty_like(mesh.nodes)
     for yarn in range(2):
         here = np.repeat(mesh.yarn_of_slice == yarn, mesh.section.size)
@@ -89,8 +89,8 @@ def test_history_of_a_simulation_holds_the_motion_of_sections(plain_scene):
     """Tied yarns, the upper one pushed along the lower: the maps are those of its displacements at full load."""
     scene = synthetic.pair_scene(plain_scene, [[2e-5, 0.0, -1e-5]], interaction="tie")
     scene = scene.vary({"outputs": ["fields"], "solver.increments": 1, "gates.elements_across": 4})
-    pair = YarnPair(0.9e-3, 90.0, scene.pair.length, 0.01)
-    mesh = mesh_specimen(pair, SIZE, 2.0)
+    pair = yarn_pair(0.9e-3, 90.0, scene.pair.length, 0.01)
+    mesh = mesh_fabric(pair, SIZE, 2.0)
     history = dns.run(scene, mesh, pair)
     assert history["section_gradient"].dims == ("increment", "crossing", "side", "xyz", "undeformed_xyz")
     assert not history["section_displacement"][0].any()

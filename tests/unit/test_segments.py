@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from knitstudy.contacts.segments import KINDS, NO_SEGMENT, segments
+from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.pattern import Knit
 from knitstudy.measures.segments import angles_to_axes
 
 
 @pytest.fixture(scope="module")
 def knit(plain_scene):
-    return Knit(initial_loop(plain_scene), 3, 3)
+    return plain_knit(initial_loop(plain_scene), 3, 3)
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,7 @@ def test_segments_of_the_centre_cell(cut):
 
 
 def test_one_cell_has_no_legs_and_no_sinkers(plain_scene):
-    one = Knit(initial_loop(plain_scene), 1, 1)
+    one = plain_knit(initial_loop(plain_scene), 1, 1)
     cut = segments(one.crossings, np.array([each.length for each in one.centrelines]))
     assert sorted(cut.kind.tolist()) == [0, 1, 2]
     assert cut.central.all()

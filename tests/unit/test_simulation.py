@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import netCDF4
 import pytest
 import xarray as xr
 import yaml
@@ -173,6 +174,25 @@ def test_damaged_file_is_replaced(config, made, tmp_path):
     assert read_dataset(path).attrs["of"] == "rom3d-own of simulation"
 
 
+def test_edited_file_is_replaced(config, made, tmp_path, caplog):
+    scene = load_scene("rom3d-own", config)
+    path = simulate(scene, tmp_path, config=config).path
+    with netCDF4.Dataset(path, "a") as file:
+        file["number"][...] = 77
+    assert int(simulate(scene, tmp_path, config=config).history["number"]) != 77
+    assert "was changed after it was written" in caplog.text
+    assert made.count(("simulation", "rom3d-own")) == 2
+
+
+def test_history_that_ends_early_is_not_written(config, made, tmp_path, monkeypatch):
+    half = xr.Dataset({"load": ("increment", [0.0, 0.5])})
+    instead = replace(STAGES["simulation"], function=lambda scene, **needed: half)
+    monkeypatch.setitem(STAGES, "simulation", instead)
+    with pytest.raises(DataFileError, match=r"simulation of beam ends at 0\.5 of the load"):
+        simulate(load_scene("beam", config), tmp_path, config=config)
+    assert not (tmp_path / "simulation").exists()
+
+
 def test_without_a_folder_nothing_is_written(config, made, tmp_path):
     before = set(tmp_path.rglob("*"))
     simulate(load_scene("rom3d-own", config), config=config)
@@ -180,5 +200,5 @@ def test_without_a_folder_nothing_is_written(config, made, tmp_path):
 
 
 def test_beams_have_no_solid_mesh(config):
-    with pytest.raises(ConfigurationError, match=r"scene 'beam': fidelity is 'beam' but must be dns"):
+    with pytest.raises(ConfigurationError, match=r"scene 'beam': fidelity is 'beam' but must be hexahedra"):
         lay_out(load_scene("beam", config), config=config)

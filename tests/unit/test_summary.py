@@ -7,15 +7,15 @@ from synthetic import contact_history, geometry, history, stresses
 
 from knitstudy.contacts import contacts
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.pair import YarnPair
+from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.loading.history import FORMS
 from knitstudy.measures.summary import kind_of, summarise
-from knitstudy.mesh.knit import mesh_knit, mesh_pair
+from knitstudy.mesh.mesher import mesh_fabric
 
 
 @pytest.fixture
 def pair():
-    return YarnPair(0.9e-3, 90.0, 5e-3, 0.01)
+    return yarn_pair(0.9e-3, 90.0, 5e-3, 0.01)
 
 
 def loaded_history(**attributes):
@@ -29,7 +29,7 @@ def said(dataset):
 
 
 def test_stresses(knit):
-    found = said(stresses(knit, "wale", 80, 84, mesh_knit(knit, 1.2e-3)))
+    found = said(stresses(knit, "wale", 80, 84, mesh_fabric(knit, 1.2e-3)))
     assert found["kind"] == ("stresses", "")
     assert found["force of the grips"] == (10.0, "N")
     assert found["angle of the maximum principal stress to x, leg, left"] == (pytest.approx(84), "deg")
@@ -67,7 +67,7 @@ def test_geometry_of_a_knit_is_the_optimised_one(knit):
 
 def test_geometry_and_mesh_of_a_pair(pair):
     assert said(pair.to_dataset())["angle"] == (90.0, "degree")
-    mesh = mesh_pair(pair, 0.6e-3, 1.2)
+    mesh = mesh_fabric(pair, 0.6e-3, 1.2)
     found = said(mesh.to_dataset())
     assert found["kind"] == ("mesh", "")
     assert found["hexahedra"] == (len(mesh.hexahedra), "1")

@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from knitstudy.contacts.facets import tied_crossings, tied_pieces
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.mesher import mesh_fabric
 
 
 @pytest.fixture
 def scene(plain_scene):
-    return plain_scene.vary({"fidelity": "dns", "interaction": "isotropic"})
+    return plain_scene.vary({"fidelity": "hexahedra", "interaction": "isotropic"})
 
 
 @pytest.fixture(scope="module")
 def mesh(knit):
-    return mesh_knit(knit, 0.9e-3, 2.0)
+    return mesh_fabric(knit, 0.9e-3, 2.0)
 
 
 def test_all_are_tied_where_that_is_the_interaction(scene, knit):

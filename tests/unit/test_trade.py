@@ -126,7 +126,7 @@ def test_what_saves_is_no_surer_than_its_model_and_its_change(plain_scene):
     """Longer spans that come out better than what they coarsen do so by two errors that cancel."""
     yarns = plain_scene.vary(
         {
-            "fidelity": "solid_yarns",
+            "fidelity": "spline_yarns",
             "solver.increments": 12,
             "mesh.crossing_span": 0.9,
             "mesh.crossing_degree": 2,
@@ -272,7 +272,7 @@ def test_what_no_reference_knows_lies_between_the_two_most_trusted(plain_scene):
         return plain_scene.vary(
             {
                 "name": name,
-                "fidelity": "dns",
+                "fidelity": "hexahedra",
                 **{key.replace("__", "."): value for key, value in keys.items()},
             }
         )
@@ -283,7 +283,7 @@ def test_what_no_reference_knows_lies_between_the_two_most_trusted(plain_scene):
             solid("coarse", mesh__element="quadratic", mesh__size=0.6e-3),
             solid("fine", mesh__element="quadratic", mesh__size=0.45e-3),
             solid("points", mesh__element="one_point"),
-            solid("yarns", fidelity="solid_yarns"),
+            solid("yarns", fidelity="spline_yarns"),
         )
     }
     found = bracket({"coarse": 9.0, "fine": 10.0, "points": 50.0, "yarns": 12.0}, scenes)
@@ -308,7 +308,7 @@ def test_beams_answer_by_the_crossings_of_the_centre_cell(scenes):
 
 
 def test_knobs_are_those_that_are_not_as_in_the_main_models(plain_scene):
-    scene = plain_scene.vary({"fidelity": "solid_yarns", "solver.increments": 1, "mesh.span": 1.8})
+    scene = plain_scene.vary({"fidelity": "spline_yarns", "solver.increments": 1, "mesh.span": 1.8})
     assert turned(scene)["solver.increments"] == 1
     third = scene.vary(
         {"mesh.degree": 3, "mesh.crossing_degree": 3, "mesh.crossing_span": 0.6, "mesh.span": 0.9}

@@ -8,11 +8,11 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError, MeshError
 from knitstudy.exchange.vtu import write_spline_yarns, write_vtu
-from knitstudy.geometry.lay_out import lay_out, read_specimen
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.spline_yarn.sampling import shape
-from knitstudy.mechanics.spline_yarn.space import Space, sections, yarn_space
-from knitstudy.mesh.knit import mesh_specimen
+from knitstudy.mechanics.spline_yarn.space import Space, sections, shape, yarn_space
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.mesh.quadratic import quadratic_mesh
 from knitstudy.models.spline_yarns import space_on, undeformed, yarn_spans
 
@@ -26,17 +26,17 @@ SHARE, WEIGHT = np.polynomial.legendre.leggauss(3)
 def pair(plain_scene):
     keys = {
         "specimen": "pair",
-        "fidelity": "solid_yarns",
+        "fidelity": "spline_yarns",
         "pair.support": "ends",
         "outputs": ["fields", "vtu"],
     }
     scene = plain_scene.vary(keys | {"interaction": "isotropic", "load.path": [[0, 0, -1e-5]]})
-    return scene, read_specimen(lay_out(scene))
+    return scene, Fabric.from_dataset(lay_out(scene))
 
 
 @pytest.fixture(scope="module")
 def swept(pair):
-    return mesh_specimen(pair[1], 0.6e-3, 1.2)
+    return mesh_fabric(pair[1], 0.6e-3, 1.2)
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +121,7 @@ def test_volume_surface_and_stress_of_a_uniform_stretch(pair, space, tmp_path):
     assert reader.GetOutput().GetCellType(0) == vtk.VTK_TRIQUADRATIC_HEXAHEDRON
     grid = meshio.read(tmp_path / "yarns.vtu")
     assert "contact_pressure [Pa]" not in grid.point_data
-    exact = 2 * np.pi * specimen.radius**2 * specimen.length
+    exact = 2 * np.pi * specimen.radius**2 * specimen.centrelines[0].length
     assert volume(grid, grid.points) == pytest.approx(exact, rel=3e-4)  # arcs of 30 degrees
     moved = grid.points + grid.point_data["displacement [m]"]
     assert volume(grid, moved) == pytest.approx(exact * np.linalg.det(STRETCH), rel=3e-4)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
-from knitstudy.geometry.cut import Pieces
+from knitstudy.geometry.fabric import pieces_of
 from knitstudy.loading.gates import require_no_jump
 from knitstudy.loading.restart import Checkpoint, Run
-from knitstudy.loading.solve import follow
+from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
 from knitstudy.models.window import mixed_knit, problem
@@ -48,7 +48,7 @@ def touching(scene):
 def slid(touching, knit_of):
     """The knit of that scene and its history."""
     knit = knit_of(touching)
-    return knit, follow(problem(touching, knit))
+    return knit, solve_load_path(problem(touching, knit))
 
 
 def test_the_middle_cell_is_the_window_of_no_keys(scene, knit):
@@ -88,7 +88,7 @@ def test_a_margin_is_solid_and_not_asked_for(scene, knit):
 
 
 def test_crossings_of_pieces_are_those_of_the_knit(scene, knit):
-    pieces = Pieces(knit, window_of(scene, knit))
+    pieces = pieces_of(knit, window_of(scene, knit))
     crossings = pieces.crossings
     for side in range(2):
         for k, piece in enumerate(crossings.yarn[:, side]):
@@ -165,7 +165,7 @@ def test_beams_touch_where_yarns_are_neither_tied_nor_solid(scene, knit):
     window = window_of(scene, knit)
     network = surroundings(scene, knit, window, None)
     touching = touching_beams(scene, knit, window, network, network.model(scene.yarn, "curved"))
-    assert len(touching.contact.crossing.weight) == 12 - 4  # of the row that is not tied
+    assert len(touching.contact.crossing.start) == 12 - 4  # of the row that is not tied
     assert len(network.springs.ends) == 24
     # At rest closest points are those of the crossings: relabelled yarns have kept their places.
     points = touching.points(touching.start())
@@ -231,9 +231,9 @@ def test_a_window_that_was_interrupted_goes_on(touching, slid, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        follow(problem(touching, knit), Run(restart=restart, progress=interrupt))
+        solve_load_path(problem(touching, knit), Run(restart=restart, progress=interrupt))
     assert restart.exists()
-    continued = follow(problem(touching, knit), Run(restart=restart))
+    continued = solve_load_path(problem(touching, knit), Run(restart=restart))
     assert continued["force"].to_numpy() == pytest.approx(whole["force"].to_numpy(), rel=1e-8)
     assert continued.attrs["fidelity"] == "window"
 

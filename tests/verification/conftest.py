@@ -14,7 +14,7 @@ from knitstudy.stages.code import code_digest
 
 PHYSICS = (
     "knitstudy.geometry.lay_out",
-    "knitstudy.mesh.knit",
+    "knitstudy.mesh.mesher",
     "knitstudy.models.solid_yarns",
     "knitstudy.models.reduced_models",
     "knitstudy.models.beams_in_contact",

@@ -8,12 +8,12 @@ from hexahedral_block import connect, unknowns
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.grids import Grid, Grids
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.elements.element import ElementGroup
+from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.solids_in_contact import Penetration, SolidsInContact
-from knitstudy.mesh.knit import crossing_grading
+from knitstudy.mesh.mesher import crossing_grading
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing
 from knitstudy.mesh.sweep import Targets, sweep

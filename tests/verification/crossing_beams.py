@@ -4,25 +4,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knitstudy.geometry.pattern import Crossings
+from knitstudy.geometry.crossings import Crossings
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_contact.approach import Curves
-from knitstudy.mechanics.beam_contact.contact import BeamContact, Power, hertz
-from knitstudy.mechanics.beam_contact.model import TouchingBeams
+from knitstudy.mechanics.beam_contact.contact import BeamContact, Power, TouchingBeams, hertz
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp
-from knitstudy.models.beam_pairs import line_pairs, point_pairs
+from knitstudy.models.beam_pairs import point_pairs
 
 RADIUS, MODULUS, POISSON = 0.9e-3, 1.3e9, 0.42
+STICK = 10 * MODULUS * RADIUS
 SECTION = Section.circular(2 * RADIUS, MODULUS, POISSON)
 LAWS = {
-    "rigid point": ("point", Power(10 * MODULUS * RADIUS)),
-    "rigid line": ("line", Power(10 * MODULUS)),
-    "hertz point": ("point", hertz(MODULUS, POISSON, RADIUS, "point")),
-    "hertz line": ("line", hertz(MODULUS, POISSON, RADIUS, "line")),
+    "rigid": Power(10 * MODULUS * RADIUS),
+    "hertz": hertz(MODULUS, POISSON, RADIUS),
 }
 
 
@@ -36,7 +34,7 @@ class Beams:
     elements: int = 40
     turn: tuple = (0.0, 0.0, 0.0)
     friction: float = 0.5
-    law: str = "rigid point"
+    law: str = "rigid"
     normal: Power | None = None
 
     @property
@@ -73,16 +71,9 @@ class Beams:
         beams = BeamModel(nodes.reshape(-1, 3), np.concatenate([chain, chain + count]), SECTION, RADIUS)
         s = np.tile(np.linspace(0, self.length, count), 2)
         curves = Curves(np.repeat([0, 1], count), s)
-        mode, law = LAWS[self.law]
-        law = self.normal or law
-        chosen = np.array([0])
-        if mode == "point":
-            pairs = point_pairs(self.crossings, chosen, curves.length)
-            tangential = 10 * MODULUS * RADIUS
-        else:
-            pairs = line_pairs(self.crossings, chosen, curves.length, RADIUS)
-            tangential = 10 * MODULUS
-        contact = BeamContact(curves, pairs, RADIUS, law, tangential, self.friction)
+        law = self.normal or LAWS[self.law]
+        pairs = point_pairs(self.crossings, np.array([0]), curves.length)
+        contact = BeamContact(curves, pairs, RADIUS, law, STICK, self.friction)
         return TouchingBeams(beams, np.arange(2 * count), np.zeros((2 * count, 3)), contact)
 
     def ends(self, beam):
@@ -140,10 +131,6 @@ def curved_yarns(law, friction):
     crossings = Crossings(
         one, one, one, np.array([[0, 1]]), np.full((1, 2), 4e-3), points, np.array([2 * RADIUS])
     )
-    mode, normal = LAWS[law]
     pairs = point_pairs(crossings, one, curves.length)
-    if mode == "line":
-        pairs = line_pairs(crossings, one, curves.length, RADIUS)
-    tangential = 10 * MODULUS * (RADIUS if mode == "point" else 1.0)
-    contact = BeamContact(curves, pairs, RADIUS, normal, tangential, friction)
+    contact = BeamContact(curves, pairs, RADIUS, LAWS[law], STICK, friction)
     return TouchingBeams(beams, number, offset, contact)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from knitstudy.mechanics.elements.element import ElementGroup
+from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.elements.quadratic import EDGES
 from knitstudy.mechanics.materials import Material

@@ -13,17 +13,17 @@ import sys
 from pathlib import Path
 
 from knitstudy.files import write_dataset
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.restart import Run
-from knitstudy.mesh.knit import mesh_scene
+from knitstudy.mesh.mesher import mesh_scene
 from knitstudy.models import solid_yarns as dns
 from knitstudy.study.configuration import load_scene
 
 
 def knit_and_mesh(scene):
     """Knit and mesh of a scene."""
-    knit = Knit.from_dataset(lay_out(scene))
+    knit = Fabric.from_dataset(lay_out(scene))
     return knit, mesh_scene(scene, knit)
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from knitstudy.files import read_table
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.geometry.pattern import Knit
 from knitstudy.loading.load_path import load_path
 from knitstudy.measures.reference import reference_of
 from knitstudy.measures.response import FORCE
@@ -27,7 +27,7 @@ def scenes(full):
 
 @pytest.fixture(scope="module")
 def loop_knit(scenes):
-    return Knit.from_dataset(lay_out(scenes["course"]))
+    return Fabric.from_dataset(lay_out(scenes["course"]))
 
 
 def test_knit_of_beams_in_contact_comes_to_five_per_cent(scenes, loop_knit, verify):

@@ -10,8 +10,8 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.mesh.knit import mesh_pair
+from knitstudy.geometry.fabric import yarn_pair
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.study.configuration import load_scene
 
 pytestmark = [
@@ -30,8 +30,8 @@ def pulled(folder, path, increments, interaction="isotropic", rests=True):
     scene = scene.vary({"mesh.size": SIZE, "gates.elements_across": 4})
     scene = scene.replace("load.path", path).replace("solver.increments", increments)
     scene = scene.replace("interaction", interaction)
-    pair = YarnPair(scene.yarn.radius, scene.pair.angle, scene.pair.length, scene.pair.clearance)
-    mesh = mesh_pair(pair, SIZE, scene.mesh.growth)
+    pair = yarn_pair(scene.yarn.radius, scene.pair.angle, scene.pair.length, scene.pair.clearance)
+    mesh = mesh_fabric(pair, SIZE, scene.mesh.growth)
     deck = replace(specimen_deck(scene, pair, mesh), fields=False, rests=rests)
     write_inp(deck, folder / "deck.inp", "calculix")
     run = calculix.run(folder / "deck.inp")

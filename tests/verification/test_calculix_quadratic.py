@@ -10,7 +10,8 @@ from test_solids import EXACT
 from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import Deck, Prescribed, Step, specimen_deck
 from knitstudy.exchange.inp import write_inp
-from knitstudy.geometry.lay_out import lay_out, read_specimen
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
@@ -18,7 +19,7 @@ from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
-from knitstudy.mesh.knit import mesh_specimen
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models import solid_yarns as dns
 from knitstudy.study.configuration import load_scene
 
@@ -83,8 +84,8 @@ def cell():
             "solver.increments": 2,
         }
     )
-    knit = read_specimen(lay_out(scene))
-    return scene, knit, mesh_specimen(knit, scene.mesh.size, scene.mesh.growth)
+    knit = Fabric.from_dataset(lay_out(scene))
+    return scene, knit, mesh_fabric(knit, scene.mesh.size, scene.mesh.growth)
 
 
 def test_a_tied_knit_of_c3d20r(cell, tmp_path):

@@ -10,7 +10,7 @@ from hexahedral_block import unknowns
 from knitstudy.mechanics.contact.friction import ContactHistory
 from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.elements.element import ElementGroup
+from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.direct import LU, factorise
@@ -173,8 +173,8 @@ class Cylinders:
 BARS = {(4, 2): 0.20, (6, 3): 0.10, (8, 4): 0.055}
 """What holds, by core and rings: 19%, 9% and 5% are missing at 8, 12 and 16 elements across.
 
-The elements lack it, not the contact: with incompatible modes 15, 8 and 2% are missing at 8, 12 and 16 across, twice
-as many elements along the yarn gain 2% at 8, and so does a tenfold hourglass stiffness. The contact's radius is 1.3
+The elements lack it, not the contact: twice as
+many elements along the yarn gain 2% at 8, and so does a tenfold hourglass stiffness. The contact's radius is 1.3
 elements at 8 across. What is missing falls with the square of the element size.
 """
 

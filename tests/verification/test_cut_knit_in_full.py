@@ -1,29 +1,30 @@
 """Cells cut out of a knit against whole yarns gripped up to the cuts: what a grip holds might as well be missing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from knitstudy.geometry.cut import cut_rows
-from knitstudy.loading.solve import follow
-from knitstudy.mesh.knit import sampled_sections
+from knitstudy.geometry.fabric import Grip, cut_cells
+from knitstudy.loading.solve import solve_load_path
+from knitstudy.mesh.mesher import sampled_sections
 from knitstudy.models import solid_yarns as dns
-from knitstudy.models import spline_yarns as yarn_spans
 from knitstudy.models.pieces import problem_of_cut_knit
 
 
 @pytest.fixture
-def gripped_to_the_cuts(monkeypatch, knit_of):
+def gripped_to_the_cuts(knit_of):
     """Return the function that simulates whole yarns which are gripped wherever a cut knit has none."""
 
     def simulate(scene):
         knit = knit_of(scene)
-        arcs = cut_rows(knit)
-        missing = {0: arcs.arc[arcs.yarn == knit.rows], knit.rows: arcs.arc[arcs.yarn == 0]}
-        length = knit.centrelines[0].length
-        ends = {yarn: np.sort(each[(each > 0) & (each < length)]) for yarn, each in missing.items()}
-        monkeypatch.setattr(yarn_spans, "gripped_arcs", lambda specimen, direction: missing)
-        monkeypatch.setattr(yarn_spans, "grip_ends", lambda specimen, direction: ends)
-        return dns.run(scene, sampled_sections(knit), knit)
+        arcs, rows = cut_cells(knit.loop, *knit.cells).arcs, knit.cells[1]
+        held, driven = (
+            Grip(np.full(len(arc), yarn), arc)
+            for yarn, arc in ((0, arcs.arc[arcs.yarn == rows]), (rows, arcs.arc[arcs.yarn == 0]))
+        )
+        gripped = replace(knit, grips={"wale": (held, driven)})
+        return dns.run(scene, sampled_sections(knit), gripped)
 
     return simulate
 
@@ -36,7 +37,7 @@ def test_wale_tension_of_a_row(plain_scene, knit_of, gripped_to_the_cuts, verify
     """
     scene = plain_scene.vary(
         {
-            "fidelity": "solid_yarns",
+            "fidelity": "spline_yarns",
             "interaction": interaction,
             "load.direction": "wale",
             "load.strain": 0.03,
@@ -45,7 +46,7 @@ def test_wale_tension_of_a_row(plain_scene, knit_of, gripped_to_the_cuts, verify
     )
     whole = gripped_to_the_cuts(scene)
     cut = scene.replace("specimen", "cut_knit")
-    pieces = follow(problem_of_cut_knit(cut, knit_of(cut)))
+    pieces = solve_load_path(problem_of_cut_knit(cut, cut_cells(knit_of(cut).loop, *knit_of(cut).cells)))
     name = f"cells cut out of a knit, wale tension, {interaction}"
     verify.within(
         f"{name}: force over that of yarns gripped to the cuts",

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.lay_out import read_specimen
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.restart import Run
-from knitstudy.loading.solve import follow
+from knitstudy.loading.solve import solve_load_path
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models import solid_yarns as dns
 from knitstudy.stages.table import STAGES
@@ -18,7 +18,7 @@ def begin(request):
     scene = load_scene(request.param).vary({"solver.increments": 6})
     geometry = STAGES["geometry"].function(scene)
     mesh = STAGES["mesh"].function(scene, geometry)
-    return lambda: dns.problem(scene, SweptMesh.from_dataset(mesh), read_specimen(geometry))
+    return lambda: dns.problem(scene, SweptMesh.from_dataset(mesh), Fabric.from_dataset(geometry))
 
 
 def test_what_goes_on_is_what_was_never_interrupted(begin, tmp_path, verify):
@@ -32,8 +32,8 @@ def test_what_goes_on_is_what_was_never_interrupted(begin, tmp_path, verify):
 
     restart = tmp_path / "a.npz"
     with pytest.raises(KeyboardInterrupt):
-        follow(begin(), Run(restart=restart, progress=end))
-    gone_on, whole = follow(begin(), Run(restart=restart)), follow(begin())
+        solve_load_path(begin(), Run(restart=restart, progress=end))
+    gone_on, whole = solve_load_path(begin(), Run(restart=restart)), solve_load_path(begin())
     assert 0.5 < seen[-1] < 1
     computed = [name for name in whole if "seconds" not in name]
     apart = [name for name in computed if not np.array_equal(gone_on[name], whole[name], equal_nan=True)]

@@ -7,15 +7,17 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.model import DirichletElimination
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models import solid_yarns as dns
 
 
 @pytest.fixture(scope="module")
 def cell(plain_scene, knit_of):
-    scene = plain_scene.vary({"fidelity": "dns", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3})
+    scene = plain_scene.vary(
+        {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
+    )
     knit = knit_of(scene)
-    yarns = dns.assemble_yarns(scene, mesh_knit(knit, scene.mesh.size), knit)
+    yarns = dns.assemble_yarns(scene, mesh_fabric(knit, scene.mesh.size), knit)
     return yarns, dns.problem_of(yarns, scene, knit)
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.geometry.pattern import Knit
-from knitstudy.mesh.knit import mesh_knit
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.reduced_models import assemble
 from knitstudy.study.configuration import load_scene
@@ -23,11 +23,11 @@ def geometry(scene):
 
 @pytest.fixture(scope="module")
 def knit(geometry):
-    return Knit.from_dataset(geometry)
+    return Fabric.from_dataset(geometry)
 
 
 def test_yarns_just_do_not_touch(geometry, knit, verify):
-    radius = knit.loop.radius
+    radius = knit.radius
     target = radius * (2 + knit.loop.clearance)
     error = np.abs(knit.crossings.distance - target).max() / radius
     verify.at_most("optimised knit: |D - 2R - c0| over R at the crossings", error, 1e-3)
@@ -49,7 +49,7 @@ def test_calibration(geometry, verify):
 
 
 def test_sizes_of_table_5(scene, knit, verify):
-    mesh = mesh_knit(knit, scene.mesh.size, scene.mesh.growth)
+    mesh = mesh_fabric(knit, scene.mesh.size, scene.mesh.growth)
     verify.within("3 x 3 knit of solids, 0.3 mm: DOF", mesh.nodes.size, 189_513, 0.05)
     network = assemble(load_scene("rom3d-tie-course"), knit, contacts_of_crossings(knit))
     verify.within("3 x 3 knit, 3D model, 0.5 mm: DOF", 6 * network.beam_nodes, 5_994, 0.05)

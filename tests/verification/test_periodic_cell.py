@@ -7,9 +7,9 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.exchange.inp import section_matrix
+from knitstudy.geometry.fabric import fabric_of
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.geometry.pattern import Knit
-from knitstudy.loading.solve import follow
+from knitstudy.loading.solve import solve_load_path
 from knitstudy.measures.endless_knit import rotated
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.direct import LU
@@ -34,7 +34,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def knit(scene):
-    return Knit.from_dataset(lay_out(scene))
+    return fabric_of(scene, lay_out(scene))
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def at_rest(cell):
 
 @pytest.fixture(scope="module")
 def pulled(scene, knit):
-    return follow(problem(scene, knit))
+    return solve_load_path(problem(scene, knit))
 
 
 def stretched(cell, strains, increments=2):
@@ -98,7 +98,7 @@ def test_a_knit_that_is_its_own_mirror_image_has_no_coupling_of_shear_and_tensio
 @pytest.mark.parametrize(("loops", "rows"), [(2, 1), (1, 2), (2, 2)])
 def test_a_cell_of_several_is_the_same_knit(scene, at_rest, loops, rows):
     several = scene.vary({"pattern.loops": loops, "pattern.rows": rows})
-    found = assemble(several, Knit.from_dataset(lay_out(several))).stiffness()
+    found = assemble(several, fabric_of(several, lay_out(several))).stiffness()
     # Rounding, of what LU leaves of the soft modes.
     np.testing.assert_allclose(found, at_rest, rtol=1e-7, atol=1e-9 * at_rest.max())
 
@@ -111,7 +111,7 @@ def test_where_the_yarn_is_cut_is_of_no_account(scene, at_rest):
     points[:half, 0] += width
     beginning_at_heads = np.roll(points, -half, axis=0) - [0.5 * width, 0, 0]
     heads = scene.vary({"pattern.control_points": beginning_at_heads.tolist()})
-    found = assemble(heads, Knit.from_dataset(lay_out(heads))).stiffness()
+    found = assemble(heads, fabric_of(heads, lay_out(heads))).stiffness()
     np.testing.assert_allclose(np.diag(found), np.diag(at_rest), rtol=2e-3)
 
 
@@ -189,8 +189,8 @@ def test_what_is_free_carries_nothing_and_work_is_stored(pulled):
 
 
 def test_held_across_it_is_stiffer_by_what_contraction_is_worth(at_rest, scene, knit):
-    held = follow(problem(scene.vary({"load.lateral": "fixed", "load.strain": 1e-4}), knit))
-    free = follow(problem(scene.vary({"load.strain": 1e-4}), knit))
+    held = solve_load_path(problem(scene.vary({"load.lateral": "fixed", "load.strain": 1e-4}), knit))
+    free = solve_load_path(problem(scene.vary({"load.strain": 1e-4}), knit))
     ratio = float(held["force"][-1] / free["force"][-1])
     poisson = at_rest[0, 1] ** 2 / (at_rest[0, 0] * at_rest[1, 1])
     assert ratio == pytest.approx(1 / (1 - poisson), rel=1e-3)  # 0.01 % strain: linear within that
@@ -206,7 +206,7 @@ def touching(scene):
 
 @pytest.fixture(scope="module")
 def rubbed(touching, knit):
-    return follow(problem(touching, knit))
+    return solve_load_path(problem(touching, knit))
 
 
 def test_yarns_that_touch_are_led_to_each_other_and_then_held_by_contact_alone(rubbed):
@@ -222,6 +222,6 @@ def test_yarns_that_touch_are_led_to_each_other_and_then_held_by_contact_alone(r
 
 def test_a_cell_of_several_rubs_as_one_does(touching, rubbed):
     several = touching.vary({"pattern.loops": 2})
-    found = follow(problem(several, Knit.from_dataset(lay_out(several))))
+    found = solve_load_path(problem(several, fabric_of(several, lay_out(several))))
     # Course and wale force; where points lie on the yarns is the same, but for what rounding makes of their status.
     np.testing.assert_allclose(found["force_per_width"][-1, :2], rubbed["force_per_width"][-1, :2], rtol=1e-3)

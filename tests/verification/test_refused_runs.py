@@ -8,9 +8,10 @@ import pytest
 
 from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.files import read_dataset
-from knitstudy.geometry.lay_out import lay_out, read_specimen
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.restart import Run
-from knitstudy.mesh.knit import mesh_specimen
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models import solid_yarns as dns
 from knitstudy.study.configuration import load_scene
 
@@ -20,13 +21,13 @@ def pair(changes):
     scene = load_scene("pair-slid-90")
     coarse = {"pair.length": 3.7e-3, "mesh.size": 0.6e-3, "solver.linear": "lu", "gates.elements_across": 2.5}
     scene = scene.vary(coarse | changes)
-    specimen = read_specimen(lay_out(scene))
-    return scene, mesh_specimen(specimen, scene.mesh.size, scene.mesh.growth), specimen
+    specimen = Fabric.from_dataset(lay_out(scene))
+    return scene, mesh_fabric(specimen, scene.mesh.size, scene.mesh.growth), specimen
 
 
 SLID = {
     "mesh.size": 0.7e-3,
-    "mesh.element": "incompatible_modes",  # the mesh is too coarse for hourglass control
+    "mesh.element": "quadratic",  # the mesh is too coarse for hourglass control
     "contact.friction": 0.1,
     "solver.increments": 5,
 }
@@ -102,15 +103,15 @@ def test_local_indentation_is_not_taken_beyond_its_law(tmp_path):
     scene = load_scene("pair-slid-90")
     scene = scene.vary(
         {
-            "fidelity": "solid_yarns",
+            "fidelity": "spline_yarns",
             "pair.support": "ends",
             "load.path": [[0, 0, -2e-3]],
             "solver.increments": 4,
         }
     )
-    specimen = read_specimen(lay_out(scene))
-    mesh = mesh_specimen(specimen, scene.yarn.radius, 1.0)
-    message = r"penetrate each other by .* 'indentation' is not known beyond.* smaller mesh.crossing_degree"
+    specimen = Fabric.from_dataset(lay_out(scene))
+    mesh = mesh_fabric(specimen, scene.yarn.radius, 1.0)
+    message = r"penetrate each other by .* the law of indentation is not known beyond.* smaller mesh.crossing_degree"
     with pytest.raises(ConvergenceError, match=message):
         dns.run(scene, mesh, specimen, Run(partial=tmp_path / "run.nc"))
     kept = read_dataset(tmp_path / "run.nc")

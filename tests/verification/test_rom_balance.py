@@ -5,7 +5,7 @@ import pytest
 from dead_loads import balance
 
 from knitstudy.loading.load_path import load_path
-from knitstudy.loading.solve import follow
+from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Settings
@@ -96,7 +96,7 @@ def test_spring_joints_leave_just_the_couples_that_are_accounted_for(
     verify.at_most(f"spring joints, {joint}, {direction}: moments less their couples", error, 1e-9)
     size = np.linalg.norm(model.couples(last.state), axis=1).sum() / level_of_moment
     assert size < 2e-3 if joint == "rigid" else size > 2e-2
-    recorded = follow(problem_of(network, scene, knit))
+    recorded = solve_load_path(problem_of(network, scene, knit))
     np.testing.assert_allclose(recorded["joint_couple_magnitude"][-1] / level_of_moment, size, rtol=1e-4)
     np.testing.assert_allclose(recorded["joint_couple"][-1], couple, atol=1e-6 * level_of_moment)
 
@@ -188,7 +188,9 @@ def test_force_of_the_honeycomb_converges_with_elements_a_segment(plain_scene, k
     counts = np.array([1, 2, 4, 8, 16])
     force = [
         float(
-            follow(problem_of(honeycomb.planar_network(knit, contacts, int(count)), scene, knit))["force"][-1]
+            solve_load_path(problem_of(honeycomb.planar_network(knit, contacts, int(count)), scene, knit))[
+                "force"
+            ][-1]
         )
         for count in counts
     ]

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from knitstudy.geometry.lay_out import lay_out, read_specimen
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.lay_out import lay_out
 from knitstudy.measures.segments import cell_force, cut_force
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.solid import cauchy_stress, principal_axes
-from knitstudy.mesh.knit import mesh as mesh_stage
+from knitstudy.mesh.mesher import mesh as mesh_stage
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models import solid_yarns as dns
 from knitstudy.models.discretisation import discretised
@@ -23,10 +23,9 @@ SMALL = 1e-5
 """Largest strain of the closed forms: what is not linear in it turns no axis by more than this."""
 
 DISCRETISED = {
-    "one_point": ({"fidelity": "dns", "mesh.element": "one_point"}, hexahedral),
-    "incompatible_modes": ({"fidelity": "dns", "mesh.element": "incompatible_modes"}, hexahedral),
-    "quadratic": ({"fidelity": "dns", "mesh.element": "quadratic"}, hexahedral),
-    "polynomials": ({"fidelity": "solid_yarns"}, polynomial),
+    "one_point": ({"fidelity": "hexahedra", "mesh.element": "one_point"}, hexahedral),
+    "quadratic": ({"fidelity": "hexahedra", "mesh.element": "quadratic"}, hexahedral),
+    "polynomials": ({"fidelity": "spline_yarns"}, polynomial),
 }
 
 STRETCH = np.array([[1.02, 0.05, 0.0], [0.0, 0.97, 0.01], [-0.03, 0.0, 1.01]])
@@ -43,7 +42,7 @@ class Yarn:
         scene = load_scene("dns-tie-course-coarse").vary({**touching, "load.path": [[0, 0, -1e-5]]} | keys)
         self.scene = scene
         geometry = lay_out(scene)
-        self.specimen = read_specimen(geometry)
+        self.specimen = Fabric.from_dataset(geometry)
         self.mesh = SweptMesh.from_dataset(mesh_stage(scene, geometry))
         self.parts = discretised(scene, self.mesh, self.specimen)
         self.radius = self.specimen.radius
@@ -137,7 +136,7 @@ def test_uniform_stretch_of_a_knit(kind):
     scene = load_scene("dns-tie-course-coarse").vary(keys | {"pattern.loops": 1, "pattern.rows": 2})
     geometry = lay_out(scene)
     mesh = mesh_stage(scene, geometry)
-    specimen = read_specimen(geometry)
+    specimen = Fabric.from_dataset(geometry)
     parts = discretised(scene, SweptMesh.from_dataset(mesh), specimen)
     nodes = parts.nodes
     if kind == "one_point":
@@ -162,7 +161,7 @@ def test_uniform_stretch_of_a_knit(kind):
     whole = found["piece_volume"].sel(extent="whole").sum()
     assert float(whole) == pytest.approx(float(found["cell_volume"].sum()), rel=1e-12)
     # Sections of polynomials are drawn as polygons of the circle's area.
-    volume = np.pi * yarn.radius**2 * sum(each.length for each in Knit.from_dataset(geometry).centrelines)
+    volume = np.pi * yarn.radius**2 * sum(each.length for each in Fabric.from_dataset(geometry).centrelines)
     assert float(whole) == pytest.approx(np.linalg.det(STRETCH) * volume, rel=5e-3)
 
 
@@ -174,7 +173,7 @@ def pulled(request, full):
     geometry = lay_out(scene)
     mesh = mesh_stage(scene, geometry)
     history = dns.simulate(scene, geometry, mesh)
-    return request.param, Knit.from_dataset(geometry), stress(scene, geometry, mesh, history)
+    return request.param, Fabric.from_dataset(geometry), stress(scene, geometry, mesh, history)
 
 
 def test_forces_from_stresses_balance_the_grips(pulled, verify):

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from knitstudy.loading.solve import follow
+from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.newton import trace
-from knitstudy.mesh.knit import sampled_sections
+from knitstudy.mesh.mesher import sampled_sections
 from knitstudy.models import solid_yarns as dns
 from knitstudy.models.window import problem
 
@@ -24,8 +24,8 @@ def forces(history, crossings):
 
 def test_centre_cell_of_nine(pulled, knit, verify):
     """Forces of the ties in the centre cell are those of the full simulation, and so is the force of the grips."""
-    full = dns.run(pulled.replace("fidelity", "solid_yarns"), sampled_sections(knit), knit)
-    window = follow(problem(pulled, knit))
+    full = dns.run(pulled.replace("fidelity", "spline_yarns"), sampled_sections(knit), knit)
+    window = solve_load_path(problem(pulled, knit))
     chosen = np.flatnonzero(window["window_crossing"])
     ours, theirs = forces(window, chosen), forces(full, chosen)
     error = np.linalg.norm(ours - theirs, axis=1) / np.linalg.norm(theirs, axis=1)
@@ -42,8 +42,8 @@ def test_cell_that_is_window_as_a_whole(pulled, knit_of, verify):
     """With nothing but the ends of yarns left to beams, a cell resists as solid yarns do."""
     scene = pulled.vary({"pattern.loops": 1, "pattern.rows": 1})
     knit = knit_of(scene)
-    full = dns.run(scene.replace("fidelity", "solid_yarns"), sampled_sections(knit), knit)
-    window = follow(problem(scene, knit))
+    full = dns.run(scene.replace("fidelity", "spline_yarns"), sampled_sections(knit), knit)
+    window = solve_load_path(problem(scene, knit))
     verify.within(
         "window, one tied cell: force of the grips",
         float(window["force"][-1]),

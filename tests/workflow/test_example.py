@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-EXAMPLE = (ROOT / "docs" / "example.md").read_text(encoding="utf-8")
+EXAMPLE = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 
 
 def test_every_block(fresh, tmp_path):

@@ -1,6 +1,5 @@
 # Scenes and stages, and what rules ask about them. Every value that a result depends on reaches its rule as an input or a
-# param. Outputs are marked update(): whatever was there is restored when a job fails. Stages write their files whole or
-# not at all, so nothing is ever really updated.
+# param. Outputs are marked update(): whatever was there stays until a job replaces it, and is restored when a job fails.
 import os
 import shlex
 import sys
@@ -10,14 +9,12 @@ from pathlib import Path
 sys.executable = shlex.quote(sys.executable)
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
-from knitstudy.errors import ConfigurationError, KnitstudyError
+from knitstudy.errors import KnitstudyError
 from knitstudy.registry import load_plugins
-from knitstudy.stages import freshness
-from knitstudy.stages.plan import Plan
-from knitstudy.stages.table import STAGES
 from knitstudy.stages.memory import machine_memory
-from knitstudy.study.configuration import load_study
-from knitstudy.study.configuration import workflow_configuration
+from knitstudy.stages.plan import OUTDATED, Plan
+from knitstudy.stages.table import STAGES
+from knitstudy.study.configuration import load_study, workflow_configuration
 
 
 def stop(error):
@@ -37,9 +34,8 @@ except KnitstudyError as error:
 
 RESULTS = "results"
 
-# The engine compares the times of digests alone: they know all that a result is made from.
 if workflow.is_main_process:
-    freshness.note_all(PLAN, PLAN.scenes.values(), Path(RESULTS))
+    PLAN.mark_outdated(Path(RESULTS))
 
 
 wildcard_constraints:
@@ -52,14 +48,9 @@ def scene_of(wildcards):
     return PLAN.knits[wildcards.knit] if "knit" in wildcards.keys() else PLAN.scenes[wildcards.scene]
 
 
-def names(stage):
-    """Return a regular expression of the scenes of a stage."""
-    return "|".join(name for name, scene in PLAN.scenes.items() if stage.of(scene)) or "(?!)"
-
-
-def paths(stage, scenes):
-    """Return the results of a stage of scenes."""
-    return [f"{RESULTS}/{stage.path(scene)}" for scene in scenes]
+def scenes_with(stage):
+    """Return a regular expression of the scenes that have a stage."""
+    return "|".join(name for name, scene in PLAN.scenes.items() if STAGES[stage].of(scene)) or "(?!)"
 
 
 def wanted(scenes):

@@ -1,6 +1,3 @@
-include: "sources.smk"
-
-
 # Files that `all` asks for from this part.
 FIGURES = paths_of("figure", "png", "pdf")
 
@@ -8,7 +5,6 @@ FIGURES = paths_of("figure", "png", "pdf")
 rule figure:
     input:
         unpack(sources_of("figure")),
-        digest=f"{freshness.FOLDER}/figures/{{figure}}",
     output:
         png=report(
             update("results/figures/{figure}.png"),
@@ -25,6 +21,7 @@ rule figure:
     resources:
         mem_mb=1000,
     params:
+        digest=digest_of("figure"),
         title=title_of("figure"),
         scenes=scenes_of("figure"),
     message:

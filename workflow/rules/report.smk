@@ -5,14 +5,6 @@ PAGE = {
     "template": workflow.source_path("../report/template.html"),
     "kept": "resources/verdicts.csv",
 }
-if workflow.is_main_process:
-    from knitstudy.stages.code import code_digest
-    from knitstudy.stages.displays import digests_of
-
-    code = code_digest("knitstudy.report.page", "knitstudy.report.origin")
-    page = {name: Path(path) for name, path in PAGE.items()} | {"data": data_of_study()}
-    needed = digests_of(page, PLAN) | digests_of_displays() | {"notes": " ".join(notes())}
-    freshness.note("report", freshness.digest_of_files({"study": CONFIGURATION.study}, code, needed))
 
 
 rule report:
@@ -25,7 +17,6 @@ rule report:
         captions=ancient(PAGE["captions"]),
         template=ancient(PAGE["template"]),
         kept=ancient(PAGE["kept"]),
-        digest=f"{freshness.FOLDER}/report",
     output:
         update(f"{RESULTS}/report.html"),
     log:
@@ -36,6 +27,7 @@ rule report:
     params:
         study=config["study"],
         notes=lambda wildcards: notes(),
+        digest=digest_of_report,
     message:
         "Write the report"
     script:

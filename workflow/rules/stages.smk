@@ -1,59 +1,278 @@
-# One rule for every stage of `knitstudy.stages.table`.
+# Stages from a scene to its results, one rule each. `made` names the file of a stage that a rule takes, `outdated` the
+# mark of a result of other inputs or other code (`Plan.mark_outdated`). Times of data decide nothing here: `ancient`.
 
 
-def needs_of(stage):
-    """Return the function that names what a job is made from."""
+def made(rule, name):
+    """Return the function of the file that a rule takes under a name; no file where its scene needs none."""
 
-    def needs(wildcards):
+    def path(wildcards):
         try:
-            found = PLAN.needs(stage, scene_of(wildcards))
+            needs = PLAN.needs(STAGES[rule], scene_of(wildcards))
         except KnitstudyError as error:
             stop(error)
-        return {name: f"{RESULTS}/{other.path(scene)}" for name, (other, scene) in found.items()}
+        if name not in needs:
+            return []
+        stage, scene = needs[name]
+        return ancient(f"{RESULTS}/{stage.path(scene)}")
 
-    return needs
+    return path
 
 
-def labels_of(wildcards):
+def outdated(rule):
+    """Return the function of the mark of a job's result, where there is one."""
+
+    def mark(wildcards):
+        path = OUTDATED / STAGES[rule].path(scene_of(wildcards))
+        return [str(path)] if path.is_file() else []
+
+    return mark
+
+
+def labels(wildcards):
     """Return the name and the kind of a scene."""
     scene = scene_of(wildcards)
     names = ("name", "knit", "specimen", "fidelity", "interaction")
     return {name: getattr(scene, name) for name in names} | {"outputs": []}
 
 
-def reads_of(stage):
+def reads(rule):
     """Return the function that says what a job reads of its scene."""
-    return lambda wildcards: stage.document(scene_of(wildcards))
+    return lambda wildcards: STAGES[rule].document(scene_of(wildcards))
 
 
-def memory_of(stage):
-    """Return the function of what a job may take of memory, at most what there is: what does not fit says so itself."""
-    return lambda wildcards: min(stage.memory(scene_of(wildcards)), machine_memory())
+def digest(rule):
+    """Return the function of the digest of a result that does not carry one itself."""
+    return lambda wildcards: PLAN.digest(STAGES[rule], scene_of(wildcards))
 
 
-for stage in STAGES.values():
-    place = stage.path_pattern.removesuffix(Path(stage.path_pattern).suffix)
+def memory(rule):
+    """Return the function of a job's memory, at most what there is: the stage itself refuses what does not fit."""
+    return lambda wildcards: min(STAGES[rule].memory(scene_of(wildcards)), machine_memory())
 
-    rule:
-        name:
-            stage.name
-        input:
-            unpack(needs_of(stage)),
-            digest=f"{freshness.FOLDER}/{stage.path_pattern}",
-        output:
-            update(f"{RESULTS}/{stage.path_pattern}"),
-        log:
-            f"logs/{stage.name}/{Path(place).name}.log",
-        wildcard_constraints:
-            scene=names(stage),
-        priority: 10 * stage.long
-        threads: 1
-        resources:
-            mem_mb=memory_of(stage),
-        params:
-            scene=labels_of,
-            reads=reads_of(stage),
-        message:
-            f"{stage.name} {{wildcards}}"
-        script:
-            "../scripts/stage.py"
+
+rule geometry:
+    input:
+        outdated=outdated("geometry"),
+    output:
+        update("results/geometry/{knit}.nc"),
+    log:
+        "logs/geometry/{knit}.log",
+    threads: 1
+    resources:
+        mem_mb=memory("geometry"),
+    params:
+        labels=labels,
+        reads=reads("geometry"),
+    message:
+        "Lay out {wildcards.knit}"
+    script:
+        "../scripts/stage.py"
+
+
+rule mesh:
+    input:
+        geometry=made("mesh", "geometry"),
+        outdated=outdated("mesh"),
+    output:
+        update("results/mesh/{scene}.nc"),
+    log:
+        "logs/mesh/{scene}.log",
+    wildcard_constraints:
+        scene=scenes_with("mesh"),
+    threads: 1
+    resources:
+        mem_mb=memory("mesh"),
+    params:
+        labels=labels,
+        reads=reads("mesh"),
+    message:
+        "Mesh {wildcards.scene}"
+    script:
+        "../scripts/stage.py"
+
+
+rule simulation:
+    input:
+        geometry=made("simulation", "geometry"),
+        mesh=made("simulation", "mesh"),
+        contacts=made("simulation", "contacts"),
+        springs=made("simulation", "springs"),
+        stresses=made("simulation", "stresses"),
+        outdated=outdated("simulation"),
+    output:
+        update("results/simulation/{scene}.nc"),
+    log:
+        "logs/simulation/{scene}.log",
+    priority: 10
+    threads: 1
+    resources:
+        mem_mb=memory("simulation"),
+    params:
+        labels=labels,
+        reads=reads("simulation"),
+    message:
+        "Simulate {wildcards.scene}"
+    script:
+        "../scripts/stage.py"
+
+
+rule contacts:
+    input:
+        geometry=made("contacts", "geometry"),
+        history=made("contacts", "history"),
+        outdated=outdated("contacts"),
+    output:
+        update("results/contacts/{scene}.nc"),
+    log:
+        "logs/contacts/{scene}.log",
+    wildcard_constraints:
+        scene=scenes_with("contacts"),
+    threads: 1
+    resources:
+        mem_mb=memory("contacts"),
+    params:
+        labels=labels,
+        reads=reads("contacts"),
+    message:
+        "Find the contacts of {wildcards.scene}"
+    script:
+        "../scripts/stage.py"
+
+
+rule stress:
+    input:
+        geometry=made("stress", "geometry"),
+        mesh=made("stress", "mesh"),
+        history=made("stress", "history"),
+        outdated=outdated("stress"),
+    output:
+        update("results/stress/{scene}.nc"),
+    log:
+        "logs/stress/{scene}.log",
+    wildcard_constraints:
+        scene=scenes_with("stress"),
+    threads: 1
+    resources:
+        mem_mb=memory("stress"),
+    params:
+        labels=labels,
+        reads=reads("stress"),
+    message:
+        "Average the stress of {wildcards.scene}"
+    script:
+        "../scripts/stage.py"
+
+
+rule mesh_vtu:
+    input:
+        geometry=made("mesh_vtu", "geometry"),
+        mesh=made("mesh_vtu", "mesh"),
+    output:
+        update("results/mesh/{scene}.vtu"),
+    log:
+        "logs/mesh_vtu/{scene}.log",
+    wildcard_constraints:
+        scene=scenes_with("mesh_vtu"),
+    threads: 1
+    resources:
+        mem_mb=memory("mesh_vtu"),
+    params:
+        labels=labels,
+        reads=reads("mesh_vtu"),
+        digest=digest("mesh_vtu"),
+    message:
+        "Write the mesh of {wildcards.scene} for ParaView"
+    script:
+        "../scripts/stage.py"
+
+
+rule deformed_vtu:
+    input:
+        geometry=made("deformed_vtu", "geometry"),
+        mesh=made("deformed_vtu", "mesh"),
+        history=made("deformed_vtu", "history"),
+    output:
+        update("results/simulation/{scene}.vtu"),
+    log:
+        "logs/deformed_vtu/{scene}.log",
+    wildcard_constraints:
+        scene=scenes_with("deformed_vtu"),
+    threads: 1
+    resources:
+        mem_mb=memory("deformed_vtu"),
+    params:
+        labels=labels,
+        reads=reads("deformed_vtu"),
+        digest=digest("deformed_vtu"),
+    message:
+        "Write the deformed yarns of {wildcards.scene} for ParaView"
+    script:
+        "../scripts/stage.py"
+
+
+rule deck_abaqus:
+    input:
+        geometry=made("deck_abaqus", "geometry"),
+        mesh=made("deck_abaqus", "mesh"),
+    output:
+        update("results/mesh/{scene}.abaqus.inp"),
+    log:
+        "logs/deck_abaqus/{scene}.log",
+    wildcard_constraints:
+        scene=scenes_with("deck_abaqus"),
+    threads: 1
+    resources:
+        mem_mb=memory("deck_abaqus"),
+    params:
+        labels=labels,
+        reads=reads("deck_abaqus"),
+        digest=digest("deck_abaqus"),
+    message:
+        "Write the Abaqus deck of {wildcards.scene}"
+    script:
+        "../scripts/stage.py"
+
+
+rule deck_calculix:
+    input:
+        geometry=made("deck_calculix", "geometry"),
+        mesh=made("deck_calculix", "mesh"),
+    output:
+        update("results/mesh/{scene}.calculix.inp"),
+    log:
+        "logs/deck_calculix/{scene}.log",
+    wildcard_constraints:
+        scene=scenes_with("deck_calculix"),
+    threads: 1
+    resources:
+        mem_mb=memory("deck_calculix"),
+    params:
+        labels=labels,
+        reads=reads("deck_calculix"),
+        digest=digest("deck_calculix"),
+    message:
+        "Write the CalculiX deck of {wildcards.scene}"
+    script:
+        "../scripts/stage.py"
+
+
+rule shell_section:
+    input:
+        history=made("shell_section", "history"),
+    output:
+        update("results/simulation/{scene}.abaqus.inp"),
+    log:
+        "logs/shell_section/{scene}.log",
+    wildcard_constraints:
+        scene=scenes_with("shell_section"),
+    threads: 1
+    resources:
+        mem_mb=memory("shell_section"),
+    params:
+        labels=labels,
+        reads=reads("shell_section"),
+        digest=digest("shell_section"),
+    message:
+        "Write the shell section of {wildcards.scene} for Abaqus"
+    script:
+        "../scripts/stage.py"

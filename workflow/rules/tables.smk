@@ -5,7 +5,6 @@ TABLES = paths_of("table", "csv")
 rule table:
     input:
         unpack(sources_of("table")),
-        digest=f"{freshness.FOLDER}/tables/{{table}}",
     output:
         report(
             update("results/tables/{table}.csv"),
@@ -21,6 +20,7 @@ rule table:
     resources:
         mem_mb=500,
     params:
+        digest=digest_of("table"),
         title=title_of("table"),
         scenes=scenes_of("table"),
     message:

@@ -7,13 +7,9 @@ from typing import Any
 
 import click
 
-from knitstudy.cli.check import check
-from knitstudy.cli.export import export
-from knitstudy.cli.list import list_scenes
-from knitstudy.cli.output import forget_output, open_standard_streams
-from knitstudy.cli.plan import plan
-from knitstudy.cli.run import run
-from knitstudy.cli.show import show
+from knitstudy.cli.console import forget_output, open_standard_streams
+from knitstudy.cli.results import export, run, show
+from knitstudy.cli.scenes import check, list_scenes, plan
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import code_version
 
@@ -80,19 +76,21 @@ def print_version(context: click.Context, option: click.Parameter, wanted: bool)
 def main(traceback: bool) -> None:
     """How do knitted textiles carry load? One scene at a time.
 
-    A scene is one simulation: a knit or two crossing yarns, how they interact, how they are loaded, and by which model.
-    The files in config/scenes list the scenes; all inputs and results are in SI units.
+    A scene is one simulation: a knit or two crossing yarns, the interaction of the yarns, the load, and the model.
+    The files in config/scenes list the scenes. All inputs and results are in SI units. In this order:
 
     \b
-    knitstudy list                               which scenes there are
-    knitstudy check dns-tie-course               all keys of one, and what they are worth
-    knitstudy plan rom3d-tie-course --question force --accuracy 0.05   which model is good enough
-    knitstudy run rom3d-tie-course               simulate it, and whatever it needs
+    knitstudy list                               all scenes
+    knitstudy check dns-tie-course               all keys of a scene, with units and sources
+    knitstudy plan rom3d-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
+    knitstudy run rom3d-tie-course               simulate a scene and all that it needs
     knitstudy show results/simulation/rom3d-tie-course.nc
     knitstudy export dns-tie-course --dialect calculix
 
-    The whole study, with its figures and its report, is `make study`. The same functions from Python: docs/example.md.
-    Status: 0 done, 1 something must be mended (one message says what), 2 the command was not understood, 130 stopped.
+    `knitstudy COMMAND --help` shows more examples. `make study` runs a whole study with its figures and its report;
+    docs/tutorial.md does the same from Python.
+
+    Exit status: 0 done, 1 an error (one message names it), 2 wrong usage, 130 stopped.
     """
 
 

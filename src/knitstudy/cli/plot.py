@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.style import FAINT, INK, SINGLE, YARNS, figure, styled
-from knitstudy.geometry.lay_out import read_specimen
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.summary import kind_of, require_layout, touched
-from knitstudy.mechanics.materials.material import FULL
+from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_stresses
 
 PERCENT, MILLI, MEGA = 100.0, 1e3, 1e-6
@@ -76,7 +76,7 @@ def _mesh(dataset: xr.Dataset, axes: Axes) -> None:
 
 
 def _geometry(dataset: xr.Dataset, axes: Axes) -> None:
-    specimen = read_specimen(dataset)
+    specimen = Fabric.from_dataset(dataset)
     for number, yarn in enumerate(specimen.centrelines):
         place = MILLI * yarn.position(np.linspace(0, yarn.length, 400))
         axes.plot(*place[:, :2].T, color=YARNS[number % len(YARNS)])

@@ -13,8 +13,8 @@ import xarray as xr
 from knitstudy.contacts.facets import count_zones
 from knitstudy.contacts.kinematics import kinematics
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.lay_out import read_specimen
-from knitstudy.geometry.pattern import Crossings, Knit
+from knitstudy.geometry.crossings import Crossings
+from knitstudy.geometry.fabric import Fabric, fabric_of
 from knitstudy.loading.columns import CONTACTS
 from knitstudy.mechanics.contact.indentation import Crossing
 from knitstudy.mechanics.contact.interaction import PASS_SHARE
@@ -27,7 +27,7 @@ SMALLEST = np.radians(5.0)
 """Angle below which yarns count as crossing at it: side by side they touch along a line, which has no end."""
 
 
-def indented(knit: Knit, force: np.ndarray, modulus: float) -> dict[str, np.ndarray]:
+def indented(knit: Fabric, force: np.ndarray, modulus: float) -> dict[str, np.ndarray]:
     """Return area of contact [m2] and largest pressure [Pa] (I, K) under normal forces (I, K, 3) [N].
 
     The angle between the yarns is the undeformed one.
@@ -57,15 +57,15 @@ def indented(knit: Knit, force: np.ndarray, modulus: float) -> dict[str, np.ndar
 
 def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
     """Return the contacts of a scene from its geometry and its history; see `extract`."""
-    return extract(read_specimen(geometry), history)
+    return extract(fabric_of(scene, geometry), history)
 
 
-def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
+def extract(knit: Fabric, history: xr.Dataset) -> xr.Dataset:
     """Return the contacts dataset of docs/architecture.md.
 
     Parameters
     ----------
-    knit : Knit
+    knit : Fabric
         Or another specimen with `crossings`.
     history : Dataset
         History of a DNS of that specimen, with the forces of its crossings.
@@ -118,9 +118,7 @@ def extract(knit: Knit, history: xr.Dataset) -> xr.Dataset:
 
 def _require_crossings(crossings: Crossings, history: xr.Dataset) -> None:
     if "crossing_force" not in history:
-        raise DataFileError(
-            "the history holds no crossing_force: contacts come from a scene with fidelity 'dns'"
-        )
+        raise DataFileError("the history holds no crossing_force: contacts come from a scene of solid yarns")
     if history.sizes["crossing"] != len(crossings.row):
         raise DataFileError(
             f"the history has {history.sizes['crossing']} crossings and the specimen {len(crossings.row)}: "

@@ -7,12 +7,11 @@ displacements of all nodes around it; what the map leaves out, such as the dent 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
-from knitstudy.geometry.pattern import Crossings
-from knitstudy.geometry.spline import Centreline
+from knitstudy.geometry.crossings import Crossings, YarnCurve
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.mechanics.rotation import log
 from knitstudy.mesh.sweep import SweptMesh
 
@@ -97,13 +96,6 @@ def nodes_around(crossings: Crossings, mesh: SweptMesh) -> np.ndarray:
 # `contact_travel` and `contact_spin`, on the undeformed yarn, which no motion of the section enters.
 
 
-class Crossed(Protocol):
-    """What a specimen must offer: `Knit` and `Pair` do."""
-
-    centrelines: tuple[Centreline, ...]
-    crossings: Crossings
-
-
 @dataclass(frozen=True)
 class Axes:
     """Axes of the undeformed yarns at K crossings, on both sides.
@@ -119,11 +111,11 @@ class Axes:
     across: np.ndarray
 
     @classmethod
-    def of(cls, specimen: Crossed) -> Axes:
+    def of(cls, fabric: Fabric) -> Axes:
         """Return the axes; the line of the closest points is normal to both yarns."""
-        crossings = specimen.crossings
+        crossings = fabric.crossings
         tangent = np.empty_like(crossings.point)
-        for yarn, curve in enumerate(specimen.centrelines):
+        for yarn, curve in enumerate(fabric.centrelines):
             here = crossings.yarn == yarn
             tangent[here] = curve.tangent(crossings.arc_length[here])
         apart = (crossings.point[:, 1] - crossings.point[:, 0]) / crossings.distance[:, None]
@@ -132,7 +124,7 @@ class Axes:
 
 
 def kinematics(
-    specimen: Crossed,
+    fabric: Fabric,
     gradient: np.ndarray,
     displacement: np.ndarray,
     relative: np.ndarray,
@@ -142,7 +134,7 @@ def kinematics(
 
     Parameters
     ----------
-    specimen : Crossed
+    fabric : Fabric
     gradient : ndarray, shape (I, K, 2, 3, 3)
         Deformation gradients of the sections; see `section_motion`.
     displacement : ndarray, shape (I, K, 2, 3)
@@ -152,7 +144,7 @@ def kinematics(
     contact : ndarray, shape (I, K, 2, 3)
         Centroids of the contact areas on the undeformed yarns, nan where open [m].
     """
-    axes = Axes.of(specimen)
+    axes = Axes.of(fabric)
     rotation = nearest_rotation(gradient)
     fibres = {
         name: np.einsum("iksmn,ksn->iksm", gradient, getattr(axes, name))
@@ -160,7 +152,7 @@ def kinematics(
     }
     stretch = {name: np.linalg.norm(fibre, axis=-1) for name, fibre in fibres.items()}
     area = np.linalg.norm(np.cross(fibres["towards"], fibres["across"]), axis=-1)
-    along, around = place_on_yarn(specimen, axes, contact)
+    along, around = place_on_yarn(fabric, axes, contact)
     touching = np.isfinite(contact).any(axis=(2, 3))
     slid = since_first(np.where(touching[..., None], relative, np.nan))
     now = fibres["tangent"] / stretch["tangent"][..., None]
@@ -169,7 +161,7 @@ def kinematics(
         "relative_rotation": log(rotation[:, :, 1] @ rotation[:, :, 0].swapaxes(-1, -2)),
         "tilt": angle_between(axes.tangent, fibres["tangent"]),
         "spin": twist(rotation, axes.tangent),
-        "segment_contraction": segment_contraction(specimen.crossings, displacement),
+        "segment_contraction": segment_contraction(fabric.crossings, displacement),
         "section_contraction": 1 - area,
         "axial_stretch": stretch["tangent"],
         "normal_stretch": stretch["towards"],
@@ -228,7 +220,7 @@ def segment_contraction(crossings: Crossings, displacement: np.ndarray) -> np.nd
     return contraction.reshape(*displacement.shape[:-1], 2)
 
 
-def place_on_yarn(specimen: Crossed, axes: Axes, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def place_on_yarn(fabric: Fabric, axes: Axes, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return where places near crossings lie on their undeformed yarns: along [m] and around them [rad].
 
     Both (I, K, 2) count from the crossing and the line of its closest points. Along the yarn the axes turn with the
@@ -236,14 +228,14 @@ def place_on_yarn(specimen: Crossed, axes: Axes, place: np.ndarray) -> tuple[np.
 
     Parameters
     ----------
-    specimen : Crossed
+    fabric : Fabric
     axes : Axes
     place : ndarray, shape (I, K, 2, 3)
         On or near the undeformed yarns; nan is allowed and is passed on [m].
     """
-    crossings = specimen.crossings
+    crossings = fabric.crossings
     along, around = np.full((2, *place.shape[:-1]), np.nan)
-    for yarn, curve in enumerate(specimen.centrelines):
+    for yarn, curve in enumerate(fabric.centrelines):
         at = _, crossing, side = np.nonzero((crossings.yarn == yarn) & np.isfinite(place[..., 0]))
         start = crossings.arc_length[crossing, side]
         s = foot(curve, place[at], start)
@@ -260,7 +252,7 @@ FOOT_STEPS = 40
 """Largest number of steps to a foot: each leaves of the error the distance over the radius of curvature."""
 
 
-def foot(curve: Centreline, place: np.ndarray, start: np.ndarray) -> np.ndarray:
+def foot(curve: YarnCurve, place: np.ndarray, start: np.ndarray) -> np.ndarray:
     """Return the arc lengths (k,) of the points of a curve nearest to places (k, 3), from a start (k,) [m].
 
     The places must be nearer to the curve than its radius of curvature.

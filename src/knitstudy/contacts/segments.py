@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knitstudy.geometry.pattern import Crossings
+from knitstudy.geometry.crossings import Crossings
 
 KINDS = ("head", "interlock, left", "interlock, right", "leg, left", "leg, right", "sinker")
 """Of segments, in the order of Table 4; which of its segments 1 and 6 is the head is not said."""

@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 from knitstudy.contacts.facets import tied_pieces
 from knitstudy.errors import ConfigurationError
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.load_path import load_path
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.materials import Material
@@ -25,8 +26,6 @@ from knitstudy.models.ties import STIFFNESS, tie_of
 from knitstudy.models.yarn_contact import penalties
 
 if TYPE_CHECKING:
-    from knitstudy.geometry.pair import YarnPair
-    from knitstudy.geometry.pattern import Knit
     from knitstudy.study.scene import Scene
 
 EXACTLY_JOINED = (
@@ -164,12 +163,12 @@ def require_deck(scene: Scene) -> None:
     """
     if "deck" not in scene.kind.fidelity.outputs:
         raise ConfigurationError(
-            f"scene {scene.name!r}: fidelity is {scene.fidelity} but must be dns for a deck: other programs have no "
-            "polynomials over the section times splines along the yarn"
+            f"scene {scene.name!r}: fidelity is {scene.fidelity} but must be hexahedra for a deck: other programs"
+            " have no polynomials over the section times splines along the yarn"
         )
 
 
-def specimen_deck(scene: Scene, specimen: Knit | YarnPair, mesh: SweptMesh) -> Deck:
+def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     """Return the deck of a scene of hexahedra."""
     parts = divide(scene, mesh, specimen)
     tie = tie_of(scene, parts, specimen)
@@ -261,13 +260,14 @@ def _yarn_elements(mesh: SweptMesh, yarn: int) -> slice:
     return slice(int(first) * mesh.section.quads.shape[0], int(last) * mesh.section.quads.shape[0])
 
 
-def _title(scene: Scene, specimen: Knit | YarnPair) -> str:
+def _title(scene: Scene, specimen: Fabric) -> str:
     if scene.specimen == "pair":
         return f"{scene.name}: two yarns at {scene.pair.angle:g} degrees, {scene.interaction}"
-    return f"{scene.name}: {specimen.loops} x {specimen.rows} knit, {scene.interaction}, {scene.load.direction} tension"
+    loops, rows = specimen.cells
+    return f"{scene.name}: {loops} x {rows} knit, {scene.interaction}, {scene.load.direction} tension"
 
 
-def _steps(scene: Scene, specimen: Knit | YarnPair) -> tuple[Step, ...]:
+def _steps(scene: Scene, specimen: Fabric) -> tuple[Step, ...]:
     """Return a step for every corner of the load path, with equal shares of the increments."""
     motion = load_path(scene, specimen)
     components = (motion.axis,) if scene.value("load.lateral") == "free" else range(3)

@@ -14,7 +14,7 @@ import xarray as xr
 from knitstudy.exchange.deck import Deck, Equations, Step, Surface, specimen_deck
 from knitstudy.exchange.dialects import NUMBER, Dialect, Keywords, find_dialect, keywords, steps
 from knitstudy.files import code_version, replacing
-from knitstudy.geometry.lay_out import read_specimen
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
 
@@ -151,13 +151,13 @@ def _wrapped(numbers: np.ndarray) -> Iterator[str]:
 
 def write_abaqus(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
     """Write the deck of a scene for Abaqus."""
-    deck = specimen_deck(scene, read_specimen(geometry), SweptMesh.from_dataset(mesh))
+    deck = specimen_deck(scene, Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh))
     write_inp(deck, path, "abaqus")
 
 
 def write_calculix(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
     """Write the deck of a scene for CalculiX."""
-    deck = specimen_deck(scene, read_specimen(geometry), SweptMesh.from_dataset(mesh))
+    deck = specimen_deck(scene, Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh))
     write_inp(deck, path, "calculix")
 
 

@@ -16,15 +16,12 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError, MeshError
 from knitstudy.files import replacing
-from knitstudy.geometry.lay_out import read_specimen
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.elements.quadratic import NODES
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.solid import cauchy_stress, principal_stresses, von_mises
-from knitstudy.mechanics.spline_yarn.sampling import locate
-from knitstudy.mechanics.spline_yarn.space import Space, deformation_gradient, sections
+from knitstudy.mechanics.spline_yarn.space import Space, deformation_gradient, locate, sections
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, QuadraticSection, quadratic_mesh
 from knitstudy.mesh.quality import scaled_jacobian
 from knitstudy.mesh.section import Section
@@ -100,15 +97,15 @@ def write_vtu(
 
 def write_mesh(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
     """Write the mesh of a scene."""
-    write_vtu(_elements(scene, SweptMesh.from_dataset(mesh), read_specimen(geometry)), path)
+    write_vtu(_elements(scene, SweptMesh.from_dataset(mesh), Fabric.from_dataset(geometry)), path)
 
 
 def write_deformed(
     scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dataset
 ) -> None:
     """Write the undeformed yarns of a scene with their displacement at full load; see also `write_spline_yarns`."""
-    specimen = read_specimen(geometry)
-    if scene.fidelity == "solid_yarns":
+    specimen = Fabric.from_dataset(geometry)
+    if scene.fidelity == "spline_yarns":
         write_spline_yarns(scene, path, specimen, history)
         return
     swept = SweptMesh.from_dataset(mesh)
@@ -116,7 +113,7 @@ def write_deformed(
     write_vtu(_elements(scene, swept, specimen), path, fields)
 
 
-def _elements(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SweptMesh | QuadraticMesh:
+def _elements(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> SweptMesh | QuadraticMesh:
     """Return the mesh that the elements of a scene make of a swept one."""
     element = scene.value("mesh.element")
     quadratic = element is not None and ELEMENTS.find(element).nodes == NODES
@@ -194,9 +191,7 @@ class CurvedCells:
         return own[:, self.rim]
 
 
-def write_spline_yarns(
-    scene: Scene, path: Path | str, specimen: Knit | YarnPair, history: xr.Dataset
-) -> None:
+def write_spline_yarns(scene: Scene, path: Path | str, specimen: Fabric, history: xr.Dataset) -> None:
     """Write undeformed spline yarns with their fields at full load.
 
     Fields of nodes: displacement; von Mises and principal values (the largest first) of the Cauchy stress; where
@@ -206,7 +201,7 @@ def write_spline_yarns(
     ----------
     scene : Scene
     path : Path or str
-    specimen : Knit or YarnPair
+    specimen : Fabric
     history : Dataset
         With ``node_displacement``, the coefficients of the displacement.
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from knitstudy.figures.style import BEAMS, MODELS, PAPER, Look
+from knitstudy.figures.style import MODELS, PAPER, Look
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, is_direct
 from knitstudy.measures.domain import Series
 
 YARNS = Look(SOLID_YARNS, "#0072B2", "-", "D")
 
-BEAMS_IN_CONTACT = Look("beams", BEAMS["line rigid"].colour, "-", "P")
+BEAMS_IN_CONTACT = Look("beams", "#00704F", "-", "P")
 
 LOOSE = "v"
 """Marker where yarns touch and no row is tied."""

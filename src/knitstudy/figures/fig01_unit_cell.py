@@ -14,7 +14,7 @@ from knitstudy.figures.shapes import sphere, tube
 from knitstudy.figures.style import PAPER, YARNS, figure, panel_letter, styled
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import View
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric, plain_knit
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import loop_of
 
@@ -46,7 +46,7 @@ def draw(geometry: xr.Dataset) -> Figure:
     geometry : Dataset
         Result of the geometry stage (see docs/architecture.md).
     """
-    knits = [Knit(loop_of(geometry, state), loops=1, rows=2) for state in STATES]
+    knits = [plain_knit(loop_of(geometry, state), loops=1, rows=2) for state in STATES]
     surfaces = [yarns(knit) for knit in knits]
     window = np.array([bounds(each, VIEW) for each in surfaces])
     window = (window[:, 0].min() - 2, window[:, 1].max() + 2, window[:, 2].min() - 2, window[:, 3].max())
@@ -62,17 +62,17 @@ def draw(geometry: xr.Dataset) -> Figure:
     return drawing
 
 
-def yarns(knit: Knit) -> list[Surface]:
+def yarns(knit: Fabric) -> list[Surface]:
     """Return the yarns of a knit as tubes: the middle one of three is blue, as in the paper."""
     return [
-        tube(curve.position(np.linspace(0, curve.length, POINTS)), knit.loop.radius, colour)
+        tube(curve.position(np.linspace(0, curve.length, POINTS)), knit.radius, colour)
         for curve, colour in zip(knit.centrelines, (YARNS[0], YARNS[2], YARNS[1]), strict=True)
     ]
 
 
-def overlaps(knit: Knit) -> list[Surface]:
+def overlaps(knit: Fabric) -> list[Surface]:
     """Return a sphere halfway between centrelines that come nearer than 2R, a little thicker than a yarn."""
-    crossings, radius = knit.crossings, knit.loop.radius
+    crossings, radius = knit.crossings, knit.radius
     deep = crossings.distance < 2 * radius
     return [sphere(point.mean(axis=0), BULGE * radius, PAPER) for point in crossings.point[deep]]
 

@@ -15,8 +15,7 @@ from knitstudy.figures.front import front_view
 from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import ACCENT, INK, PAPER, YARNS, styled, tint
 from knitstudy.figures.view import FRONT
-from knitstudy.geometry.cut import head_arcs, sinker_arcs
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.study.scene import Scene
 
@@ -65,8 +64,8 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset, scenes: Mapping[str, Scene]
     scenes : mapping of str to Scene
         Its scene as "dns".
     """
-    knit = Knit.from_dataset(geometry)
-    radius = knit.loop.radius
+    knit = Fabric.from_dataset(geometry)
+    radius = knit.radius
     surfaces = [
         tube(
             curve.position(np.linspace(0, curve.length, round(curve.length / (STEP * radius)))),
@@ -85,31 +84,32 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset, scenes: Mapping[str, Scene]
     return drawing
 
 
-def grips(knit: Knit, direction: str) -> tuple[list[tuple[int, np.ndarray]], list[tuple[int, np.ndarray]]]:
-    """Return what is held and what is driven: yarns and the arcs (a, 2) of each that are gripped [m]."""
-    if direction == "wale":
-        return [(0, sinker_arcs(knit))], [(knit.rows, head_arcs(knit))]
-    stub, length = STUB * knit.loop.radius, knit.centrelines[0].length
-    yarns = range(knit.rows + 1)
-    return (
-        [(yarn, np.array([[0.0, stub]])) for yarn in yarns],
-        [(yarn, np.array([[length - stub, length]])) for yarn in yarns],
-    )
+def grips(knit: Fabric, direction: str) -> list[list[tuple[int, np.ndarray]]]:
+    """Return what is held and what is driven: yarns and arcs (2,) of each that are gripped; of ends a stub [m]."""
+    stub = STUB * knit.radius
+
+    def seen(yarn: int, arc: np.ndarray) -> np.ndarray:
+        low, high = arc
+        return arc if high > low else np.clip([low - stub, high + stub], 0.0, knit.centrelines[yarn].length)
+
+    return [
+        [(int(yarn), seen(yarn, arc)) for yarn, arc in zip(grip.yarn, grip.arc, strict=True)]
+        for grip in knit.grips[direction]
+    ]
 
 
-def _draw_grips(axes: Axes, knit: Knit, direction: str) -> None:
+def _draw_grips(axes: Axes, knit: Fabric, direction: str) -> None:
     """Draw the gripped arcs along the yarns, and arrows of the load at the driven ones."""
     pull = PULL * FRONT.project(np.eye(3)[0 if direction == "course" else 1])
     for look, gripped in zip((HELD, DRIVEN), grips(knit, direction), strict=True):
         label = look["label"]
-        for yarn, arcs in gripped:
-            for arc in arcs:
-                line = MILLIMETRE * FRONT.project(knit.centrelines[yarn].position(np.linspace(*arc, 40)))
-                axes.plot(*line.T, **look | {"label": label}, marker="", solid_capstyle="butt", zorder=5)
-                label = "_more"
-                if look is DRIVEN:
-                    tail = line[-1] if direction == "course" else line[len(line) // 2]
-                    _draw_arrow(axes, tail, pull)
+        for yarn, arc in gripped:
+            line = MILLIMETRE * FRONT.project(knit.centrelines[yarn].position(np.linspace(*arc, 40)))
+            axes.plot(*line.T, **look | {"label": label}, marker="", solid_capstyle="butt", zorder=5)
+            label = "_more"
+            if look is DRIVEN:
+                tail = line[-1] if direction == "course" else line[len(line) // 2]
+                _draw_arrow(axes, tail, pull)
 
 
 def _draw_arrow(axes: Axes, tail: np.ndarray, pull: np.ndarray) -> None:

@@ -14,7 +14,7 @@ from knitstudy.figures.front import front_view
 from knitstudy.figures.shapes import yarn_of_mesh
 from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, YARNS, styled, tint
 from knitstudy.figures.view import FRONT
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models import honeycomb
@@ -40,7 +40,7 @@ def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure
         Of one direct simulation (see docs/architecture.md).
     """
     solid = SweptMesh.from_dataset(mesh)
-    network = honeycomb.planar_network(Knit.from_dataset(geometry), contacts)
+    network = honeycomb.planar_network(Fabric.from_dataset(geometry), contacts)
     surfaces = [yarn_of_mesh(solid, i, tint(YARNS[i % len(YARNS)])) for i in range(solid.yarns)]
     drawing, axes = front_view(surfaces)
     _draw_network(axes, network)

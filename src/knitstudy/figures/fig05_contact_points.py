@@ -15,7 +15,7 @@ from knitstudy.figures.shapes import arrow, plate, rod
 from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE, figure, styled
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import View
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 
 VIEW = View.orbit(turn=-12, tilt=-36)
@@ -68,8 +68,8 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
     geometry, contacts : Dataset
         Of one direct simulation (see docs/architecture.md).
     """
-    knit = Knit.from_dataset(geometry)
-    side, radius = InterlockSide.in_the_middle(knit, contacts), knit.loop.radius
+    knit = Fabric.from_dataset(geometry)
+    side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
     surfaces = _yarns(knit, side) + _marks(side, radius)
     left, right, bottom, top = bounds(surfaces, VIEW)
     window = (left, right, bottom - SILL, top)
@@ -82,9 +82,9 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
     return drawing
 
 
-def _yarns(knit: Knit, side: InterlockSide) -> list[Surface]:
+def _yarns(knit: Fabric, side: InterlockSide) -> list[Surface]:
     """The two yarns as translucent tubes, with their centrelines."""
-    radius = knit.loop.radius
+    radius = knit.radius
     surfaces = []
     for yarn, s, colour in zip(side.yarn, side.arc_length.T, side.colours, strict=True):
         span = (s.min() - REACH * radius, s.max() + REACH * radius)

@@ -15,7 +15,7 @@ from knitstudy.figures.shapes import arrow, rod, sphere, tube
 from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, panel_letter, styled
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import View
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import network, solid
 from knitstudy.models.joints import joint_points
 
@@ -57,8 +57,8 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figur
     rom3d : Dataset
         History of the reduced model: its stations are the nodes of the beams.
     """
-    knit = Knit.from_dataset(geometry)
-    whole = _beams(rom3d, knit.loop.radius) + _joints(knit, contacts)
+    knit = Fabric.from_dataset(geometry)
+    whole = _beams(rom3d, knit.radius) + _joints(knit, contacts)
     window = bounds(whole, WHOLE)
     height = SHARE * DOUBLE * (window[3] - window[2] + 3) / (window[1] - window[0]) / 0.93
     drawing = figure(DOUBLE, height)
@@ -77,9 +77,9 @@ def _beams(rom3d: xr.Dataset, radius: float) -> list[Surface]:
     return [tube(position[yarn == i], BEAM * radius, YARNS[i % len(YARNS)]) for i in np.unique(yarn)]
 
 
-def _joints(knit: Knit, contacts: xr.Dataset) -> list[Surface]:
+def _joints(knit: Fabric, contacts: xr.Dataset) -> list[Surface]:
     """Return the arms from the points C to P, and the points C, of all contacts."""
-    points, radius = joint_points(knit, contacts), knit.loop.radius
+    points, radius = joint_points(knit, contacts), knit.radius
     arms = [
         rod(end, centroid, ARM * radius, ACCENT)
         for pair, centroid in zip(points.point, points.centroid, strict=True)
@@ -88,9 +88,9 @@ def _joints(knit: Knit, contacts: xr.Dataset) -> list[Surface]:
     return arms + [sphere(point, 1.35 * BEAM * radius, ACCENT) for point in points.point.reshape(-1, 3)]
 
 
-def _draw_joint(axes: Axes, knit: Knit, contacts: xr.Dataset, rom3d: xr.Dataset) -> None:
+def _draw_joint(axes: Axes, knit: Fabric, contacts: xr.Dataset, rom3d: xr.Dataset) -> None:
     """Draw the joint at P1: C1 and C3, the arms, the beam nodes around, and the directions x, y, z."""
-    radius, side = knit.loop.radius, InterlockSide.in_the_middle(knit, contacts)
+    radius, side = knit.radius, InterlockSide.in_the_middle(knit, contacts)
     start, surfaces = side.P[0], []
     for yarn, s, end, colour in zip(side.yarn, side.arc_length[0], side.C[0], side.colours, strict=True):
         span = (s - REACH * radius, s + REACH * radius)

@@ -16,7 +16,7 @@ from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import ACCENT, DOUBLE, INK, YARNS, figure, panel_letter, styled, tint
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import FRONT
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import Snapshot, centre_cell, snapshots
 
@@ -52,7 +52,7 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     geometry, dns, contacts : Dataset
         Of one direct simulation with isotropic friction (see docs/architecture.md).
     """
-    knit, cell, points = Knit.from_dataset(geometry), centre_cell(contacts), snapshots(dns)
+    knit, cell, points = Fabric.from_dataset(geometry), centre_cell(contacts), snapshots(dns)
     window = _window(knit, cell)
     width = 0.98 / len(points)
     height = DOUBLE * (width - 0.01) * (window[3] - window[2]) / (window[1] - window[0])
@@ -77,27 +77,27 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     return drawing
 
 
-def _window(knit: Knit, cell: np.ndarray) -> tuple[float, float, float, float]:
+def _window(knit: Fabric, cell: np.ndarray) -> tuple[float, float, float, float]:
     """Return left, right, bottom and top about the crossings of the undeformed cell [mm]."""
     place, room = (
         FRONT.project(knit.crossings.point[cell].reshape(-1, 3)),
-        np.multiply(MARGIN, knit.loop.radius),
+        np.multiply(MARGIN, knit.radius),
     )
     (left, bottom), (right, top) = place.min(axis=0) - room, place.max(axis=0) + room
     return tuple(MILLIMETRE * edge for edge in (left, right, bottom, top))
 
 
 def _yarns(
-    knit: Knit, dns: xr.Dataset, contacts: xr.Dataset, cell: np.ndarray, increment: int
+    knit: Fabric, dns: xr.Dataset, contacts: xr.Dataset, cell: np.ndarray, increment: int
 ) -> list[Surface]:
     """Return the two yarns of the cell, deformed."""
     column, surfaces = int(contacts["column"][cell[0]]), []
     position = dns["centreline"].to_numpy() + dns["centreline_displacement"].to_numpy()[increment]
     yarn, s = dns["yarn"].to_numpy(), dns["arc_length"].to_numpy()
     for number in contacts["yarn"].to_numpy()[cell[0]]:
-        loop = knit.centrelines[number].length / knit.loops
+        loop = knit.centrelines[number].length / knit.cells[0]
         here = (yarn == number) & (s >= (column - BEYOND) * loop) & (s <= (column + 1 + BEYOND) * loop)
-        surfaces.append(tube(position[here], knit.loop.radius, tint(YARNS[number % len(YARNS)])))
+        surfaces.append(tube(position[here], knit.radius, tint(YARNS[number % len(YARNS)])))
     return surfaces
 
 

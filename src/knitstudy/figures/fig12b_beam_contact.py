@@ -28,7 +28,7 @@ from knitstudy.measures.reference import reference_of
 from knitstudy.study.scene import Scene
 
 DASHES = {"pinned": ":", "patch": "-."}
-"""By ``beam.tie``; those of rigid ties are those of the contact."""
+"""By ``beam.tie``; those of rigid ties are those of the section."""
 
 
 @FIGURES.add(
@@ -96,6 +96,6 @@ def _curve(history: xr.Dataset, look: Look, label: str) -> Curve:
 
 
 def _look(scene: Scene) -> Look:
-    """Return colour and marker of a contact and a section; ties that are not rigid have a dash of their own."""
-    look = BEAMS[f"{scene.beam.contact} {scene.beam.section}"]
+    """Return colour and marker of a section; ties that are not rigid have a dash of their own."""
+    look = BEAMS[scene.beam.section]
     return replace(look, dash=DASHES.get(scene.beam.tie, look.dash))

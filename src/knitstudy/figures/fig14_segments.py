@@ -19,7 +19,7 @@ from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import DOUBLE, INK, MODELS, PAPER, figure, panel_letter, styled
 from knitstudy.figures.surface import Surface
 from knitstudy.figures.view import FRONT
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.segments import SEGMENT, central
@@ -65,7 +65,7 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset, **stresses: xr.Dataset) -> 
     **stresses : Dataset
         Of the direct simulations in course and wale tension.
     """
-    knit = Knit.from_dataset(geometry)
+    knit = Fabric.from_dataset(geometry)
     found = {way: stresses[f"isotropic_{way}_dns_stress"] for way in TENSION}
     window = _window(knit, contacts)
     height = 0.46 * DOUBLE * (window[3] - window[2]) / (window[1] - window[0])
@@ -85,16 +85,16 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset, **stresses: xr.Dataset) -> 
     return drawing
 
 
-def _window(knit: Knit, contacts: xr.Dataset) -> tuple[float, float, float, float]:
+def _window(knit: Fabric, contacts: xr.Dataset) -> tuple[float, float, float, float]:
     """Return left, right, bottom and top about the zones of the centre cell [mm]."""
     place = FRONT.project(contacts["centroid"].to_numpy()[centre_cell(contacts)])
     room = np.multiply(MARGIN, knit.radius)
     (left, bottom), (right, top) = place.min(axis=0) - room, place.max(axis=0) + room
-    top += 0.5 * knit.loop.course_spacing
+    top += 0.5 * knit.cell[1]
     return tuple(MILLIMETRE * float(edge) for edge in (left, right, bottom, top))
 
 
-def _yarns(knit: Knit, window: tuple[float, ...]) -> list[Surface]:
+def _yarns(knit: Fabric, window: tuple[float, ...]) -> list[Surface]:
     """Return the pieces of yarns that lie in a window, with room for their ends outside of it."""
     low, high = np.array([window[0], window[2]]), np.array([window[1], window[3]])
     surfaces = []
@@ -173,10 +173,10 @@ def _beside(line: np.ndarray) -> np.ndarray:
     return 0.55 * across + 0.75 * along
 
 
-def _draw_honeycombs(axes: Axes, knit: Knit, contacts: xr.Dataset, stresses: dict[str, xr.Dataset]) -> None:
+def _draw_honeycombs(axes: Axes, knit: Fabric, contacts: xr.Dataset, stresses: dict[str, xr.Dataset]) -> None:
     """Draw some cells of the three honeycombs, side by side on one scale."""
     place = MILLIMETRE * zone_places(knit, contacts)
-    width, course = MILLIMETRE * knit.loop.wale_spacing, MILLIMETRE * knit.loop.course_spacing
+    width, course = MILLIMETRE * knit.cell[0], MILLIMETRE * knit.cell[1]
     rise = float(place[2:, 1].mean() - place[:2, 1].mean())
     found = {"geometry": (rise, course - rise, MODELS["rom2d"].colour)}
     for way, each in stresses.items():

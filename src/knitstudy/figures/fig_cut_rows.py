@@ -1,4 +1,4 @@
-"""Where a knit is cut off: out-of-plane motion of whole yarns and of cells cut out of a knit (docs/sensitivity.md)."""
+"""Out-of-plane motion of knits of whole yarns and of cells cut out of a knit (docs/notes/sensitivity.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What accuracy costs: error against time of every model and knob, with the front of each case (docs/trade.md)."""
+"""What accuracy costs: error against time of every model and knob, with the front of each case (docs/accuracy.md)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.style import BEAMS, FAINT, INK, MODELS, Look, figure, panel_letter, styled
+from knitstudy.figures.style import FAINT, INK, MODELS, Look, figure, panel_letter, styled
 from knitstudy.measures.catalogue import is_whole_knit, several
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS
@@ -37,11 +37,11 @@ SMALLEST = 1e-3
 """Error below which points lie on the lower edge [1]."""
 
 LOOKS = {
-    "solid_yarns": Look("solid yarns", "#0072B2", "-", "D"),
-    "dns": Look("hexahedra", MODELS["dns"].colour, "-", "o"),
+    "spline_yarns": Look("solid yarns", "#0072B2", "-", "D"),
+    "hexahedra": Look("hexahedra", MODELS["dns"].colour, "-", "o"),
     "rom3d": MODELS["rom3d"],
     "rom2d": MODELS["rom2d"],
-    "beam": Look("beams in contact", BEAMS["line rigid"].colour, "-", "v"),
+    "beam": Look("beams in contact", "#00704F", "-", "v"),
 }
 """By fidelity."""
 

@@ -11,7 +11,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import YARNS
 from knitstudy.figures.surface import Surface
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.models.joints import contact_normal_planes, joint_points
 
 LEFT_ZONES = (0, 2)
@@ -48,7 +48,7 @@ class InterlockSide:
     plane: np.ndarray
 
     @classmethod
-    def in_the_middle(cls, knit: Knit, contacts: xr.Dataset) -> InterlockSide:
+    def in_the_middle(cls, knit: Fabric, contacts: xr.Dataset) -> InterlockSide:
         """Return the left side of the middle interlock.
 
         Raises
@@ -56,7 +56,7 @@ class InterlockSide:
         DataFileError
             When the contacts do not hold it.
         """
-        row, column = knit.rows // 2, knit.loops // 2
+        row, column = knit.cells[1] // 2, knit.cells[0] // 2
         here = (contacts["row"] == row) & (contacts["column"] == column)
         found = [np.flatnonzero(here & (contacts["zone"] == zone)) for zone in LEFT_ZONES]
         if any(len(place) != 1 for place in found):
@@ -82,7 +82,7 @@ class InterlockSide:
 
 
 def piece(
-    knit: Knit, yarn: int, start: float, end: float, radius: float, colour: str, opacity: float = 1.0
+    knit: Fabric, yarn: int, start: float, end: float, radius: float, colour: str, opacity: float = 1.0
 ) -> Surface:
     """Return the tube about a piece of a yarn's centreline between two arc lengths [m], cut at its ends."""
     centreline = knit.centrelines[yarn]

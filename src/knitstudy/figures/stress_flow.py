@@ -9,7 +9,7 @@ import xarray as xr
 
 from knitstudy.figures.shapes import tube
 from knitstudy.figures.surface import Surface
-from knitstudy.mechanics.materials.material import FULL
+from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_axes
 from knitstudy.mesh.sweep import SweptMesh
 

@@ -111,12 +111,10 @@ INTERACTIONS = {
 
 BEAMS = {
     "tied": Look("", "#B79BC9", ":", "s"),
-    "point rigid": Look("", "#0072B2", "-", "v"),
-    "point hertz": Look("", "#56B4E9", "--", "^"),
-    "line rigid": Look("", "#00704F", "-", "D"),
-    "line hertz": Look("", "#4CB592", "--", "P"),
+    "rigid": Look("", "#0072B2", "-", "v"),
+    "hertz": Look("", "#56B4E9", "--", "^"),
 }
-"""Beams in contact by their contact and section, and beams that are tied."""
+"""Beams in contact by their section, and beams that are tied."""
 
 
 def figure(width: float, height: float) -> Figure:

@@ -1,7 +1,7 @@
 """A fabric: yarns as curves, where these cross, and where a load grips them.
 
-Every specimen is one: `plain_knit`, `cut_cells`, `endless_cell`, `pair`, and `pieces` of any of them. What comes after
-the geometry reads curves, crossings and grips; rows, columns and zones of crossings are labels for reports.
+Every specimen is one: `plain_knit`, `cut_cells`, `endless_cell`, `yarn_pair`, and `pieces_of` any of them. What comes
+after the geometry reads curves, crossings and grips; rows, columns and zones of crossings are labels for reports.
 """
 
 from __future__ import annotations
@@ -201,15 +201,23 @@ class Fabric:
         """Return the ascending arc lengths (k,) of a yarn's crossings. [m]"""
         return np.sort(self.crossings.arc_length[self.crossings.yarn == yarn])
 
+    def gripped_arcs(self, load: str | None) -> dict[int, np.ndarray]:
+        """Return the arcs (a, 2) by yarn along which a load grips yarns, without those that are ends. [m]"""
+        arcs = {}
+        for grip in self.grips.get(load or "", ()):
+            for yarn in np.unique(grip.yarn).tolist():
+                own = grip.of(yarn)
+                own = own[own[:, 1] > own[:, 0]]
+                if len(own):
+                    arcs[yarn] = np.concatenate([arcs.get(yarn, NO_ARCS), own])
+        return arcs
+
     def grip_ends(self, load: str | None) -> dict[int, np.ndarray]:
         """Return the arc lengths (k,) by yarn, ascending, at which grips begin or end inside yarns. [m]"""
         ends = {}
-        for grip in self.grips.get(load or "", ()):
-            for yarn in np.unique(grip.yarn).tolist():
-                each = grip.of(yarn).ravel()
-                inside = each[(each > 0) & (each < self.centrelines[yarn].length)]
-                if inside.size:
-                    ends[yarn] = np.unique(np.concatenate([ends.get(yarn, []), inside]))
+        for yarn, arcs in self.gripped_arcs(load).items():
+            each = np.unique(arcs)
+            ends[yarn] = each[(each > 0) & (each < self.centrelines[yarn].length)]
         return ends
 
     @cached_property
@@ -280,7 +288,7 @@ class Fabric:
             )
         values = {name: dataset[name].to_numpy() for name in _NEEDED[kind]}
         if kind == "pair":
-            return pair(*(float(values[name]) for name in _NEEDED[kind]))
+            return yarn_pair(*(float(values[name]) for name in _NEEDED[kind]))
         points, *numbers = (values[name] for name in _NEEDED[kind])
         loop = Loop(points, *(float(each) for each in numbers[:4]))
         loops, rows = int(values["loops"]), int(values["rows"])
@@ -472,7 +480,7 @@ def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
     counts = [len(legs), *[1] * (rows - 1), len(sinkers)]
     yarn = np.repeat(np.arange(rows + 1), counts)
     arc = np.concatenate([legs, np.tile([0.0, length], (rows - 1, 1)), sinkers])
-    found = pieces(knit, Arcs(np.arange(len(knit.crossings)), yarn, arc))
+    found = pieces_of(knit, Arcs(np.arange(len(knit.crossings)), yarn, arc))
     lengths = arc[:, 1] - arc[:, 0]
     first, last = arc[:, 0] == 0, arc[:, 1] == length
 
@@ -502,7 +510,7 @@ def middles_of_legs(knit: Fabric) -> np.ndarray:
     return 0.5 * np.column_stack([up, down])
 
 
-def pieces(fabric: Fabric, arcs: Arcs) -> Fabric:
+def pieces_of(fabric: Fabric, arcs: Arcs) -> Fabric:
     """Return arcs of a fabric's yarns as a fabric, each a yarn; nothing is gripped. Crossings keep order and labels."""
     lines = fabric.centrelines
     of = zip(arcs.yarn, arcs.arc, strict=True)
@@ -525,7 +533,7 @@ def pieces(fabric: Fabric, arcs: Arcs) -> Fabric:
 # ---- Two straight yarns that cross
 
 
-def pair(radius: float, angle: float, length: float, clearance: float = 0.0) -> Fabric:
+def yarn_pair(radius: float, angle: float, length: float, clearance: float = 0.0) -> Fabric:
     """Return two equally long yarns that cross in their middles, at the origin.
 
     The lower yarn lies along x below the plane z = 0; the upper one is turned from x to y by the angle and lies above

@@ -1,43 +1,13 @@
-"""What is simulated, a knit or a pair of crossing yarns, from the file of its geometry."""
+"""The geometry stage: from a scene to the fabric that it simulates, with a report on the loop's optimisation."""
 
 import numpy as np
 import xarray as xr
 
-from knitstudy.errors import DataFileError, GeometryError
+from knitstudy.errors import GeometryError
+from knitstudy.geometry.crossings import metre
+from knitstudy.geometry.fabric import plain_knit, yarn_pair
 from knitstudy.geometry.loop import Loop
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit, metre
 from knitstudy.geometry.redraw import redraw
-
-SPECIMENS = {"knit": Knit, "pair": YarnPair}
-
-
-def read_specimen(dataset):
-    """The knit or pair that a geometry dataset describes.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of `Knit.to_dataset` or `YarnPair.to_dataset`; its attribute ``specimen`` says which.
-
-    Returns
-    -------
-    Knit or YarnPair
-
-    Raises
-    ------
-    DataFileError
-        When it is neither, or a variable is missing.
-    """
-    name = dataset.attrs.get("specimen")
-    if name not in SPECIMENS:
-        raise DataFileError(
-            f"geometry dataset: its attribute specimen is {name!r}; allowed are {', '.join(SPECIMENS)}"
-        )
-    return SPECIMENS[name].from_dataset(dataset)
-
-
-# ---- The geometry stage: from a scene to the optimised knit and the report on it, or to a pair of crossing yarns
 
 
 def lay_out(scene):
@@ -52,7 +22,7 @@ def lay_out(scene):
     Returns
     -------
     xarray.Dataset
-        ``YarnPair.to_dataset()``, or ``Knit.to_dataset()`` with the initial control points and, for both states
+        ``Fabric.to_dataset()``, of a knit with the initial control points and, for both states
         "before" and "after", the terms of F, length, smallest radius of curvature, deepest penetration, gaps and
         angles.
 
@@ -63,7 +33,7 @@ def lay_out(scene):
     """
     if scene.specimen == "pair":
         pair = scene.pair
-        return YarnPair(scene.yarn.radius, pair.angle, pair.length, pair.clearance).to_dataset()
+        return yarn_pair(scene.yarn.radius, pair.angle, pair.length, pair.clearance).to_dataset()
     pattern = scene.pattern
     try:
         initial, loop, optimum, surveys = redraw(
@@ -73,9 +43,9 @@ def lay_out(scene):
         raise GeometryError(
             f"yarn.diameter {scene.yarn.diameter:g} m, pattern.clearance {pattern.clearance:g} radii, "
             f"pattern.course_ratio {pattern.course_ratio:g}, pattern.keep {pattern.keep!r}: {error}; or a "
-            "pattern.course_ratio nearer to 1, or a smaller pattern.clearance: docs/geometry.md lists what is found"
+            "pattern.course_ratio nearer to 1, or a smaller pattern.clearance (docs/notes/geometry.md)"
         ) from error
-    knit = Knit(loop, pattern.loops, pattern.rows)
+    knit = plain_knit(loop, pattern.loops, pattern.rows)
     return knit.to_dataset().merge(report(initial, optimum, surveys))
 
 

@@ -1,4 +1,4 @@
-"""What a computation costs: time, and how far the memory of this process has grown since a moment."""
+"""History of a loading, in one format for all models (docs/architecture.md), and what the computation costs."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ class Cost:
 
 
 class Meter:
-    """Measures from its making on.
+    """Measures time and growth of memory from its making on.
 
-    On Linux memory is watched with a peak of its own; elsewhere a peak before it may hide growth.
+    On Linux the kernel is told to forget earlier peaks of memory; elsewhere an earlier peak may hide growth.
     """
 
     def __init__(self) -> None:
@@ -80,9 +80,6 @@ def _peak_since() -> int:
         if line.startswith("VmHWM:"):
             return 1024 * int(line.split()[1])
     return 0
-
-
-# ---- The history of a loading, in one format for solids and beams (see docs/architecture.md)
 
 
 FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisation")
@@ -147,8 +144,7 @@ class Recorder:
         ----------
         increment : Increment
         observed : mapping of str to ndarray
-            What the model's observers saw, by names of `HISTORY`: ``centreline_displacement`` (S, 3) [m], and what else
-            there is.
+            What the observers report, by names of `HISTORY`; ``centreline_displacement`` (S, 3) [m] at least.
         points : mapping of str to ndarray, optional
             Columns of the points in contact, by names of `HISTORY` without ``contact_``.
 
@@ -188,7 +184,7 @@ class Recorder:
     def _ledger(self, increment: Increment, displacement: np.ndarray, reaction: np.ndarray) -> np.ndarray:
         ledger = np.array([increment.response.energy.get(form, 0.0) for form in FORMS])
         if self.columns:
-            # Trapezoidal work of the reactions: independent of the potentials that it is held against.
+            # Trapezoidal work of the reactions: independent of the potentials that it is compared with.
             mean = 0.5 * (reaction + self.columns["reaction"][-1])
             moved = displacement - self.columns["driven_displacement"][-1]
             ledger[0] = self.columns["energy"][-1][0] + mean @ moved

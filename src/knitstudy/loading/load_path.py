@@ -7,8 +7,7 @@ from math import ceil
 
 import numpy as np
 
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.mechanics.increment import between_corners
 from knitstudy.study.problem_sections import Path, Tension
 from knitstudy.study.scene import Scene
@@ -46,19 +45,19 @@ class Motion:
         return between_corners(self.displacement, self.corners, load)
 
 
-def load_path(scene: Scene, specimen: Knit | YarnPair) -> Motion:
+def load_path(scene: Scene, specimen: Fabric) -> Motion:
     """Return how a scene's grips move: a knit's along the load to its strain, a pair's along its path."""
     if scene.specimen == "pair":
         legs = np.array(scene.load.path)
         corners = tuple((np.arange(len(legs)) + 1) / len(legs))
-        return Motion(legs, corners, (), axis=2, length=2 * specimen.radius)
+        return Motion(legs, corners, (), axis=2, length=float(specimen.size[2]))
     axis = DIRECTIONS.index(scene.load.direction)
-    length = (specimen.width, specimen.height)[axis]
+    length = float(specimen.size[axis])
     stops = tuple(stop / scene.load.strain for stop in scene.load.stops)
     return Motion(scene.load.strain * length * np.eye(3)[[axis]], (1.0,), stops, axis, length)
 
 
-def place(load: Tension | Path, factor: float) -> str:
+def place_on_path(load: Tension | Path, factor: float) -> str:
     """Return where a load factor is on the load path, in words: a knit's strain, the leg of a pair's path."""
     if isinstance(load, Tension):
         return f"strain {factor * load.strain:.2%}"

@@ -1,4 +1,4 @@
-"""A run that reports progress and can be interrupted and continued."""
+"""Runs that report progress, can be interrupted and go on from a restart file."""
 
 from __future__ import annotations
 
@@ -19,9 +19,6 @@ from knitstudy.loading.history import Recorder
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
 
-# ---- Progress of a long computation as plain lines with the time left
-
-
 ReportProgress = Callable[[float, str], None]
 """What a stage calls with the share done, from 0 to 1, and a short note."""
 
@@ -35,12 +32,12 @@ class Progress:
 
     Parameters
     ----------
-    label
-        What is computed; begins every line.
-    streams
+    label : str
+        Begins every line.
+    streams : tuple of TextIO
         Where the lines go; standard error by default.
-    every
-        Least time between two lines in seconds. The last line, at 1, is always written.
+    every : float
+        Least time between two lines [s]. The last line, at 1, is always written.
     """
 
     def __init__(self, label: str, streams: tuple[TextIO, ...] = (), every: float = 5.0):
@@ -52,11 +49,7 @@ class Progress:
         self._written = float("-inf")
 
     def __call__(self, done: float, note: str = "") -> None:
-        """Report the share that is done, from 0 to 1.
-
-        The share of the first call counts as there before: after a restart the time left is judged by the
-        new part.
-        """
+        """Report the share that is done, from 0 to 1; the share of the first call was done before this run."""
         now = time.monotonic()
         if self._started is None:
             self._started, self._initial = now, done
@@ -74,12 +67,9 @@ class Progress:
             print(f"{self.label}  {line} {note}".rstrip(), file=stream, flush=True)
 
 
-# ---- How a problem is followed: where it keeps what has converged, and what it reports to
-
-
 @dataclass(frozen=True)
 class Run:
-    """One run of a problem; by default in memory alone and silent.
+    """Files and progress of one run of a problem; by default in memory alone and silent.
 
     Attributes
     ----------
@@ -97,7 +87,7 @@ class Run:
     progress: ReportProgress = silent
 
     def forget(self) -> None:
-        """Delete restart file and partial history: for who has written the whole history to disk, not before."""
+        """Delete restart file and partial history, once the whole history is on disk."""
         for path in (self.restart, self.partial):
             if path is not None:
                 path.unlink(missing_ok=True)
@@ -107,19 +97,15 @@ IN_MEMORY = Run()
 """Nothing kept and nothing reported."""
 
 
-# ---- Where a long computation keeps what it needs to go on after it was killed
-
-
 DIGITS = 16
 """Length of the digest in a restart file's name."""
 
 
 def restart_of(folder: Path | str, name: str, digest: str) -> Path:
-    """Return the restart file of a scene; those of the same scene with another digest are of no use any more.
+    """Return the restart file of a scene, and delete those of the same scene with another digest.
 
-    A run goes on only from its own restart file: when the scene, the mesh or the code has changed, the digest is
-    another one and the run starts anew. The workflow engine deletes the outputs of a rule before it runs it again,
-    therefore restart files lie outside of them.
+    When the scene, the mesh or the code has changed, the digest is another one and the run starts anew. The workflow
+    engine deletes the outputs of a rule before it runs it again, therefore restart files lie outside of them.
 
     Parameters
     ----------
@@ -138,11 +124,8 @@ def restart_of(folder: Path | str, name: str, digest: str) -> Path:
 
 
 def run_with(restart: Path | None, progress: ReportProgress = silent) -> Run:
-    """Return a run with that restart file, and the history of what had converged beside it; without one, in memory."""
+    """Return a run with a restart file and the partial history beside it; without a file, in memory."""
     return Run(restart, restart.with_suffix(".nc"), progress) if restart else Run(progress=progress)
-
-
-# ---- Restart files: the last converged increment and the history up to it, so that a killed run goes on
 
 
 _LEAVES = (np.ndarray, np.generic, bool, int, float, str)
@@ -153,7 +136,7 @@ _JUDGED = tuple(
 
 
 class Checkpoint:
-    """A restart file of one scene.
+    """A restart file of one scene: the last converged increment and the history up to it.
 
     Parameters
     ----------
@@ -162,7 +145,7 @@ class Checkpoint:
     key : str
         Hash of everything that determines the result. A file with another key is refused.
     state_type : type
-        What the model's state is: a dataclass of arrays, numbers, texts, None, tuples of them, and such dataclasses.
+        Of the model's state: a dataclass of arrays, numbers, texts, None, tuples of these, and such dataclasses.
     """
 
     def __init__(self, path: Path, key: str, state_type: type) -> None:
@@ -197,9 +180,9 @@ class Checkpoint:
             np.savez(file, **scalars, **state, **rates, **columns)
 
     def load(self, recorder: Recorder) -> Increment | None:
-        """Return the increment to go on from and fill the recorder, or None if there is no file.
+        """Return the increment to go on from and fill the recorder; None if there is no file.
 
-        Another run of the same scene that has come to its end deletes the file at any moment.
+        Another run of the same scene that has come to its end may delete the file at any moment.
 
         Raises
         ------
@@ -212,7 +195,7 @@ class Checkpoint:
             return self._restore(data, recorder)
         except FileNotFoundError:
             return None
-        except Exception as error:  # whatever bytes are there: readers of archives raise nearly anything
+        except Exception as error:  # readers of damaged archives raise nearly anything
             raise DataFileError(
                 f"{self.path}: this restart file cannot be used ({error or type(error).__name__}); delete it to start "
                 "the scene anew"
@@ -241,10 +224,7 @@ class Checkpoint:
 
 
 def _require_whole(data: dict[str, np.ndarray]) -> None:
-    """Refuse what no run has written: values that are not numbers, and columns of different lengths.
-
-    A gap is infinite, or nan in the history, where nothing is near.
-    """
+    """Refuse values that are not numbers, and arrays whose lengths do not fit; gaps may be infinite or nan."""
     increments = int(data["index"]) + 1
     for name, values in data.items():
         judged = name.startswith(

@@ -1,4 +1,4 @@
-"""A problem and its solution along the load path."""
+"""A boundary value problem and its solution along the load path: increments, checks, history, restart file."""
 
 from __future__ import annotations
 
@@ -13,20 +13,29 @@ import xarray as xr
 from knitstudy.errors import CoarseIncrement, ConvergenceError, DataFileError
 from knitstudy.files import write_dataset
 from knitstudy.loading.history import Meter, Recorder, Stations
-from knitstudy.loading.load_path import Motion, place
+from knitstudy.loading.load_path import Motion, place_on_path
 from knitstudy.loading.restart import IN_MEMORY, Checkpoint, Run
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.solver import LinearSolver
+from knitstudy.mechanics.linear import LinearSolver
 from knitstudy.mechanics.model import Model
 from knitstudy.mechanics.newton import trace
 from knitstudy.study.scene import Scene
 
-# ---- A model with what is prescribed, observed and checked along its load path: all that `follow` needs
+WORTHWHILE = 0.75
+"""Largest ratio of the ledger's gap after and before two halvings of an increment at which halving goes on.
+
+Two halvings should divide the gap by 64; where the force jumps within the increment they may not reduce it at all.
+"""
+
+log = logging.getLogger(__name__)
+
+resumed = logging.getLogger(f"{__name__}.resumed")
+"""Tells whether a run goes on from a restart file, to readers who do not want a line for every increment."""
 
 
 class Observer(Protocol):
-    """Sees what a model does at every converged increment."""
+    """Reports what a model does at every converged increment."""
 
     def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         """Return columns of the history, and columns of the points in contact; see `Recorder.add`."""
@@ -44,7 +53,6 @@ class Problem:
     Attributes
     ----------
     scene : Scene
-        What it stands for.
     model : Model
     prescribed : PrescribedDisplacement
     solver : LinearSolver
@@ -57,8 +65,8 @@ class Problem:
         Points whose displacement an observer reports.
     observers : tuple of Observer
     checks : tuple of Check
-        Called in order after an increment has been recorded, before it is in the restart file: a second run must not
-        go on beyond a state that is refused.
+        Called in order after an increment has been recorded and before it is written to the restart file, so that no
+        run goes on from a refused state.
     constants : dict of str to ndarray
         Variables of the history that are the same at all increments.
     fields : callable, optional
@@ -66,7 +74,7 @@ class Problem:
     attributes : dict
         Of the history: numbers and texts.
     meter : Meter
-        Begun before the model was built.
+        Started before the model was built.
     """
 
     scene: Scene
@@ -89,23 +97,11 @@ class Problem:
         return Recorder(self.stations, self.driven, self.motion, self.meter)
 
 
-# ---- Follows a problem along its load path, with restart file, progress, checks and history
-
-
-log = logging.getLogger(__name__)
-WORTHWHILE = 0.75
-"""Share of what an increment adds to what sums are off by, above which a quarter of it is no better: 1/64 is expected,
-but where the force jumps within it a half may add as much."""
-
-resumed = logging.getLogger(f"{__name__}.resumed")
-"""Says whether a run goes on where another one ended: of use to who has no wish for every increment."""
-
-
-def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
+def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     """Drive a model to full load and return its history.
 
-    An increment after which a check finds sums over increments too coarse is tried again in halves, as one that does
-    not converge is, as long as that helps.
+    An increment after which the ledger of energies is too coarse is repeated in halves, as one that does not converge
+    is, as long as that helps.
 
     Parameters
     ----------
@@ -126,52 +122,49 @@ def follow(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
         If the restart file is damaged or belongs to another scene.
     """
     scene, recorder = problem.scene, problem.recorder()
-    checkpoint = None
-    if run.restart:
-        checkpoint = Checkpoint(run.restart, scene.hash, type(problem.model.start()))
+    checkpoint = Checkpoint(run.restart, scene.hash, type(problem.model.start())) if run.restart else None
     last = checkpoint.load(recorder) if checkpoint else None
     if last is not None:
         resumed.info(
             "going on from increment %d at load factor %.4g (%s)", last.index, last.load, run.restart
         )
-        run.progress(last.load, place(scene.load, last.load))
-    path = trace(problem.model, problem.prescribed, problem.settings, problem.solver, last)
+        run.progress(last.load, place_on_path(scene.load, last.load))
+    increments = trace(problem.model, problem.prescribed, problem.settings, problem.solver, last)
     try:
         with serial_blas():
-            increment, gaps = next(path, None), []
+            increment, gaps = next(increments, None), []
             while increment is not None:
                 _record(problem, recorder, increment)
                 before, last = last, increment
-                coarse = _checked(problem, last, recorder)
+                coarse = _check(problem, increment, recorder)
                 if coarse is not None:
                     gaps.append(coarse.gap)
-                    if _falls(gaps):
+                    if _halving_helps(gaps):
                         last = before
                         recorder.drop()
-                        increment = path.send(str(coarse))
+                        increment = increments.send(str(coarse))
                         continue
                     if not coarse.bearable:
                         raise coarse
                 if checkpoint:
-                    # A tenth of a reduced model's time, which is not its own.
+                    # Writing takes a tenth of a reduced model's time and is not part of its cost.
                     with problem.meter.paused():
-                        checkpoint.save(last, recorder)
-                run.progress(last.load, place(scene.load, last.load))
-                increment, gaps = next(path, None), []
+                        checkpoint.save(increment, recorder)
+                run.progress(increment.load, place_on_path(scene.load, increment.load))
+                increment, gaps = next(increments, None), []
     except ConvergenceError as error:
         if run.partial is None or last is None:
             raise
-        write_dataset(
-            _history(problem, recorder, last).assign_attrs(incomplete=str(error)), run.partial, scene
-        )
+        partial = _history(problem, recorder, last).assign_attrs(incomplete=str(error))
+        write_dataset(partial, run.partial, scene)
         raise ConvergenceError(
             f"{str(error).rstrip('.')}. The history up to load factor {last.load:.4g} is in {run.partial}"
         ) from None
     return _history(problem, recorder, last)
 
 
-def _checked(problem: Problem, increment: Increment, recorder: Recorder) -> CoarseIncrement | None:
-    """Let all checks see a converged increment; return what the one says that finds it too coarse."""
+def _check(problem: Problem, increment: Increment, recorder: Recorder) -> CoarseIncrement | None:
+    """Call all checks; return the error of the one that finds the increment too coarse."""
     coarse = None
     for check in problem.checks:
         try:
@@ -181,26 +174,25 @@ def _checked(problem: Problem, increment: Increment, recorder: Recorder) -> Coar
     return coarse
 
 
-def _falls(gaps: list[float]) -> bool:
-    """Return whether halves of an increment may add less and less to what sums are off by."""
+def _halving_helps(gaps: list[float]) -> bool:
     return len(gaps) < 3 or gaps[-1] <= WORTHWHILE * gaps[-3]
 
 
 def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:
-    """Add what all observers see of a converged increment to the history, and a line to the log."""
+    """Add a converged increment to the history, and a line to the log."""
     columns, points = {}, {}
     for observer in problem.observers:
-        seen, touching = observer.record(increment)
-        if twice := columns.keys() & seen.keys():
+        reported, touching = observer.record(increment)
+        if twice := columns.keys() & reported.keys():
             raise DataFileError(f"two observers report {min(twice)!r}: leave it to one of them")
-        columns |= seen
+        columns |= reported
         points |= touching
     recorder.add(increment, columns, points)
     gap = columns.get("smallest_gap", np.nan)
     log.info(
         "increment %d: %s, force %.6g N, %d Newton and %d Krylov iterations, residual %.1e%s",
         increment.index,
-        place(problem.scene.load, increment.load),
+        place_on_path(problem.scene.load, increment.load),
         recorder.columns["force"][-1],
         increment.newton_iterations,
         increment.krylov_iterations,

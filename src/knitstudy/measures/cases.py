@@ -14,7 +14,14 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.catalogue import BEAM_MODELS, NETWORKS, OTHER_SOLIDS, SOLIDS, VARIANTS, of_case
-from knitstudy.measures.discretisation import HEXAHEDRA, INTERACTIONS, NAMES, discretisation, is_direct, made_of
+from knitstudy.measures.discretisation import (
+    HEXAHEDRA,
+    INTERACTIONS,
+    NAMES,
+    discretisation,
+    is_direct,
+    made_of,
+)
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.response import (
     RMS_U_Z,
@@ -58,8 +65,8 @@ SECTIONS = {"rigid": "rigid", "hertz": "Hertzian"}
 TIES = {"pinned": "pinned", "patch": "yielding ties"}
 """Ties of beams in contact that are not rigid, by ``beam.tie``."""
 
-PLAIN = ("point", "rigid", "rigid")
-"""Contact, section and ties of the simplest model of beams in contact."""
+PLAIN = ("rigid", "rigid")
+"""Section and ties of the simplest model of beams in contact."""
 
 
 def label_of(scene: Scene) -> str:
@@ -68,7 +75,7 @@ def label_of(scene: Scene) -> str:
     if is_direct(scene):
         return f"{NAMES['dns']}, {made_of(scene)}"
     if scene.fidelity == "beam":
-        words = [name, f"{scene.beam.contact} contact", SECTIONS[scene.beam.section]]
+        words = [name, "point contact", SECTIONS[scene.beam.section]]
         words += [TIES[scene.beam.tie]] if scene.beam.tie in TIES else []
         return ", ".join(words + [WORDS[law] for law in [scene.mesh.section_law] if law in WORDS])
     keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section", "mesh.section_law")
@@ -86,7 +93,7 @@ def label_of(scene: Scene) -> str:
 
 def is_plain(scene: Scene) -> bool:
     """Whether beams touch at a pair of points between rigid sections, with rigid ties."""
-    return (scene.beam.contact, scene.beam.section, scene.beam.tie) == PLAIN
+    return (scene.beam.section, scene.beam.tie) == PLAIN
 
 
 # ---- cases ----
@@ -185,9 +192,7 @@ def cases_of(
                 if model.scene.name != but and any(fnmatchcase(model.scene.name, each) for each in wanted)
             )
 
-        main = {
-            fidelity: first_of(of_case(case, names), models) for fidelity, names in NETWORKS.items()
-        }
+        main = {fidelity: first_of(of_case(case, names), models) for fidelity, names in NETWORKS.items()}
         yield Case(
             *case.split("-"),
             dns=models[name],

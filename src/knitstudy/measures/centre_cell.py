@@ -12,8 +12,8 @@ import xarray as xr
 
 from knitstudy.contacts.segments import centre
 from knitstudy.errors import DataFileError
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.loop import Loop
-from knitstudy.geometry.pattern import Knit
 
 SNAPSHOTS = (0.0005, 0.0033, 0.0045, 0.0195)
 """Strains of the points 1 to 4 of Fig. 7."""
@@ -27,7 +27,7 @@ MIRRORED = (1, 0, 3, 2)
 
 def loop_of(geometry: xr.Dataset, state: str) -> Loop:
     """Return the loop "before" or "after" the optimisation."""
-    loop = Knit.from_dataset(geometry).loop
+    loop = Fabric.from_dataset(geometry).loop
     if state == "before":
         return replace(loop, control_points=geometry["control_points_before"].to_numpy())
     return loop

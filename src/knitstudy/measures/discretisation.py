@@ -17,7 +17,6 @@ INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": 
 
 HEXAHEDRA = {
     "one_point": "one-point hexahedra",
-    "incompatible_modes": "hexahedra with incompatible modes",
     "quadratic": "quadratic hexahedra",
 }
 """By ``mesh.element``; elements of plugins go by their own names."""

@@ -3,10 +3,10 @@
 Between grips an endless knit cannot contract where it is held, and a sheet that is stiffer across than along carries
 that far; in between it necks, which turns its sides into the pull. The sheet is homogeneous and hyperelastic, with the
 energy over area e M e / 2 of the stretches e = U - 1 (polar decomposition F = R U, shear doubled); elements are total
-Lagrangian with nine nodes. docs/periodic_cell.md compares it with knits.
+Lagrangian with nine nodes. docs/notes/periodic_cell.md compares it with knits.
 
-As a shell, N = A e + B k and M = B^T e + D k with the strains of `knitstudy.mechanics.periodic`; the stiffness (6, 6) is
-[[A, B], [B^T, D]], in N/m, N and N m (Jones 1999, Mechanics of Composite Materials, chapters 2 and 4).
+As a shell, N = A e + B k and M = B^T e + D k with the strains of `knitstudy.mechanics.periodic`; the stiffness (6, 6)
+is [[A, B], [B^T, D]], in N/m, N and N m (Jones 1999, Mechanics of Composite Materials, chapters 2 and 4).
 """
 
 from __future__ import annotations
@@ -245,6 +245,7 @@ def between_grips(history: xr.Dataset, scene: Scene, increment: int) -> float:
 
 
 # ---- shell stiffness and moduli ----
+
 
 def rotated(stiffness: np.ndarray, angle: float) -> np.ndarray:
     """Return the stiffness (6, 6) of the shell turned in its plane by an angle [rad]."""

@@ -69,9 +69,9 @@ def corrected(
     """Return what is to be expected of a knit without a reference: a simulation of it, less what it is off elsewhere.
 
     The error of a discretisation where the reference knows it is taken to be the same here. Half of the correction is
-    left open besides the uncertainty of the reference, as where limits are drawn (docs/reference.md). Where degrees 2
-    and 3 were both run, at the ends of both sweeps, the corrections differ by 0.7 % in force and 4 % in out-of-plane
-    motion at most.
+    left open besides the uncertainty of the reference, as where limits are drawn (docs/notes/reference.md). Where
+    degrees 2 and 3 were both run, at the ends of both sweeps, the corrections differ by 0.7 % in force and 4 % in
+    out-of-plane motion at most.
 
     Parameters
     ----------

@@ -52,7 +52,7 @@ class Question:
     by: Mapping[str, tuple[str, ...]]
 
 
-_SOLIDS = ("dns", "solid_yarns")
+_SOLIDS = ("hexahedra", "spline_yarns")
 
 QUESTIONS: dict[str, Question] = {
     each.name: each

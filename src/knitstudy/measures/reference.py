@@ -1,7 +1,7 @@
 """The reference: all models are compared with the values to which independent discretisations converge.
 
 Reference values are limits of direct simulations (`knitstudy.tables.reference`), each with its uncertainty, kept in
-``resources/reference/reference.csv`` by the digest of the physical problem. docs/reference.md describes them.
+``resources/reference/reference.csv`` by the digest of the physical problem. docs/notes/reference.md describes them.
 """
 
 from __future__ import annotations

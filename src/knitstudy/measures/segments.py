@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.contacts.segments import KINDS, NO_SEGMENT, centre
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.load_path import DIRECTIONS
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 
@@ -126,7 +126,7 @@ def cut_force(stresses: xr.Dataset, share: float) -> float:
     return float(np.sum(stress * stresses["cell_volume"].to_numpy() * weight) / (SLAB * length))
 
 
-def cell_force(stresses: xr.Dataset, knit: Knit) -> float:
+def cell_force(stresses: xr.Dataset, knit: Fabric) -> float:
     """Return the force through the centre column or row of cells, from the mean stresses of its pieces of yarn [N].
 
     With psi constant over one period of the knit: mean stress times volume, summed over the pieces of the period, over
@@ -136,21 +136,21 @@ def cell_force(stresses: xr.Dataset, knit: Knit) -> float:
     share = _in_column(stresses, knit) if axis == 0 else _in_row(stresses, knit)
     whole = stresses.sel(extent="whole")
     carried = whole["piece_stress"].to_numpy()[:, axis, axis] * whole["piece_volume"].to_numpy()
-    period = (knit.loop.wale_spacing, knit.loop.course_spacing)[axis]
+    period = (knit.cell[0], knit.cell[1])[axis]
     return float(carried @ share) / (period * (1 + stresses.attrs["strain"]))
 
 
-def _in_column(stresses: xr.Dataset, knit: Knit) -> np.ndarray:
+def _in_column(stresses: xr.Dataset, knit: Fabric) -> np.ndarray:
     """Return the share (P,) of every piece that lies in the centre column, from sinker to sinker."""
-    s, loop = stresses["piece_arc_length"].to_numpy(), knit.centrelines[0].length / knit.loops
-    first = centre(np.arange(knit.loops)) * loop
+    s, loop = stresses["piece_arc_length"].to_numpy(), knit.centrelines[0].length / knit.cells[0]
+    first = centre(np.arange(knit.cells[0])) * loop
     inside = np.minimum(s[:, 1], first + loop) - np.maximum(s[:, 0], first)
     return np.clip(inside, 0, None) / np.diff(s, axis=1)[:, 0]
 
 
-def _in_row(stresses: xr.Dataset, knit: Knit) -> np.ndarray:
+def _in_row(stresses: xr.Dataset, knit: Fabric) -> np.ndarray:
     """Return the share (P,) of every piece that lies in the centre row: half of the legs to it and from it."""
-    row, segment = centre(np.arange(knit.rows)), stresses["piece_segment"].to_numpy()
+    row, segment = centre(np.arange(knit.cells[1])), stresses["piece_segment"].to_numpy()
     inside = segment != NO_SEGMENT
     kind = np.where(inside, stresses["segment_kind"].to_numpy()[segment], NO_SEGMENT)
     at = np.where(inside, stresses["segment_row"].to_numpy()[segment], NO_SEGMENT)

@@ -133,9 +133,7 @@ def _place(name: str) -> tuple[str, str | None, str | None] | None:
 
 def _most_points(sweeps: Iterable[Sweep], like: Sweep) -> int:
     return max(
-        len(each.points)
-        for each in sweeps
-        if (each.keep, each.interaction) == (like.keep, like.interaction)
+        len(each.points) for each in sweeps if (each.keep, each.interaction) == (like.keep, like.interaction)
     )
 
 

@@ -40,10 +40,9 @@ from knitstudy.study.scene import Scene
 TRUST = (
     "quadratic hexahedra",
     "solid yarns",
-    "hexahedra with incompatible modes",
     "one-point hexahedra",
     "rom3d patch",
-    "beam point hertz patch",
+    "beam hertz patch",
 )
 """Independent models, the one before the other where both are at hand; what is not here brackets nothing."""
 
@@ -60,7 +59,7 @@ def family_of(scene: Scene) -> str:
     """Return the independent model that a scene is one resolution of."""
     if is_direct(scene):
         return discretisation(scene)
-    variants = (scene.value(key) for key in ("rom.joint", "beam.contact", "beam.section", "beam.tie"))
+    variants = (scene.value(key) for key in ("rom.joint", "beam.section", "beam.tie"))
     return " ".join([scene.fidelity, *filter(None, variants)])
 
 

@@ -24,7 +24,6 @@ MAIN: dict[str, Any] = {
     "mesh.spline_degree": 3,
     "mesh.crossing_reach": 1.0,
     "mesh.beam_size": 0.5e-3,
-    "contact.law": "indentation",
     "contact.cell": 0.25,
     "contact.window": 1.2,
     "contact.points": 3,
@@ -71,7 +70,6 @@ WORDS = {
     "solver.residual_tolerance": "tolerances of {}",
     "solver.correction_tolerance": "",
     "solver.linear": "{}",
-    "contact.law": "by {}",
     "contact.cell": "cells of {} R",
     "contact.window": "windows of {} R",
     "contact.points": "{} x {} points",
@@ -177,7 +175,7 @@ class Point:
 
 # ---- Errors that are small by luck: what has come out on one knit need not on others
 # Two errors that cancel make a model look surer than it is. Where one of them is known to be there, the error at most
-# is no smaller than without the other (docs/trade.md).
+# is no smaller than without the other (docs/accuracy.md).
 
 
 def bound_cheaper_settings(points: list[Point]) -> list[Point]:

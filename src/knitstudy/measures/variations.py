@@ -88,5 +88,7 @@ def _variation(base: Mapping[str, Scene], changed: Mapping[str, Scene]) -> Varia
     kind, scene = next(iter(changed.items()))
     key = next((key for key in INPUTS if scene.value(key) != base[kind].value(key)), None)
     if key is None:
-        raise ConfigurationError(f"scene {scene.name!r} changes none of {', '.join(INPUTS)}: give it another name")
+        raise ConfigurationError(
+            f"scene {scene.name!r} changes none of {', '.join(INPUTS)}: give it another name"
+        )
     return Variation(key, scene.value(key), {**base, **changed}, tuple(k for k in base if k in changed))

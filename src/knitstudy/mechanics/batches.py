@@ -67,8 +67,8 @@ SCRATCH = Scratch()
 
 # ---- Threads: which work they share, batches of elements, yarns and ranges of rows, and how many there are
 # NumPy, SciPy's sparse products and SuperLU leave the interpreter's lock while they compute; SciPy's wrappers of LAPACK
-# do not (docs/performance.md). Results must not depend on how many threads there are: every piece of work writes to a
-# place of its own, and sums are formed in the order of the pieces.
+# do not (docs/notes/performance.md). Results must not depend on how many threads there are: every piece of work writes
+# to a place of its own, and sums are formed in the order of the pieces.
 
 
 VARIABLE = "OMP_NUM_THREADS"

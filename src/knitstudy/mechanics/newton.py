@@ -24,7 +24,7 @@ from knitstudy.mechanics.increment import (
     Trial,
     line_search,
 )
-from knitstudy.mechanics.linear.solver import LinearSolver
+from knitstudy.mechanics.linear import LinearSolver
 from knitstudy.mechanics.model import DirichletElimination, Model, Response, without
 
 log = logging.getLogger(__name__)

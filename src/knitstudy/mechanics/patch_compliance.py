@@ -150,7 +150,7 @@ def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray
 # closed form (`knitstudy.mechanics.patch_compliance`), that of the space from its own stiffness. Their difference is
 # positive, since the space is a part of all displacements, and it is local. Both are taken of yarns of infinite
 # length with patches at least `APART` radii apart, whose forces alternate in sign: nothing has to be held, and waves
-# are independent of each other. What for, and what comes out: docs/ties.md.
+# are independent of each other. What for, and what comes out: docs/theory.md.
 
 
 APART_IN_PATCH = 6.0

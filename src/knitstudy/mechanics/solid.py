@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.batches import SCRATCH, share, threads
-from knitstudy.mechanics.elements.element import ElementGroup
+from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.model import Response, Stabilisation
 

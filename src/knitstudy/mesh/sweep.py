@@ -416,7 +416,7 @@ def sweep(
     centrelines: Sequence[Curve],
     section: Section,
     radius: float,
-    spacing: SpacingFunction,
+    spacing: SpacingFunction | Sequence[SpacingFunction],
     periods: int = 1,
     targets: Sequence[Targets] | None = None,
     ends: Mapping[int, np.ndarray] | None = None,
@@ -433,8 +433,8 @@ def sweep(
     section : Section
     radius : float
         Yarn radius, m.
-    spacing : callable
-        Wanted distance of slices in m at arc lengths in m, the same for all yarns.
+    spacing : callable, or a sequence of them
+        Wanted distance of slices in m at arc lengths in m: one a yarn, or one for all.
     periods : int
         Number of equally long parts of a yarn (its loops) at whose ends slices stand.
     targets : sequence of Targets, optional
@@ -459,11 +459,10 @@ def sweep(
     if len(targets) != len(centrelines):
         raise MeshError(f"{len(targets)} targets for {len(centrelines)} centrelines; one a yarn is allowed")
     standing = [(ends or {}).get(yarn, ()) for yarn in range(len(centrelines))]
+    spacings = [spacing] * len(centrelines) if callable(spacing) else spacing
     yarns = [
-        _slices(
-            curve, place_slices(curve.length, spacing, periods, aim.arc_length, at), aim, section, grading
-        )
-        for curve, aim, at in zip(centrelines, targets, standing, strict=True)
+        _slices(curve, place_slices(curve.length, own, periods, aim.arc_length, at), aim, section, grading)
+        for curve, own, aim, at in zip(centrelines, spacings, targets, standing, strict=True)
     ]
     arc_length, centres, frames, pull = (np.concatenate(parts) for parts in zip(*yarns, strict=True))
     first_slice = np.concatenate([[0], np.cumsum([s.size for s, *_ in yarns])])

@@ -8,21 +8,9 @@ from itertools import product
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.geometry.pattern import Crossings
+from knitstudy.geometry.crossings import Crossings
 from knitstudy.mechanics.beam_contact.approach import A, B, Curves, Pairs, approach
 from knitstudy.mechanics.beam_contact.contact import CrossingPairs
-
-# ---- Which pieces of yarn face each other at crossings, as one pair of closest points each or as points along a line
-
-
-SPACING = 1 / 32
-"""Distance of the points along a line of contact, over the radius: some ten where 10 N press with 10 E."""
-
-REACH = 2.0
-"""Length of a line of contact to either side of a crossing, over the radius, if no other crossing is nearer."""
-
-PASS_SHARE = 0.5
-"""The points of either yarn carry half of a line's stiffness."""
 
 
 def piece_bounds(crossings: Crossings, length: np.ndarray) -> np.ndarray:
@@ -40,44 +28,8 @@ def piece_bounds(crossings: Crossings, length: np.ndarray) -> np.ndarray:
 
 def point_pairs(crossings: Crossings, chosen: np.ndarray, length: np.ndarray) -> CrossingPairs:
     """Return one pair of closest points for each of the crossings `chosen` (k,); yarns are `length` (Y,) long [m]."""
-    pairs = Pairs(crossings.yarn[chosen], piece_bounds(crossings, length)[chosen], np.array([True, True]))
-    count = len(chosen)
-    return CrossingPairs(
-        pairs, crossings.arc_length[chosen], np.ones(count), chosen, np.zeros(count, dtype=int)
-    )
-
-
-def line_pairs(crossings: Crossings, chosen: np.ndarray, length: np.ndarray, radius: float) -> CrossingPairs:
-    """Return points along both yarns at the crossings `chosen` (k,), each against the other yarn."""
-    bounds = piece_bounds(crossings, length)[chosen]
-    middle = crossings.arc_length[chosen]
-    passes = []
-    for side in (0, 1):
-        low = np.maximum(bounds[:, side, 0], middle[:, side] - REACH * radius)
-        high = np.minimum(bounds[:, side, 1], middle[:, side] + REACH * radius)
-        count = np.ceil((high - low) / (SPACING * radius)).astype(int)
-        which = np.repeat(np.arange(len(chosen)), count)
-        step = (high - low) / count
-        number = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
-        s = low[which] + (number + 0.5) * step[which]
-        yarn = crossings.yarn[chosen]
-        order = [side, 1 - side]
-        start = np.stack([s, middle[which, 1 - side]], axis=1)
-        passes.append(
-            (
-                yarn[which][:, order],
-                bounds[which][:, order],
-                start,
-                PASS_SHARE * step[which],
-                chosen[which],
-                np.full(len(which), side),
-            )
-        )
-    yarn, bounds, start, weight, crossing, lower = (
-        np.concatenate(part) for part in zip(*passes, strict=True)
-    )
-    pairs = Pairs(yarn, bounds, np.array([False, True]))
-    return CrossingPairs(pairs, start, weight, crossing, lower)
+    pairs = Pairs(crossings.yarn[chosen], piece_bounds(crossings, length)[chosen])
+    return CrossingPairs(pairs, crossings.arc_length[chosen], chosen)
 
 
 # ---- How near all pieces of yarn are to each other: contact is computed at known crossings, and nowhere else unseen
@@ -151,7 +103,7 @@ class Neighbours:
         start = s[near]
         low = np.maximum(start - self._step, 0.0)
         high = np.minimum(start + self._step, self.curves.length[self.yarn[near]])
-        pairs = Pairs(self.yarn[near], np.stack([low, high], axis=-1), np.array([True, True]))
+        pairs = Pairs(self.yarn[near], np.stack([low, high], axis=-1))
         here = approach(self.curves, position, pairs, start)
         gap = np.where(self._may_meet(pairs.yarn, here.s), here.distance - 2 * self.radius, np.inf)
         known = self._crossing_of(pairs.yarn, here.s)

@@ -11,21 +11,27 @@ import xarray as xr
 
 from knitstudy.contacts.facets import tied_crossings
 from knitstudy.errors import ConvergenceError
-from knitstudy.geometry.cut import grip_ends
-from knitstudy.geometry.pattern import Crossings, Knit
+from knitstudy.geometry.crossings import Crossings
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Recorder
 from knitstudy.loading.load_path import load_path
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.beam_contact.approach import Curves
-from knitstudy.mechanics.beam_contact.contact import BeamContact, Places, Power, hertz
-from knitstudy.mechanics.beam_contact.model import TouchingBeams, TouchingState
+from knitstudy.mechanics.beam_contact.contact import (
+    BeamContact,
+    Places,
+    Power,
+    TouchingBeams,
+    TouchingState,
+    hertz,
+)
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.models import network as rom3d
-from knitstudy.models.beam_pairs import Gaps, Neighbours, line_pairs, point_pairs
+from knitstudy.models.beam_pairs import Gaps, Neighbours, point_pairs
 from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.models.network import Network, grips, tension
 from knitstudy.study.scene import Scene
@@ -56,7 +62,7 @@ class BeamKnit:
     neighbours: Neighbours
 
 
-def beam_knit(scene: Scene, knit: Knit) -> BeamKnit:
+def beam_knit(scene: Scene, knit: Fabric) -> BeamKnit:
     """Return the beams of a scene.
 
     Raises
@@ -79,11 +85,11 @@ def beam_knit(scene: Scene, knit: Knit) -> BeamKnit:
     joints = Joints.all_tied(len(points.yarn))
     if scene.beam.tie == "pinned":
         # As stiff as contact that sticks, and never open.
-        joints = joints.pinned(_penalty(scene, "point"))
+        joints = joints.pinned(_penalty(scene))
     elif scene.beam.tie == "patch" and tied.any():
         discs = contacts_of_crossings(knit, scene.tie.radius).isel(crossing=tied)
         joints = joints.pinned(patch_stiffness(knit, points, discs, scene.yarn))
-    stops = grip_ends(knit, scene.load.direction)
+    stops = knit.grip_ends(scene.load.direction)
     network = rom3d.spatial_network(knit, points, scene.mesh.beam_size, joints=joints, stops=stops)
     beams = network.model(scene.yarn, scene.mesh.section_law)
     stations = network.stations
@@ -94,28 +100,23 @@ def beam_knit(scene: Scene, knit: Knit) -> BeamKnit:
     return BeamKnit(network, model, tied, Neighbours(curves, stations.yarn, crossings, scene.yarn.radius))
 
 
-def beam_contact(scene: Scene, knit: Knit, curves: Curves, touching: np.ndarray) -> BeamContact:
+def beam_contact(scene: Scene, knit: Fabric, curves: Curves, touching: np.ndarray) -> BeamContact:
     """Return the contact of a scene at the crossings that `touching` (K,) says.
 
     The stiffness against elastic slip is ``beam.stiffness`` whatever the sections do: Hertz's approach is normal.
     """
-    yarn, mode = scene.yarn, scene.beam.contact
-    chosen = np.flatnonzero(touching)
-    if mode == "point":
-        pairs = point_pairs(knit.crossings, chosen, curves.length)
-    else:
-        pairs = line_pairs(knit.crossings, chosen, curves.length, yarn.radius)
-    penalty = _penalty(scene, mode)
+    yarn = scene.yarn
+    pairs = point_pairs(knit.crossings, np.flatnonzero(touching), curves.length)
+    penalty = _penalty(scene)
     law = Power(penalty)
     if scene.beam.section == "hertz":
-        law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius, mode)
+        law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
     return BeamContact(curves, pairs, yarn.radius, law, penalty, scene.kind.interaction.friction(scene))
 
 
-def _penalty(scene: Scene, mode: str) -> float:
-    """Return ``beam.stiffness`` in N/m at a point, in N/m2 along a line."""
-    stiffness = scene.beam.stiffness * scene.yarn.youngs_modulus
-    return stiffness * scene.yarn.radius if mode == "point" else stiffness
+def _penalty(scene: Scene) -> float:
+    """Return ``beam.stiffness`` in N/m."""
+    return scene.beam.stiffness * scene.yarn.youngs_modulus * scene.yarn.radius
 
 
 # ---- What happens at every crossing of beams in contact, increment by increment
@@ -171,7 +172,7 @@ class CrossingRecord:
         contact, places = self._model.contact, self._model.places(state.beams)
         points = self._model.points(state)
         slip = np.full(self._count, np.nan)
-        slip[~self._tied] = state.history.slip[np.flatnonzero(~self._tied)]
+        slip[~self._tied] = state.history.slip
         force = contact.crossing_force(points, self._count)
         apart = BeamState(places.position, places.rotation)
         station_force = self._apart.respond(apart, stiffness=False).force.reshape(-1, 6)[:, :3]
@@ -226,24 +227,24 @@ def simulate(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dat
     GeometryError
         As `problem`.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem(scene, Knit.from_dataset(geometry)), run)
+    return solve_load_path(problem(scene, Fabric.from_dataset(geometry)), run)
 
 
-def run(scene: Scene, knit: Knit, how: Run = IN_MEMORY) -> xr.Dataset:
+def run(scene: Scene, knit: Fabric, how: Run = IN_MEMORY) -> xr.Dataset:
     """Return the history of a scene: `problem`, followed; see `simulate`."""
-    return follow(problem(scene, knit), how)
+    return solve_load_path(problem(scene, knit), how)
 
 
-def problem(scene: Scene, knit: Knit) -> Problem:
+def problem(scene: Scene, knit: Fabric) -> Problem:
     """Return a scene of fidelity "beam" as a problem.
 
     Parameters
     ----------
     scene : Scene
         What to load and how.
-    knit : Knit
+    knit : Fabric
         The knit of the scene.
 
     Raises
@@ -255,7 +256,7 @@ def problem(scene: Scene, knit: Knit) -> Problem:
     return problem_of(beam_knit(scene, knit), scene, knit, meter)
 
 
-def problem_of(beams: BeamKnit, scene: Scene, knit: Knit, meter: Meter | None = None) -> Problem:
+def problem_of(beams: BeamKnit, scene: Scene, knit: Fabric, meter: Meter | None = None) -> Problem:
     """Return beams in contact with the load of a scene, and with what is seen and refused on the way."""
     meter = meter or Meter()
     network, model = beams.network, beams.model
@@ -279,14 +280,13 @@ def problem_of(beams: BeamKnit, scene: Scene, knit: Knit, meter: Meter | None = 
         attributes={
             "dof": model.block * network.beam_nodes,
             "elements": len(network.ends),
-            "beam_contact": scene.beam.contact,
             "beam_section": scene.beam.section,
             "beam_ties": scene.beam.tie,
             "contact_coefficient": law.law.coefficient,
             "contact_exponent": law.law.exponent,
             "stick_stiffness": law.friction.tangential,
             "friction": law.friction.friction,
-            "contact_points": len(law.crossing.weight),
+            "contact_points": len(law.crossing.start),
         },
         meter=meter,
     )
@@ -298,11 +298,11 @@ class BeamObserver:
     Parameters
     ----------
     beams : BeamKnit
-    knit : Knit
+    knit : Fabric
     scene : Scene
     """
 
-    def __init__(self, beams: BeamKnit, knit: Knit, scene: Scene) -> None:
+    def __init__(self, beams: BeamKnit, knit: Fabric, scene: Scene) -> None:
         self._beams, self._radius = beams, scene.yarn.radius
         self._crossings = CrossingRecord(beams, knit.crossings, scene)
         self._gaps: Gaps | None = None
@@ -357,5 +357,5 @@ def require_seen(
         return
     raise ConvergenceError(
         f"increment {increment.index}: {where} penetrate each other by {depth:.3g} m, unseen by the beams' contact; "
-        f"allowed is {UNSEEN * radius:.3g} m. Use a smaller load.strain or beam.contact 'line'"
+        f"allowed is {UNSEEN * radius:.3g} m. Use a smaller load.strain"
     )

@@ -1,4 +1,4 @@
-"""A cell of an endless knit: forces per width and stiffness without grips and edges (docs/periodic_cell.md)."""
+"""A cell of an endless knit: forces per width and stiffness without grips and edges (docs/theory.md)."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ import scipy.sparse as sp
 import xarray as xr
 
 from knitstudy.contacts.facets import CrossingFacets, tied_crossings
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric, fabric_of
 from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.load_path import Motion
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.periodic import PeriodicModel, condensed
@@ -121,12 +121,12 @@ def simulate(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dat
     MeshError
         As `knitstudy.models.solid_yarns.problem`.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem(scene, Knit.from_dataset(geometry)), run)
+    return solve_load_path(problem(scene, fabric_of(scene, geometry)), run)
 
 
-def assemble(scene: Scene, knit: Knit) -> Cell:
+def assemble(scene: Scene, knit: Fabric) -> Cell:
     """Return the cell of a scene, of so many loops and rows.
 
     Raises
@@ -157,7 +157,7 @@ def assemble(scene: Scene, knit: Knit) -> Cell:
     return Cell(yarns, PeriodicModel(model, spread), tie, touching)
 
 
-def problem(scene: Scene, knit: Knit) -> Problem:
+def problem(scene: Scene, knit: Fabric) -> Problem:
     """Return a scene whose specimen is a cell as a problem.
 
     The driven side is the lattice: its displacement along x, y and in shear is the strain times the edge of the cell,

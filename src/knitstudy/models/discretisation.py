@@ -11,15 +11,14 @@ import scipy.sparse as sp
 
 from knitstudy.contacts.facets import Rings
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.grids import Grid, circular_chords, circular_stretch
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.spline_yarn.space import Space
-from knitstudy.mesh.grips import Grips
+from knitstudy.mesh.mesher import Grips
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
 
@@ -146,7 +145,7 @@ class Discretisation:
         return np.flatnonzero(self.yarn == yarn)
 
 
-def discretised(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+def discretised(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
     """Return the yarns of a scene, divided as its fidelity says.
 
     Raises
@@ -164,7 +163,7 @@ COARSE = 3.0
 """Length of cells away from crossings, over that near them."""
 
 
-def contact_surfaces(scene: Scene, space: Space, specimen: Knit | YarnPair) -> tuple[Cylinders, Rings]:
+def contact_surfaces(scene: Scene, space: Space, specimen: Fabric) -> tuple[Cylinders, Rings]:
     """Return the surfaces of yarns for contact, and where their rings lie; coarse where nothing touches.
 
     Raises
@@ -179,7 +178,7 @@ def contact_surfaces(scene: Scene, space: Space, specimen: Knit | YarnPair) -> t
     along = []
     for number, yarn in enumerate(space.yarns):
         stations = np.sort(crossings.arc_length[crossings.yarn == number])
-        if keys and keys.law == "indentation":
+        if keys:
             _require_apart(stations, window, radius)
         along.append(_edges(yarn.spline.knots[-1], stations, window, cell))
     surfaces = Cylinders(space, radius, along, int(np.ceil(2 * np.pi * radius / cell)))
@@ -209,7 +208,6 @@ def _require_apart(stations: np.ndarray, window: float, radius: float) -> None:
     nearest = np.diff(stations).min(initial=np.inf)
     if nearest < window:
         raise ConfigurationError(
-            f"contact.law is 'indentation', but two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, "
-            f"less than contact.window, {window / radius:.2f}: what each indents would count twice; use contact.law "
-            "'penalty' or a smaller contact.window"
+            f"two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, less than contact.window, "
+            f"{window / radius:.2f}: what each indents would count twice; use a smaller contact.window"
         )

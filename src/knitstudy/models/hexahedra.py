@@ -8,17 +8,15 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.contacts.facets import Rings
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
-from knitstudy.loading.gates import fewest_across, require_elements_across
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.loading.gates import require_elements_across
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
-from knitstudy.mechanics.elements.hexahedron import shape, shape_gradient
-from knitstudy.mechanics.elements.inverse_map import InverseMap
+from knitstudy.mechanics.elements.hexahedron import InverseMap, shape, shape_gradient
 from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape, quadratic_shape_gradient
 from knitstudy.mechanics.materials import Material
-from knitstudy.mesh.grips import Grips, grips
 from knitstudy.mesh.memory import require_memory_to_simulate
+from knitstudy.mesh.mesher import Grips, grips
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.discretisation import Discretisation, yarn_surfaces
@@ -68,7 +66,7 @@ def _lumped() -> np.ndarray:
 LUMPED = _lumped()
 
 
-def divide_quadratic(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+def divide_quadratic(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
     """Return the yarns of a scene as quadratic hexahedra, one for each of a swept mesh.
 
     Raises
@@ -151,7 +149,7 @@ def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:
 # ---- Solid yarns of hexahedra: linear ones here, quadratic ones in `quadratic_hexahedra`
 
 
-def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+def discretise(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
     """Return the yarns of a scene as hexahedra.
 
     Raises
@@ -159,15 +157,14 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
     MeshError
         If elements are too large for the yarn, or too many for the memory.
     """
-    fewest = scene.gates.elements_across or fewest_across(scene.specimen, scene.mesh.refinement)
-    require_elements_across(scene.yarn.diameter, scene.mesh.size, fewest)
+    require_elements_across(scene)
     parts = divide(scene, mesh, specimen)
     each = parts.connectivity.shape[1]
     require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size, each)
     return parts
 
 
-def divide(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+def divide(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
     """Return the yarns of a scene as hexahedra, whether or not they are fit to be simulated.
 
     Raises

@@ -9,7 +9,7 @@ import xarray as xr
 
 from knitstudy.contacts.segments import KINDS
 from knitstudy.errors import ConfigurationError, GeometryError
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Stations
 from knitstudy.models.network import Network
 
@@ -71,14 +71,14 @@ def plane_angles(stresses: xr.Dataset, kinds: tuple[str, ...], extent: str = "wh
     return np.degrees(np.arctan2(*np.abs(axis[:, [1, 0]]).T))
 
 
-def heights(knit: Knit, contacts: xr.Dataset, interlock: float, leg: float) -> Heights:
+def heights(knit: Fabric, contacts: xr.Dataset, interlock: float, leg: float) -> Heights:
     """Return the heights of a honeycomb with the contacts' distances along x, from the angles of its segments [deg]."""
     x = zone_places(knit, contacts)[:, 0]
     step = 0.5 * (abs(x[2] - x[0]) + abs(x[3] - x[1]))
     return Heights(*(float(step * np.tan(np.radians(angle))) for angle in (interlock, leg)))
 
 
-def heights_by_stress(knit: Knit, contacts: xr.Dataset, stresses: xr.Dataset) -> Heights:
+def heights_by_stress(knit: Fabric, contacts: xr.Dataset, stresses: xr.Dataset) -> Heights:
     """Return the heights of the honeycomb along the maximum principal stress.
 
     Raises
@@ -104,20 +104,20 @@ def heights_by_stress(knit: Knit, contacts: xr.Dataset, stresses: xr.Dataset) ->
     return heights(knit, contacts, *angles)
 
 
-def zone_places(knit: Knit, contacts: xr.Dataset) -> np.ndarray:
+def zone_places(knit: Fabric, contacts: xr.Dataset) -> np.ndarray:
     """Return the mean places (4, 2) of the zones in their cells, from the left edge of the cell and row 0 on [m]."""
     row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
-    steps = np.column_stack([column * knit.loop.wale_spacing, row * knit.loop.course_spacing])
+    steps = np.column_stack([column * knit.cell[0], row * knit.cell[1]])
     within = contacts["centroid"].to_numpy()[:, :2] - steps
     return np.stack([within[zone == each].mean(axis=0) for each in range(4)])
 
 
-def moved(knit: Knit, contacts: xr.Dataset, found: Heights) -> xr.Dataset:
+def moved(knit: Fabric, contacts: xr.Dataset, found: Heights) -> xr.Dataset:
     """Return contacts whose centroids are the joints of a honeycomb of some heights; x is each zone's mean."""
     row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
     place = zone_places(knit, contacts)
     centroid = contacts["centroid"].to_numpy().copy()
-    centroid[:, 0] = column * knit.loop.wale_spacing + place[zone, 0]
+    centroid[:, 0] = column * knit.cell[0] + place[zone, 0]
     centroid[:, 1] = place[:2, 1].mean() + row * found.course + np.where(zone >= 2, found.interlock, 0.0)
     return contacts.assign(centroid=(contacts["centroid"].dims, centroid, contacts["centroid"].attrs))
 
@@ -134,7 +134,7 @@ def moved(knit: Knit, contacts: xr.Dataset, found: Heights) -> xr.Dataset:
 
 
 def planar_network(
-    knit: Knit,
+    knit: Fabric,
     contacts: xr.Dataset,
     elements: int = 1,
     doubled: bool = False,
@@ -144,7 +144,7 @@ def planar_network(
 
     Parameters
     ----------
-    knit : Knit
+    knit : Fabric
         Size of the pattern and lengths of the yarns.
     contacts : Dataset
         Contacts in the format of docs/architecture.md.
@@ -166,7 +166,7 @@ def planar_network(
         raise ConfigurationError(
             f"elements a segment: {elements} is not allowed, only whole numbers from 1 on"
         )
-    course = knit.loop.course_spacing
+    course = knit.cell[1]
     if stresses is not None:
         rows = heights_by_stress(knit, contacts, stresses)
         contacts, course = moved(knit, contacts, rows), rows.course
@@ -188,7 +188,7 @@ def planar_network(
         station_node=station_node,
         station_offset=np.zeros((len(station_node), 3)),
         beam_nodes=len(nodes),
-        height=knit.rows * course,
+        height=knit.cells[1] * course,
     )
 
 
@@ -217,13 +217,13 @@ class _Corners:
         return cls(yarn[order], arc_length[order], number[order], point)
 
 
-def _corners(knit: Knit, contacts: xr.Dataset, spacing: float) -> _Corners:
+def _corners(knit: Fabric, contacts: xr.Dataset, spacing: float) -> _Corners:
     """Corners in contact zones, and where the zones of the rows beyond the edges would be."""
     zone = contacts["centroid"].to_numpy() * [1.0, 1.0, 0.0]
     row = contacts["row"].to_numpy()
     yarn, arc_length = contacts["yarn"].to_numpy().astype(int), contacts["arc_length"].to_numpy()
     course = np.array([0.0, spacing, 0.0])
-    feet, heads = np.flatnonzero(row == 0), np.flatnonzero(row == knit.rows - 1)
+    feet, heads = np.flatnonzero(row == 0), np.flatnonzero(row == knit.cells[1] - 1)
     number = np.arange(len(zone))
     # All yarns have one shape: the bottom yarn's feet are where yarn 1 has them, the top yarn's heads where
     # the yarn below it has them.
@@ -235,7 +235,7 @@ def _corners(knit: Knit, contacts: xr.Dataset, spacing: float) -> _Corners:
     )
 
 
-def _end_in_cut(knit: Knit, corners: _Corners) -> _Corners:
+def _end_in_cut(knit: Fabric, corners: _Corners) -> _Corners:
     """Add the ends of the yarns."""
     start = np.flatnonzero(np.append(True, np.diff(corners.yarn) != 0))
     stop = np.append(start[1:], len(corners.yarn)) - 1

@@ -10,7 +10,7 @@ import xarray as xr
 from scipy.optimize import elementwise
 
 from knitstudy.errors import ConfigurationError, DataFileError, GeometryError
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.columns import CONTACTS
 from knitstudy.mechanics.patch_compliance import local_compliance
@@ -56,12 +56,12 @@ class JointPoints:
     centroid: np.ndarray
 
 
-def joint_points(knit: Knit, contacts: xr.Dataset) -> JointPoints:
+def joint_points(knit: Fabric, contacts: xr.Dataset) -> JointPoints:
     """Return points P and C of all crossings.
 
     Parameters
     ----------
-    knit : Knit
+    knit : Fabric
         Centrelines and yarn radius.
     contacts : Dataset
         Contacts in the format of docs/architecture.md.
@@ -85,7 +85,7 @@ def joint_points(knit: Knit, contacts: xr.Dataset) -> JointPoints:
             contacts["arc_length"].to_numpy()[on_yarn],
             plane[crossing],
             centroid[crossing],
-            2 * knit.loop.radius,
+            2 * knit.radius,
             lambda k, crossing=crossing, number=number: _name(contacts, crossing[k], number),
         )
         point[on_yarn] = centreline.position(arc_length[on_yarn])
@@ -171,7 +171,7 @@ def _name(contacts: xr.Dataset, k: int, yarn: int) -> str:
 # docs/architecture.md).
 
 
-def contacts_of_crossings(knit: Knit, tied: float = 0.0) -> xr.Dataset:
+def contacts_of_crossings(knit: Fabric, tied: float = 0.0) -> xr.Dataset:
     """Return contacts at the closest points of the centrelines of a knit.
 
     The centroid is halfway between the two closest points and the normal points from side 0 to side 1. Forces and
@@ -179,7 +179,7 @@ def contacts_of_crossings(knit: Knit, tied: float = 0.0) -> xr.Dataset:
 
     Parameters
     ----------
-    knit : Knit
+    knit : Fabric
     tied : float
         Radius of the disc that joins two yarns at a crossing, over that of the yarn; 0 for a point without area.
 
@@ -220,7 +220,7 @@ SMALLEST, LARGEST = 0.1, 0.6
 """Radius of a patch over that of the yarn: waves to resolve a smaller one are many, a larger one is not local."""
 
 
-def patch_stiffness(knit: Knit, points: JointPoints, contacts: xr.Dataset, yarn: Yarn) -> np.ndarray:
+def patch_stiffness(knit: Fabric, points: JointPoints, contacts: xr.Dataset, yarn: Yarn) -> np.ndarray:
     """Return the stiffness matrices (K, 3, 3) [N/m] of the tied patches of all crossings.
 
     Tied areas are alike in size: their mean is taken. The two yarns yield one after the other, each along the contact

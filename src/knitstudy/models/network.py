@@ -8,16 +8,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from knitstudy.errors import ConfigurationError, GeometryError
-from knitstudy.geometry.cut import gripped_arcs, inside
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Stations
 from knitstudy.loading.load_path import Motion
 from knitstudy.mechanics.beam import LinearSprings, Section, SectionLaw
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.curved_rod import CurvedSection
 from knitstudy.mechanics.increment import PrescribedDisplacement
-from knitstudy.mesh.grips import Grips
 from knitstudy.mesh.memory import require_memory
+from knitstudy.mesh.mesher import Grips
 from knitstudy.models.joints import JointPoints, Joints
 from knitstudy.study.problem_sections import Yarn
 
@@ -105,17 +104,10 @@ class Network:
 SPINS = range(3, 6)
 
 
-def grips(network: Network, knit: Knit, direction: str) -> Grips:
-    """Return the grips of a load direction.
-
-    In course tension these are the ends of all yarns; in wale tension the stations on the sinker arcs of the bottom
-    yarn and on the head arcs of the top yarn.
-    """
-    if direction == "course":
-        return Grips(network.end_nodes("left"), network.end_nodes("right"))
+def grips(network: Network, knit: Fabric, direction: str) -> Grips:
+    """Return the nodes of all stations that are gripped under a direction of the load."""
     stations = network.stations
-    arcs = gripped_arcs(knit, direction)
-    parts = [(stations.yarn == yarn) & inside(stations.arc_length, arcs[yarn]) for yarn in sorted(arcs)]
+    parts = (grip.holds(stations.yarn, stations.arc_length) for grip in knit.grips[direction])
     return Grips(*(np.unique(network.station_node[part]) for part in parts))
 
 
@@ -156,7 +148,7 @@ BYTES_A_NODE = 8_200
 
 
 def spatial_network(
-    knit: Knit,
+    knit: Fabric,
     contacts: JointPoints,
     size: float,
     joint: str = "rigid",
@@ -167,7 +159,7 @@ def spatial_network(
 
     Parameters
     ----------
-    knit : Knit
+    knit : Fabric
         Centrelines of the yarns.
     contacts : JointPoints
         Points C and P.
@@ -233,7 +225,7 @@ def spatial_network(
     )
 
 
-def _curvature(knit: Knit, pieces: list[np.ndarray], first: np.ndarray) -> np.ndarray:
+def _curvature(knit: Fabric, pieces: list[np.ndarray], first: np.ndarray) -> np.ndarray:
     """Mean curvature vectors (E, 3) [1/m] of the centrelines from the stations `first` (E,) to the next ones."""
     tangent = np.concatenate([c.tangent(s) for c, s in zip(knit.centrelines, pieces, strict=True)])
     arc_length = np.concatenate(pieces)

@@ -13,17 +13,15 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.patch_compliance import missing
 from knitstudy.mechanics.periodic import Lattice
-from knitstudy.mechanics.spline_yarn.sampling import Sampling, locate
 from knitstudy.mechanics.spline_yarn.seam import Seam, seam
-from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
+from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace, locate
 from knitstudy.mechanics.spline_yarn.span import span_groups
-from knitstudy.mesh.grips import Grips
-from knitstudy.mesh.knit import ACROSS, sampled_sections
+from knitstudy.mesh.mesher import ACROSS, Grips, sampled_sections
 from knitstudy.mesh.sweep import Curve, rotation_minimising
 from knitstudy.models.discretisation import Discretisation, contact_surfaces
 from knitstudy.models.spline_yarns import PLACES, space_on, yarn_spans
@@ -58,7 +56,7 @@ class PeriodicYarns:
     lattice: Lattice
 
 
-def periodic_yarns(scene: Scene, knit: Knit) -> PeriodicYarns:
+def periodic_yarns(scene: Scene, knit: Fabric) -> PeriodicYarns:
     """Return the yarns of a cell of so many loops and rows.
 
     Raises
@@ -69,7 +67,7 @@ def periodic_yarns(scene: Scene, knit: Knit) -> PeriodicYarns:
     space = space_on(scene, yarn_spans(scene, knit))
     own = space.yarns[0]
     around = seam(own)
-    lattice = Lattice(np.array([[knit.width, 0, 0], [0, knit.height, 0]]))
+    lattice = Lattice(knit.periods)
     start = wrapped_shape(own, around, knit.centrelines[0], knit.radius, lattice.vectors[0])
     return PeriodicYarns(
         discretise(scene, knit, space, around.nodes(start, lattice.vectors[0])),
@@ -78,9 +76,9 @@ def periodic_yarns(scene: Scene, knit: Knit) -> PeriodicYarns:
     )
 
 
-def discretise(scene: Scene, knit: Knit, space: Space, first: np.ndarray) -> Discretisation:
+def discretise(scene: Scene, knit: Fabric, space: Space, first: np.ndarray) -> Discretisation:
     """Return the rows and the image of the first, from the undeformed nodes (n, 3) of the first row's yarn."""
-    rise = np.multiply.outer(space.unity * space.yarn, [0, knit.loop.course_spacing, 0])
+    rise = space.unity[:, None] * knit.shift[space.yarn]
     nodes = np.tile(first, (len(space.yarns), 1)) + rise
     yarn, radius = scene.yarn, knit.radius
     surfaces, rings = contact_surfaces(scene, space, knit)

@@ -12,18 +12,15 @@ import xarray as xr
 
 from knitstudy.contacts.contacts import extract
 from knitstudy.contacts.facets import CrossingFacets, tied_crossings, tied_pieces
-from knitstudy.geometry.cut import Arcs, Pieces, cut_rows
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric, fabric_of
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.contact.friction import ContactHistory
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace, yarn_space
-from knitstudy.mesh.grips import Grips
-from knitstudy.mesh.knit import ACROSS
-from knitstudy.mesh.quality import check_bending, check_overlap
+from knitstudy.mesh.mesher import ACROSS, Grips, check_shape
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing, place_slices
 from knitstudy.mesh.sweep import SweptMesh, sweep
@@ -37,13 +34,13 @@ from knitstudy.study.scene import Scene
 # ---- Pieces of yarn as polynomial solid yarns, with their ties and their contact
 
 
-def divided(scene: Scene, pieces: Pieces, ends: Callable[[Space], Grips]) -> Discretisation:
+def divided(scene: Scene, pieces: Fabric, ends: Callable[[Space], Grips]) -> Discretisation:
     """Return pieces, divided as whole solid yarns are.
 
     Parameters
     ----------
     scene : Scene
-    pieces : Pieces
+    pieces : Fabric
     ends : callable
         What is held and driven: nodes of the space of all pieces.
 
@@ -52,14 +49,14 @@ def divided(scene: Scene, pieces: Pieces, ends: Callable[[Space], Grips]) -> Dis
     MeshError
         If the yarn bends tighter than its radius, or yarns overlap.
     """
-    _require_sound(pieces)
+    check_shape(pieces)
     lines, radius = pieces.centrelines, pieces.radius
     space = Space(tuple(_space(scene, pieces, piece) for piece in range(len(lines))))
     nodes = np.concatenate([shape(own, line, radius) for own, line in zip(space.yarns, lines, strict=True)])
     return described(scene, space, nodes, _sections(pieces), pieces, ends(space))
 
 
-def assemble(scene: Scene, parts: Discretisation, pieces: Pieces, tied: np.ndarray) -> SolidYarns:
+def assemble(scene: Scene, parts: Discretisation, pieces: Fabric, tied: np.ndarray) -> SolidYarns:
     """Return the solid yarns that pieces are: tied at crossings (V,), where the scene says so in contact at all others.
 
     Raises
@@ -81,7 +78,7 @@ def assemble(scene: Scene, parts: Discretisation, pieces: Pieces, tied: np.ndarr
     return SolidYarns(parts, touching.model, tie, facets, every, touching)
 
 
-def _space(scene: Scene, pieces: Pieces, piece: int) -> YarnSpace:
+def _space(scene: Scene, pieces: Fabric, piece: int) -> YarnSpace:
     """Return the space of a piece: spans and degrees by the keys of whole yarns."""
     radius, keys, length = pieces.radius, scene.mesh, pieces.centrelines[piece].length
     stations = pieces.stations(piece)
@@ -99,21 +96,13 @@ def _space(scene: Scene, pieces: Pieces, piece: int) -> YarnSpace:
     return yarn_space(breaks, degrees, keys.spline_degree)
 
 
-def _sections(pieces: Pieces) -> SweptMesh:
+def _sections(pieces: Fabric) -> SweptMesh:
     """Return the sections at which pieces are seen."""
     size = 2 * pieces.radius / ACROSS
     return sweep(pieces.centrelines, Section.for_size(2 * pieces.radius, size), pieces.radius, Spacing(size))
 
 
-def _require_sound(pieces: Pieces) -> None:
-    """Refuse yarns that bend tighter than their radius, or overlap: what three loops of three yarns do, all do."""
-    knit = pieces.knit
-    part = replace(knit, loops=min(knit.loops, 3), rows=min(knit.rows, 2))
-    check_bending(part.centrelines[:1], knit.radius)
-    check_overlap(part.centrelines, knit.radius)
-
-
-# ---- Solid yarns of cells that are cut out of a knit (`geometry.cut_rows`), under load
+# ---- Solid yarns of cells that are cut out of a knit (`geometry.fabric.cut_cells`), under load
 # In course tension they are gripped where yarns end at the sides: the arches of the first yarn do not, ties and contact
 # alone hold them. In wale tension the cut legs of the first and of the last yarn are gripped.
 
@@ -135,33 +124,31 @@ def simulate_cut_knit(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) 
     MeshError
         If the yarn bends tighter than its radius, crossings cannot be tied, or yarns overlap.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem_of_cut_knit(scene, Knit.from_dataset(geometry)), run)
+    return solve_load_path(problem_of_cut_knit(scene, fabric_of(scene, geometry)), run)
 
 
 def contacts_of_cut_knit(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
-    """Return the contacts of such a scene (`crossings.contacts.extract`); yarns are its pieces."""
-    knit = Knit.from_dataset(geometry)
-    return extract(Pieces(knit, cut_rows(knit)), history)
+    """Return the contacts of such a scene (`contacts.contacts.extract`); yarns are its pieces."""
+    return extract(fabric_of(scene, geometry), history)
 
 
-def problem_of_cut_knit(scene: Scene, knit: Knit) -> Problem:
+def problem_of_cut_knit(scene: Scene, pieces: Fabric) -> Problem:
     """Return a scene whose specimen is cut out of a knit as a problem; errors as of `simulate`."""
-    meter = Meter()
-    arcs = cut_rows(knit)
-    yarns = cut_yarns(scene, Pieces(knit, arcs))
+    meter, arcs = Meter(), pieces.arcs
+    yarns = cut_yarns(scene, pieces)
     mesh = yarns.parts.mesh
     piece = mesh.yarn_of_slice
     places = Stations(arcs.yarn[piece], arcs.arc[piece, 0] + mesh.arc_length, mesh.centres)
-    return replace(problem_of(yarns, scene, knit, meter), stations=places)
+    return replace(problem_of(yarns, scene, pieces, meter), stations=places)
 
 
-def cut_yarns(scene: Scene, pieces: Pieces) -> SolidYarns:
+def cut_yarns(scene: Scene, pieces: Fabric) -> SolidYarns:
     """Return the solid yarns of a cut knit's pieces, gripped as the scene says."""
     crossings = pieces.crossings
     tied = tied_crossings(scene, crossings)
-    parts = divided(scene, pieces, partial(_grips, pieces.knit, pieces.arcs, scene.load.direction))
+    parts = divided(scene, pieces, partial(_grips, pieces, scene.load.direction))
     yarns = assemble(scene, parts, pieces, tied)
     if yarns.touching is None or yarns.touching.beside is None:
         return yarns
@@ -182,18 +169,14 @@ class BesideTiesOfPieces(BesideTies):
         self._history = ContactHistory.empty()
 
 
-def _grips(knit: Knit, arcs: Arcs, direction: str, space: Space) -> Grips:
+def _grips(pieces: Fabric, direction: str, space: Space) -> Grips:
     """Return the nodes at the gripped ends of pieces: of those all that do not vanish there."""
-    length = knit.centrelines[0].length
-    first, last = arcs.arc[:, 0] == 0, arcs.arc[:, 1] == length
-    if direction == "course":
-        return Grips(_ends(space, 0, first), _ends(space, -1, last))
-    lowest, highest = arcs.yarn == 0, arcs.yarn == knit.rows
-    held, driven = (
-        np.concatenate([_ends(space, 0, yarn & ~first), _ends(space, -1, yarn & ~last)])
-        for yarn in (lowest, highest)
-    )
-    return Grips(held, driven)
+    found = []
+    for grip in pieces.grips[direction]:
+        first = np.isin(np.arange(len(space.yarns)), grip.yarn[grip.arc[:, 0] == 0])
+        last = np.isin(np.arange(len(space.yarns)), grip.yarn[grip.arc[:, 0] > 0])
+        found.append(np.concatenate([_ends(space, 0, first), _ends(space, -1, last)]))
+    return Grips(*found)
 
 
 def _ends(space: Space, last: int, chosen: np.ndarray) -> np.ndarray:

@@ -10,13 +10,12 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.geometry.cut import grip_ends
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter
 from knitstudy.loading.load_path import Motion, load_path
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.direct import LU
@@ -62,26 +61,26 @@ def simulate(
     ConfigurationError, DataFileError, GeometryError
         As `problem`.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem(scene, Knit.from_dataset(geometry), contacts, springs, stresses), run)
+    return solve_load_path(problem(scene, Fabric.from_dataset(geometry), contacts, springs, stresses), run)
 
 
 def run(
     scene: Scene,
-    knit: Knit,
+    knit: Fabric,
     contacts: xr.Dataset | None = None,
     springs_from: xr.Dataset | None = None,
     how: Run = IN_MEMORY,
     stresses: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """Return the history of a scene: `problem`, followed; see `simulate`."""
-    return follow(problem(scene, knit, contacts, springs_from, stresses), how)
+    return solve_load_path(problem(scene, knit, contacts, springs_from, stresses), how)
 
 
 def problem(
     scene: Scene,
-    knit: Knit,
+    knit: Fabric,
     contacts: xr.Dataset | None = None,
     springs_from: xr.Dataset | None = None,
     stresses: xr.Dataset | None = None,
@@ -92,7 +91,7 @@ def problem(
     ----------
     scene : Scene
         What to load and how.
-    knit : Knit
+    knit : Fabric
         The knit of the scene.
     contacts : Dataset, optional
         Contacts of the simulation with solid yarns, in the format of docs/architecture.md; those that the geometry
@@ -118,7 +117,7 @@ def problem(
     return problem_of(assemble(scene, knit, contacts, springs_from, stresses), scene, knit, meter)
 
 
-def problem_of(network: Network, scene: Scene, knit: Knit, meter: Meter | None = None) -> Problem:
+def problem_of(network: Network, scene: Scene, knit: Fabric, meter: Meter | None = None) -> Problem:
     """Return a network with the load of a scene."""
     meter = meter or Meter()
     model = network.model(scene.yarn, scene.value("mesh.section_law") or "straight")
@@ -167,7 +166,7 @@ class NetworkObserver:
         return columns, {}
 
 
-def _motion(network: Network, scene: Scene, knit: Knit) -> Motion:
+def _motion(network: Network, scene: Scene, knit: Fabric) -> Motion:
     """Return how the grips move: strains refer to the height of the network, where it is not that of the knit."""
     motion = load_path(scene, knit)
     if scene.load.direction == "course" or network.height is None:
@@ -178,7 +177,7 @@ def _motion(network: Network, scene: Scene, knit: Knit) -> Motion:
 
 def assemble(
     scene: Scene,
-    knit: Knit,
+    knit: Fabric,
     contacts: xr.Dataset,
     springs_from: xr.Dataset | None = None,
     stresses: xr.Dataset | None = None,
@@ -210,12 +209,12 @@ def assemble(
         joints = joints.pinned(PIN * scene.yarn.youngs_modulus * scene.yarn.radius)
     elif scene.rom.joint == "patch":
         joints = joints.pinned(patch_stiffness(knit, points, contacts, scene.yarn))
-    stops = grip_ends(knit, scene.load.direction)
+    stops = knit.grip_ends(scene.load.direction)
     arms = "printed" if scene.rom.joint == "printed" else "rigid"
     return rom3d.spatial_network(knit, points, scene.mesh.beam_size, arms, joints, stops)
 
 
-def _require_all_crossings(contacts: xr.Dataset, knit: Knit) -> None:
+def _require_all_crossings(contacts: xr.Dataset, knit: Fabric) -> None:
     """Refuse contacts that do not describe every crossing of this knit."""
     crossings = knit.crossings
     same = contacts.sizes["crossing"] == len(crossings.row) and all(
@@ -225,7 +224,7 @@ def _require_all_crossings(contacts: xr.Dataset, knit: Knit) -> None:
         count = contacts.sizes["crossing"]
         raise DataFileError(
             f"the contacts describe {count} crossings that are not the {len(crossings.row)} of a "
-            f"{knit.loops} x {knit.rows} knit: contacts and knit must be of the same scene"
+            f"{knit.cells[0]} x {knit.cells[1]} knit: contacts and knit must be of the same scene"
         )
     whole = np.isfinite(contacts["centroid"]).all("xyz") & np.isfinite(contacts["normal"]).all("xyz")
     if not whole.all():

@@ -13,18 +13,16 @@ import xarray as xr
 
 from knitstudy.contacts.facets import CrossingFacets, tied_crossings, tied_pieces
 from knitstudy.contacts.kinematics import section_motion
-from knitstudy.geometry.lay_out import read_specimen
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.load_path import Motion, load_path
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear import LinearSolver
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.linear.krylov import Krylov
-from knitstudy.mechanics.linear.solver import LinearSolver
 from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, InTurn, KnitStructure, ThreeScale
 from knitstudy.mechanics.model import Stabilisation, transformation
 from knitstudy.mechanics.solid import SolidModel, SolidState
@@ -145,7 +143,7 @@ class SolidYarns:
         return position
 
 
-def assemble_yarns(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> SolidYarns:
+def assemble_yarns(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> SolidYarns:
     """Return the solid yarns of a scene.
 
     Raises
@@ -187,11 +185,11 @@ def _transformation(parts: Discretisation) -> tuple[sp.csr_matrix | None, np.nda
 
 
 DIRECT_UNKNOWNS = 20_000
-"""Up to here sparse LU serves where iterations fail; beyond, its time and memory are too much (docs/performance.md)."""
+"""Largest size for sparse LU where iterations fail; its time and memory grow fast (docs/notes/performance.md)."""
 
 
 def simulate(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
-    """Return the history of a scene of fidelity "dns".
+    """Return the history of a scene of solid yarns.
 
     Parameters
     ----------
@@ -205,18 +203,18 @@ def simulate(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, run: Run = IN
     MeshError
         As `problem`.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem(scene, SweptMesh.from_dataset(mesh), read_specimen(geometry)), run)
+    return solve_load_path(problem(scene, SweptMesh.from_dataset(mesh), Fabric.from_dataset(geometry)), run)
 
 
-def run(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair, how: Run = IN_MEMORY) -> xr.Dataset:
+def run(scene: Scene, mesh: SweptMesh, specimen: Fabric, how: Run = IN_MEMORY) -> xr.Dataset:
     """Return the history of a scene: `problem`, followed; see `simulate`."""
-    return follow(problem(scene, mesh, specimen), how)
+    return solve_load_path(problem(scene, mesh, specimen), how)
 
 
-def problem(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Problem:
-    """Return a scene of fidelity "dns" as a problem.
+def problem(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Problem:
+    """Return a scene of solid yarns as a problem.
 
     Raises
     ------
@@ -228,9 +226,7 @@ def problem(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Problem
     return problem_of(assemble_yarns(scene, mesh, specimen), scene, specimen, meter)
 
 
-def problem_of(
-    yarns: SolidYarns, scene: Scene, specimen: Knit | YarnPair, meter: Meter | None = None
-) -> Problem:
+def problem_of(yarns: SolidYarns, scene: Scene, specimen: Fabric, meter: Meter | None = None) -> Problem:
     """Return solid yarns with the load of a scene, and with what is seen and refused on the way."""
     mesh, model, tie, touching = yarns.parts.mesh, yarns.model, yarns.tie, yarns.touching
     motion = load_path(scene, specimen)

@@ -8,18 +8,14 @@ from functools import partial
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.cut import grip_ends, gripped_arcs
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric, Grip
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.patch_compliance import missing
-from knitstudy.mechanics.spline_yarn.sampling import Sampling, locate
-from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace, yarn_space
+from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace, locate, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
-from knitstudy.mesh.grips import LOWER, UPPER, Grips
-from knitstudy.mesh.knit import ACROSS, crossing_stations
 from knitstudy.mesh.memory import require_memory
+from knitstudy.mesh.mesher import ACROSS, Grips, load_of
 from knitstudy.mesh.spacing import Spacing, place_slices
 from knitstudy.mesh.sweep import Curve, SweptMesh, rotation_minimising
 from knitstudy.models.discretisation import Discretisation, contact_surfaces
@@ -61,25 +57,27 @@ class YarnSpans:
         return np.any((middle > self.arcs[:, 0]) & (middle < self.arcs[:, 1]), axis=1)
 
 
-def yarn_spans(scene: Scene, specimen: Knit | YarnPair) -> list[YarnSpans]:
+def yarn_spans(scene: Scene, specimen: Fabric) -> list[YarnSpans]:
     """Return the spans of every yarn: of all loops the same, but for the ends of arcs that are gripped."""
-    curves, radius, keys = specimen.centrelines, specimen.radius, scene.mesh
-    periods = 1 if isinstance(specimen, YarnPair) else specimen.loops
-    spacing = Spacing(
-        keys.crossing_span * radius,
-        keys.span / keys.crossing_span,
-        crossing_stations(specimen),
-        curves[0].length / periods,
-        reach=keys.crossing_reach * radius,
-        ramp=RAMP * radius,
-    )
-    direction = scene.value("load.direction")
-    arcs, ends = gripped_arcs(specimen, direction), grip_ends(specimen, direction)
-    plain = _spans(periods, NONE, NONE.ravel(), spacing, scene)
-    return [
-        _spans(periods, arcs[yarn], ends[yarn], spacing, scene) if yarn in arcs else plain
-        for yarn in range(len(curves))
-    ]
+    radius, keys = specimen.radius, scene.mesh
+    load, repeats = load_of(scene), specimen.repeats
+    arcs, ends = specimen.gripped_arcs(load), specimen.grip_ends(load)
+    plain = {}
+    for one in np.unique(specimen.copy_of).tolist():
+        spacing = Spacing(
+            keys.crossing_span * radius,
+            keys.span / keys.crossing_span,
+            tuple(specimen.places_of_a_repeat(one).tolist()),
+            specimen.centrelines[one].length / repeats,
+            reach=keys.crossing_reach * radius,
+            ramp=RAMP * radius,
+        )
+        plain[one] = spacing, _spans(repeats, NONE, NONE.ravel(), spacing, scene)
+    found = []
+    for yarn, one in enumerate(specimen.copy_of.tolist()):
+        spacing, spans = plain[one]
+        found.append(_spans(repeats, arcs[yarn], ends[yarn], spacing, scene) if yarn in arcs else spans)
+    return found
 
 
 def _spans(loops: int, arcs: np.ndarray, ends: np.ndarray, spacing: Spacing, scene: Scene) -> YarnSpans:
@@ -101,7 +99,7 @@ BYTES_A_PAIR = 48
 """Of a simulation, for each pair of nodes of a span: tangent, factors of single yarns, places of what is summed."""
 
 
-def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Discretisation:
+def discretise(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
     """Return the yarns of a scene as polynomials times splines.
 
     The length of an element, which stiffnesses of contact and tolerances refer to, is that of hexahedra in the sections
@@ -116,13 +114,15 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair) -> Disc
     """
     if scene.value("pair.support") == "back":
         raise ConfigurationError(
-            "pair.support is 'back' but must be ends where fidelity is solid_yarns: half of a surface is no set of "
+            "pair.support is 'back' but must be ends where fidelity is spline_yarns: half of a surface is no set of "
             "unknowns there"
         )
     spans = yarn_spans(scene, specimen)
     space = space_on(scene, spans)
     _require_memory(scene, space)
-    return described(scene, space, undeformed(space, specimen), mesh, specimen, _grips(scene, space, spans))
+    return described(
+        scene, space, undeformed(space, specimen), mesh, specimen, _grips(scene, specimen, space, spans)
+    )
 
 
 def described(
@@ -130,7 +130,7 @@ def described(
     space: Space,
     nodes: np.ndarray,
     mesh: SweptMesh,
-    specimen: Knit | YarnPair,
+    specimen: Fabric,
     ends: Grips,
 ) -> Discretisation:
     """Return what all that works with solid yarns asks of them, of undeformed nodes (N, 3) [m] of a space.
@@ -142,7 +142,7 @@ def described(
     nodes : ndarray, shape (N, 3)
     mesh : SweptMesh
         Sections at which yarns are seen.
-    specimen : Knit or YarnPair
+    specimen : Fabric
         Or a part of one: what says where yarns cross.
     ends : Grips
         Nodes that are held and driven.
@@ -176,16 +176,13 @@ def space_on(scene: Scene, spans: list[YarnSpans]) -> Space:
     return Space(tuple(kinds[each] for each in spans))
 
 
-def undeformed(space: Space, specimen: Knit | YarnPair) -> np.ndarray:
+def undeformed(space: Space, specimen: Fabric) -> np.ndarray:
     """Return the undeformed nodes (N, 3) of a specimen's yarns [m]; all yarns of a knit are one, moved."""
     curves, radius = specimen.centrelines, specimen.radius
-    if isinstance(specimen, YarnPair):
-        yarns = zip(space.yarns, curves, strict=True)
-        return np.concatenate([shape(own, curve, radius) for own, curve in yarns])
-    shapes = {own: shape(own, curves[0], radius) for own in set(space.yarns)}
-    rise = np.array([0.0, specimen.loop.course_spacing, 0.0])
-    nodes = np.concatenate([shapes[own] for own in space.yarns])
-    return nodes + (space.unity * space.yarn)[:, None] * rise
+    kinds = list(zip(space.yarns, specimen.copy_of.tolist(), strict=True))
+    shapes = {kind: shape(kind[0], curves[kind[1]], radius) for kind in set(kinds)}
+    nodes = np.concatenate([shapes[kind] for kind in kinds])
+    return nodes + space.unity[:, None] * specimen.shift[space.yarn]
 
 
 def _require_memory(scene: Scene, space: Space) -> None:
@@ -220,16 +217,21 @@ def _locate(
     return space.weights(yarn, *locate(space, nodes, points, yarn))
 
 
-def _grips(scene: Scene, space: Space, spans: list[YarnSpans]) -> Grips:
-    """Return the nodes that are held and driven where `mesh.grips.grips` does: all functions over those sections."""
-    if scene.specimen == "pair":
-        return Grips(
-            *(np.concatenate([_end(space, yarn, -1), _end(space, yarn, 0)]) for yarn in (LOWER, UPPER))
-        )
-    if scene.load.direction == "course":
-        yarns = range(len(space.yarns))
-        return Grips(*(np.concatenate([_end(space, yarn, last) for yarn in yarns]) for last in (0, -1)))
-    return Grips(_along(space, 0, spans[0]), _along(space, len(spans) - 1, spans[-1]))
+def _grips(scene: Scene, specimen: Fabric, space: Space, spans: list[YarnSpans]) -> Grips:
+    """Return the nodes that are held and driven where `mesh.mesher.grips` does: all functions over those sections."""
+    return Grips(*(_gripped(grip, specimen, space, spans) for grip in specimen.grips[load_of(scene)]))
+
+
+def _gripped(grip: Grip, specimen: Fabric, space: Space, spans: list[YarnSpans]) -> np.ndarray:
+    """Return the nodes of a grip: those of the ends that it holds, and those along its arcs."""
+    nodes = []
+    for yarn in np.unique(grip.yarn).tolist():
+        arcs, length = grip.of(yarn), specimen.centrelines[yarn].length
+        ends = arcs[arcs[:, 0] == arcs[:, 1], 0]
+        nodes += [_end(space, yarn, -1 if s > 0.5 * length else 0) for s in ends]
+        if len(ends) < len(arcs):
+            nodes.append(_along(space, yarn, spans[yarn]))
+    return np.concatenate(nodes)
 
 
 def _end(space: Space, yarn: int, last: int) -> np.ndarray:

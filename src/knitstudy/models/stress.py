@@ -9,12 +9,10 @@ import xarray as xr
 
 from knitstudy.contacts.segments import KINDS, NO_SEGMENT, Segments, segments
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.columns import STRESSES
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.materials.material import VOIGT
+from knitstudy.mechanics.materials import VOIGT, Material
 from knitstudy.mechanics.solid import cauchy_stress, principal_axes
 from knitstudy.mechanics.spline_yarn.space import YarnSpace, deformation_gradient, sections
 from knitstudy.mesh.section import Section
@@ -65,7 +63,7 @@ CORNERS = 8
 
 
 def hexahedral_cell_stress(
-    scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair, displacement: np.ndarray
+    scene: Scene, mesh: SweptMesh, specimen: Fabric, displacement: np.ndarray
 ) -> CellStress:
     """Return the stress in every element from the displacement (N, 3) of the nodes [m]."""
     parts = divide(scene, mesh, specimen)
@@ -111,7 +109,7 @@ LAYERS = 100
 
 
 def spline_cell_stress(
-    scene: Scene, mesh: SweptMesh, specimen: Knit | YarnPair, displacement: np.ndarray
+    scene: Scene, mesh: SweptMesh, specimen: Fabric, displacement: np.ndarray
 ) -> CellStress:
     """Return the stress in every cell from the coefficients (N, 3) of the displacement [m].
 
@@ -186,14 +184,14 @@ def _section_points(section: Section) -> tuple[np.ndarray, np.ndarray]:
 # What is averaged is the Cauchy stress, over the deformed volume of a segment: all of the yarns between the crossings
 # at its two ends, both yarns where two share a segment. The maximum principal stress is the largest by value, and its
 # direction an axis in space as the knit then is; `segment_rotation`, the rotation of the affine motion that fits the
-# segment best, takes it back to the undeformed knit (docs/principal_stress.md).
+# segment best, takes it back to the undeformed knit (docs/theory.md).
 
 
 EXTENTS = {"whole": 1.0, "middle": 0.5}
 """Share of every piece of yarn, about its middle, that is averaged over; what judges is the whole piece."""
 
 
-CELL_STRESS = {"dns": hexahedral_cell_stress, "solid_yarns": spline_cell_stress}
+CELL_STRESS = {"hexahedra": hexahedral_cell_stress, "spline_yarns": spline_cell_stress}
 """Stress of cells by fidelity."""
 
 
@@ -215,7 +213,7 @@ def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dat
         raise DataFileError(
             "the history holds no node_displacement, which stresses come from: the scene's outputs must hold 'fields'"
         )
-    knit, swept = Knit.from_dataset(geometry), SweptMesh.from_dataset(mesh)
+    knit, swept = Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh)
     moved = history["node_displacement"].to_numpy()
     cells = CELL_STRESS[scene.fidelity](scene, swept, knit, moved)
     parts = segments(knit.crossings, np.array([each.length for each in knit.centrelines]))

@@ -13,8 +13,7 @@ from scipy.spatial import cKDTree
 
 from knitstudy.contacts.facets import tied_crossings
 from knitstudy.errors import MeshError
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.mechanics.patch_compliance import moments, polar_rule
 from knitstudy.models.discretisation import Discretisation, project_on_tube
 from knitstudy.study.scene import Scene
@@ -49,7 +48,7 @@ class Discs:
     radius: float
 
     @classmethod
-    def of(cls, specimen: Knit | YarnPair, crossing: np.ndarray, radius: float) -> Discs:
+    def of(cls, specimen: Fabric, crossing: np.ndarray, radius: float) -> Discs:
         """Return the discs of a radius [m] at crossings (D,) of a specimen."""
         crossings = specimen.crossings
         ends = crossings.point[crossing]
@@ -69,13 +68,13 @@ class Discs:
 
 
 def continued(
-    specimen: Knit | YarnPair, parts: Discretisation, discs: Discs, side: int, places: np.ndarray
+    specimen: Fabric, parts: Discretisation, discs: Discs, side: int, places: np.ndarray
 ) -> sp.csr_matrix:
     """Return the weighted sums (D q, N) of nodes that a yarn is at points of the discs.
 
     Parameters
     ----------
-    specimen : Knit or YarnPair
+    specimen : Fabric
     parts : Discretisation
     discs : Discs
     side : int
@@ -118,7 +117,7 @@ def _sums(parts: Discretisation, points: np.ndarray, yarn: np.ndarray, factor: n
 #
 #     1/2 k_0 |mean u|^2 + 1/2 k_1 (|mean 2 xi u / a|^2 + |mean 2 eta u / a|^2),
 #
-# xi, eta on a disc of radius a. Formulation, and why so: docs/ties.md.
+# xi, eta on a disc of radius a. Formulation: docs/theory.md.
 
 
 STIFFNESS = 100.0
@@ -132,7 +131,7 @@ WIDEST_STEP = 0.5
 
 NARROWEST = 0.25
 """Least radius of a disc, in elements. At 0.3 the force of a cell is 6 % (one point) to 15 % too large
-(docs/ties.md)."""
+(docs/notes/ties.md)."""
 
 BESIDE = 1.5
 """Distance from the middle of a disc, in its radii, beyond which the yarns are not held by it."""
@@ -239,7 +238,7 @@ class Ties:
 
 def tie_patches(
     parts: Discretisation,
-    specimen: Knit | YarnPair,
+    specimen: Fabric,
     tied: np.ndarray,
     radius: float,
     youngs_modulus: float,
@@ -249,7 +248,7 @@ def tie_patches(
     Parameters
     ----------
     parts : Discretisation
-    specimen : Knit or YarnPair
+    specimen : Fabric
     tied : ndarray of bool, shape (K,)
     radius : float
         Of the discs, over the yarn's.
@@ -282,7 +281,7 @@ def tie_patches(
     return Ties(discs, joined, 1 / compliance[:, [0, 1, 1]], len(tied))
 
 
-def _require_resolution(specimen: Knit | YarnPair, radius: float, size: float) -> None:
+def _require_resolution(specimen: Fabric, radius: float, size: float) -> None:
     """Refuse discs so narrow that elements of a size [m] show little of how a yarn yields under them."""
     least = NARROWEST * size / specimen.radius
     if radius < least:
@@ -292,7 +291,7 @@ def _require_resolution(specimen: Knit | YarnPair, radius: float, size: float) -
         )
 
 
-def _require_room(specimen: Knit | YarnPair, discs: Discs, radius: float) -> None:
+def _require_room(specimen: Fabric, discs: Discs, radius: float) -> None:
     """Refuse discs that overlap each other on a yarn, or reach over its end."""
     crossings = specimen.crossings
     for side in range(2):
@@ -316,7 +315,7 @@ def _require_room(specimen: Knit | YarnPair, discs: Discs, radius: float) -> Non
             )
 
 
-def tie_of(scene: Scene, parts: Discretisation, specimen: Knit | YarnPair) -> Ties:
+def tie_of(scene: Scene, parts: Discretisation, specimen: Fabric) -> Ties:
     """Return the ties of a scene's yarns; errors as of `tie_patches`."""
     tied = tied_crossings(scene, specimen.crossings)
     return tie_patches(parts, specimen, tied, scene.tie.radius, scene.yarn.youngs_modulus)

@@ -10,19 +10,18 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.contacts.kinematics import section_motion
-from knitstudy.geometry.cut import Pieces
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric, pieces_of
 from knitstudy.loading.gates import require_no_jump, require_sound
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.load_path import load_path
 from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, follow
+from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.solids_and_beams import MixedState, Seams, SolidsAndBeams
 from knitstudy.mechanics.spline_yarn.space import Space
-from knitstudy.mesh.grips import Grips
+from knitstudy.mesh.mesher import Grips
 from knitstudy.models.discretisation import Discretisation
 from knitstudy.models.network import Network, grips, tension
 from knitstudy.models.pieces import assemble, divided
@@ -33,7 +32,7 @@ from knitstudy.study.scene import Scene
 # ---- The solid arcs of a window, all tied or all in contact, and the sections at their ends that beams carry
 
 
-def solid_pieces(scene: Scene, pieces: Pieces) -> SolidYarns:
+def solid_pieces(scene: Scene, pieces: Fabric) -> SolidYarns:
     """Return the solid yarns of a window: all crossings are tied, or all in contact.
 
     Raises
@@ -97,7 +96,7 @@ class MixedKnit:
         return np.concatenate([beams, sections])[self.order]
 
 
-def mixed_knit(scene: Scene, knit: Knit, contacts: xr.Dataset | None = None) -> MixedKnit:
+def mixed_knit(scene: Scene, knit: Fabric, contacts: xr.Dataset | None = None) -> MixedKnit:
     """Return the knit of a scene with its window.
 
     Raises
@@ -110,7 +109,7 @@ def mixed_knit(scene: Scene, knit: Knit, contacts: xr.Dataset | None = None) -> 
         If two joints of a yarn coincide.
     """
     window = window_of(scene, knit)
-    yarns = solid_pieces(scene, Pieces(knit, window))
+    yarns = solid_pieces(scene, pieces_of(knit, window))
     network = surroundings(scene, knit, window, contacts)
     beams = network.model(scene.yarn, scene.mesh.section_law)
     section = end_sections(yarns.parts).reshape(-1, 3)
@@ -225,18 +224,18 @@ def simulate(
     ConfigurationError, GeometryError, MeshError
         As `mixed_knit`.
     ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.follow`.
+        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return follow(problem(scene, Knit.from_dataset(geometry), springs), run)
+    return solve_load_path(problem(scene, Fabric.from_dataset(geometry), springs), run)
 
 
-def problem(scene: Scene, knit: Knit, springs: xr.Dataset | None = None) -> Problem:
+def problem(scene: Scene, knit: Fabric, springs: xr.Dataset | None = None) -> Problem:
     """Return a scene of fidelity "window" as a problem; arguments and errors as of `simulate`."""
     meter = Meter()
     return problem_of(mixed_knit(scene, knit, springs), scene, knit, meter)
 
 
-def problem_of(mixed: MixedKnit, scene: Scene, knit: Knit, meter: Meter | None = None) -> Problem:
+def problem_of(mixed: MixedKnit, scene: Scene, knit: Fabric, meter: Meter | None = None) -> Problem:
     """Return a knit with a window under the load of a scene, and with what is seen and refused on the way."""
     model, yarns, window = mixed.model, mixed.yarns, mixed.window
     motion = load_path(scene, knit)

@@ -10,7 +10,8 @@ import xarray as xr
 
 from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.pattern import Crossings, Knit
+from knitstudy.geometry.crossings import Crossings
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.study.scene import Scene
 
@@ -24,12 +25,12 @@ class Shown:
 
     Attributes
     ----------
-    knit : Knit
+    knit : Fabric
     chosen : ndarray of int, shape (W,)
         Crossings of the knit.
     """
 
-    knit: Knit
+    knit: Fabric
     chosen: np.ndarray
 
     @property
@@ -53,15 +54,15 @@ class Shown:
 
 def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
     """Return the contacts of a scene's window from its geometry and its history; see `shown_contacts`."""
-    return shown_contacts(Knit.from_dataset(geometry), history)
+    return shown_contacts(Fabric.from_dataset(geometry), history)
 
 
-def shown_contacts(knit: Knit, history: xr.Dataset) -> xr.Dataset:
+def shown_contacts(knit: Fabric, history: xr.Dataset) -> xr.Dataset:
     """Return the contacts (W,) of the cells that a window is asked for, by row, column and zone.
 
     Parameters
     ----------
-    knit : Knit
+    knit : Fabric
     history : Dataset
         Of a window in it.
 

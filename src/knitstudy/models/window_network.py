@@ -10,12 +10,11 @@ import xarray as xr
 
 from knitstudy.contacts.facets import tied_crossings
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.cut import Arcs, grip_ends, gripped_arcs
-from knitstudy.geometry.pattern import Crossings, Knit
+from knitstudy.geometry.crossings import Crossings
+from knitstudy.geometry.fabric import Arcs, Fabric
 from knitstudy.loading.history import Stations
 from knitstudy.mechanics.beam_contact.approach import Curves
-from knitstudy.mechanics.beam_contact.contact import BeamContact, hertz
-from knitstudy.mechanics.beam_contact.model import TouchingBeams
+from knitstudy.mechanics.beam_contact.contact import BeamContact, TouchingBeams, hertz
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.models import network as rom3d
 from knitstudy.models.beam_pairs import point_pairs
@@ -52,7 +51,7 @@ class Window(Arcs):
         return {int(yarn): self.arc[self.yarn == yarn].ravel() for yarn in np.unique(self.yarn)}
 
 
-def window_of(scene: Scene, knit: Knit) -> Window:
+def window_of(scene: Scene, knit: Fabric) -> Window:
     """Return the window of a scene.
 
     Raises
@@ -77,11 +76,11 @@ def _around(crossings: Crossings, middle: tuple[int, int], reach: int) -> np.nda
     return np.flatnonzero((rows <= reach) & (columns <= reach))
 
 
-def _middle(scene: Scene, knit: Knit) -> tuple[int, int]:
+def _middle(scene: Scene, knit: Fabric) -> tuple[int, int]:
     """Return row and column of the middle cell; refuse a window that is not wholly in the knit."""
     keys = scene.window
     reach, found = keys.cells // 2 + keys.margin, []
-    for name, given, count in (("row", keys.row, knit.rows), ("column", keys.column, knit.loops)):
+    for name, given, count in (("row", keys.row, knit.cells[1]), ("column", keys.column, knit.cells[0])):
         middle = count // 2 if given is None else given
         lowest, highest = reach, count - 1 - reach
         if lowest > highest:
@@ -111,9 +110,9 @@ def _require_untied(scene: Scene, crossings: Crossings, chosen: np.ndarray) -> N
         )
 
 
-def _require_ungripped(scene: Scene, knit: Knit, yarn: np.ndarray, arc: np.ndarray) -> None:
+def _require_ungripped(scene: Scene, knit: Fabric, yarn: np.ndarray, arc: np.ndarray) -> None:
     """Refuse a window whose arcs reach into a grip."""
-    gripped = gripped_arcs(knit, scene.load.direction)
+    gripped = knit.gripped_arcs(scene.load.direction)
     for one, (low, high) in zip(yarn, arc, strict=True):
         ends = gripped.get(int(one), np.empty((0, 2)))
         if np.any((ends[:, 0] < high) & (ends[:, 1] > low)):
@@ -124,7 +123,7 @@ def _require_ungripped(scene: Scene, knit: Knit, yarn: np.ndarray, arc: np.ndarr
             )
 
 
-def _arcs(knit: Knit, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _arcs(knit: Fabric, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return arcs of yarns (P,) that hold chosen crossings: (P, 2) [m], half the way to those next to them."""
     crossings = knit.crossings
     is_chosen = np.zeros(len(crossings.row), dtype=bool)
@@ -147,13 +146,13 @@ def _arcs(knit: Knit, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 # ---- The knit around a window as a network of beams: yarns cut where they become solid, joined at all other crossings
 
 
-def surroundings(scene: Scene, knit: Knit, window: Window, contacts: xr.Dataset | None) -> Network:
+def surroundings(scene: Scene, knit: Fabric, window: Window, contacts: xr.Dataset | None) -> Network:
     """Return the network around a window; it has a node at every cut, and no elements in the solid arcs.
 
     Parameters
     ----------
     scene : Scene
-    knit : Knit
+    knit : Fabric
     window : Window
     contacts : Dataset, optional
         Contacts of the simulation that ``window.springs_from`` names. Without it nothing joins yarns that touch.
@@ -171,7 +170,7 @@ def surroundings(scene: Scene, knit: Knit, window: Window, contacts: xr.Dataset 
         crossings.point[outside],
         crossings.point[outside].mean(axis=1),
     )
-    stops = grip_ends(knit, scene.load.direction)
+    stops = knit.grip_ends(scene.load.direction)
     for yarn, cuts in window.cuts.items():
         stops = stops | {yarn: np.concatenate([stops.get(yarn, np.empty(0)), cuts])}
     joints = _joints(scene, knit, points, outside, contacts)
@@ -192,7 +191,7 @@ def cut_nodes(network: Network, window: Window) -> np.ndarray:
 
 
 def _joints(
-    scene: Scene, knit: Knit, points: JointPoints, outside: np.ndarray, contacts: xr.Dataset | None
+    scene: Scene, knit: Fabric, points: JointPoints, outside: np.ndarray, contacts: xr.Dataset | None
 ) -> Joints:
     """Return what joins the beams: pins that yield as tied patches do, and springs or nothing where yarns touch."""
     joints = Joints.all_tied(len(outside))
@@ -207,7 +206,7 @@ def _joints(
     return joints.pinned(_pins(scene, knit, points, every)) if tied.any() else joints
 
 
-def _pins(scene: Scene, knit: Knit, points: JointPoints, contacts: xr.Dataset) -> np.ndarray:
+def _pins(scene: Scene, knit: Fabric, points: JointPoints, contacts: xr.Dataset) -> np.ndarray:
     """Return the stiffness (K, 3, 3) [N/m] of tied patches of the scene's size."""
     radius = scene.tie.radius
     if not SMALLEST <= radius <= LARGEST:
@@ -265,7 +264,7 @@ STICK = 10.0
 
 
 def touching_beams(
-    scene: Scene, knit: Knit, window: Window, network: Network, beams: BeamModel
+    scene: Scene, knit: Fabric, window: Window, network: Network, beams: BeamModel
 ) -> TouchingBeams | None:
     """Return beams with contact at all crossings outside of the window that are not tied; None if there are none.
 
@@ -289,7 +288,7 @@ def touching_beams(
         curves.length,
     )
     yarn = scene.yarn
-    law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius, "point")
+    law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
     stick = STICK * yarn.youngs_modulus * yarn.radius
     contact = BeamContact(curves, pairs, yarn.radius, law, stick, scene.kind.interaction.friction(scene))
     return TouchingBeams(beams, network.station_node, network.station_offset, contact)

@@ -59,11 +59,8 @@ def yarn_contact(scene: Scene, yarns: Discretisation, pieces: np.ndarray) -> Con
 
 
 def contact_law(scene: Scene, yarns: Discretisation) -> Coulomb | Indentation:
-    """Return the law of a scene.
-
-    Of solid yarns without hexahedra it can be what their space does not show of the local indentation.
-    """
-    if scene.value("contact.law") == "indentation":
+    """Return the law of a scene: of spline yarns what their space does not show of the local indentation."""
+    if scene.value("mesh.crossing_degree") is not None:
         return indentation(
             scene.mesh.crossing_degree,
             scene.mesh.crossing_span,
@@ -282,7 +279,7 @@ def _penetration(scene: Scene, law: Coulomb | Indentation, size: float) -> Penet
     if isinstance(law, Indentation):
         return Penetration(
             law.end,
-            remedy="contact.law 'indentation' is not known beyond: use a smaller load, a smaller "
+            remedy="the law of indentation is not known beyond: use a smaller load, a smaller "
             "mesh.crossing_degree, or hexahedra",
         )
     return Penetration(scene.contact.penetration * size, scene.contact.augmentations)

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from knitstudy.files import read_dataset, read_table
+from knitstudy.files import read_result, read_table
 from knitstudy.study.documents import read_yaml
 
-READERS = {".nc": read_dataset, ".csv": read_table, ".yaml": read_yaml}
+READERS = {".nc": read_result, ".csv": read_table, ".yaml": read_yaml}
 
 
 def read_sources(files: Iterable[tuple[str, Any]]) -> dict[str, Any]:
@@ -18,14 +18,13 @@ def read_sources(files: Iterable[tuple[str, Any]]) -> dict[str, Any]:
     Parameters
     ----------
     files : iterable of (str, path) or (str, sequence of paths)
-        The name "digest" is left out.
 
     Raises
     ------
     DataFileError, ConfigurationError
         When a file is missing or cannot be read.
     """
-    return {name: _read(found) for name, found in files if name != "digest"}
+    return {name: _read(found) for name, found in files}
 
 
 def _read(found: Any) -> Any:

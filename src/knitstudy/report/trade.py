@@ -1,4 +1,4 @@
-"""What the kept trade says, as the part of docs/trade.md that is written from it."""
+"""What the kept trade says, as the part of docs/accuracy.md that is written from it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def filled(page: str, text: str) -> str:
     before, begin, rest = page.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not (begin and end):
-        raise DataFileError(f"docs/trade.md: must have the lines {BEGIN!r} and {END!r}")
+        raise DataFileError(f"docs/accuracy.md: must have the lines {BEGIN!r} and {END!r}")
     return f"{before}{BEGIN}\n\n{text.strip()}\n\n{END}{after}"
 
 

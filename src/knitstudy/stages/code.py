@@ -1,20 +1,24 @@
-"""The code that a result depends on: modules found from import statements, compared without comments.
+"""The digest of the code behind a result: of modules and of all modules that they import, directly or not.
 
-A result is up to date as long as the syntax trees of these modules, docstrings apart, are the same: a better comment
-runs nothing again.
+Comments, docstrings and layout do not count. Of modules from outside of the package (plugins), those count that lie in
+the same place as the plugin that imports them.
 """
 
 from __future__ import annotations
 
 import ast
+import gc
 import hashlib
-from collections.abc import Iterator
+import sysconfig
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import cache
-from importlib.util import find_spec
+from importlib.util import find_spec, resolve_name
 from pathlib import Path
+from types import CodeType
+from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.stages.trees import KeptTrees, Tree
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -29,69 +33,52 @@ CARRIERS = (
 )
 """Rooms and modules that carry inputs and results but change no number: editing them runs no simulation again."""
 
+INSTALLED = {
+    Path(sysconfig.get_path(name)).resolve() for name in ("purelib", "platlib", "stdlib", "platstdlib")
+}
+"""Folders in which packages lie that have nothing to do with each other."""
 
 BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
 """Where statements, handlers of exceptions and cases of a match hold others."""
+
+
+@dataclass(frozen=True)
+class Module:
+    """A module: its file, the dotted names that it may import, and the digest of its instructions."""
+
+    path: Path
+    imports: tuple[str, ...]
+    digest: str
 
 
 @cache
 def code_digest(*names: str) -> str:
     """Return a digest of modules and of all that they import; see `modules_behind`."""
     digest = hashlib.sha256()
-    for path in modules_behind(*names):
-        digest.update(f"{path.name} {tree_digest(path)}\n".encode())
+    for module in modules_behind(*names):
+        digest.update(f"{module.path.name} {module.digest}\n".encode())
     return digest.hexdigest()[:16]
 
 
-def tree_digest(path: Path) -> str:
-    """Return a digest of a file's syntax tree without docstrings: comments and layout do not count."""
-    return _tree(path).digest
-
-
-@cache
-def _tree(path: Path) -> Tree:
-    return TREES.of(path)
-
-
-def _read(path: Path) -> Tree:
-    """Return the digest of a file's syntax tree, and the modules of this package that it may import."""
-    tree = ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
-    imports = tuple(_imported(tree, path))
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            # Wherever a text stands alone it documents: of fields and constants as well.
-            node.body = [each for each in node.body if not _is_text(each)] or [ast.Pass()]
-    return Tree(hashlib.sha256(ast.dump(tree).encode()).hexdigest(), imports)
-
-
-TREES = KeptTrees(PACKAGE / "__pycache__", _read)
-
-
-def _is_text(node: ast.stmt) -> bool:
-    value = node.value if isinstance(node, ast.Expr) else None
-    return isinstance(value, ast.Constant) and isinstance(value.value, str)
-
-
-def modules_behind(*names: str) -> list[Path]:
-    """Return the files of modules and of all modules of the package that they import, directly or not.
+def modules_behind(*names: str) -> list[Module]:
+    """Return modules and all that they import of this package, or of the place of a plugin, directly or not.
 
     Parameters
     ----------
     *names
-        Dotted module names, for example ``knitstudy.mesh.sweep``; a module from outside of the package stands for its
-        own file and what it imports of the package.
+        Dotted names, for example ``knitstudy.mesh.sweep``.
 
     Returns
     -------
-    list of Path
-        Absolute paths in alphabetical order, without `CARRIERS`.
+    list of Module
+        In alphabetical order of their files, without `CARRIERS`.
 
     Raises
     ------
     ConfigurationError
         When there is no such module.
     """
-    found: dict[str, Path] = {}
+    found: dict[str, Module] = {}
     waiting = list(names)
     while waiting:
         name = waiting.pop()
@@ -99,11 +86,11 @@ def modules_behind(*names: str) -> list[Path]:
             continue
         path = _path_of(name)
         if path is None:
-            raise ConfigurationError(f"the package has no module {name!r}")
-        found[name] = path
-        waiting.extend(each for each in _tree(path).imports if _is_module(each))
-        waiting.extend(_packages_around(name))
-    return sorted(set(found.values()))
+            raise ConfigurationError(f"there is no module {name!r}")
+        found[name] = _read(path, name)
+        waiting += [each for each in found[name].imports if _counts(each, name)]
+        waiting += [package for package in _packages_around(name) if _path_of(package)]
+    return sorted({module.path: module for module in found.values()}.values(), key=lambda module: module.path)
 
 
 def _carries(name: str) -> bool:
@@ -113,55 +100,112 @@ def _carries(name: str) -> bool:
 
 
 @cache
-def _is_module(name: str) -> bool:
-    return _path_of(name) is not None
+def _counts(name: str, importer: str) -> bool:
+    """Whether a name that a module imports is a module whose code counts."""
+    if name.startswith("knitstudy"):
+        return _path_of(name) is not None
+    top, of_importer = name.partition(".")[0], importer.partition(".")[0]
+    if of_importer == "knitstudy":
+        return False
+    path = _path_of(name) if top == of_importer or _place(top) == _place(of_importer) else None
+    return path is not None and (top == of_importer or _place(top) not in INSTALLED)
 
 
-def _imported(tree: ast.Module, path: Path) -> Iterator[str]:
-    """Yield what a file imports of this package, on every level but under TYPE_CHECKING: modules, and names in them."""
-    for node in _running_statements(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names if alias.name.split(".")[0] == "knitstudy")
-        elif isinstance(node, ast.ImportFrom):
-            base = _absolute(node, path)
-            if base.split(".")[0] == "knitstudy":
-                yield base
-                yield from (f"{base}.{alias.name}" for alias in node.names)
+@cache
+def _place(top: str) -> Path | None:
+    """Return the folder in which a module or package of the outermost level lies."""
+    path = _path_of(top)
+    return None if path is None else path.parents[path.name == "__init__.py"]
 
 
-def _absolute(node: ast.ImportFrom, path: Path) -> str:
-    """Return the dotted name of the module that a statement imports from, relative or not."""
-    if node.level == 0 or not path.is_relative_to(PACKAGE):
-        return node.module or ""
-    package = ("knitstudy", *path.relative_to(PACKAGE).parent.parts)
-    around = package[: len(package) - node.level + 1]
-    return ".".join((*around, *filter(None, [node.module])))
-
-
-def _running_statements(tree: ast.Module) -> Iterator[ast.stmt]:
-    """Yield all statements but those under TYPE_CHECKING; imports are statements, and no expression holds any."""
-    waiting: list[ast.AST] = [tree]
-    while waiting:
-        node = waiting.pop()
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
-            continue
-        if isinstance(node, ast.stmt):
-            yield node
-        for block in BLOCKS:
-            waiting.extend(getattr(node, block, ()))
+@cache
+def _path_of(name: str) -> Path | None:
+    """Return the Python file of a module; None if there is none."""
+    if name.split(".")[0] == "knitstudy":
+        base = PACKAGE.joinpath(*name.split(".")[1:])
+        return next(
+            (path for path in (base.with_suffix(".py"), base / "__init__.py") if path.is_file()), None
+        )
+    try:
+        spec = find_spec(name)
+    except (ImportError, ValueError):  # a name in a module, for example
+        return None
+    return Path(spec.origin).resolve() if spec and spec.origin and spec.origin.endswith(".py") else None
 
 
 def _packages_around(name: str) -> list[str]:
-    """Return the packages whose __init__ runs before a module does, but for the outermost."""
+    """Return the packages whose __init__ runs before a module does."""
     parts = name.split(".")
-    return [package for package in (".".join(parts[:n]) for n in range(2, len(parts))) if _path_of(package)]
+    return [".".join(parts[:number]) for number in range(1, len(parts))]
 
 
-def _path_of(name: str) -> Path | None:
-    if name.split(".")[0] != "knitstudy":
-        spec = find_spec(name)
-        return Path(spec.origin) if spec and spec.origin else None
-    if name == "knitstudy":
-        return PACKAGE / "__init__.py"
-    base = PACKAGE.joinpath(*name.split(".")[1:])
-    return next((path for path in (base.with_suffix(".py"), base / "__init__.py") if path.is_file()), None)
+@cache
+def _read(path: Path, name: str) -> Module:
+    collecting = gc.isenabled()
+    gc.disable()  # a syntax tree is many objects that all live: looking for garbage takes most of the time
+    try:
+        tree = ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+        imports = _imported(tree, name if path.name == "__init__.py" else name.rpartition(".")[0])
+        return Module(path, tuple(imports), tree_digest(tree))
+    finally:
+        if collecting:
+            gc.enable()
+
+
+def tree_digest(tree: ast.Module) -> str:
+    """Return a digest of the instructions of a syntax tree, from which docstrings are taken."""
+    for node in _statements(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            # A text that stands alone documents: of fields and constants as well.
+            node.body = [each for each in node.body if not _is_text(each)] or [
+                ast.Pass(lineno=1, col_offset=0)
+            ]
+    code = compile(tree, "", "exec", dont_inherit=True)
+    return hashlib.sha256(repr(_essence(code)).encode()).hexdigest()
+
+
+def _is_text(node: ast.stmt) -> bool:
+    value = node.value if isinstance(node, ast.Expr) else None
+    return isinstance(value, ast.Constant) and isinstance(value.value, str)
+
+
+def _essence(value: Any) -> Any:
+    """Return what counts of code and of its constants: all but places in the file."""
+    if isinstance(value, tuple):
+        return tuple(map(_essence, value))
+    if isinstance(value, frozenset):
+        return sorted(map(repr, value))  # their order differs from process to process
+    if not isinstance(value, CodeType):
+        return repr(value)
+    fields = "name code names varnames freevars cellvars argcount posonlyargcount kwonlyargcount flags consts"
+    return tuple(_essence(getattr(value, f"co_{field}")) for field in fields.split())
+
+
+def _imported(tree: ast.Module, package: str) -> Iterator[str]:
+    """Yield the names that a module imports, but under TYPE_CHECKING: of modules, and of what may be one in them."""
+    for node in _statements(
+        tree, lambda node: isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+    ):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = (
+                resolve_name("." * node.level + (node.module or ""), package) if node.level else node.module
+            )
+            yield base
+            yield from (f"{base}.{alias.name}" for alias in node.names)
+
+
+def _statements(
+    tree: ast.Module, without: Callable[[ast.AST], bool] = lambda node: False
+) -> Iterator[ast.AST]:
+    """Yield a tree and all statements in it, but for some and those in them."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        if without(node):
+            continue
+        yield node
+        for block in BLOCKS:
+            held = getattr(node, block, ())
+            waiting.extend(held if isinstance(held, list) else ())  # an expression's body is no list

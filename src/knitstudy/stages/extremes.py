@@ -47,9 +47,9 @@ from knitstudy.measures.history_checks import (
 )
 from knitstudy.report.screen import save_for_screen
 from knitstudy.stages.code import code_digest
-from knitstudy.stages.kept import stamped
-from knitstudy.stages.parent import end_with_parent
+from knitstudy.stages.kept_tables import stamped
 from knitstudy.stages.plan import Plan
+from knitstudy.stages.script import end_with_parent
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES
 from knitstudy.study.campaign import Campaign, Trial, load_campaign
@@ -63,7 +63,7 @@ ROWS, RESULTS = Path("run/extremes"), Path("run/extremes/results")
 TABLE = Path("results/tables/extremes.csv")
 KEPT = Path("resources/extremes.csv")
 
-FIGURE, PICTURE = Path("results/figures/extremes.png"), Path("docs/extremes.webp")
+FIGURE, PICTURE = Path("results/figures/extremes.png"), Path("docs/notes/extremes.webp")
 """The map, and as a page holds it."""
 
 ENDED, REFUSED, STOPPED, TIME, SILENT = "ended", "refused", "stopped", "time", "silent"

@@ -1,6 +1,6 @@
 """What a simulation is expected to take of memory, before anything of it is made: for whoever places jobs on machines.
 
-Unknowns are counted from the scene, bytes an unknown were measured (docs/performance.md). Stages themselves refuse what
+Unknowns are counted from the scene, bytes an unknown were measured (docs/notes/performance.md). Stages refuse what
 does not fit, by their meshes; this is known before there is one.
 """
 

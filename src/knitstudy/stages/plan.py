@@ -1,4 +1,4 @@
-"""Which results there are of the scenes of a configuration, what each is made from, and the digest that it has then."""
+"""Which results there are of the scenes of a configuration, what each is made from, and which are up to date."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import logging
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from knitstudy.errors import DataFileError
-from knitstudy.files import recorded_digest
+import xarray as xr
+
+from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.files import read_result, recorded_digest
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.table import STAGES, Stage
 from knitstudy.study.configuration import CONFIG, OWN, check_source, knits_of, load_scenes
@@ -18,14 +20,17 @@ log = logging.getLogger(__name__)
 DIGITS = 8
 """Digits of a hash in the name of a scene or knit that the configuration does not have."""
 
+OUTDATED = Path("run/outdated")
+"""Folder of the marks of outdated results, beside restart files."""
+
 Step = tuple[Stage, Scene]
 
 
 def digest_of(stage: Stage, document: Mapping, scene: Scene, needed: Mapping[str, str]) -> str:
     """Return the digest of a result: of what its stage reads, of the code behind it, and of what it is made from.
 
-    Two results of one digest are the same. It decides whether a result is up to date, for the workflow as for the
-    command.
+    Two results of one digest are the same. The digest decides whether a result is up to date, for the workflow as for
+    the command.
 
     Parameters
     ----------
@@ -35,22 +40,30 @@ def digest_of(stage: Stage, document: Mapping, scene: Scene, needed: Mapping[str
     scene : Scene
         Chooses modules of code by its kind.
     needed : mapping of str to str
-        Digests of what it is made from.
+        Digests of what the result is made from.
     """
     code = code_digest(*stage.modules(scene))
     return digest({"stage": stage.name, "reads": document, "code": code, "needs": dict(needed)})
 
 
 def digest_or_warning(path: Path) -> str:
-    """Return the digest that a result was written with; nothing, and a warning, where it cannot be read.
-
-    What cannot be read is not up to date: it is made again.
-    """
+    """Return the digest that a result was written with; nothing, and a warning, where the file cannot be used."""
     try:
         return recorded_digest(path)
     except DataFileError as error:
         log.warning("%s; it will be made again", error)
         return ""
+
+
+def result_of(path: Path, wanted: str) -> xr.Dataset | None:
+    """Return the dataset of a file if it is complete and was written with a digest; a file that is damaged warns."""
+    if digest_or_warning(path) != wanted:
+        return None
+    try:
+        return read_result(path)
+    except DataFileError as error:
+        log.warning("%s", error)
+        return None
 
 
 class Plan:
@@ -75,12 +88,12 @@ class Plan:
         return cls(load_scenes(config))
 
     def needs(self, stage: Stage, scene: Scene) -> dict[str, Step]:
-        """Return what a result is made from, by the names that its function calls them.
+        """Return what a result is made from, by the parameters of its stage's function.
 
         Raises
         ------
         ConfigurationError
-            If the scene names another one that there is not, or that does not go with it.
+            If the scene names another one that does not exist or does not fit.
         """
         found = stage.needs(scene, lambda key: self.named(scene, key))
         return {name: (STAGES[other], of) for name, (other, of) in found.items()}
@@ -97,6 +110,44 @@ class Plan:
         """Whether a result is there, in a folder of results, with the digest that it should have."""
         path = results / stage.path(scene)
         return path.is_file() and digest_or_warning(path) == self.digest(stage, scene)
+
+    def up_to_date(
+        self, scenes: Iterable[Scene], results: Path, stages: tuple[str, ...] = tuple(STAGES)
+    ) -> list[Scene]:
+        """Return those scenes whose datasets, of some stages, are all there and up to date."""
+        return [
+            scene
+            for scene in scenes
+            if all(
+                self.is_up_to_date(stage, scene, results)
+                for stage, scene in self.steps([scene])
+                if stage.is_dataset and stage.name in stages
+            )
+        ]
+
+    def mark_outdated(self, results: Path, marks: Path = OUTDATED) -> None:
+        """Leave a mark for every dataset of another digest than it should have, and delete all other marks.
+
+        Snakemake makes a result again that is older than one of its inputs. The mark of an outdated result is such an
+        input: it is written after the result. A result that is up to date has no mark, whoever made the result.
+        """
+        for stage, scene in self.steps(self.scenes.values()):
+            path, mark = results / stage.path(scene), marks / stage.path(scene)
+            if not stage.is_dataset:
+                continue
+            try:
+                wanted = self.digest(stage, scene)
+            except ConfigurationError:
+                continue  # the message appears when the result is asked for
+            found = digest_or_warning(path) if path.is_file() else wanted
+            if found == wanted:
+                mark.unlink(missing_ok=True)
+                continue
+            # Snakemake compares contents as well as times: the content is that of this very file.
+            text = f"{wanted} instead of {found or 'none'} at {path.stat().st_mtime_ns}\n"
+            if not mark.is_file() or mark.read_text(encoding="utf-8") != text:
+                mark.parent.mkdir(parents=True, exist_ok=True)
+                mark.write_text(text, encoding="utf-8")
 
     def steps(self, scenes: Iterable[Scene]) -> list[Step]:
         """Return everything that may be made of scenes, each path once and after what it is made from."""
@@ -116,7 +167,8 @@ class Plan:
     def named(self, scene: Scene, key: str) -> Scene:
         """Return the direct simulation that a key of a scene names, with the geometry of that scene.
 
-        What `OWN` says of the key stays that simulation's own: a knit of another size has the same loops.
+        Geometry keys that `OWN` lists for the key stay those of the direct simulation: a knit of another size has the
+        same loops.
         """
         name, scenes, own = scene.value(key), self.scenes, OWN.get(key, ())
         other = scenes.get(name)

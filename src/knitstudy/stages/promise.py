@@ -20,7 +20,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, KnitstudyError
-from knitstudy.files import read_dataset, read_table, write_table
+from knitstudy.files import read_result, read_table, write_table
 from knitstudy.measures.cost import seconds_of
 from knitstudy.measures.discretisation import INTERACTIONS, made_of, problem_of
 from knitstudy.measures.estimate import Estimate
@@ -29,11 +29,10 @@ from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.trade import ACCURACIES
 from knitstudy.measures.trade_points import model_of
 from knitstudy.stages.displays import REFERENCE
-from knitstudy.stages.kept import RESULTS, up_to_date
+from knitstudy.stages.kept_tables import PROMISES_KEPT, RESULTS, SIMULATED, TRADE, write_trade_page
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES
-from knitstudy.stages.trade import PROMISES_KEPT, READ, TRADE, write_page
 from knitstudy.study.choice import LARGE, Ask, Choice, Rung, numerics, resolved
 from knitstudy.study.planning import planned
 from knitstudy.study.scene import Scene
@@ -86,7 +85,7 @@ def promises(plan: Plan, results: Path, seconds: float = float("inf")) -> Iterat
     """
     table = read_table(REFERENCE / "reference.csv")
     there = [scene for scene in plan.scenes.values() if scene.name.startswith(UNSEEN)]
-    there = up_to_date(plan, there, results, READ)
+    there = plan.up_to_date(there, results, SIMULATED)
     unseen = [scene for scene in there if scene.specimen == "knit" and made_of(scene) == BY]
     truths = {}
     for scene in sorted(unseen, key=lambda scene: scene.interaction != "tie"):
@@ -182,14 +181,14 @@ def _pair(scene: Scene, plan: Plan, results: Path) -> tuple[Scene, Scene] | None
     base = f"yarns-{scene.interaction}-{scene.load.direction}"
     for ending in (FINER, ""):
         pair = [plan.scenes.get(name + ending) for name in (base, scene.name)]
-        if None not in pair and len(up_to_date(plan, pair, results, READ)) == len(pair):
+        if None not in pair and len(plan.up_to_date(pair, results, SIMULATED)) == len(pair):
             return tuple(pair)
     return None
 
 
 def _read(scene: Scene, results: Path) -> tuple[xr.Dataset, xr.Dataset]:
     return tuple(
-        read_dataset(results / stage.path(scene)) for stage in (STAGES["simulation"], STAGES["contacts"])
+        read_result(results / stage.path(scene)) for stage in (STAGES["simulation"], STAGES["contacts"])
     )
 
 
@@ -216,7 +215,7 @@ def keep(seconds: float) -> pd.DataFrame:
     ]
     table = pd.DataFrame(rows, columns=COLUMNS)
     write_table(table, PROMISES_KEPT)
-    write_page(read_table(TRADE.path))
+    write_trade_page(read_table(TRADE.path))
     return table
 
 

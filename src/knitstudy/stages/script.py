@@ -5,7 +5,9 @@ from __future__ import annotations
 import logging
 import os
 import resource
+import signal
 import sys
+import threading
 import time
 import traceback
 from collections.abc import Iterator
@@ -14,11 +16,10 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from knitstudy.errors import KnitstudyError
-from knitstudy.files import provenance, read_dataset, write_dataset
+from knitstudy.files import provenance, read_result, write_dataset
 from knitstudy.loading.restart import Progress, restart_of, run_with
 from knitstudy.registry import load_plugins
-from knitstudy.stages.parent import end_with_parent
-from knitstudy.stages.plan import digest_of, digest_or_warning
+from knitstudy.stages.plan import digest_of, digest_or_warning, result_of
 from knitstudy.stages.table import STAGES
 from knitstudy.study.scene import Scene
 
@@ -27,39 +28,57 @@ RESTARTS = Path("run")
 
 
 def run_stage(job: Any) -> None:
-    """Run the stage that has the name of a rule: from the files that it needs to the one that it leaves.
+    """Run the stage that has the name of a rule, unless its result is there and up to date.
 
     Parameters
     ----------
     job
-        The ``snakemake`` object of a script. Its params are the labels of the scene, and what the stage reads of it;
-        the digest is formed from what is computed with: code and files as they are now.
+        The ``snakemake`` object of a script. Its params are the labels of the scene, and what the stage reads of the
+        scene. The digest is that of the code and the files as they are now.
     """
     load_plugins(job.config.get("plugins", ()))
     stage = STAGES[job.rule]
     document = dict(job.params.reads)
-    scene = Scene.seen(dict(job.params.scene) | document, stage.reads)
-    files = {name: path for name, path in job.input.items() if name != "digest"}
-    made_from = {name: digest_or_warning(path) for name, path in files.items()}
-    wanted = digest_of(stage, document, scene, made_from)
+    scene = Scene.seen(dict(job.params.labels) | document, stage.reads)
+    files = {name: path for name, path in job.input.items() if path and name != "outdated"}
+    wanted = digest_of(
+        stage, document, scene, {name: digest_or_warning(path) for name, path in files.items()}
+    )
     restart = restart_of(RESTARTS / stage.name, scene.name, wanted) if stage.long else None
+    target = Path(job.output[0])
     with frame(job, restart) as progress:
-        # Here a file that cannot be read is an error.
-        needed = {name: read_dataset(path) for name, path in files.items()}
+        if stage.is_dataset and target.is_file() and result_of(target, wanted) is not None:
+            print(f"{target} is up to date", file=sys.stderr)
+            return
+        needed = {name: read_result(path) for name, path in files.items()}
         if stage.long:
             stage.require_machine(scene)
             needed["run"] = run_with(restart, progress)
-        target = Path(job.output[0])
-        if target.suffix == ".nc":
+        if stage.is_dataset:
             write_dataset(stage.make(scene, **needed), target, scene, wanted)
-            if stage.long:
-                needed["run"].forget()
         else:
             stage.function(scene, path=target, **needed)
+        if stage.long:
+            needed["run"].forget()
 
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C: whoever started the study says the rest."""
+
+
+def end_with_parent() -> None:
+    """End this process when the one that started it is killed.
+
+    An orphan would go on writing the restart file that the next run goes on from, and take the machine's time.
+    """
+    parent = os.getppid()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 @contextmanager

@@ -15,13 +15,11 @@ from typing import Any
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.files import read_dataset, write_dataset
-from knitstudy.geometry.lay_out import read_specimen
-from knitstudy.geometry.pair import YarnPair
-from knitstudy.geometry.pattern import Knit
-from knitstudy.loading.restart import IN_MEMORY, ReportProgress, Run, restart_of, run_with, silent
+from knitstudy.files import write_dataset
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.loading.restart import IN_MEMORY, ReportProgress, restart_of, run_with, silent
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.stages.plan import Plan, digest_or_warning
+from knitstudy.stages.plan import Plan, result_of
 from knitstudy.stages.table import STAGES, Stage
 from knitstudy.study.configuration import CONFIG
 from knitstudy.study.scene import Scene
@@ -109,7 +107,7 @@ def simulate(
 
 def lay_out(
     scene: Scene, folder: Path | str | None = None, *, config: Path = CONFIG
-) -> tuple[Scene, Knit | YarnPair, SweptMesh]:
+) -> tuple[Scene, Fabric, SweptMesh]:
     """Return a labelled scene, its knit or pair, and the solid mesh; see `simulate` for the arguments.
 
     Raises
@@ -120,12 +118,13 @@ def lay_out(
     mesh = STAGES["mesh"]
     if not mesh.of(scene):
         raise ConfigurationError(
-            f"scene {scene.name!r}: fidelity is {scene.fidelity!r} but must be dns: beams have no mesh of solid yarns"
+            f"scene {scene.name!r}: fidelity is {scene.fidelity!r} but must be hexahedra or spline_yarns:"
+            " beams have no mesh of solid yarns"
         )
     plan = Plan.of(config)
     scene = plan.labelled(scene)
     keeper = _Keeper(plan, None if folder is None else Path(folder), _silence)
-    specimen = read_specimen(keeper.obtain(STAGES["geometry"], scene))
+    specimen = Fabric.from_dataset(keeper.obtain(STAGES["geometry"], scene))
     return scene, specimen, SweptMesh.from_dataset(keeper.obtain(mesh, scene))
 
 
@@ -152,9 +151,10 @@ class _Keeper:
     def _kept(self, stage: Stage, scene: Scene, anew: bool) -> xr.Dataset:
         path, wanted = self.path(stage, scene), self.plan.digest(stage, scene)
         if path is not None and path.is_file() and not anew:
-            if digest_or_warning(path) == wanted:
+            found = result_of(path, wanted)
+            if found is not None:
                 log.info("%s %s: taken from %s", stage.name, scene.name, path)
-                return read_dataset(path)
+                return found
             log.info("%s %s: %s is not up to date and will be replaced", stage.name, scene.name, path)
         if stage.long:
             stage.require_machine(scene)  # before anything is made for it
@@ -163,7 +163,8 @@ class _Keeper:
         }
         run = IN_MEMORY
         if stage.long:
-            run = needed["run"] = self._run(stage, scene, wanted)
+            restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
+            run = needed["run"] = run_with(restart, self.progress(f"{stage.name} {scene.name}"))
         seen = scene.only(stage.document(scene), stage.reads)
         dataset = stage.make(seen, **needed)
         if path is not None:
@@ -171,11 +172,6 @@ class _Keeper:
             log.info("%s %s: written to %s", stage.name, scene.name, path)
             run.forget()
         return dataset
-
-    def _run(self, stage: Stage, scene: Scene, wanted: str) -> Run:
-        """Return where what takes long keeps what it goes on from when it is killed; its time begins now."""
-        restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
-        return run_with(restart, self.progress(f"{stage.name} {scene.name}"))
 
 
 def _silence(label: str) -> ReportProgress:

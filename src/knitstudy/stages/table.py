@@ -16,13 +16,14 @@ from typing import Any
 import xarray as xr
 
 from knitstudy.contacts import contacts as crossings
-from knitstudy.errors import ConfigurationError
+from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.exchange import inp, vtu
+from knitstudy.files import fault_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.materials import LAWS
-from knitstudy.mesh import knit as meshing
+from knitstudy.mesh import mesher
 from knitstudy.models import (
     beams_in_contact,
     cell,
@@ -95,14 +96,29 @@ class Stage:
     long: bool = False
     memory: Callable[[Scene], int] = lambda scene: 1000
 
+    @property
+    def is_dataset(self) -> bool:
+        """Whether its result is a netCDF file, which says what it was made from."""
+        return self.path_pattern.endswith(".nc")
+
     def modules(self, scene: Scene) -> tuple[str, ...]:
         """Return the names of the modules whose code makes the result of a scene."""
         return self.code(scene) if self.code else (self.function.__module__,)
 
     def make(self, scene: Scene, **needed: Any) -> xr.Dataset:
-        """Return its result as a dataset, with the processor time of all threads since this process began it."""
+        """Return its result as a dataset, with the processor time of all threads since this process began it.
+
+        Raises
+        ------
+        KnitstudyError
+            What the function raises.
+        DataFileError
+            If it returns a history that is not complete.
+        """
         started = time.process_time()
         dataset = self.function(scene, **needed)
+        if fault := fault_of(dataset):
+            raise DataFileError(f"the {self.name} of {scene.name} {fault}: it is not written")
         return dataset.assign_attrs(processor_seconds=time.process_time() - started)
 
     def require_machine(self, scene: Scene) -> None:
@@ -273,7 +289,7 @@ STAGES: dict[str, Stage] = {
         Stage(
             name="mesh",
             path_pattern="mesh/{scene}.nc",
-            function=meshing.mesh,
+            function=mesher.mesh,
             reads=("load.direction", "mesh.size", "mesh.growth", "mesh.refinement"),
             of=has_mesh,
             needs=lambda scene, named: {"geometry": ("geometry", scene)},

@@ -1,7 +1,7 @@
 """The cheapest model that answers a question surely enough, by what was measured (``resources/trade.csv``).
 
 Errors are taken over from the measured knit of the same interaction and load to others, prices by the laws with which
-time and memory grow with the number of cells. docs/trade.md says how far both hold.
+time and memory grow with the number of cells. docs/accuracy.md says how far both hold.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from knitstudy.study.scene import Scene
 
 RESOURCES = Path(__file__).resolve().parents[3] / "resources"
 TRADE_KEPT = RESOURCES / "trade.csv"
-"""What was measured: one row a simulation and question (`knitstudy.stages.trade`)."""
+"""What was measured: one row a simulation and question (`knitstudy.stages.kept_tables`)."""
 
 GROWTH_KEPT = RESOURCES / "trade_growth.csv"
 """By which powers of the number of cells in a row price grows."""
@@ -321,8 +321,8 @@ def _exponents(kept: Path) -> dict[str, tuple[float, float]]:
 
 
 _KINDS = {
-    "solid_yarns": "solid yarns",
-    "dns": "hexahedra",
+    "spline_yarns": "solid yarns",
+    "hexahedra": "hexahedra",
     "rom3d": "3D ROM",
     "rom2d": "2D ROM",
     "beam": "beams",
@@ -339,7 +339,7 @@ def _read(kept: Path) -> list[dict[str, str]]:
         ) from error
 
 
-# ---- What a scene asks for whose fidelity is ``auto``: a model is chosen for that (docs/trade.md)
+# ---- What a scene asks for whose fidelity is ``auto``: a model is chosen for that (docs/accuracy.md)
 
 
 AUTO = "auto"
@@ -363,7 +363,7 @@ class Ask(Section):
         "a number > 0 and <= 10, the relative error that may be made",
         standing="choice",
         source="a model is taken whose error is at most this where it is measured",
-        checked="0.02 to 0.2, on knits with other spacings and diameters (docs/trade.md)",
+        checked="0.02 to 0.2, on knits with other spacings and diameters (docs/accuracy.md)",
         gt=0,
         le=10,
     )
@@ -389,7 +389,7 @@ class Ask(Section):
     )
 
     among: tuple[Annotated[str, Field(min_length=1)], ...] = key(
-        "a list of fidelities to choose from, for example [rom3d, solid_yarns]; [] for all",
+        "a list of fidelities to choose from, for example [rom3d, spline_yarns]; [] for all",
         standing="choice",
         source="narrows what is taken",
         checked="single ones",

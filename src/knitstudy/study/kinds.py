@@ -209,8 +209,8 @@ FIDELITIES = {
     each.name: each
     for each in (
         Fidelity(
-            "dns",
-            "solid yarns",
+            "hexahedra",
+            "solid yarns of hexahedra",
             specimens=("knit", "pair"),
             sections={"mesh": SolidMesh, "tie": Tie, "solver": HexahedralNewton, "gates": HexahedralGates},
             touching={"contact": SolidContact},
@@ -220,8 +220,8 @@ FIDELITIES = {
             outputs=("fields", "vtu", "deck"),
         ),
         Fidelity(
-            "solid_yarns",
-            "solid yarns of polynomials",
+            "spline_yarns",
+            "solid yarns of polynomials times splines",
             specimens=("knit", "cut_knit", "pair", "cell"),
             sections={"mesh": PolynomialMesh, "tie": Tie, "solver": SolidNewton, "gates": SolidGates},
             touching={"contact": PolynomialContact},

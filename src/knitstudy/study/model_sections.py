@@ -21,7 +21,7 @@ class SolidMesh(Section):
         unit="m",
         standing="stated",
         source="Table 5: 0.3 mm",
-        checked="0.225 to 0.6 mm: force +7 % at 0.6 mm (docs/sensitivity.md)",
+        checked="0.225 to 0.6 mm: force +7 % at 0.6 mm (docs/notes/sensitivity.md)",
         gt=0,
         le=LONGEST,
     )
@@ -30,7 +30,7 @@ class SolidMesh(Section):
         "a number from 1 to 4, spacing on legs over size",
         standing="assumed",
         source="spacing of slices between crossings; near the count of nodes in Table 5",
-        checked="1 to 1.5: force within 0.1 % (docs/sensitivity.md)",
+        checked="1 to 1.5: force within 0.1 % (docs/notes/sensitivity.md)",
         ge=1,
         le=4,
     )
@@ -39,8 +39,8 @@ class SolidMesh(Section):
         "a number from 1 to 3, size over the size of elements at crossings",
         default=1.0,
         standing="assumed",
-        source="slices stand nearer, and sections are drawn towards the other yarn (docs/refinement.md)",
-        checked="1 to 3 (docs/refinement.md)",
+        source="slices stand nearer, and sections are drawn towards the other yarn (docs/notes/refinement.md)",
+        checked="1 to 3 (docs/notes/refinement.md)",
         ge=1,
         le=3,
     )
@@ -49,7 +49,7 @@ class SolidMesh(Section):
         ELEMENTS.allowed,
         standing="stated",
         source=("section 2.3: linear hexahedra with reduced integration; quadratic ones are the reference"),
-        checked="over quadratic, tied cell at 0.3 mm: one_point -3 %, incompatible_modes +5 % in force",
+        checked="over quadratic, tied cell at 0.3 mm: one_point -3 % in force",
     )
 
     @property
@@ -81,7 +81,7 @@ class BeamMesh(Section):
         standing="assumed",
         source=(
             "section 2.5: beams along the centrelines, whose sections the paper does not say; a bent yarn of solids is"
-            " as stiff as curved says, 8 to 15 % stiffer than straight (docs/beams.md)"
+            " as stiff as curved says, 8 to 15 % stiffer than straight (docs/notes/beams.md)"
         ),
         checked="curved and straight: force -4 to -6 % (scenes rom3d-straight-*)",
     )
@@ -107,7 +107,7 @@ class PolynomialMesh(Section):
         f"a whole number from 2 to {LARGEST_DEGREE} ({LOCKS})",
         standing="choice",
         source="numerical; degree of the polynomials over the section, away from crossings",
-        checked="2 to 6: of one loop, force +3.2 % at 2 and within 0.3 % from 3 on (docs/solid_yarns.md)",
+        checked="2 to 6: of one loop, force +3.2 % at 2 and within 0.3 % from 3 on (docs/notes/solid_yarns.md)",
         default=2,
         ge=2,
         le=LARGEST_DEGREE,
@@ -128,7 +128,7 @@ class PolynomialMesh(Section):
         unit="yarn radii",
         standing="choice",
         source="numerical; length of a span away from crossings",
-        checked="0.6 to 1.8: of one loop, force +0.8 % at 1.8 (docs/solid_yarns.md)",
+        checked="0.6 to 1.8: of one loop, force +0.8 % at 1.8 (docs/notes/solid_yarns.md)",
         default=0.9,
         ge=SHORTEST_SPAN,
         le=LONGEST_SPAN,
@@ -140,7 +140,7 @@ class PolynomialMesh(Section):
         source="numerical; degree of the polynomials near crossings",
         checked=(
             "2 to 6 of a tied cell, 2 to 4 with friction: force +2.5 and +3.6 % with 2 everywhere, within 0.4 % from "
-            "3 on (docs/solid_yarns.md)"
+            "3 on (docs/notes/solid_yarns.md)"
         ),
         default=2,
         ge=2,
@@ -152,7 +152,7 @@ class PolynomialMesh(Section):
         unit="yarn radii",
         standing="choice",
         source="numerical; length of a span near crossings",
-        checked="0.3 to 0.9: of a cell with friction, force +0.7 and u_z -4 % at 0.9 (docs/solid_yarns.md)",
+        checked="0.3 to 0.9: of a cell with friction, force +0.7 and u_z -4 % at 0.9 (docs/notes/solid_yarns.md)",
         default=0.9,
         ge=SHORTEST_SPAN,
         le=LONGEST_SPAN,
@@ -196,7 +196,7 @@ class Tie(Section):
             "sqrt(2 R delta), within which yarns of radius R are nearer to each other than delta = 5 % of "
             "the stated 0.3 mm, Abaqus's default; the area of one facet of that size"
         ),
-        checked="0.1 to 0.5: force of a tied cell of solid yarns -7 to +15 % (docs/ties.md)",
+        checked="0.1 to 0.5: force of a tied cell of solid yarns -7 to +15 % (docs/notes/ties.md)",
         default=0.183,
         ge=0.05,
         le=0.8,
@@ -309,35 +309,24 @@ class Sliding(Section):
     )
 
 
-# ---- Contact of solid yarns that are polynomials times splines: its law, and where its points are
+# ---- Contact of solid yarns that are polynomials times splines: where its points are
 
 
 class PolynomialContact(SolidContact):
     """Contact of solid yarns without hexahedra, on their true surfaces.
 
-    By the law "indentation" the local indentation that polynomials cannot show is added in series, computed from their
-    own space; what stiffnesses, penetration and augmentations say is then of no effect.
+    The local indentation that polynomials cannot show is added in series, computed from their own space: stiffnesses,
+    penetration and augmentations have no effect.
     Cells of contact are as long as `cell` along the yarn within `window` of a crossing, and three times as long
     elsewhere; around they are `cell`.
     """
-
-    law: Literal["indentation", "penalty"] = key(
-        "indentation (what the space does not show of Hertz's, computed) or penalty (stiffnesses over E / h)",
-        standing="choice",
-        source=(
-            "numerical; on a penalty two crossing yarns of degree 2 to 4 resist with 1.2 to 1.7 times the force "
-            "(docs/contact.md)"
-        ),
-        checked="both, of two crossing yarns (docs/contact.md)",
-        default="indentation",
-    )
 
     cell: float = key(
         "a number from 0.05 to 0.5, in yarn radii",
         unit="yarn radii",
         standing="choice",
         source="numerical; length of a cell near crossings, with contact.points x contact.points Gauss points",
-        checked="0.15 to 0.75 of a pair: force +0.3 % at 0.15, -2.5 % at 0.5, -7.6 % at 0.75 (docs/contact.md)",
+        checked="0.15 to 0.75 of a pair: force +0.3 % at 0.15, -2.5 % at 0.5, -7.6 % at 0.75 (docs/notes/contact.md)",
         default=0.25,
         ge=0.05,
         le=0.5,
@@ -348,7 +337,7 @@ class PolynomialContact(SolidContact):
         unit="yarn radii",
         standing="choice",
         source="numerical; sqrt(2) times the larger semiaxis of the area of contact and the way that it slides",
-        checked="0.8 to 1.6 of a pair: force within 1.3 % (docs/contact.md)",
+        checked="0.8 to 1.6 of a pair: force within 1.3 % (docs/notes/contact.md)",
         default=1.2,
         ge=0.3,
         le=4,
@@ -429,7 +418,7 @@ class HexahedralNewton(SolidNewton):
         unit="shear moduli",
         standing="assumed",
         source="Abaqus's default stiffness of C3D8R, 0.005 G",
-        checked="0.0025 to 0.05: force -1.4 to +3.8 % (docs/sensitivity.md)",
+        checked="0.0025 to 0.05: force -1.4 to +3.8 % (docs/notes/sensitivity.md)",
         gt=0,
         le=1,
     )
@@ -651,17 +640,11 @@ class Springs(SpatialJoints):
 
 
 class Beam(Section):
-    """Contact at a "point" of every crossing or along a "line", of "rigid" or "hertz" sections; kind of ties.
+    """Contact at the closest points of every crossing, of "rigid" or "hertz" sections; kind of ties.
 
-    `stiffness` is the penalty of rigid sections, over E R of a point and over E of a line.
+    Section 3.3: only one contact node is captured for beams that are not parallel. `stiffness` is the penalty of rigid
+    sections, over E R.
     """
-
-    contact: Literal["point", "line"] = key(
-        "point (the closest points of a crossing) or line (points along the yarns)",
-        standing="inferred",
-        source="section 3.3: only one contact node is captured for beams that are not parallel",
-        checked="point and line (scenes beam-*)",
-    )
 
     section: Literal["rigid", "hertz"] = key(
         "rigid (a penalty) or hertz (the approach of two crossed cylinders)",
@@ -681,8 +664,8 @@ class Beam(Section):
     )
 
     stiffness: float = key(
-        "a number > 0 and <= 1e12, times E R of a point or E of a line",
-        unit="E R, or E",
+        "a number > 0 and <= 1e12, times E R",
+        unit="E R",
         standing="assumed",
         source="nothing printed; hard contact",
         checked="10 and 100 (scenes beam-*)",
@@ -705,7 +688,7 @@ class Window(Section):
         "a whole number from 0 to pattern.rows - 1, or null for the middle",
         standing="choice",
         source="what is asked for",
-        checked="the centre cell of 3 x 3 and 10 x 10 cells (docs/window.md)",
+        checked="the centre cell of 3 x 3 and 10 x 10 cells (docs/notes/window.md)",
         default=None,
         ge=0,
     )
@@ -714,7 +697,7 @@ class Window(Section):
         "a whole number from 0 to pattern.loops - 1, or null for the middle",
         standing="choice",
         source="what is asked for",
-        checked="the centre cell of 3 x 3 and 10 x 10 cells (docs/window.md)",
+        checked="the centre cell of 3 x 3 and 10 x 10 cells (docs/notes/window.md)",
         default=None,
         ge=0,
     )
@@ -723,7 +706,7 @@ class Window(Section):
         "an odd whole number >= 1",
         standing="choice",
         source="what is asked for",
-        checked="1, and 3 of 3 x 3 cells (docs/window.md)",
+        checked="1, and 3 of 3 x 3 cells (docs/notes/window.md)",
         default=1,
         ge=1,
         le=999,
@@ -733,7 +716,7 @@ class Window(Section):
         "a whole number >= 0",
         standing="choice",
         source="numerical; how far from what is asked for yarns become beams",
-        checked="0, and 1 of 3 x 3 cells with ties (docs/window.md)",
+        checked="0, and 1 of 3 x 3 cells with ties (docs/notes/window.md)",
         default=0,
         ge=0,
         le=999,
@@ -743,7 +726,7 @@ class Window(Section):
         "the name of a dns scene in contact whose averaged springs are used outside, or null where beams touch",
         standing="choice",
         source="numerical; secants at full load stand for contact at full load alone",
-        checked="both, in 3 x 3 cells (docs/window.md)",
+        checked="both, in 3 x 3 cells (docs/notes/window.md)",
         default=None,
     )
 
@@ -765,7 +748,7 @@ class WindowGates(Gates):
     jump: float = key(
         "a number > 0, over the largest force where solid yarns and beams meet",
         standing="choice",
-        source="numerical; what Newton's method leaves is a hundredth of it, docs/window.md",
+        source="numerical; what Newton's method leaves is a hundredth of it, docs/notes/window.md",
         checked="1e-4",
         default=1e-4,
         gt=0,

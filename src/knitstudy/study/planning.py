@@ -20,7 +20,7 @@ from knitstudy.study.choice import (
 )
 from knitstudy.study.scene import Scene, set_dotted
 
-ANY = "solid_yarns"
+ANY = "spline_yarns"
 """A fidelity that models all knits: what a problem is read with before its model is known."""
 
 

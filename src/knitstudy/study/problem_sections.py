@@ -82,7 +82,7 @@ class Pattern(Section):
             "not printed; small and positive, as Fig. 7 shows no contact at 0.05 % and symmetric "
             "contact by 0.45 % strain"
         ),
-        checked="0.005 to 0.04: force -2.3 % at 0.04 (docs/sensitivity.md)",
+        checked="0.005 to 0.04: force -2.3 % at 0.04 (docs/notes/sensitivity.md)",
         ge=0,
         le=1,
     )
@@ -91,7 +91,7 @@ class Pattern(Section):
         "a number from 0.5 to 2, course spacing over the one that the loop is drawn for",
         standing="choice",
         source="Fig. 11a varies the course spacing without saying how far",
-        checked="0.7 to 1.3 (docs/geometry.md)",
+        checked="0.7 to 1.3 (docs/notes/geometry.md)",
         default=1.0,
         ge=0.5,
         le=2,
@@ -100,7 +100,7 @@ class Pattern(Section):
     keep: Literal["shape", "length", "wale_spacing"] = key(
         "shape, length or wale_spacing: what stays of the drawn loop at another course spacing or diameter",
         standing="choice",
-        source="not printed: Fig. 11 does not say what is held fixed (docs/geometry.md)",
+        source="not printed: Fig. 11 does not say what is held fixed (docs/notes/geometry.md)",
         checked="all three",
         default="shape",
     )
@@ -170,7 +170,7 @@ class Geometry(Section):
         "a number > 0 and <= 1e12, the weight of F_distance in Eq. (1)",
         standing="assumed",
         source="weight of Eq. (1), not printed",
-        checked="times 0.1 and 10: angles within 0.5 degrees (docs/geometry.md)",
+        checked="times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)",
         gt=0,
         le=1e12,
     )
@@ -179,7 +179,7 @@ class Geometry(Section):
         "a number from 0 to 1e12, the weight of F_bending in Eq. (1)",
         standing="assumed",
         source="weight of Eq. (1), not printed",
-        checked="times 0.1 and 10: angles within 0.5 degrees (docs/geometry.md)",
+        checked="times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)",
         ge=0,
         le=1e12,
     )
@@ -188,7 +188,7 @@ class Geometry(Section):
         "a number from 0 to 1e12, the weight of F_length in Eq. (1)",
         standing="assumed",
         source="weight of Eq. (1), not printed",
-        checked="times 0.1 and 10: angles within 0.5 degrees (docs/geometry.md)",
+        checked="times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)",
         ge=0,
         le=1e12,
     )
@@ -197,7 +197,7 @@ class Geometry(Section):
         "a number from 0 to 1e12, the scalar of Eq. (3)",
         standing="assumed",
         source="scalar of Eq. (3), not printed",
-        checked="times 0.1 and 10: angles within 0.5 degrees (docs/geometry.md)",
+        checked="times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)",
         ge=0,
         le=1e12,
     )
@@ -276,7 +276,7 @@ class Yarn(Section):
             "isotropic polypropylene (section 2.3) with geometric nonlinearity; Hencky is what Abaqus"
             " computes then"
         ),
-        checked="all three laws: force +1.2 % at most (docs/sensitivity.md)",
+        checked="all three laws: force +1.2 % at most (docs/notes/sensitivity.md)",
     )
 
     @field_validator("material")
@@ -314,7 +314,7 @@ class Tension(Section):
         source=(
             "prescribed displacements on the driven side; lateral components held, a variant leaves them free"
         ),
-        checked="fixed; free: force -3.3 % (docs/sensitivity.md)",
+        checked="fixed; free: force -3.3 % (docs/notes/sensitivity.md)",
     )
 
     stops: tuple[float, ...] = key(

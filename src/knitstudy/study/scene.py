@@ -14,7 +14,6 @@ from types import MappingProxyType
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.registry import unknown_choice
 from knitstudy.study.keys import Section, describe, validated
 from knitstudy.study.kinds import Kind, Labels, all_sections, known_keys, not_of_kind
@@ -298,22 +297,10 @@ def check_keys_together(scene: Scene, where: str) -> None:
             f"{where}: pair.length is {scene.pair.length:g} m but must exceed twice yarn.diameter,"
             f" {scene.yarn.diameter:g} m"
         )
-    if scene.value("mesh.element") is not None:
-        _check_element(scene, where)
     if scene.specimen in ("knit", "cut_knit") and scene.value("contact.tied_edges") == "outer":
         _check_edges(scene, where)
     if scene.specimen == "cell":
         _check_cell(scene, where)
-
-
-def _check_element(scene: Scene, where: str) -> None:
-    """Check that the element does not lock."""
-    kind, ratio = ELEMENTS.find(scene.mesh.element), scene.yarn.poisson_ratio
-    if ratio > kind.largest_poisson_ratio:
-        raise ConfigurationError(
-            f"{where}: yarn.poisson_ratio is {ratio:g} but must be at most {kind.largest_poisson_ratio:g} where"
-            f" mesh.element is {kind.name}, which locks beyond: use mesh.element 'quadratic'"
-        )
 
 
 def _check_room(scene: Scene, where: str) -> None:

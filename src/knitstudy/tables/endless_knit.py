@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.exchange.shell_section import NAMES, entries, section_matrix
+from knitstudy.exchange.inp import SHELL_ENTRIES, section_matrix, shell_entries
 from knitstudy.loading.load_path import DIRECTIONS
 from knitstudy.measures.catalogue import several
 from knitstudy.measures.discretisation import made_of
@@ -179,7 +179,7 @@ def tabulate_shells(cells: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
                 "yarns": made_of(scenes[name]),
                 **{
                     f"{entry} [{UNITS[sum(int(index) > 3 for index in entry[1:])]}]": value
-                    for entry, value in zip(NAMES, entries(matrix), strict=True)
+                    for entry, value in zip(SHELL_ENTRIES, shell_entries(matrix), strict=True)
                 },
                 "least eigenvalue over largest, diagonal scaled to 1 [1]": float(
                     eigenvalues[0] / eigenvalues[-1]

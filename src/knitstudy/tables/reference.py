@@ -16,10 +16,10 @@ from knitstudy.measures.response import QUANTITIES, STRAINS, increment_at
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
-NAMES = "reference-*"
-"""Names of the direct simulations whose increments end at `STRAINS`."""
+REFERENCE_SCENES = several("simulation", "reference-*")
+"""Histories of the direct simulations whose increments end at `STRAINS`."""
 
-RESULTS = {"histories": several("simulation", NAMES), "contacts": several("contacts", NAMES)}
+RESULTS = {"histories": REFERENCE_SCENES, "contacts": several("contacts", "reference-*")}
 
 SAID = ["problem", "knit", "interaction", "direction", "strain [1]", "quantity", "unit"]
 """What a row is of; ``problem`` is the digest of the physical problem."""
@@ -125,16 +125,15 @@ def _found(values: pd.DataFrame, scenes: Mapping[str, Scene]) -> Iterator[tuple[
         key: dict(zip(of["scene"], of["value"], strict=True))
         for key, of in values.groupby(["quantity", "strain [1]"])
     }
-    for problem, several in refinement_series_of(
-        scenes[name] for name in scenes if name in simulated
-    ).items():
+    problems = refinement_series_of(scenes[name] for name in scenes if name in simulated)
+    for problem, every in problems.items():
         for quantity, (unit, _) in QUANTITIES.items():
             for strain in STRAINS:
                 known = by_row.get((quantity, strain), {})
-                names = [[scene.name for scene in series.scenes] for series in several]
+                names = [[scene.name for scene in series.scenes] for series in every]
                 found = [
                     (series, {name: known[name] for name in of})
-                    for series, of in zip(several, names, strict=True)
+                    for series, of in zip(every, names, strict=True)
                     if known.keys() >= set(of)
                 ]
                 if any(any(of.values()) for _, of in found):

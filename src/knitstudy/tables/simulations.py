@@ -48,7 +48,6 @@ KEYS = {
     "segment of two yarns": "rom.section",
     "honeycomb": "rom.honeycomb",
     "principal stress from": "rom.stress_from",
-    "beam contact": "beam.contact",
     "beam section": "beam.section",
     "beam ties": "beam.tie",
 }

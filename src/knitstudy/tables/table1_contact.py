@@ -19,7 +19,9 @@ STATED = ("stiffness ratio (contact / element)", "stick ratio (stick / element)"
 """Numbers of Table 1."""
 
 PENALTY = "penalty on smooth surfaces, augmented where penetration is too deep"
-INDENTATION = "hard contact, in series with the local indentation that polynomials over the section do not show"
+INDENTATION = (
+    "hard contact, in series with the local indentation that polynomials over the section do not show"
+)
 
 
 @TABLES.add(

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.cases import CASES
 from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, of_case, several, solid
 from knitstudy.measures.discretisation import INTERACTIONS, made_of
@@ -125,7 +125,7 @@ def _row(honeycomb: str, kind: str, angle: np.ndarray, theirs: np.ndarray) -> di
     order=6.5,
 )
 def tabulate_stress(stresses: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
-    """Return one row a segment: principal values and components of the mean Cauchy stress at full load (section 3.4)."""
+    """Return one row a segment: principal values and components of the mean Cauchy stress at full load."""
     return pd.DataFrame(
         [
             {
@@ -167,7 +167,7 @@ def tabulate_cut_forces(
     geometry: xr.Dataset, stresses: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
 ) -> pd.DataFrame:
     """Return one row a simulation: the forces through the knit from stresses, beside those of the grips."""
-    knit = Knit.from_dataset(geometry)
+    knit = Fabric.from_dataset(geometry)
     rows = []
     for name, found in stresses.items():
         grips = found.attrs["force"]

@@ -1,4 +1,4 @@
-"""What accuracy costs: all points of error and cost, the cheapest model for an accuracy, and the effect of single knobs."""
+"""What accuracy costs: points of error and cost, the cheapest model for an accuracy, and the effect of single knobs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS, UNITS
 from knitstudy.measures.trade import ACCURACIES, nothing, points_of, rungs, sentence
 from knitstudy.measures.trade_points import TIES, Point, shown, turned
-from knitstudy.study.planning import cheapest, front, nearest
+from knitstudy.study.choice import cheapest, front, nearest
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 

@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.measures.catalogue import VARIED, one, of_case, several, solid, SOLIDS
+from knitstudy.measures.catalogue import SOLIDS, VARIED, of_case, one, several, solid
 from knitstudy.measures.claims.evidence import CONTACTS, OPEN, SIMULATIONS, STRESSES, Evidence
 from knitstudy.measures.claims.verdicts import CLAIMS, RULES, Finding, findings, hanging
 from knitstudy.measures.discretisation import INTERACTIONS

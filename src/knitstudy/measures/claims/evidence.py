@@ -78,7 +78,9 @@ class Evidence:
         found = {name: self._direct(name) for name in (*SOLIDS, *AGAIN)}
         main = next((name for name in SOLIDS if found[name]), SOLIDS[0])
         others = [found[name] for name in AGAIN if name != main and found[name]]
-        again = {made_of(self.scenes[next(iter(each.values()))]): replace(self, direct=each) for each in others}
+        again = {
+            made_of(self.scenes[next(iter(each.values()))]): replace(self, direct=each) for each in others
+        }
         return replace(self, direct=found[main], again=again)
 
     def _direct(self, name: str) -> dict[str, str]:

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
-from knitstudy.geometry.pattern import Knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, of_case
 from knitstudy.measures.centre_cell import crossing_error, loop_of
 from knitstudy.measures.claims.evidence import (
@@ -154,13 +154,13 @@ def judge_size(evidence: Evidence) -> Judgement:
 
 
 # ---- course spacing and yarn diameter (Fig. 11) ----
-# The largest |u_z| at 5 % course strain with isotropic friction goes as claimed (K9: rises with the course spacing; K10:
+# With isotropic friction the largest |u_z| at 5 % course strain goes as claimed (K9: rises with course spacing; K10:
 # falls with the diameter) if it does so from each value to the next by more than the sum of the uncertainties of both,
-# or at least never goes the other way by more than that, and if it does so over the whole range by more than the sum of
-# the uncertainties of its ends. A reading of what is held fixed goes against the claim where a step, or the whole range,
-# goes the other way by more than these sums; else it decides nothing. The claim is reproduced where it holds in every
-# reading, not reproduced where every reading goes against it, and not decidable where readings differ: what is held
-# fixed is not printed.
+# or at least never goes the other way by more than that, and if it does so over the whole range by more than the sum
+# of the uncertainties of its ends. A reading of what is held fixed goes against the claim where a step, or the whole
+# range, goes the other way by more than these sums; else it decides nothing. The claim is reproduced where it holds in
+# every reading, not reproduced where every reading goes against it, and not decidable where readings differ: what is
+# held fixed is not printed.
 
 HANGS = "hangs on what is held fixed"
 
@@ -175,17 +175,13 @@ WORDS = (
 OF_VALUES = "of every value, by the next degree and hexahedra, beside the values"
 
 
-@rule(
-    RULES, "K9", WORDS.format("rises", "falls"), BEFORE, ("fig11a_course_spacing", "sweeps"), OF_VALUES
-)
+@rule(RULES, "K9", WORDS.format("rises", "falls"), BEFORE, ("fig11a_course_spacing", "sweeps"), OF_VALUES)
 def judge_spacing(evidence: Evidence) -> Judgement:
     """K9: knits of larger course spacing move further out of their plane."""
     return _judge_sweep(SPACING, 1, evidence)
 
 
-@rule(
-    RULES, "K10", WORDS.format("falls", "rises"), BEFORE, ("fig11b_yarn_diameter", "sweeps"), OF_VALUES
-)
+@rule(RULES, "K10", WORDS.format("falls", "rises"), BEFORE, ("fig11b_yarn_diameter", "sweeps"), OF_VALUES)
 def judge_diameter(evidence: Evidence) -> Judgement:
     """K10: knits of thicker yarn move less far out of their plane."""
     return _judge_sweep(DIAMETER, -1, evidence)
@@ -268,7 +264,7 @@ def judge_directions(evidence: Evidence) -> Judgement:
     found = _isotropic(evidence)
     if found is None:
         return not_run(LACKING)
-    lines = honeycomb_segments(contacts_of_crossings(Knit.from_dataset(evidence.geometry)))
+    lines = honeycomb_segments(contacts_of_crossings(Fabric.from_dataset(evidence.geometry)))
     near, turned, said = [], [], []
     for direction, stresses in found.items():
         printed = numbers(evidence.paper, "4", f"mps-{direction}", "segments 1..6 angle to x")
@@ -311,7 +307,7 @@ def judge_heights(evidence: Evidence) -> Judgement:
     found = _isotropic(evidence)
     if found is None:
         return not_run(LACKING)
-    knit = Knit.from_dataset(evidence.geometry)
+    knit = Fabric.from_dataset(evidence.geometry)
     ratio = {direction: height_ratio(knit, list(each.values())) for direction, each in found.items()}
     judged = Judgement(
         "height of a row over that of the honeycomb by geometry: "
@@ -322,12 +318,12 @@ def judge_heights(evidence: Evidence) -> Judgement:
     return at_full_strain(evidence, judged, [name for each in found.values() for name in each])
 
 
-def height_ratio(knit: Knit, stresses: list[xr.Dataset]) -> Estimate:
+def height_ratio(knit: Fabric, stresses: list[xr.Dataset]) -> Estimate:
     """Return the height of a row by principal stress over that of the knit.
 
     Parameters
     ----------
-    knit : Knit
+    knit : Fabric
     stresses : list of Dataset
         One problem by several discretisations; the first decides.
     """
@@ -339,7 +335,7 @@ def height_ratio(knit: Knit, stresses: list[xr.Dataset]) -> Estimate:
     def ratio(sign: float) -> float:
         # No line is steeper than 90 degrees.
         angles = (min(angle + sign * each, 90 - 1e-6) for angle, each in zip(value, off, strict=True))
-        return heights(knit, contacts, *angles).course / knit.loop.course_spacing
+        return heights(knit, contacts, *angles).course / knit.cell[1]
 
     return Estimate(ratio(0), max(abs(ratio(sign) - ratio(0)) for sign in (-1, 1)))
 

@@ -98,7 +98,7 @@ def judge_forces(evidence: Evidence) -> Judgement:
     OF_REFERENCE,
 )
 def judge_out_of_plane(evidence: Evidence) -> Judgement:
-    """R2: u_z of the 3D model is the reference's in size and the DNS's in shape; the 2D model has none, in all cases."""
+    """R2: u_z of the 3D model has the reference's size and the DNS's shape; the 2D model has none, in all cases."""
 
     def judge(case: Case) -> tuple[str, bool | None]:
         dns, rom3d, rom2d = (model.history for model in (case.dns, case.main["rom3d"], case.main["rom2d"]))
@@ -264,9 +264,7 @@ def judge_cost(evidence: Evidence) -> Judgement:
     )
     size, wanted = direct.scene.mesh.size, _reported(evidence, "dns", "mesh size")
     if not np.isclose(size, wanted):
-        return not_run(
-            f"elements of {1e3 * size:g} mm, the paper's of {1e3 * wanted:g} mm; {note}", measured
-        )
+        return not_run(f"elements of {1e3 * size:g} mm, the paper's of {1e3 * wanted:g} mm; {note}", measured)
     return Judgement(measured, verdict(reproduced), note)
 
 

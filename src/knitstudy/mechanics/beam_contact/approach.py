@@ -118,10 +118,8 @@ def _parabola_slopes(knots: np.ndarray, at: np.ndarray) -> np.ndarray:
     return np.stack(slopes, axis=1)
 
 
-# ---- Closest approach of two centrelines, and how it changes with the motion of their beams
-# Side A and side B of a pair are points X_A(s_A), X_B(s_B); r = X_B - X_A. Where both are free, r is normal to both
-# tangents (one point of contact at a crossing); where only B is, X_A is a fixed point of its yarn that is projected on
-# the other (points along a line of contact).
+# Closest approach of two centrelines, and how it changes with the motion of their beams. Sides A and B of a pair are
+# points X_A(s_A) and X_B(s_B); r = X_B - X_A is normal to both tangents.
 
 
 STEPS = 40
@@ -139,16 +137,13 @@ class Pairs:
         Of sides A and B.
     bounds : ndarray, shape (k, 2, 2)
         First and last arc length of the piece on either side [m].
-    free : ndarray of bool, shape (2,)
-        Which sides' points move to the closest approach.
     """
 
     yarn: np.ndarray
     bounds: np.ndarray
-    free: np.ndarray
 
     def __getitem__(self, chosen: np.ndarray) -> Pairs:
-        return Pairs(self.yarn[chosen], self.bounds[chosen], self.free)
+        return Pairs(self.yarn[chosen], self.bounds[chosen])
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +155,7 @@ class Approach:
     s : ndarray, shape (k, 2)
         Their arc lengths [m].
     found : ndarray of bool, shape (k,)
-        False where a free point stands at the bound of its piece.
+        False where a point stands at the bound of its piece.
     stencil : tuple of Stencil
         Of side A and side B.
     point, tangent, bend : ndarray, shape (k, 2, 3)
@@ -200,15 +195,15 @@ def approach(curves: Curves, position: np.ndarray, pairs: Pairs, start: np.ndarr
     start : ndarray, shape (k, 2)
     """
     low, high = pairs.bounds[..., 0], pairs.bounds[..., 1]
-    s = np.where(pairs.free, np.clip(start, low, high), start)
+    s = np.clip(start, low, high)
     moves = np.ones(len(s), dtype=bool)
     for _ in range(STEPS):
         if not moves.any():
             break
         some = np.flatnonzero(moves)
         here = _evaluate(curves, position, pairs[some], s[some])
-        step = _newton_step(here, pairs.free, low[some], high[some])
-        step = np.where(pairs.free, np.clip(s[some] + step, low[some], high[some]) - s[some], 0.0)
+        step = _newton_step(here, low[some], high[some])
+        step = np.clip(s[some] + step, low[some], high[some]) - s[some]
         level = 0.5 * here.distance**2 * (1 + 1e-14)  # beyond rounding
         for _ in range(HALVINGS):
             trial = _evaluate(curves, position, pairs[some], s[some] + step)
@@ -219,7 +214,7 @@ def approach(curves: Curves, position: np.ndarray, pairs: Pairs, start: np.ndarr
         s[some] += step
         moves[some] = np.abs(step).max(axis=1) > 1e-13 * curves.length.max()
     done = _evaluate(curves, position, pairs, s)
-    inside = ((s > low) & (s < high)) | ~pairs.free
+    inside = (s > low) & (s < high)
     return Approach(**{**vars(done), "found": inside.all(axis=1)})
 
 
@@ -255,11 +250,11 @@ def _solve(hessian: np.ndarray, rhs: np.ndarray, free: np.ndarray) -> np.ndarray
     return np.linalg.solve(reduced, np.where(free[..., None], rhs, 0.0))
 
 
-def _newton_step(here: Approach, free: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def _newton_step(here: Approach, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Step (k, 2) towards the closest points within bounds (k, 2); sides that push against a bound stay there."""
     r = here.distance[:, None] * here.normal
     slope = np.einsum("ki,kai->ka", r, here.tangent) * [-1.0, 1.0]
-    free = free & ~((here.s <= low) & (slope > 0)) & ~((here.s >= high) & (slope < 0))
+    free = ~((here.s <= low) & (slope > 0)) & ~((here.s >= high) & (slope < 0))
     hessian = _hessian(here)
     convex = np.all((hessian[:, [A, B], [A, B]] > 0) | ~free, axis=1)
     convex &= (np.linalg.det(hessian) > 1e-6) | ~free.all(axis=1)
@@ -289,8 +284,8 @@ class Change:
     normal: np.ndarray
 
     @classmethod
-    def of(cls, here: Approach, free: np.ndarray) -> Change:
-        """Return the derivatives at closest points whose sides are `free` (2,)."""
+    def of(cls, here: Approach) -> Change:
+        """Return the derivatives at closest points."""
         k = len(here.s)
         r = here.distance[:, None] * here.normal
         slope = np.zeros((k, 2, 15))  # of -r . X_A,s and r . X_B,s at fixed arc lengths
@@ -298,7 +293,7 @@ class Change:
             slope[:, side, 0:3] = -sign * here.tangent[:, side]
             slope[:, side, 6:9] = sign * here.tangent[:, side]
             slope[:, side, 3 + 6 * side : 6 + 6 * side] += sign * r
-        s = -_solve(_hessian(here), slope, np.tile(free, (k, 1)))
+        s = -np.linalg.solve(_hessian(here), slope)
         apart = here.tangent[:, B, :, None] * s[:, B, None] - here.tangent[:, A, :, None] * s[:, A, None]
         apart[:, :, 0:3] -= np.eye(3)
         apart[:, :, 6:9] += np.eye(3)

@@ -1,20 +1,31 @@
-"""What a gap between two yarns costs: a penalty on sections that do not deform, or Hertz's crossed cylinders."""
+"""Contact with friction between beams of circular section, at one pair of closest points a crossing.
+
+The gap is |r| - 2R. The tangential traction is a stiffness times the elastic slip of two material points of the
+surfaces, one on either yarn, that faced each other when the last increment had converged, up to mu times the normal
+force. A material point is carried by its yarn's sections, so that friction knows their spin: a yarn that rolls on
+another does not slip, one that spins in its place does. Friction acts on both yarns half way between the centrelines,
+with the couple that it exerts there on their sections, so that forces and moments balance exactly. Friction that acted
+on the centrelines alone would leave a couple of 2R times its force.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.beam_contact.approach import A, Approach, B, Change, Curves, Pairs, Stencil, approach
+from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.contact.friction import OPEN, Coulomb
+from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.rotation import hat
 
 
 @dataclass(frozen=True)
 class Power:
-    """Force coefficient (-gap)^exponent where yarns overlap, at a point [N] or along a line [N/m].
+    """Force coefficient (-gap)^exponent [N] where yarns overlap.
 
     Attributes
     ----------
@@ -38,16 +49,14 @@ class Power:
         )
 
     def energy(self, gap: np.ndarray) -> np.ndarray:
-        """Return the stored energies (k,), at a point [J] or along a line [J/m]."""
+        """Return the stored energies (k,) [J]."""
         return self.coefficient / (self.exponent + 1.0) * np.maximum(0.0, -gap) ** (self.exponent + 1.0)
 
 
-def hertz(youngs_modulus: float, poisson_ratio: float, radius: float, mode: str) -> Power:
+def hertz(youngs_modulus: float, poisson_ratio: float, radius: float) -> Power:
     """Return the approach of two equal cylinders that cross at a right angle (Johnson 1985, section 4.1).
 
-    At a point F = 4/3 E* sqrt(R) delta^1.5 with E* = E / 2 (1 - nu^2), as of a sphere of radius R on a plane. Along
-    a line E*/2 times the approach: round sections that cross with the overlap delta - s^2 / 4 R then carry that same F,
-    the integral of E*/2 (delta - s^2 / 4 R).
+    F = 4/3 E* sqrt(R) delta^1.5 with E* = E / 2 (1 - nu^2), as of a sphere of radius R on a plane.
 
     Parameters
     ----------
@@ -56,15 +65,9 @@ def hertz(youngs_modulus: float, poisson_ratio: float, radius: float, mode: str)
     poisson_ratio : float
     radius : float
         Of both [m].
-    mode : {"point", "line"}
     """
     contact_modulus = youngs_modulus / (2 * (1 - poisson_ratio**2))
-    if mode == "line":
-        return Power(0.5 * contact_modulus)
     return Power(4 / 3 * contact_modulus * np.sqrt(radius), 1.5)
-
-
-# ---- Pairs of closest points with the crossings that they belong to
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,34 +77,16 @@ class CrossingPairs:
     Attributes
     ----------
     pairs : Pairs
-        k pairs.
+        k pairs; side A is the lower row's yarn.
     start : ndarray, shape (k, 2)
         Arc lengths from which the closest points are first looked for [m].
-    weight : ndarray, shape (k,)
-        What a force density is multiplied by: 1 at a point, a length along a line [1 or m].
     crossing : ndarray of int, shape (k,)
         Crossing that a pair belongs to.
-    lower : ndarray of int, shape (k,)
-        Side (0 or 1) that is the lower row's yarn.
     """
 
     pairs: Pairs
     start: np.ndarray
-    weight: np.ndarray
     crossing: np.ndarray
-    lower: np.ndarray
-
-
-# ---- Contact with friction between beams of circular section at pairs of closest points
-# The gap is |r| - 2R. The tangential traction is a stiffness times the elastic slip of two material points of the
-# surfaces, one on either yarn, that faced each other when the last increment had converged, up to mu times the normal
-# force. A material point is carried by its yarn's sections, so that friction knows their spin: a yarn that rolls on
-# another does not slip, one that spins in its place does. Friction acts on both yarns half way between the centrelines,
-# with the couple that it exerts there on their sections; so forces and moments balance exactly. A friction that
-# acted on
-# centrelines alone would leave a couple of 2R times its force.
-#
-# Densities are per contact point [N] or per length of a line of contact [N/m].
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,9 +110,9 @@ class BeamContactHistory:
     gap : ndarray, shape (k,)
         [m]; inf where there was no closest point.
     force : ndarray, shape (k,)
-        Normal force density; where it is positive the material points count as joined.
-    slip : ndarray, shape (c,)
-        Length slipped at a crossing since its first contact [m], by the number of the crossing.
+        Normal force [N]; where it is positive the material points count as joined.
+    slip : ndarray, shape (k,)
+        Length slipped since first contact [m].
     dissipated : float
         Work of friction so far [J].
     """
@@ -159,9 +144,9 @@ class BeamContactPoints:
     share_rate : ndarray, shape (k,)
         Its derivative with respect to the gap [1/m].
     trial, traction : ndarray, shape (k, 3)
-        Tangential force density on side B by side A's motion, before and after Coulomb's limit.
+        Tangential force on side B by side A's motion, before and after Coulomb's limit [N].
     force : ndarray, shape (k,)
-        Normal force density.
+        Normal force [N].
     status : ndarray of int, shape (k,)
         OPEN, STICK or SLIP.
     """
@@ -216,7 +201,7 @@ class BeamContact:
     law : Power
         Normal force over gap.
     tangential : float
-        Stiffness against elastic slip, per density of the law [N/m or N/m2].
+        Stiffness against elastic slip [N/m].
     friction : float
         mu; inf for rough contact, 0 for none.
     """
@@ -239,8 +224,7 @@ class BeamContact:
         k = len(self.crossing.start)
         here = approach(self.curves, places.position, self.crossing.pairs, self.crossing.start)
         arm = self._arms(here, places.rotation, np.zeros((k, 3)))
-        slip = np.zeros(int(self.crossing.crossing.max(initial=-1)) + 1)
-        return BeamContactHistory(here.s, arm, self._gap(here), np.zeros(k), slip, 0.0)
+        return BeamContactHistory(here.s, arm, self._gap(here), np.zeros(k), np.zeros(k), 0.0)
 
     def points(self, places: Places, history: BeamContactHistory) -> BeamContactPoints:
         """Evaluate all pairs."""
@@ -276,22 +260,18 @@ class BeamContact:
         """Return forces, energies and, if asked, the tangent."""
         points = self.points(places, history)
         active = np.flatnonzero(points.status != OPEN)
-        weight = self.crossing.weight[active]
         here = points.approach[active]
         force = points.traction[active] + points.force[active, None] * here.normal
-        force *= weight[:, None]
-        couple = (
-            0.5 * here.distance[:, None] * np.cross(here.normal, weight[:, None] * points.traction[active])
-        )
+        couple = 0.5 * here.distance[:, None] * np.cross(here.normal, points.traction[active])
         station_force = np.zeros((len(places.position), 6))
         for side, sign in ((A, 1.0), (B, -1.0)):
             stencil = here.stencil[side]
             shares = stencil.value[:, :, None] * np.concatenate([sign * force, couple], axis=1)[:, None]
             np.add.at(station_force, stencil.stations, shares)
-        answer = BeamContactResponse(points, station_force, self._energy(points, active, weight))
+        answer = BeamContactResponse(points, station_force, self._energy(points, active))
         if not stiffness:
             return answer
-        stations, blocks = self._stiffness(places, points, active, weight)
+        stations, blocks = self._stiffness(places, points, active)
         return replace(answer, stations=stations, stiffness=blocks)
 
     def commit(self, places: Places, history: BeamContactHistory) -> BeamContactHistory:
@@ -313,32 +293,27 @@ class BeamContact:
             )
         touches = points.status != OPEN
         elastic = np.where(touches[:, None], points.traction / self.friction.tangential, 0.0)
-        pressed = self._per_crossing(points.force) > 0
         return BeamContactHistory(
             s=points.approach.s,
             arm=self._arms(points.approach, places.rotation, elastic),
             gap=points.gap,
             force=points.force,
-            slip=np.where(pressed, history.slip + self._slipped(points), 0.0),
+            slip=np.where(points.force > 0, history.slip + self._slipped(points), 0.0),
             dissipated=history.dissipated + self._dissipation(points),
         )
 
     def crossing_force(self, points: BeamContactPoints, count: int) -> np.ndarray:
         """Return the force (count, 3) of contact on the lower row's yarn at every crossing [N]."""
         on_a = -(points.traction + points.force[:, None] * points.approach.normal)
-        on_a = np.where((points.status != OPEN)[:, None], on_a, 0.0) * self.crossing.weight[:, None]
-        on_lower = on_a * np.where(self.crossing.lower == A, 1.0, -1.0)[:, None]
         force = np.zeros((count, 3))
-        np.add.at(force, self.crossing.crossing, on_lower)
+        force[self.crossing.crossing] = np.where((points.status != OPEN)[:, None], on_a, 0.0)
         return force
 
     def crossing_gap(self, points: BeamContactPoints, count: int) -> np.ndarray:
         """Return the smallest gap (count,) at every crossing [m]; nan where there is no contact."""
-        gap = np.full(count, np.inf)
-        np.minimum.at(gap, self.crossing.crossing, points.gap)
-        return np.where(np.isfinite(gap), gap, np.nan)
-
-    # ---- parts ----------------------------------------------------------------------------------------------
+        gap = np.full(count, np.nan)
+        gap[self.crossing.crossing] = np.where(np.isfinite(points.gap), points.gap, np.nan)
+        return gap
 
     def _gap(self, here: Approach) -> np.ndarray:
         return np.where(here.found, here.distance - 2 * self.radius, np.inf)
@@ -353,42 +328,29 @@ class BeamContact:
             arms.append(np.linalg.solve(turned, (sign * (half + 0.5 * elastic))[..., None])[..., 0])
         return np.stack(arms, axis=1)
 
-    def _energy(self, points: BeamContactPoints, active: np.ndarray, weight: np.ndarray) -> dict[str, float]:
+    def _energy(self, points: BeamContactPoints, active: np.ndarray) -> dict[str, float]:
         traction = points.traction[active]
         sheared = 0.5 * np.einsum("ki,ki->k", traction, traction) / self.friction.tangential
-        stored = float(weight @ (self.law.energy(points.gap[active]) + sheared))
+        stored = float(np.sum(self.law.energy(points.gap[active]) + sheared))
         return {"penalty": stored, "friction": points.history.dissipated + self._dissipation(points)}
 
     def _dissipation(self, points: BeamContactPoints) -> float:
-        """Work of friction within the increment, mu times the mean force of it times the slip of a crossing [J]."""
+        """Work of friction within the increment, mu times the mean force of it times the slip [J]."""
         if not np.isfinite(self.friction.friction):
             return 0.0
-        mean = 0.5 * (self._per_crossing(points.force) + self._per_crossing(points.history.force))
+        mean = 0.5 * (points.force + points.history.force)
         return float(np.sum(self.friction.friction * mean * self._slipped(points)))
 
     def _slipped(self, points: BeamContactPoints) -> np.ndarray:
-        """Return the length (c,) that every crossing slips within the increment [m].
-
-        The mean by normal force of the points that touched before. Along a line, others come into contact as it slides
-        over the yarn, and have slid for the rest of the increment only; they count where there are none but them.
-        """
-        length = self.friction.slipped(points.trial, points.force)
-        known = np.where(points.history.force > 0, points.force, 0.0)
-        lasting = self._per_crossing(known) > 0
-        load = np.where(lasting[self.crossing.crossing], known, points.force)
-        total = self._per_crossing(load)
-        return np.divide(self._per_crossing(load * length), total, out=np.zeros_like(total), where=total > 0)
-
-    def _per_crossing(self, density: np.ndarray) -> np.ndarray:
-        """Return sums (c,) of densities (k,) over the points of every crossing."""
-        return np.bincount(self.crossing.crossing, self.crossing.weight * density)
+        """Return the length (k,) that every pair slips within the increment [m]."""
+        return np.where(points.force > 0, self.friction.slipped(points.trial, points.force), 0.0)
 
     def _stiffness(
-        self, places: Places, points: BeamContactPoints, active: np.ndarray, weight: np.ndarray
+        self, places: Places, points: BeamContactPoints, active: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return stations (a, 16) and their stiffness (a, 96, 96)."""
         here = points.approach[active]
-        inner = self._point_tangent(points, active, here) * weight[:, None, None]
+        inner = self._point_tangent(points, active, here)
         anchors = [points.anchors[side][active] for side in (A, B)]
         stations = np.concatenate([each.stations for each in (*here.stencil, *anchors)], axis=1)
         motion = np.zeros((len(active), 5, 3, 16, 6))  # z by the motion of the stations
@@ -414,11 +376,11 @@ class BeamContact:
         return stations, np.swapaxes(reaction, 1, 2) @ (inner @ motion)
 
     def _point_tangent(self, points: BeamContactPoints, active: np.ndarray, here: Approach) -> np.ndarray:
-        """Return the derivative (a, 24, 15) of generalised forces with respect to z, without weights.
+        """Return the derivative (a, 24, 15) of generalised forces with respect to z.
 
         Rows are, for side A and then B, what works on X and X,_s (force) and on the spin and its derivative (couple).
         """
-        change = Change.of(here, self.crossing.pairs.free)
+        change = Change.of(here)
         normal, traction = here.normal, points.traction[active]
         force, apart, share = points.force[active], points.apart[active], points.share[active]
         stiffness = self.law.stiffness(points.gap[active])
@@ -447,3 +409,115 @@ class BeamContact:
             along = change.s[:, side, None]
             rows += [sign * d_force, sign * total[:, :, None] * along, d_couple, couple[:, :, None] * along]
         return np.concatenate(rows, axis=1)
+
+
+# ---- Beams in contact with each other as a model that a solver can drive
+
+
+@dataclass(frozen=True, eq=False)
+class TouchingState:
+    """Configuration of beams, and what their contact remembers."""
+
+    beams: BeamState
+    history: BeamContactHistory
+
+
+class TouchingBeams:
+    """Beams, and the contact of the stations along them.
+
+    Parameters
+    ----------
+    beams : BeamModel
+        With arms that turn, if it has any.
+    node : ndarray of int, shape (S,)
+        Node that carries a station.
+    offset : ndarray, shape (S, 3)
+        From that node to the station, in the reference [m].
+    contact : BeamContact
+    """
+
+    def __init__(self, beams: BeamModel, node: np.ndarray, offset: np.ndarray, contact: BeamContact) -> None:
+        self.beams, self.node, self.offset, self.contact = beams, node, offset, contact
+        self.block, self.size, self.scale, self.length = beams.block, beams.size, beams.scale, beams.length
+
+    def start(self) -> TouchingState:
+        """Return the reference state."""
+        beams = self.beams.start()
+        return TouchingState(beams, self.contact.start(self.places(beams)))
+
+    def advance(self, state: TouchingState, step: np.ndarray) -> TouchingState:
+        """Return the state a step (size,) further: translations [m] and spins [rad] from the left."""
+        return replace(state, beams=self.beams.advance(state.beams, step))
+
+    def begin(self, state: TouchingState, load: float, change: float) -> TouchingState:
+        """Return the state in which an increment starts."""
+        return state
+
+    def settle(self, state: TouchingState) -> None:
+        """Return None: a balanced state is a converged one."""
+        return None
+
+    def commit(self, state: TouchingState) -> TouchingState:
+        """Return the state that a converged increment leaves."""
+        return replace(state, history=self.contact.commit(self.places(state.beams), state.history))
+
+    def places(self, beams: BeamState) -> Places:
+        """Return where the stations are."""
+        return Places(self.beams.carried(beams, self.node, self.offset), beams.rotation[self.node])
+
+    def points(self, state: TouchingState) -> BeamContactPoints:
+        """Return all pairs that may touch."""
+        return self.contact.points(self.places(state.beams), state.history)
+
+    def respond(self, state: TouchingState, stiffness: bool) -> Response:
+        """Return force, energies and, if asked, tangent of a state."""
+        response = self.beams.respond(state.beams, stiffness)
+        places = self.places(state.beams)
+        touch = self.contact.respond(places, state.history, stiffness)
+        arm = places.position - state.beams.position[self.node]
+        force = response.force.reshape(-1, 6).copy()
+        at_node = touch.station_force.copy()
+        at_node[:, 3:] += np.cross(arm, touch.station_force[:, :3])
+        np.add.at(force, self.node, at_node)
+        response = replace(
+            response,
+            force=force.ravel(),
+            energy=response.energy | touch.energy,
+            status=touch.points.status,
+        )
+        if not stiffness:
+            return response
+        full = self._at_nodes(touch.stations, touch.stiffness, touch.station_force, arm)
+        return replace(response, stiffness=sp.bsr_matrix(response.stiffness + full, blocksize=(6, 6)))
+
+    def _at_nodes(
+        self, stations: np.ndarray, stiffness: np.ndarray, station_force: np.ndarray, arm: np.ndarray
+    ) -> sp.bsr_matrix:
+        """Return the stiffness of stations (a, 16), (a, 96, 96) over all nodes, their arms eliminated."""
+        motion = np.tile(np.eye(6), (len(self.node), 1, 1))  # of a station by that of its node
+        motion[:, :3, 3:] = -hat(arm)
+        carried = motion[stations]  # (a, 16, 6, 6)
+        blocks = stiffness.reshape(-1, 16, 6, 16, 6).transpose(0, 1, 3, 2, 4)
+        blocks = np.swapaxes(carried, 2, 3)[:, :, None] @ blocks @ carried[:, None]
+        # An arm turns under the force at its end: d(r x F) = F^ r^ w.
+        turning = np.zeros((len(self.node), 6, 6))
+        turning[:, 3:, 3:] = hat(station_force[:, :3]) @ hat(arm)
+        held = np.flatnonzero(np.any(turning != 0, axis=(1, 2)))
+        node = self.node[stations]
+        row = np.concatenate([np.repeat(node, 16, axis=1).ravel(), self.node[held]])
+        column = np.concatenate([np.tile(node, (1, 16)).ravel(), self.node[held]])
+        return _summed(row, column, np.concatenate([blocks.reshape(-1, 6, 6), turning[held]]), self.size // 6)
+
+
+def _summed(row: np.ndarray, column: np.ndarray, blocks: np.ndarray, count: int) -> sp.bsr_matrix:
+    """Sum blocks (b, 6, 6) at rows and columns (b,) into a matrix over `count` nodes."""
+    shape = (6 * count, 6 * count)
+    if not len(row):
+        return sp.bsr_matrix(shape, blocksize=(6, 6))
+    key = row.astype(np.int64) * count + column
+    order = np.argsort(key, kind="stable")
+    start = np.flatnonzero(np.diff(key[order], prepend=-1))
+    unique = key[order[start]]
+    indptr = np.searchsorted(unique, count * np.arange(count + 1, dtype=np.int64)).astype(np.int32)
+    data = np.add.reduceat(blocks[order], start, axis=0)
+    return sp.bsr_matrix((data, (unique % count).astype(np.int32), indptr), shape=shape)

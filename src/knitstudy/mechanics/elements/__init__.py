@@ -1,5 +1,110 @@
-"""Solid elements, one file each; an element is the class that its file registers."""
+"""What a solid element answers, and the registry of them.
 
-from knitstudy.mechanics.elements.element import ELEMENTS, ElementGroup, Elements, element
+An element of n nodes, hexahedra in VTK order, maps its displacements u (e, n, 3) to nodal forces (e, n, 3), energies
+and, if asked, stiffness blocks (e, n^2, 9): pair of nodes (a, b), then components (i, k).
+"""
 
-__all__ = ["ELEMENTS", "ElementGroup", "Elements", "element"]
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from knitstudy.mechanics.materials import Material
+from knitstudy.registry import Registry
+
+
+@dataclass(frozen=True)
+class ElementResponse:
+    """Batch of element forces (e, n, 3) [N], energies (e,) [J] and stiffness (e, n^2, 9) [N/m] or None."""
+
+    force: np.ndarray
+    internal: np.ndarray
+    hourglass: np.ndarray
+    stiffness: np.ndarray | None
+
+
+class Elements(Protocol):
+    """Elements of n nodes each, a batch that answers for any slice of itself, from several threads at once.
+
+    Attributes
+    ----------
+    material : Material
+    volume : ndarray, shape (E,)
+        Undeformed [m3].
+    """
+
+    material: Material
+    volume: np.ndarray
+
+    def respond(
+        self, batch: slice, displacement: np.ndarray, stiffness: bool, out: np.ndarray | None = None
+    ) -> ElementResponse:
+        """Return the response of the elements `batch` to their displacements (e, n, 3) [m].
+
+        `out` (e, n^2, 9) is memory that the stiffness may be put into.
+        """
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class ElementGroup:
+    """Elements of one kind, with their nodes.
+
+    Attributes
+    ----------
+    connectivity : ndarray of int, shape (E, n)
+        Nodes of every element.
+    elements : Elements
+        The batch that answers for them.
+    mixed : bool
+        Whether `respond` takes the `step` (e, n, 3) [m] that they came by, and leaves out of the stress in the tangent
+        what stretches of second order along it add.
+    """
+
+    connectivity: np.ndarray
+    elements: Elements
+    mixed: bool = False
+
+
+@dataclass(frozen=True)
+class Kind:
+    """An element with its name.
+
+    Attributes
+    ----------
+    name, meaning : str
+    make : callable
+        Class that takes corners (E, 8, 3) [m] and the material, and with `hourglass` the hourglass coefficient.
+    hourglass : bool
+        Whether it takes hourglass control.
+    nodes : int
+        Of an element: 8, or 20 with the middles of the edges.
+    """
+
+    name: str
+    meaning: str
+    make: Callable[..., Elements]
+    hourglass: bool = False
+    nodes: int = 8
+
+    def build(self, corners: np.ndarray, material: Material, hourglass: float) -> Elements:
+        """Return a batch of elements; `hourglass` is for those that take it."""
+        if self.hourglass:
+            return self.make(corners, material, hourglass)
+        return self.make(corners, material)
+
+
+ELEMENTS: Registry[Kind] = Registry("mesh.element", "knitstudy.mechanics.elements")
+
+
+def element(name: str, meaning: str, **options: float) -> Callable[[type], type]:
+    """Return a decorator that registers a class of elements; what the arguments are stands in `Kind`."""
+
+    def register(make: type) -> type:
+        ELEMENTS.register(Kind(name, meaning, make, **options), make.__module__)
+        return make
+
+    return register

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from knitstudy.mechanics.batches import SCRATCH, determinant
-from knitstudy.mechanics.elements.element import ElementResponse, element
+from knitstudy.mechanics.elements import ElementResponse, element
 from knitstudy.mechanics.elements.hexahedron import (
     CORNERS,
     GAUSS,

@@ -11,7 +11,7 @@ import scipy.sparse.linalg as spla
 from scipy.linalg import cython_lapack
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.linear.solver import NOWHERE, Solution
+from knitstudy.mechanics.linear import NOWHERE, Solution
 
 # ---- Banded Cholesky factors by LAPACK, outside of the interpreter's lock
 # SciPy's own wrappers of these routines keep the lock, so that threads wait for each other; the addresses that SciPy

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.batches import SCRATCH, share
-from knitstudy.mechanics.linear.solver import NOWHERE, Apply, Iterate, Solution
+from knitstudy.mechanics.linear import NOWHERE, Apply, Iterate, Solution
 from knitstudy.mechanics.sparse_sums import lacking
 
 # ---- Products of a sparse matrix with vectors, in ranges of rows that threads share
@@ -206,7 +206,7 @@ PATIENCE = 60
 
 WASTE = 15
 """Iterations beyond those of a fresh preconditioner that may add up before it is made anew: as many as making one costs
-(16 on 30 x 30 loops), so that never more than twice the least is spent (docs/performance.md)."""
+(16 on 30 x 30 loops), so that never more than twice the least is spent (docs/notes/performance.md)."""
 
 
 class Preconditioner(Protocol):

@@ -12,10 +12,10 @@ from scipy.sparse.csgraph import connected_components
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.batches import share
+from knitstudy.mechanics.linear import NOWHERE, Solution
 from knitstudy.mechanics.linear import direct as banded
 from knitstudy.mechanics.linear.direct import LU, factorise
 from knitstudy.mechanics.linear.krylov import Krylov, Rows
-from knitstudy.mechanics.linear.solver import NOWHERE, Solution
 from knitstudy.mechanics.sparse_sums import block_entries
 
 # ---- Where the unknowns of a solid knit lie, and how it moves as a rigid body

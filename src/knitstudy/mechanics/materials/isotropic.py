@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from knitstudy.mechanics.materials.material import FULL, VOIGT, Stress, law
+from knitstudy.mechanics.materials import FULL, VOIGT, Stress, law
 
 # ---- Engineering strains in another frame
 

@@ -8,7 +8,7 @@ patch that it resolves, and from the half space, which is exact for what is loca
 
 C_far belongs to the yarn and to how it is held. With degree 8 and spans of 0.3 it is constant within 0.5% for a from
 0.3 to 0.5, and it is the same for all shapes of patch. C_half: Johnson 1985, Contact Mechanics, sections 4.2 and 7.2
-(the mean of Hertz's displacement, weighted with his pressure); what for: docs/contact.md.
+(the mean of Hertz's displacement, weighted with his pressure); what for: docs/theory.md.
 """
 
 from __future__ import annotations

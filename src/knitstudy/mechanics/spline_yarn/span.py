@@ -17,11 +17,10 @@ import numpy as np
 
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
-from knitstudy.mechanics.elements.element import ElementGroup, ElementResponse
+from knitstudy.mechanics.elements import ElementGroup, ElementResponse
 from knitstudy.mechanics.elements.hexahedron import tangent_moduli
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials import FULL, VOIGT, Material
 from knitstudy.mechanics.materials.isotropic import rotate_strain
-from knitstudy.mechanics.materials.material import FULL, VOIGT
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.space import Space
 

@@ -1,0 +1,149 @@
+"""What the subcommands share: options, tables on the console, and standard streams."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+import yaml
+from rich import box
+from rich.console import Console
+from rich.table import Column, Table
+from rich.text import Text
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.registry import load_plugins
+from knitstudy.study.configuration import CONFIG, load_changed, workflow_configuration
+from knitstudy.study.documents import parsed, read_yaml
+from knitstudy.study.scene import Scene
+
+ONE_LINE, LONGEST = 32, 120
+"""Characters of a value that a terminal does not break, and that it shows at all."""
+
+
+def open_standard_streams() -> None:
+    """Put the null device where the shell has closed a standard stream (``knitstudy list >&-``).
+
+    Otherwise the next file that is opened would be taken for it.
+    """
+    for descriptor, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free: this one
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(descriptor, mode, encoding="utf-8", closefd=False))
+
+
+def forget_output() -> None:
+    """Send what is still to be printed nowhere: whoever read it has gone (``knitstudy list | head -1``)."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+
+
+def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    """Print rows under the names of their columns."""
+    texts = [[plain(value) for value in row] for row in rows]
+    if not sys.stdout.isatty():
+        click.echo("\n".join("\t".join(line) for line in (columns, *texts)))
+        return
+    heads = [
+        Column(name, no_wrap=_longest(place, texts) <= ONE_LINE, overflow="fold")
+        for place, name in enumerate(columns)
+    ]
+    table = Table(*heads, box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    for line in texts:
+        table.add_row(*(Text(shortened(text)) for text in line))
+    Console().print(table)
+
+
+def _longest(place: int, rows: list[list[str]]) -> int:
+    """Return the length of the longest text in a column."""
+    return max((len(row[place]) for row in rows), default=0)
+
+
+def plain(value: Any) -> str:
+    """Return a value as it would stand in the configuration; numbers with the digits that matter."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return yaml.safe_dump(value, default_flow_style=True, width=float("inf")).removesuffix("\n...\n").strip()
+
+
+def shortened(text: str) -> str:
+    """Return a long text up to where a terminal still shows it."""
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 4]} ..."
+
+
+class Change(click.ParamType):
+    """One ``key=value``: a dotted key of a scene and a YAML value."""
+
+    name = "key=value"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, Any]:
+        """Return the key and the value."""
+        if isinstance(value, tuple):
+            return value
+        key, equals, text = value.partition("=")
+        if not equals or not key.strip():
+            self.fail(f"{value!r} is not key=value, for example load.strain=0.01", param, ctx)
+        try:
+            return key.strip(), parsed(text, key)
+        except ConfigurationError as error:
+            self.fail(str(error), param, ctx)
+
+
+def load_plugins_of(folder: Path) -> None:
+    """Import the modules that ``config.yaml`` of a configuration folder names, as the workflow does."""
+    path = folder / "config.yaml"
+    if path.is_file():
+        load_plugins(workflow_configuration(read_yaml(path)).plugins)
+
+
+def _with_plugins(context: click.Context, option: click.Parameter, folder: Path) -> Path:
+    """Return the configuration folder once its plugins are imported: values of other options may need them."""
+    if not context.resilient_parsing:
+        load_plugins_of(folder)
+    return folder
+
+
+config_option = click.option(
+    "--config",
+    type=click.Path(path_type=Path),
+    default=CONFIG,
+    is_eager=True,
+    callback=_with_plugins,
+    show_default="the checkout's own",
+    help="Configuration folder: defaults.yaml, the families in scenes, and what they name.",
+)
+
+set_option = click.option(
+    "--set",
+    "changes",
+    type=Change(),
+    multiple=True,
+    help="Change a key of the scene, in SI units; may be repeated. The result gets a name of its own.",
+)
+
+
+def changed_scene(name: str, changes: tuple[tuple[str, Any], ...], config: Path) -> Scene:
+    """Return a scene of the configuration with changed keys.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is no such scene, a key is changed twice, or one is not known or not allowed.
+    """
+    keys = [key for key, _ in changes]
+    if twice := [key for key in keys if keys.count(key) > 1]:
+        values = " and ".join(plain(value) for key, value in changes if key == twice[0])
+        raise ConfigurationError(
+            f"--set {twice[0]} is given {keys.count(twice[0])} times, {values}; once is allowed"
+        )
+    return load_changed(name, dict(changes), config)

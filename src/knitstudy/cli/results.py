@@ -1,0 +1,230 @@
+"""``knitstudy run``, ``show`` and ``export``: simulate a scene, look at a result, hand a scene to another program."""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from knitstudy.cli.console import changed_scene, config_option, print_table, set_option
+from knitstudy.errors import DataFileError
+from knitstudy.files import read_dataset, read_table
+from knitstudy.loading.restart import Progress
+from knitstudy.study.configuration import asks, load_scenes, plan_of
+from knitstudy.study.planning import Planned, compared
+
+if TYPE_CHECKING:
+    from knitstudy.stages.simulate import Results
+
+STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.solve.resumed")
+"""Loggers whose messages a user sees: which stages ran, and from which increment a run goes on."""
+
+
+@click.command(short_help="Simulate a scene and all that it needs.")
+@click.argument("scene")
+@set_option
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("results"),
+    show_default=True,
+    help="Folder of results. What is there and belongs to the same inputs is used again.",
+)
+@click.option(
+    "--threads", type=click.IntRange(min=1), help="Threads of a direct simulation; all cores by default."
+)
+@click.option("--anew", is_flag=True, help="Simulate the scene even if its result is there.")
+@click.option(
+    "--compare/--no-compare",
+    default=True,
+    help="Estimate the error of a scene that leaves its model open by a second model.",
+)
+@click.option("-v", "--verbose", is_flag=True, help="Also print what the solver says.")
+@config_option
+def run(
+    scene: str,
+    changes: tuple,
+    output: Path,
+    threads: int | None,
+    anew: bool,
+    compare: bool,
+    verbose: bool,
+    config: Path,
+) -> None:
+    """Simulate a scene, and before it the direct simulations that its joints and springs come from.
+
+    Each stage (geometry, mesh, simulation, contacts) writes a file below the output folder, and the file is used again
+    while its inputs and the code are the same. A run that was ended goes on from its last increment: type the same
+    command again. A scene with changed keys gets a name of its own, and never replaces the scene that it was made
+    from. Changed keys of the geometry reach the simulations that a reduced model needs; other keys do not.
+
+    \b
+    knitstudy run dns-tie-course-coarse
+    knitstudy run rom3d-tie-course --set mesh.beam_size=0.25e-3
+    knitstudy run dns-tie-course --set pattern.loops=2 --set pattern.rows=2 --output small
+    knitstudy run pair-slid-90 --set name=pair-smooth --set contact.friction=0.1
+
+    A scene that leaves its model open (`fidelity: auto`) prints the chosen model and its price before it runs.
+    Afterwards a second model of at most twice the price estimates the error; --no-compare leaves that out.
+
+    Units are SI. `knitstudy show` tells more about a file.
+    """
+    if threads is not None:
+        os.environ["OMP_NUM_THREADS"] = str(threads)
+    # Models are imported here: the other commands and --help do not need them.
+    from knitstudy.measures.summary import summarise
+    from knitstudy.stages.simulate import simulate
+
+    chosen = changed_scene(scene, changes, config)
+    planned = _planned(scene, dict(changes), config)
+    try:
+        with _log_on_console(verbose):
+            results = simulate(chosen, output, config=config, progress=Progress, anew=anew)
+            said = _compared(planned, results, output, config) if compare and planned is not None else ""
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            f"stopped; stages that were done and the last converged increment are kept in {output}: the same command "
+            "goes on from there"
+        ) from None
+    click.echo(f"{results.path}:", err=True)
+    print_table(("quantity", "value", "unit"), summarise(results.history))
+    if said:
+        click.echo(said, err=True)
+
+
+def _planned(scene: str, changes: dict[str, Any], config: Path) -> Planned | None:
+    """Return what was chosen for a scene that leaves its model open, and print it."""
+    if not asks(scene, changes, config):
+        return None
+    found = plan_of(scene, changes, config)
+    click.echo(
+        f"{found.choice.ask.question} within {found.choice.ask.accuracy:.2g}: take {found.choice}", err=True
+    )
+    return found
+
+
+def _compared(planned: Planned, results: Results, output: Path, config: Path) -> str:
+    """Return how far off a result is, by a second model of the same scene."""
+    from knitstudy.measures.promises import compare
+    from knitstudy.stages.simulate import simulate
+
+    ask, other = planned.choice.ask, compared(planned, load_scenes(config))
+    if other is None:
+        return "how far off that is was not tried: no other model is about as sure and costs at most twice as much"
+    click.echo(f"compared with {other.choice}", err=True)
+    there = simulate(other.scene, output, config=config, progress=Progress)
+    sides = ((each.scene, each.history, each.contacts) for each in (results, there))
+    found = compare(ask.question, *sides, other.choice.rung.error)
+    if found is None:
+        return f"how far off that is cannot be told by {other.choice.rung}, which answers it otherwise"
+    return found.judged(ask.accuracy, str(other.choice.rung))
+
+
+@contextmanager
+def _log_on_console(verbose: bool) -> Iterator[None]:
+    """Print what the stages say on standard error, beside their progress."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    logger = logging.getLogger("knitstudy")
+    logger.setLevel(logging.INFO if verbose else logging.WARNING)
+    for name in STAGES:
+        logging.getLogger(name).setLevel(logging.INFO)
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+
+
+@contextmanager
+def _naming(file: Path) -> Iterator[None]:
+    """Name the file in whatever is wrong with its content."""
+    try:
+        yield
+    except DataFileError as error:
+        raise DataFileError(f"{file}: {error}") from error
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        raise DataFileError(
+            f"{file}: its variables or attributes are not those of a result of this study "
+            f"({type(error).__name__}: {error}); make it again"
+        ) from error
+
+
+@click.command(short_help="Show or draw a result file.")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Draw it too, as .png or .pdf: force over strain, forces at the crossings, or centrelines.",
+)
+def show(file: Path, plot: Path | None) -> None:
+    """Show a result: its kind, its scene, the code that made it, and its main quantities with units.
+
+    FILE is a netCDF file of any stage (geometry, mesh, history, contacts), or a table (.csv).
+
+    \b
+    knitstudy show results/simulation/dns-tie-course.nc
+    knitstudy show results/simulation/dns-tie-course.nc --plot force.png
+    knitstudy show results/tables/simulation_tie.csv
+    """
+    if file.suffix == ".csv":
+        if plot is not None:
+            raise click.UsageError("--plot draws netCDF files")
+        table = read_table(file)
+        print_table([str(column) for column in table.columns], table.astype(object).values.tolist())
+        return
+    if file.suffix != ".nc":
+        raise DataFileError(f"{file}: results are .nc and .csv files")
+    from knitstudy.cli.plot import draw
+    from knitstudy.figures.saving import save
+    from knitstudy.measures.summary import kind_of, summarise
+
+    dataset = read_dataset(file)
+    with _naming(file):
+        quantities = summarise(dataset)
+    print_table(("quantity", "value", "unit"), quantities)
+    if plot is not None:
+        with _naming(file):
+            kind, drawing = kind_of(dataset), draw(dataset)
+        save(drawing, [plot], {kind: dataset}, f"{kind} of {dataset.attrs.get('scene', file.stem)}")
+        click.echo(f"drawn: {plot}", err=True)
+
+
+@click.command(short_help="Write a scene as an input deck of Abaqus or CalculiX.")
+@click.argument("scene")
+@click.option(
+    "--dialect", type=click.Choice(["abaqus", "calculix"]), required=True, help="The other program."
+)
+@set_option
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="The deck's file; SCENE.DIALECT.inp in the current folder by default.",
+)
+@config_option
+def export(scene: str, dialect: str, changes: tuple, output: Path | None, config: Path) -> None:
+    """Write a scene of hexahedra as an input deck (.inp): mesh, ties, contact, grips and load, in m, N and Pa.
+
+    \b
+    knitstudy export dns-tie-course --dialect calculix
+    knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3e-3 -o pair.inp
+    """
+    from knitstudy.exchange.deck import require_deck, specimen_deck
+    from knitstudy.exchange.inp import write_inp
+    from knitstudy.stages.simulate import lay_out
+
+    wanted = changed_scene(scene, changes, config)
+    require_deck(wanted)
+    chosen, specimen, mesh = lay_out(wanted, config=config)
+    path = output or Path(f"{chosen.name}.{dialect}.inp")
+    deck = specimen_deck(chosen, specimen, mesh)
+    write_inp(deck, path, dialect)
+    click.echo(f"{path}: {len(deck.nodes)} nodes, {len(mesh.hexahedra)} hexahedra; m, N, Pa")

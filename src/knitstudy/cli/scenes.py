@@ -1,0 +1,180 @@
+"""``knitstudy list``, ``check`` and ``plan``: what is known of scenes before anything runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from knitstudy.cli.console import (
+    changed_scene,
+    config_option,
+    load_plugins_of,
+    plain,
+    print_table,
+    set_option,
+)
+from knitstudy.errors import ConfigurationError
+from knitstudy.registry import unknown_choice
+from knitstudy.study.choice import digits
+from knitstudy.study.configuration import (
+    STUDIES,
+    default_keys,
+    knits_of,
+    load_families,
+    load_scenes,
+    load_study,
+    plan_of,
+)
+from knitstudy.study.keys import describe
+from knitstudy.study.kinds import FIDELITIES, Labels
+from knitstudy.study.planning import Planned, of_model
+from knitstudy.study.scene import Scene, differences, flattened
+
+
+@click.command("list", short_help="List the scenes.")
+@click.option("--study", type=click.Choice(STUDIES), help="Only scenes of this study.")
+@click.option("--family", help="Only scenes of this family, by the name of its file.")
+@click.option("--fidelity", type=click.Choice(sorted(FIDELITIES)), help="Only scenes of this model.")
+@config_option
+def list_scenes(study: str | None, family: str | None, fidelity: str | None, config: Path) -> None:
+    """List the scenes: family, studies, and the keys that differ from the defaults (SI units).
+
+    A terminal shows a table; in a pipe, tabs separate the columns.
+
+    \b
+    knitstudy list --study reduced               the scenes that `make study` runs
+    knitstudy list --fidelity hexahedra          solid yarns of hexahedra
+    knitstudy list --family 2-medium             the scenes that config/scenes/2-medium.yaml defines
+    knitstudy list | cut -f1                     names alone
+    """
+    scenes, defaults = load_scenes(config), default_keys(config)
+    members = load_families(config)
+    families = dict.fromkeys(member.family for member in members.values())
+    if family is not None and family not in families:
+        raise ConfigurationError(unknown_choice("unknown family", family, family, list(families)))
+    rows = []
+    for name, scene in scenes.items():
+        member = members[name]
+        inside = study is None or study in member.studies
+        if inside and fidelity in (None, scene.fidelity) and family in (None, member.family):
+            changed = differences(scene, defaults).items()
+            texts = ", ".join(f"{key}={plain(value)}" for key, value in changed)
+            rows.append((name, member.family, ",".join(member.studies), texts))
+    print_table(("scene", "family", "studies", "differs from defaults"), rows)
+
+
+@click.command(short_help="Check a configuration; show all keys of a scene.")
+@click.argument("what", metavar="[FOLDER | SCENE]", required=False)
+@set_option
+@click.option("--sources", is_flag=True, help="Also print the source of every key of the scene.")
+@config_option
+def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None:
+    """Check a configuration folder, or print every key of a scene with its unit and its standing.
+
+    An error is one message: the file, the scene, the key, its value and the values that are allowed. The standing of
+    a key tells whether the paper states it, or whether it was inferred, calibrated, assumed or chosen here.
+
+    \b
+    knitstudy check                              the configuration of the checkout
+    knitstudy check my-config                    another folder
+    knitstudy check dns-tie-course               all keys of a scene
+    knitstudy check dns-tie-course --sources     and their sources
+    knitstudy check dns-tie-course --set mesh.size=0.45e-3
+    """
+    if what is None or Path(what).is_dir():
+        if changes or sources:
+            raise click.UsageError("--set and --sources need the name of a scene")
+        _check_folder(config if what is None else Path(what))
+    else:
+        _print_keys(changed_scene(what, changes, config), sources)
+
+
+def _check_folder(folder: Path) -> None:
+    load_plugins_of(folder)
+    scenes = load_scenes(folder)
+    knits = knits_of(scenes)
+    studies = ", ".join(f"{len(load_study(name, folder))} of study {name}" for name in STUDIES)
+    click.echo(f"{folder}: valid; {len(scenes)} scenes ({studies}), {len(knits)} geometries")
+
+
+def _print_keys(scene: Scene, sources: bool) -> None:
+    columns = ("unit", "standing", *(("source", "checked") if sources else ()))
+    rows = []
+    for key, value in flattened(scene).items():
+        name, _, field = key.rpartition(".")
+        described = describe(type(scene.sections[name]) if name else Labels, field)
+        rows.append((key, value, *(getattr(described, column) for column in columns)))
+    print_table(("key", "value", *columns), rows)
+
+
+ASKS = ("question", "accuracy", "seconds", "memory")
+
+
+@click.command(short_help="Choose a model for a question, and show its price.")
+@click.argument("scene")
+@click.option("--question", help="force, out_of_plane, contact or stress.")
+@click.option("--accuracy", type=float, help="Largest relative error, for example 0.05.")
+@click.option("--seconds", type=float, help="Largest time [s].")
+@click.option("--memory", type=float, help="Largest growth of memory [MB].")
+@set_option
+@config_option
+def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -> None:
+    """Print the cheapest model that answers a question about a scene accurately enough, with the reason, the expected
+    error and the price. Nothing runs.
+
+    Errors and prices were measured (resources/trade.csv, docs/accuracy.md) with the same interaction and load, on one
+    cell or on 3 x 3. Prices of larger knits follow the measured growth of time and memory.
+
+    A scene can ask by itself, with these keys; `knitstudy run` and `make study` then see an ordinary scene of the
+    chosen model:
+
+    \b
+    fidelity: auto
+    ask.question: force            # or out_of_plane, contact, stress
+    ask.accuracy: 0.05             # largest relative error
+    ask.seconds: 30                # optional
+    ask.memory: 500                # MB, optional
+
+    The options ask about any other scene, whatever model it names:
+
+    \b
+    knitstudy plan yarns-tie-course --question force --accuracy 0.05
+    knitstudy plan yarns-isotropic-wale --question contact --accuracy 0.1 --seconds 30
+    knitstudy plan dns-tie-course --question force --accuracy 0.05 --set pattern.loops=10 --set pattern.rows=10
+    knitstudy run yarns-tie-course --set fidelity=auto --set ask.question=force --set ask.accuracy=0.05
+
+    Each line of the printed table costs more and is more accurate than the line before. If no measured model meets the
+    accuracy or the budget, one message names the nearest.
+    """
+    said = {f"ask.{name}": value for name, value in asks.items() if value is not None}
+    _print_plan(plan_of(scene, dict(changes) | said, config))
+
+
+def _print_plan(found: Planned) -> None:
+    """Print question, choice, reason, front, and the keys that the choice sets."""
+    choice, scene, problem = found.choice, found.scene, found.problem
+    ask, rung, size = choice.ask, choice.rung, f"{choice.measured} x {choice.measured}"
+    grown = f"; price grown from {size} cells" if choice.cells > choice.measured else ""
+    click.echo(
+        f"{scene.name}: {ask.question} within {100 * ask.accuracy:g} %, {problem.interaction},"
+        f" {scene.load.direction} tension, {scene.pattern.loops} x {scene.pattern.rows} cells"
+    )
+    click.echo(f"take {choice}")
+    click.echo(
+        f"because nothing cheaper of what was measured on {size} cells is as sure (scene {rung.scene}){grown}"
+    )
+    rows = [
+        (
+            str(each),
+            *map(digits, (100 * each.error, each.seconds, each.memory)),
+            "taken" if each == rung else "",
+        )
+        for each in dict.fromkeys((*choice.front, rung))
+    ]
+    print_table(("model", "error at most [%]", "seconds", "MB", ""), rows)
+    sets = {"fidelity": scene.fidelity}
+    if scene.interaction != problem.interaction:
+        sets["interaction"] = scene.interaction
+    sets |= {key: value for key, value in flattened(scene).items() if of_model(key) and key != "outputs"}
+    click.echo("; ".join(f"{key}: {plain(value)}" for key, value in sets.items()))

@@ -1,0 +1,323 @@
+"""Tables of studies that take hours, kept in ``resources`` with the digest behind them, and the pages that show them.
+
+``python -m knitstudy.stages.kept_tables reference``, ``verdicts`` or ``trade`` keeps a table of the results that are
+there and up to date; `make reference`, `make verdicts` and `make trade` run the study first.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pandas as pd
+
+from knitstudy.errors import DataFileError, KnitstudyError
+from knitstudy.figures.catalogue import FIGURES, draw
+from knitstudy.figures.saving import save
+from knitstudy.files import read_result, read_table, replacing, write_table
+from knitstudy.measures.catalogue import Catalogue
+from knitstudy.measures.reference import refinement_series_of
+from knitstudy.report.screen import save_for_screen
+from knitstudy.report.sources import read_sources
+from knitstudy.report.summary import summarise
+from knitstudy.report.trade import filled, written
+from knitstudy.stages.code import code_digest
+from knitstudy.stages.displays import Displays, reference_files
+from knitstudy.stages.plan import Plan
+from knitstudy.stages.table import STAGES
+from knitstudy.study.choice import GROWTH_KEPT, RESOURCES, TRADE_KEPT
+from knitstudy.study.configuration import CONFIG, load_scenes, load_study
+from knitstudy.study.scene import Scene
+from knitstudy.tables.catalogue import TABLES, tabulate
+from knitstudy.tables.reference import REFERENCE_SCENES, limits, values_of
+
+RESULTS = Path("results")
+
+SIMULATED = ("simulation", "contacts")
+"""Stages that the trade is made from."""
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A table of a study, as it is kept.
+
+    Attributes
+    ----------
+    study, table : str
+    path : Path
+        Where it is kept.
+    what : str
+        What messages call its rows, in the plural.
+    stages : tuple of str
+        Those whose results a scene must have to count.
+    """
+
+    study: str
+    table: str
+    path: Path
+    what: str
+    stages: tuple[str, ...] = tuple(STAGES)
+
+    def displays(
+        self, plan: Plan, scenes: Iterable[Scene], config: Path = CONFIG, catalogue: Catalogue = TABLES
+    ) -> Displays:
+        """Return the tables, or the figures, of the study, or of some of its scenes."""
+        return Displays(catalogue, plan, scenes, reference_files(config), label=f"study {self.study!r}")
+
+    def digest_wanted(self, plan: Plan, config: Path = CONFIG) -> str:
+        """Return the digest of the table of the whole study with the code of today, none where it cannot be made."""
+        displays = self.displays(plan, self._scenes(plan, config), config)
+        return displays.digest(self.table) if self.table in displays.names() else ""
+
+    def scenes_there(self, plan: Plan, results: Path, config: Path = CONFIG) -> list[Scene]:
+        """Return those scenes of the study whose results are there and up to date.
+
+        Raises
+        ------
+        DataFileError
+            When there is none.
+        """
+        scenes = plan.up_to_date(self._scenes(plan, config), results, self.stages)
+        if not scenes:
+            raise DataFileError(
+                f"{results}: has no simulation of the study {self.study!r} that is up to date; "
+                f"run `make study STUDY={self.study}`"
+            )
+        return scenes
+
+    def found(self, plan: Plan, results: Path, config: Path = CONFIG) -> pd.DataFrame:
+        """Return the table by those scenes of the study whose results are there and up to date.
+
+        Raises
+        ------
+        DataFileError
+            When there is none.
+        """
+        scenes = self.scenes_there(plan, results, config)
+        displays = self.displays(plan, scenes, config)
+        sources = read_sources(displays.files(self.table, results).items())
+        table = tabulate(self.table, **sources, scenes=displays.scenes(self.table))
+        simulations = f"{len(scenes)} of {len(self._scenes(plan, config))}"
+        return stamped(table, displays.digest(self.table), simulations=simulations)
+
+    def warning(self, kept: Path, wanted: str) -> str:
+        """Return a warning where a kept table was made by other code or scenes than today's; otherwise nothing."""
+        days = made_otherwise(kept, wanted)
+        return days and (
+            f"{self.what} of the study {self.study!r} were kept on {days}; code or scenes have changed since, or not "
+            f"all had been run: `make {self.table}` makes them anew."
+        )
+
+    def _scenes(self, plan: Plan, config: Path) -> list[Scene]:
+        return [plan.scenes[name] for name in load_study(self.study, config)]
+
+
+VERDICTS = Kept("full", "verdicts", Path("resources/verdicts.csv"), "Verdicts")
+"""What the report of every study shows beside its own verdicts."""
+
+TRADE = Kept("trade", "trade", TRADE_KEPT, "Prices and errors", SIMULATED)
+
+GROWTH = Kept("full", "domain_growth", GROWTH_KEPT, "Laws of growth", SIMULATED)
+"""How cost grows with the size of the domain, of as many knits of rising size as are there."""
+
+
+def stamped(table: pd.DataFrame, digest: str, **said: str) -> pd.DataFrame:
+    """Return a table with columns of the digest behind it, of other remarks on all of it, and of the day."""
+    return table.assign(digest=digest, **said, made=datetime.date.today().isoformat())
+
+
+def made_otherwise(kept: Path, wanted: str) -> str:
+    """Return the days on which a kept table was made by other code or inputs; nothing where it was by these.
+
+    Raises
+    ------
+    DataFileError
+        When the table cannot be read or has no digest.
+    """
+    table = read_table(kept, needs=("digest", "made"))
+    if set(table["digest"].astype(str)) == {wanted}:
+        return ""
+    return ", ".join(sorted(set(table["made"].astype(str))))
+
+
+def draw_pictures(displays: Displays, names: Iterable[str], results: Path, folder: Path) -> None:
+    """Draw figures of a study from its results and write them for the screen."""
+    files = sources = None
+    for name in names:
+        if files != (taken := displays.files(name, results)):  # several may be of the same hundreds
+            files, sources = taken, read_sources(taken.items())
+        drawing = draw(name, **sources, scenes=displays.scenes(name))
+        with TemporaryDirectory() as beside:
+            picture = Path(beside) / f"{name}.png"
+            save(drawing, [picture], sources, FIGURES.find(name).title)
+            save_for_screen(picture, folder / f"{name}.webp")
+
+
+def _write_page(page: Path, text: str) -> None:
+    with replacing(page) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+# ---- Verdicts of the full study ----
+
+VERDICTS_PAGE, TEMPLATE = Path("docs/results.md"), Path("workflow/report/results.md")
+
+
+def keep_verdicts(config: Path = CONFIG) -> str:
+    """Keep the verdicts, and write the page about them with its pictures; return what was kept."""
+    plan = Plan.of(config)
+    table = VERDICTS.found(plan, RESULTS, config)
+    displays = VERDICTS.displays(plan, VERDICTS.scenes_there(plan, RESULTS, config), config, FIGURES)
+    page, shown = summarise(TEMPLATE, table, displays.names(), VERDICTS_PAGE.stem)
+    draw_pictures(displays, shown, RESULTS, VERDICTS_PAGE.with_suffix(""))
+    _write_page(VERDICTS_PAGE, page)
+    write_table(table, VERDICTS.path)
+    return f"{len(table)} verdicts: {VERDICTS.path}, page: {VERDICTS_PAGE}"
+
+
+# ---- Trade of accuracy and cost ----
+
+PROMISES_KEPT = RESOURCES / "trade_promise.csv"
+"""Of `knitstudy.stages.promise`."""
+
+TRADE_PAGE = Path("docs/accuracy.md")
+
+
+def keep_trade(config: Path = CONFIG) -> str:
+    """Keep the trade, the laws by which price grows, and the page about them; return what was kept."""
+    plan = Plan.of(config)
+    table = TRADE.found(plan, RESULTS, config)
+    write_table(table, TRADE.path)
+    write_table(GROWTH.found(plan, RESULTS, config), GROWTH.path)
+    write_trade_page(table)
+    displays = TRADE.displays(plan, TRADE.scenes_there(plan, RESULTS, config), config, FIGURES)
+    shown = [name for name in displays.names() if name.startswith("fig_trade_")]
+    draw_pictures(displays, shown, RESULTS, TRADE_PAGE.with_suffix(""))
+    return f"{len(table)} points of {table['scene'].nunique()} simulations: {TRADE.path}"
+
+
+def write_trade_page(table: pd.DataFrame) -> None:
+    """Write a trade and the kept promises into the page about them."""
+    promises = read_table(PROMISES_KEPT) if PROMISES_KEPT.is_file() else None
+    _write_page(TRADE_PAGE, filled(TRADE_PAGE.read_text(encoding="utf-8"), written(table, promises)))
+
+
+# ---- The reference: values to which independent discretisations converge ----
+
+REFERENCE = Path("resources/reference/reference.csv")
+"""What models are measured against; the values of single simulations lie beside it."""
+
+SEPARATOR = " "
+"""Between the digests of several codes in one row."""
+
+
+def values_beside(kept: Path) -> Path:
+    """Return where the values of single simulations are kept that a reference is made from."""
+    return kept.with_name(f"{kept.stem}_values.csv")
+
+
+def code_behind(scenes: Iterable[Scene]) -> str:
+    """Return a digest of the code of all simulations among scenes that the reference is made from."""
+    modules = {"knitstudy.tables.reference"}
+    for scene in REFERENCE_SCENES.scenes({scene.name: scene for scene in scenes}):
+        for stage in ("geometry", "mesh", *SIMULATED):
+            modules |= set(STAGES[stage].modules(scene))
+    return code_digest(*sorted(modules))
+
+
+def values_found(scenes: Mapping[str, Scene], results: Path, config: Path = CONFIG) -> pd.DataFrame:
+    """Return the values of those simulations among scenes whose results are there and up to date."""
+    there = Plan.of(config).up_to_date(scenes.values(), results, SIMULATED)
+    read = {
+        stage: {scene.name: read_result(results / STAGES[stage].path(scene)) for scene in there}
+        for stage in SIMULATED
+    }
+    return values_of(*read.values())
+
+
+def keep_values(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, code: str) -> None:
+    """Keep values of simulations with the code behind them and the day, and the limits of all that are kept.
+
+    A simulation's rows replace those of before. Values of scenes whose keys have changed or that the study no longer
+    has are dropped. Rows of the reference stay if fewer than two discretisations of their problem have values.
+
+    Parameters
+    ----------
+    values : DataFrame
+        Of `tables.reference.values_of`.
+    scenes : mapping of str to Scene
+        Of the study.
+    kept : Path
+        The reference; its values lie beside it (`values_beside`).
+    code : str
+        Digest of the code behind these values.
+
+    Raises
+    ------
+    DataFileError
+        When there are no values.
+    """
+    if values.empty:
+        raise DataFileError(f"{RESULTS}: has no simulation of the study `reference` that is up to date")
+    today = datetime.date.today().isoformat()
+    hashes = {name: scene.hash for name, scene in scenes.items()}
+    anew = values.assign(keys=values["scene"].map(hashes), code=code, made=today)
+    all_values = _with_others(anew, values_beside(kept), "scene")
+    all_values = all_values[all_values["keys"] == all_values["scene"].map(hashes)]
+    reference = limits(all_values, scenes)
+    of = all_values.groupby("scene")[["code", "made"]].first()
+    marks = {}
+    for problem, series in refinement_series_of(scenes[name] for name in of.index).items():
+        behind = of.loc[[scene.name for each in series for scene in each.scenes]]
+        marks[problem] = SEPARATOR.join(sorted(set(behind["code"]))), behind["made"].max()
+    if not reference.empty:
+        reference["code"], reference["made"] = zip(*reference["problem"].map(marks), strict=True)
+        write_table(_with_others(reference, kept, "problem"), kept)
+    write_table(all_values, values_beside(kept))
+
+
+def _with_others(rows: pd.DataFrame, kept: Path, key: str) -> pd.DataFrame:
+    """Return rows, in the place of those kept with their key, among all others that are kept."""
+    if not kept.is_file():
+        return rows
+    before = read_table(kept, needs=(key, "code", "made"))
+    others = before[~before[key].isin(set(rows[key]))]
+    order = {name: place for place, name in enumerate(dict.fromkeys([*before[key], *rows[key]]))}
+    return pd.concat([others, rows]).sort_values(key, key=lambda names: names.map(order), kind="stable")
+
+
+def reference_warning(kept: Path, code: str) -> str:
+    """Return a warning where a kept reference was made by other code than today's; otherwise nothing."""
+    table = read_table(kept, needs=("code", "made"))
+    found = sorted({digest for each in table["code"].astype(str) for digest in each.split(SEPARATOR)})
+    if found == [code]:
+        return ""
+    return (
+        f"The reference of {', '.join(sorted(set(table['made'].astype(str))))} was made by code "
+        f"{', '.join(found)}, which is now {code}: `make reference` makes it anew."
+    )
+
+
+def keep_reference(config: Path = CONFIG) -> str:
+    """Keep the values of the study `reference` and their limits; return what was kept."""
+    scenes = load_scenes(config)
+    study = {name: scenes[name] for name in load_study("reference", config)}
+    keep_values(values_found(study, RESULTS, config), study, REFERENCE, code_behind(study.values()))
+    return f"Reference: {REFERENCE}"
+
+
+KEEPERS = {"reference": keep_reference, "verdicts": keep_verdicts, "trade": keep_trade}
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("table", choices=KEEPERS)
+    try:
+        print(KEEPERS[parser.parse_args().table]())
+    except KnitstudyError as error:
+        sys.exit(f"error: {error}")
