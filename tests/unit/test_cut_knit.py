@@ -7,7 +7,6 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.elevation import pieces as drawn_pieces
 from knitstudy.geometry.fabric import cut_cells, middles_of_legs
-from knitstudy.measures.selection import cut_of
 from knitstudy.models.pieces import cut_yarns, problem_of_cut_knit
 
 
@@ -100,13 +99,6 @@ def test_pictures_leave_out_what_is_cut_off(scene, knit, pieces):
     found = drawn_pieces(history, knit.radius)
     assert [stations.yarn[piece[0]] for piece in found] == [0, 0, 0, 1, 2, 3, 3, 3, 3]
     assert np.array_equal(np.concatenate(found), np.arange(len(stations.yarn)))
-
-
-def test_a_knit_is_compared_with_the_cells_of_its_like(scene):
-    whole = scene.vary({"name": "whole", "specimen": "knit"})
-    cut = scene.vary({"name": "cut", "knit": "cut"})
-    assert cut_of(whole, [whole, cut.vary({"name": "soft", "yarn.youngs_modulus": 1e6}), cut]) == {"cut": cut}
-    assert cut_of(whole.replace("load.direction", "wale"), [cut]) == {}
 
 
 def test_yarns_are_watched_beside_every_tie(scene, knit, pieces):

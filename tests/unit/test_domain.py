@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import study
 
-from knitstudy.figures import catalogue as figures
-from knitstudy.figures.domain_line import domain_line
+from knitstudy.figures.fig12_size_and_beams import series_line
 from knitstudy.files import read_table
 from knitstudy.measures.domain import PowerLaw, SumOfPowers, contact_over_ties, force_per_width, series_of
 from knitstudy.study.configuration import load_scenes, load_study
@@ -47,7 +46,9 @@ def all_but_size(scene):
     document = {name: keys for name, keys in scene.to_dict().items() if name not in LABELS}
     of_size = {"pattern": ("loops", "rows"), "rom": ("contacts_from",)}
     for section, keys in of_size.items():
-        document[section] = {key: value for key, value in document.get(section, {}).items() if key not in keys}
+        document[section] = {
+            key: value for key, value in document.get(section, {}).items() if key not in keys
+        }
     return document
 
 
@@ -58,7 +59,7 @@ def test_series_of_the_study_differ_in_nothing_but_size_and_look_different():
     for each in series:
         first, *others = map(all_but_size, each.scenes)
         assert all(other == first for other in others), each.stem
-    lines = [domain_line(each) for each in series if each.scenes[0].load.direction == "course"]
+    lines = [series_line(each) for each in series if each.scenes[0].load.direction == "course"]
     for what in (["label"], ["color", "linestyle", "marker"]):
         assert len({tuple(line[key] for key in what) for line in lines}) == len(lines), what
 
@@ -96,11 +97,3 @@ def test_response_is_compared_with_the_largest_knit(grown):
     tied = table[table["interaction"] == "tie constraint"]
     np.testing.assert_allclose(tied["the same, over that of the largest knit [1]"], [8 / 3, 8 / 6, 1])
     assert tied["mean normal force in the centre cell [N]"].isna().all()
-
-
-def test_figures_of_the_domain_name_their_axes(grown):
-    scenes, histories = grown
-    cost = figures.draw("fig12a_domain_size", domain=histories, scenes=scenes, paper=read_table(PAPER))
-    assert [axes.get_ylabel() for axes in cost.axes] == ["degrees of freedom", "memory growth (MB)"]
-    response = figures.draw("fig_domain_response", domain=histories, domain_contacts={}, scenes=scenes)
-    assert response.axes[0].get_ylabel() == "force over width (N/mm)"

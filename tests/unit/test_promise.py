@@ -9,7 +9,7 @@ from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.promises import Promise, corrected, error_made
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, NORMAL
-from knitstudy.report.trade import BEGIN, END, filled, written
+from knitstudy.report.kept_pages import BEGIN, END, filled, written
 from knitstudy.stages.kept_tables import TRADE, TRADE_PAGE
 from knitstudy.tables import catalogue as tables
 

@@ -6,14 +6,25 @@ The scenes of a case go by the names of `measures.catalogue`. Models are compare
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.catalogue import BEAM_MODELS, NETWORKS, OTHER_SOLIDS, SOLIDS, VARIANTS, of_case
+from knitstudy.measures.catalogue import (
+    BEAM_MODELS,
+    CASES,
+    NETWORKS,
+    OTHER_SOLIDS,
+    SOLIDS,
+    Results,
+    network,
+    of_case,
+    reduced_models,
+    several,
+    solid,
+)
 from knitstudy.measures.discretisation import (
     HEXAHEDRA,
     INTERACTIONS,
@@ -32,15 +43,10 @@ from knitstudy.measures.response import (
 )
 from knitstudy.study.scene import Scene
 
-CASES = ("tie-course", "tie-wale", "isotropic-course", "isotropic-wale")
-"""Interaction and direction, as in the names of scenes."""
-
 MODELS = tuple(
     name
     for case in CASES
-    for name in of_case(
-        case, (*SOLIDS, *OTHER_SOLIDS, *VARIANTS, *BEAM_MODELS, *NETWORKS["rom3d"], *NETWORKS["rom2d"])
-    )
+    for name in (*of_case(case, (*SOLIDS, *OTHER_SOLIDS, *BEAM_MODELS)), *reduced_models(case))
 )
 """Names of all simulations of the four cases."""
 
@@ -158,11 +164,6 @@ class Case:
         return "DNS" if model is self.dns else model.label
 
 
-def first_of(names: Iterable[str], known: Iterable[str]) -> str | None:
-    """Return the first of several names of scenes that is known, if there is one."""
-    return next((name for name in names if name in known), None)
-
-
 def cases_of(
     histories: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
 ) -> Iterator[Case]:
@@ -177,31 +178,23 @@ def cases_of(
     reference : DataFrame
         ``resources/reference/reference.csv``.
     """
-    every = [Simulation(scenes[name], history) for name, history in histories.items()]
-    models = {model.scene.name: model for model in every}
+    known = {name: scenes[name] for name in histories}
+
+    def simulations(results: Results) -> list[Simulation]:
+        return [Simulation(scene, histories[scene.name]) for scene in results.scenes(known)]
+
     for case in CASES:
-        name = first_of(of_case(case, SOLIDS), models)
-        if name is None:
-            continue
-
-        def matching(patterns: Iterable[str], case: str = case, but: str = name) -> tuple[Simulation, ...]:
-            wanted = of_case(case, patterns)
-            return tuple(
-                model
-                for model in every
-                if model.scene.name != but and any(fnmatchcase(model.scene.name, each) for each in wanted)
+        for dns in simulations(solid("simulation", case)):
+            others = simulations(several("simulation", *of_case(case, OTHER_SOLIDS)))
+            yield Case(
+                *case.split("-"),
+                dns=dns,
+                others=tuple(each for each in others if each.scene is not dns.scene),
+                reduced=tuple(simulations(several("simulation", *reduced_models(case)))),
+                main={name: model for name in NETWORKS for model in simulations(network(name, case))},
+                beams=tuple(simulations(several("simulation", *of_case(case, BEAM_MODELS)))),
+                reference=reference_of(reference, dns.scene),
             )
-
-        main = {fidelity: first_of(of_case(case, names), models) for fidelity, names in NETWORKS.items()}
-        yield Case(
-            *case.split("-"),
-            dns=models[name],
-            others=matching(OTHER_SOLIDS),
-            reduced=tuple(model for model in every if model.scene.value("rom.contacts_from") == name),
-            main={fidelity: models[each] for fidelity, each in main.items() if each},
-            beams=matching(BEAM_MODELS),
-            reference=reference_of(reference, scenes[name]),
-        )
 
 
 # ---- comparison with the reference ----

@@ -70,38 +70,36 @@ def made_of(scene: Scene) -> str:
 
 # ---- physical problem ----
 
-UNIT = (
-    "yarn.youngs_modulus",
-    "yarn.poisson_ratio",
-    "yarn.material",
-    "load.direction",
-    "load.lateral",
-    "tie.radius",
-)
-"""Physical keys that knits of the same loops share, whatever their size and interaction."""
-
-PHYSICS = (*UNIT, "contact.friction", "contact.tied_edges")
-"""Keys of the physical problem besides its geometry."""
+HOW_FAR = "load.strain"
+"""Simulations of one problem may be pulled to different strains: their results are compared at the same strain."""
 
 EXTENT = ("pattern.loops", "pattern.rows")
 
 
+def physics_of(scene: Scene) -> dict[str, Any]:
+    """Return the physical problem: the values of all keys whose role is physics, but for the largest strain."""
+    labels = {"specimen": scene.specimen, "interaction": scene.interaction}
+    return labels | {key: value for key, value in scene.values_of("physics").items() if key != HOW_FAR}
+
+
 def problem_of(scene: Scene) -> str:
     """Return a digest of the physical problem of a scene, the same for all models and discretisations."""
-    keys: dict[str, Any] = {key: scene.value(key) for key in PHYSICS}
-    return digest({"interaction": scene.interaction} | scene.geometry_inputs | keys)
+    return digest(physics_of(scene))
 
 
 def tied_problem_of(scene: Scene) -> str:
     """Return the digest (`problem_of`) of the same knit under the same load with tied yarns."""
-    keys = {key: None if key.startswith("contact.") else scene.value(key) for key in PHYSICS}
-    return digest({"interaction": "tie"} | scene.geometry_inputs | keys)
+    return digest(_without_contact(scene) | {"interaction": "tie"})
 
 
 def loops_of(scene: Scene) -> str:
     """Return a digest of loops, yarn and load, whatever the size of the knit and its interaction."""
-    keys: dict[str, Any] = {key: scene.value(key) for key in UNIT}
-    return digest(keys | {key: value for key, value in scene.geometry_inputs.items() if key not in EXTENT})
+    keys = _without_contact(scene)
+    return digest({key: value for key, value in keys.items() if key not in ("interaction", *EXTENT)})
+
+
+def _without_contact(scene: Scene) -> dict[str, Any]:
+    return {key: value for key, value in physics_of(scene).items() if not key.startswith("contact.")}
 
 
 def sticks(scene: Scene) -> bool:

@@ -26,7 +26,7 @@ from knitstudy.mesh.spacing import Spacing, place_slices
 from knitstudy.mesh.sweep import SweptMesh, sweep
 from knitstudy.models.discretisation import Discretisation
 from knitstudy.models.solid_yarns import SolidYarns, problem_of
-from knitstudy.models.spline_yarns import RAMP, described, shape
+from knitstudy.models.spline_yarns import CROSSING_REACH, RAMP, described, shape
 from knitstudy.models.ties import Ties, tie_patches
 from knitstudy.models.yarn_contact import MARGIN, BesideTies, contact_law
 from knitstudy.study.scene import Scene
@@ -82,7 +82,7 @@ def _space(scene: Scene, pieces: Fabric, piece: int) -> YarnSpace:
     """Return the space of a piece: spans and degrees by the keys of whole yarns."""
     radius, keys, length = pieces.radius, scene.mesh, pieces.centrelines[piece].length
     stations = pieces.stations(piece)
-    reach = keys.crossing_reach * radius
+    reach = CROSSING_REACH * radius
     spacing = Spacing(
         keys.crossing_span * radius,
         keys.span / keys.crossing_span,

@@ -24,6 +24,9 @@ from knitstudy.study.scene import Scene
 # ---- Where the spans of solid yarns end, and which degree they have: near crossings, on legs, where they are gripped
 
 
+CROSSING_REACH = 1.0
+"""Distance from a crossing up to which spans are short and of the degree of crossings, over the yarn's radius."""
+
 RAMP = 1.0
 """Distance over which spans grow beyond the reach of a crossing, over the yarn's radius."""
 
@@ -69,7 +72,7 @@ def yarn_spans(scene: Scene, specimen: Fabric) -> list[YarnSpans]:
             keys.span / keys.crossing_span,
             tuple(specimen.places_of_a_repeat(one).tolist()),
             specimen.centrelines[one].length / repeats,
-            reach=keys.crossing_reach * radius,
+            reach=CROSSING_REACH * radius,
             ramp=RAMP * radius,
         )
         plain[one] = spacing, _spans(repeats, NONE, NONE.ravel(), spacing, scene)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find, meanings, unknown_choice
-from knitstudy.study.keys import SceneName, Section, key, validated
+from knitstudy.study.keys import SceneName, Section, describe, key, validated
 from knitstudy.study.model_sections import (
     Beam,
     BeamMesh,
@@ -293,23 +293,24 @@ class Labels(Section):
     """Name and kind of a scene."""
 
     name: SceneName = key(
-        "a name of at most 200 small letters, digits, - and _, that starts with a letter",
-        standing="choice",
+        "output",
+        "choice",
+        allowed="a name of at most 200 small letters, digits, - and _, that starts with a letter",
         source="names files",
-        checked="none",
     )
-
     knit: SceneName = key(
-        "the label of the knit or pair; scenes with one label share one geometry (at most 200 small letters, digits,"
-        " - and _)",
-        standing="choice",
+        "output",
+        "choice",
+        allowed=(
+            "the label of the knit or pair; scenes with one label share one geometry (at most 200 small letters,"
+            " digits, - and _)"
+        ),
         source="names files",
-        checked="none",
     )
-
     specimen: str = key(
-        lambda: meanings(SPECIMENS),
-        standing="choice",
+        "physics",
+        "choice",
+        allowed=lambda: meanings(SPECIMENS),
         source=(
             "the paper simulates knits, whose yarns it does not say to be whole at the upper and the lower edge: of a"
             " cut_knit the outer ones are not; two crossing yarns are a case of verification, a cell stands for an"
@@ -317,24 +318,24 @@ class Labels(Section):
         ),
         checked="all",
     )
-
     fidelity: str = key(
-        lambda: meanings(FIDELITIES),
-        standing="choice",
+        "numerics",
+        "choice",
+        allowed=lambda: meanings(FIDELITIES),
         source="sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact",
         checked="all",
     )
-
     interaction: str = key(
-        lambda: meanings(INTERACTIONS),
-        standing="stated",
+        "physics",
+        "stated",
+        allowed=lambda: meanings(INTERACTIONS),
         source="section 2.2, Fig. 2 and Table 1: tie constraint, rough contact, isotropic Coulomb friction",
         checked="all three",
     )
-
     outputs: tuple[str, ...] = key(
-        "a list of what is written besides, for example [fields, vtu]",
-        standing="choice",
+        "output",
+        "choice",
+        allowed="a list of what is written besides, for example [fields, vtu]",
         source="what is written; no result depends on it",
         checked="all",
     )
@@ -427,6 +428,13 @@ def _sections_of(*names: tuple[str, ...]) -> dict[str, dict[str, type[Section]]]
             for name in described.model_fields:
                 keys.setdefault(name, described)
     return found
+
+
+def role_of(key: str) -> str | None:
+    """Return the role of a dotted key or a label; None if there is no such key."""
+    name, dot, field = key.rpartition(".")
+    section = all_sections().get(name, {}).get(field) if dot else Labels
+    return describe(section, field).role if section and field in section.model_fields else None
 
 
 def known_keys(section: str) -> dict[str, type[Section]] | None:

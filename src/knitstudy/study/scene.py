@@ -18,8 +18,8 @@ from knitstudy.registry import unknown_choice
 from knitstudy.study.keys import Section, describe, validated
 from knitstudy.study.kinds import Kind, Labels, all_sections, known_keys, not_of_kind
 
-LABELS = ("name", "knit", "outputs")
-"""Keys that no number depends on."""
+LABELS = tuple(name for name in Labels.model_fields if describe(Labels, name).role == "output")
+"""Labels that no number depends on: name, knit and outputs."""
 
 
 class Scene:
@@ -139,6 +139,15 @@ class Scene:
                 found[section] = document[section]
         return found
 
+    def values_of(self, *roles: str) -> dict[str, Any]:
+        """Return the values of all keys of some roles, by dotted key, but for the labels."""
+        return {
+            f"{name}.{field}": getattr(section, field)
+            for name, section in self.sections.items()
+            for field in type(section).model_fields
+            if describe(type(section), field).role in roles
+        }
+
     def only(self, document: Mapping, keys: Iterable[str]) -> Scene:
         """Return the scene as a stage sees it that has `read` a document by some keys; see `seen`."""
         labels = {name: _plain(getattr(self, name)) for name in Labels.model_fields}
@@ -206,10 +215,7 @@ class Scene:
         return Scene.from_dict(stays, where, self._defaults)
 
     def scaled(self, length: float = 1.0, stiffness: float = 1.0) -> Scene:
-        """Return the same scene in other units: lengths times `length`, moduli times `stiffness`.
-
-        The density is left alone: no result of a quasi-static scene depends on it.
-        """
+        """Return the same scene in other units: lengths times `length`, moduli times `stiffness`."""
         factors = {"m": length, "Pa": stiffness, "N/m": stiffness * length}
         document = self.to_dict()
         for name, section in self.sections.items():

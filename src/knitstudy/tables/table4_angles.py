@@ -9,8 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.measures.cases import CASES
-from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, of_case, several, solid
+from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, of_case, several, solid
 from knitstudy.measures.discretisation import INTERACTIONS, made_of
 from knitstudy.measures.paper_values import numbers
 from knitstudy.measures.segments import (

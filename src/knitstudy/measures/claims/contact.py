@@ -79,7 +79,7 @@ FRICTION_SWEEP = "inputs-friction"
     "K1",
     "no zone in the centre cell at 0.05 % strain",
     UNRECORDED,
-    ("fig07a_zones",),
+    ("fig07_contact",),
     BY_OTHERS,
 )
 def judge_no_contact(evidence: Evidence) -> Judgement:
@@ -97,7 +97,7 @@ def judge_no_contact(evidence: Evidence) -> Judgement:
     "K2",
     "four zones in the centre cell from 1.95 % strain to the end, and never more",
     UNRECORDED,
-    ("fig07a_zones",),
+    ("fig07_contact",),
     BY_OTHERS,
 )
 def judge_zones(evidence: Evidence) -> Judgement:
@@ -131,7 +131,7 @@ def _at_snapshot(contacts: xr.Dataset, number: int, holds: Callable[[np.ndarray,
     "the force bends most between the increment before the first symmetric contact of the centre cell and "
     f"{JUST_AFTER:.1%} strain after it; slopes over {SPAN:.1%} before and after",
     UNRECORDED,
-    ("fig07b_force",),
+    ("fig07_contact",),
     BY_OTHERS,
 )
 def judge_slope(evidence: Evidence) -> Judgement:
@@ -280,7 +280,7 @@ def _half(contacts: xr.Dataset, values: np.ndarray) -> float:
     "K5",
     "the reference's force at full strain: ties > rough > isotropic, each by more than both uncertainties",
     UNRECORDED,
-    ("fig09a_force", "interactions"),
+    ("fig09_interactions", "interactions"),
     OF_REFERENCE,
 )
 def judge_stiffness_order(evidence: Evidence) -> Judgement:
@@ -305,7 +305,7 @@ def judge_stiffness_order(evidence: Evidence) -> Judgement:
     "K6",
     "the reference's largest |u_z| at full strain: isotropic > ties, by more than both uncertainties",
     UNRECORDED,
-    ("fig09b_out_of_plane", "interactions"),
+    ("fig09_interactions", "interactions"),
     OF_REFERENCE,
 )
 def judge_motion_order(evidence: Evidence) -> Judgement:

@@ -118,7 +118,7 @@ def judge_length(evidence: Evidence) -> Judgement:
     f"exponents of degrees of freedom in cells in a row within {AS_AN_AREA:g} of 2, with ties and with friction, "
     f"and contact over ties at the smallest size {SHARE:.0%} of the paper's factor in degrees of freedom or more",
     BEFORE,
-    ("fig12a_domain_size", "table3_domain_size"),
+    ("fig12_size_and_beams", "table3_domain_size"),
     OF_COSTS,
 )
 def judge_size(evidence: Evidence) -> Judgement:
@@ -175,13 +175,13 @@ WORDS = (
 OF_VALUES = "of every value, by the next degree and hexahedra, beside the values"
 
 
-@rule(RULES, "K9", WORDS.format("rises", "falls"), BEFORE, ("fig11a_course_spacing", "sweeps"), OF_VALUES)
+@rule(RULES, "K9", WORDS.format("rises", "falls"), BEFORE, ("fig11_sweeps", "sweeps"), OF_VALUES)
 def judge_spacing(evidence: Evidence) -> Judgement:
     """K9: knits of larger course spacing move further out of their plane."""
     return _judge_sweep(SPACING, 1, evidence)
 
 
-@rule(RULES, "K10", WORDS.format("falls", "rises"), BEFORE, ("fig11b_yarn_diameter", "sweeps"), OF_VALUES)
+@rule(RULES, "K10", WORDS.format("falls", "rises"), BEFORE, ("fig11_sweeps", "sweeps"), OF_VALUES)
 def judge_diameter(evidence: Evidence) -> Judgement:
     """K10: knits of thicker yarn move less far out of their plane."""
     return _judge_sweep(DIAMETER, -1, evidence)

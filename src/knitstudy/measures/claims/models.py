@@ -8,7 +8,8 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from knitstudy.measures.cases import CASES, Case, Simulation, is_plain
+from knitstudy.measures.cases import Case, Simulation, is_plain
+from knitstudy.measures.catalogue import CASES
 from knitstudy.measures.claims.evidence import (
     AFTER,
     NOT_RUN,
@@ -69,7 +70,7 @@ IN_WORDS = {True: "holds", False: "does not hold", None: "cannot be decided"}
     "R1",
     f"relative L2 distance of F(strain) to the reference: 3D at most {MUCH_CLOSER:g} times 2D, in four cases",
     UNRECORDED,
-    ("fig15a_force_strain", "rom_distance"),
+    ("fig15_force_strain", "rom_distance"),
     OF_REFERENCE,
 )
 def judge_forces(evidence: Evidence) -> Judgement:
@@ -316,7 +317,7 @@ def _reported(evidence: Evidence, fidelity: str, quantity: str) -> float:
     "force of beams in contact at one point, with rigid sections, over the reference's: below 1 by more than the "
     "uncertainty",
     UNRECORDED,
-    ("fig12b_beam_contact", "beams"),
+    ("fig12_size_and_beams", "beams"),
     OF_REFERENCE,
 )
 def judge_beams(evidence: Evidence) -> Judgement:

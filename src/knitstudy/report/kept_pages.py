@@ -1,21 +1,68 @@
-"""What the kept trade says, as the part of docs/accuracy.md that is written from it."""
+"""Pages of results that are kept: what holds of the paper, and what accuracy costs."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from pathlib import Path
+
+import jinja2
 import pandas as pd
 
 from knitstudy.errors import DataFileError
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.measures.promises import BAR, DEAREST
 from knitstudy.measures.trade import rungs
 from knitstudy.study.choice import digits
 from knitstudy.tables.trade import AT_MOST, CALLED, CASE, MEMORY, SECONDS, knobs, sentences
 
+# ---- What holds of the paper and what does not, for people who have read it: Markdown, with pictures beside it
+
+
+def summarise(
+    template: Path, verdicts: pd.DataFrame, drawn: Collection[str], folder: str
+) -> tuple[str, list[str]]:
+    """Return the page, and the figures that it shows.
+
+    Parameters
+    ----------
+    template : Path
+        Jinja2 template of the page. ``claims(letters)`` gives it the claims whose ids begin with one of some letters,
+        ``picture(name)`` a figure, or nothing where that is not drawn.
+    verdicts : DataFrame
+        As they are kept, with the day ``made`` and how many ``simulations`` of the study they stand on.
+    drawn : collection of str
+        Names of figures.
+    folder : str
+        Where the page's pictures lie, from the page.
+    """
+    shown: list[str] = []
+    rows = verdicts.fillna("").to_dict("records")
+
+    def picture(name: str) -> str:
+        title = FIGURES.find(name).title
+        if name not in drawn:
+            return ""
+        shown.append(name)
+        return f"![{title}]({folder}/{name}.webp)\n\n*{title}*"
+
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    page = environment.from_string(template.read_text(encoding="utf-8")).render(
+        picture=picture,
+        claims=lambda letters: [row for row in rows if row["id"][0] in letters],
+        verdicts=rows,
+        made=rows[0]["made"],
+        simulations=rows[0]["simulations"],
+    )
+    return page, shown
+
+
+# ---- What the kept trade says, as the part of docs/accuracy.md that is written from it
+
+
 BEGIN, END = "<!-- what the kept trade says: make trade -->", "<!-- end of what the kept trade says -->"
 
 SLOWER = "seconds over the main model's [1]"
-
-MIXED = "unseen-mixed-"
-"""What names of knits with several inputs changed at once begin with."""
+MIXED = "unseen-mixed-"  # what names of knits with several inputs changed at once begin with
 
 
 def filled(page: str, text: str) -> str:
