@@ -78,8 +78,9 @@ def test_is_frozen_to_the_last_number(scene):
         (
             "yarn.material",
             "rubber",
-            "hencky (linear in logarithmic strain), neo_hookean (of rubber) or"
-            " st_venant_kirchhoff (linear in Green's strain)",
+            "hencky (linear in logarithmic strain), neo_hookean (of rubber), "
+            "st_venant_kirchhoff (linear in Green's strain) or "
+            "transversely_isotropic (five constants about the yarn's axis)",
         ),
         ("pattern.loops", 0, "a whole number from 1 to 10000"),
         ("pattern.rows", 1.5, "a whole number from 1 to 10000"),
@@ -177,7 +178,7 @@ def test_integer_beyond_a_double(scene, key, digits):
 def test_value_that_fills_pages_is_cut(scene):
     with pytest.raises(ConfigurationError) as caught:
         scene.replace("yarn.material", "x" * 10_000)
-    assert len(str(caught.value)) < 300
+    assert len(str(caught.value)) < 400
     assert "xxx ... but must be hencky" in str(caught.value)
 
 
@@ -424,3 +425,25 @@ def test_beams_in_contact_are_not_tied(scene):
 def test_columns_are_tied_in_wale_tension(scene):
     with pytest.raises(ConfigurationError, match=r"must be none where pattern\.loops is 2"):
         scene.vary({"interaction": "isotropic", "load.direction": "wale", "pattern.loops": 2})
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        (
+            {"yarn.transverse_modulus": 1e9},
+            r"yarn\.transverse_modulus is 1e\+09 but must be null where yarn\.material is",
+        ),
+        (
+            {"yarn.material": "transversely_isotropic", "yarn.transverse_modulus": 1e12},
+            r"yarn\.axial_poisson_ratio is 0\.42 and stores no positive energy",
+        ),
+        (
+            {"yarn.material": "transversely_isotropic", "fidelity": "rom3d"},
+            r"yarn\.material is transversely_isotropic but must be isotropic where fidelity is rom3d",
+        ),
+    ],
+)
+def test_materials_with_an_axis(plain_scene, keys, message):
+    with pytest.raises(ConfigurationError, match=message):
+        plain_scene.vary(keys)

@@ -9,7 +9,7 @@ from sweeping import LIFT, SURE, histories
 from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import draw
 from knitstudy.files import read_table
-from knitstudy.geometry.reach import FOUND
+from knitstudy.geometry.lay_out import FOUND
 from knitstudy.measures.claims.evidence import Evidence
 from knitstudy.measures.claims.verdicts import RULES
 from knitstudy.measures.sweeps import DIAMETER, SPACING, refused, sweeps_of
@@ -134,7 +134,7 @@ def test_refused_loops_are_those_of_one_sweep():
 
 def test_table_of_loops_without_a_column_is_refused():
     with pytest.raises(
-        DataFileError, match=r"'outcome'; make it again with `python -m knitstudy\.geometry\.reach`"
+        DataFileError, match=r"'outcome'; make it again with `python -m knitstudy\.geometry\.lay_out`"
     ):
         refused(LOOPS.drop(columns="outcome"), "course ratio [1]", 1.0)
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
+from knitstudy.contacts.contacts import extract
+from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.geometry.fabric import pieces_of
 from knitstudy.loading.gates import require_no_jump
 from knitstudy.loading.restart import Checkpoint, Run
@@ -13,7 +14,6 @@ from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
 from knitstudy.models.window import mixed_knit, problem
-from knitstudy.models.window_contacts import shown_contacts
 from knitstudy.models.window_network import chains, cut_nodes, surroundings, touching_beams, window_of
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
@@ -201,13 +201,11 @@ def test_a_jump_of_force_is_refused(scene):
 
 def test_contacts_of_a_window_are_those_of_its_cells(slid):
     knit, history = slid
-    found = shown_contacts(knit, history)
+    found = extract(knit, history)
     assert found["zone"].to_numpy().tolist() == [0, 1, 2, 3]
     sums = (found["normal_resultant"] + found["tangential_resultant"]).to_numpy()
     assert np.linalg.norm(sums[-1], axis=1).max() > 0
     assert found["force"].to_numpy() == pytest.approx(sums, abs=1e-9)
-    with pytest.raises(DataFileError, match="holds no window_crossing"):
-        shown_contacts(knit, history.drop_vars("window_crossing"))
 
 
 def test_no_force_jumps_at_a_seam(slid):

@@ -18,7 +18,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.reach import FOUND
+from knitstudy.geometry.lay_out import FOUND
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import reference_of
@@ -174,7 +174,7 @@ def refused(loops: pd.DataFrame, column: str, scale: float) -> pd.DataFrame:
     Parameters
     ----------
     loops : DataFrame
-        ``resources/reference/loops.csv``, from `knitstudy.geometry.reach`.
+        ``resources/reference/loops.csv``, from `knitstudy.geometry.lay_out`.
     column : str
         One of `LOOPS`; the other one is as drawn.
     scale : float
@@ -188,7 +188,8 @@ def refused(loops: pd.DataFrame, column: str, scale: float) -> pd.DataFrame:
     missing = [name for name in NEEDED if name not in loops]
     if missing:
         raise DataFileError(
-            f"the table of loops has no column {missing[0]!r}; make it again with `python -m knitstudy.geometry.reach`"
+            f"the table of loops has no column {missing[0]!r}; make it again with "
+            "`python -m knitstudy.geometry.lay_out`"
         )
     (other,) = (name for name in LOOPS if name != column)
     along = loops[loops[other] == loops[other].mode()[0]]

@@ -15,7 +15,7 @@ from scipy.sparse.linalg import splu
 
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials import Material, material_of
 from knitstudy.mechanics.patch_compliance import missing
 from knitstudy.mechanics.periodic import Lattice
 from knitstudy.mechanics.spline_yarn.seam import Seam, seam
@@ -80,8 +80,9 @@ def discretise(scene: Scene, knit: Fabric, space: Space, first: np.ndarray) -> D
     """Return the rows and the image of the first, from the undeformed nodes (n, 3) of the first row's yarn."""
     rise = space.unity[:, None] * knit.shift[space.yarn]
     nodes = np.tile(first, (len(space.yarns), 1)) + rise
-    yarn, radius = scene.yarn, knit.radius
+    radius = knit.radius
     surfaces, rings = contact_surfaces(scene, space, knit)
+    material = material_of(scene.yarn)
     mesh = sampled_sections(knit)
     return Discretisation(
         mesh=mesh,
@@ -90,16 +91,14 @@ def discretise(scene: Scene, knit: Fabric, space: Space, first: np.ndarray) -> D
         yarn=space.yarn,
         station=space.station,
         bandwidth=space.yarns[0].bandwidth,
-        groups=partial(
-            _groups, Space(space.yarns[:-1]), Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
-        ),
+        groups=partial(_groups, Space(space.yarns[:-1]), material),
         volume=partial(_volume, len(space.yarns), space.yarns[0].size),
         surfaces=surfaces,
         rings=rings,
         ends=Grips(HELD, NOTHING),
         locate=lambda points, number: space.weights(number, *locate(space, nodes, points, number)),
         size=2 * radius / ACROSS,
-        missing=partial(missing, space, radius, yarn.youngs_modulus, yarn.poisson_ratio),
+        missing=partial(missing, space, radius, *material.across),
         sampling=Sampling(space, mesh.yarn_of_slice, mesh.arc_length, mesh.section.points),
     )
 

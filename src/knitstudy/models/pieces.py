@@ -10,7 +10,6 @@ from importlib import import_module
 import numpy as np
 import xarray as xr
 
-from knitstudy.contacts.contacts import extract
 from knitstudy.contacts.facets import CrossingFacets, tied_crossings, tied_pieces
 from knitstudy.geometry.fabric import Fabric, fabric_of
 from knitstudy.loading.history import Meter, Stations
@@ -127,11 +126,6 @@ def simulate_cut_knit(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) 
         As `knitstudy.loading.solve.solve_load_path`.
     """
     return solve_load_path(problem_of_cut_knit(scene, fabric_of(scene, geometry)), run)
-
-
-def contacts_of_cut_knit(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
-    """Return the contacts of such a scene (`contacts.contacts.extract`); yarns are its pieces."""
-    return extract(fabric_of(scene, geometry), history)
 
 
 def problem_of_cut_knit(scene: Scene, pieces: Fabric) -> Problem:

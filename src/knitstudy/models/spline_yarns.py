@@ -10,7 +10,7 @@ import numpy as np
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric, Grip
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.patch_compliance import missing
 from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace, locate, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
@@ -151,8 +151,7 @@ def described(
         Nodes that are held and driven.
     """
     surfaces, rings = contact_surfaces(scene, space, specimen)
-    yarn = scene.yarn
-    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
+    material = material_of(scene.yarn)
     return Discretisation(
         mesh=mesh,
         nodes=nodes,
@@ -167,7 +166,7 @@ def described(
         ends=ends,
         locate=partial(_locate, space, nodes),
         size=2 * mesh.radius / ACROSS,
-        missing=partial(missing, space, mesh.radius, yarn.youngs_modulus, yarn.poisson_ratio),
+        missing=partial(missing, space, mesh.radius, *material.across),
         sampling=Sampling(space, mesh.yarn_of_slice, mesh.arc_length, mesh.section.points),
     )
 

@@ -1,4 +1,4 @@
-"""Reads what a figure or table is made from, and makes pictures as small as a screen needs."""
+"""Results that a figure or table is made from, and pictures as small as a screen needs."""
 
 from __future__ import annotations
 
@@ -15,14 +15,13 @@ from knitstudy.errors import DataFileError
 from knitstudy.files import read_result, read_table, replacing
 from knitstudy.study.documents import read_yaml
 
-# ---- Reads what a figure or a table is made from
-
-
 READERS = {".nc": read_result, ".csv": read_table, ".yaml": read_yaml}
+WIDTH = 1500  # points of the widest picture of the page on a screen of nearly two points a pixel
+FORMAT = {"format": "WEBP", "quality": 85}  # lines and letters stay sharp
 
 
 def read_sources(files: Iterable[tuple[str, Any]]) -> dict[str, Any]:
-    """Return what files hold, by name; several files of one name by the names of their scenes.
+    """Return the contents of files by argument; several files of one argument by the names of their scenes.
 
     Parameters
     ----------
@@ -33,28 +32,18 @@ def read_sources(files: Iterable[tuple[str, Any]]) -> dict[str, Any]:
     DataFileError, ConfigurationError
         When a file is missing or cannot be read.
     """
-    return {name: _read(found) for name, found in files}
 
+    def read(found: Any) -> Any:
+        if isinstance(found, str | Path):
+            return READERS[Path(found).suffix](Path(found))
+        return {dataset.attrs["scene"]: dataset for dataset in map(read, found)}
 
-def _read(found: Any) -> Any:
-    if isinstance(found, str | Path):
-        return READERS[Path(found).suffix](Path(found))
-    datasets = [_read(path) for path in found]
-    return {dataset.attrs["scene"]: dataset for dataset in datasets}
-
-
-# ---- Pictures as a page holds them: as many points as a screen shows
-
-
-WIDTH = 1500
-"""Points in a row: the widest picture of the page on a screen of nearly two points a pixel. The file keeps them all."""
-
-FORMAT, QUALITY = "WEBP", 85  # webP, and that of it in which lines and letters stay sharp
+    return {name: read(found) for name, found in files}
 
 
 @dataclass(frozen=True)
 class ScreenPicture:
-    """A picture as a data URI, with the size [points] of its file and what the file says of itself."""
+    """A picture as a data URI, with the size [points] and the metadata of its file."""
 
     uri: str
     width: int
@@ -72,10 +61,9 @@ def for_screen(path: Path) -> ScreenPicture:
     """
     shown, width, height, said = _shown(path)
     stored = BytesIO()
-    shown.save(stored, FORMAT, quality=QUALITY)
-    return ScreenPicture(
-        f"data:image/webp;base64,{b64encode(stored.getvalue()).decode()}", width, height, said
-    )
+    shown.save(stored, **FORMAT)
+    uri = f"data:image/webp;base64,{b64encode(stored.getvalue()).decode()}"
+    return ScreenPicture(uri, width, height, said)
 
 
 def save_for_screen(path: Path, target: Path) -> None:
@@ -88,7 +76,7 @@ def save_for_screen(path: Path, target: Path) -> None:
     """
     shown, *_ = _shown(path)
     with replacing(target) as temporary:
-        shown.save(temporary, FORMAT, quality=QUALITY)
+        shown.save(temporary, **FORMAT)
 
 
 def _shown(path: Path) -> tuple[Image.Image, int, int, dict[str, str]]:

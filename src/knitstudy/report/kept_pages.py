@@ -15,13 +15,11 @@ from knitstudy.measures.trade import rungs
 from knitstudy.study.choice import digits
 from knitstudy.tables.trade import AT_MOST, CALLED, CASE, MEMORY, SECONDS, knobs, sentences
 
-# ---- What holds of the paper and what does not, for people who have read it: Markdown, with pictures beside it
-
 
 def summarise(
     template: Path, verdicts: pd.DataFrame, drawn: Collection[str], folder: str
 ) -> tuple[str, list[str]]:
-    """Return the page, and the figures that it shows.
+    """Return the page of verdicts in Markdown, and the figures that it shows.
 
     Parameters
     ----------
@@ -29,11 +27,11 @@ def summarise(
         Jinja2 template of the page. ``claims(letters)`` gives it the claims whose ids begin with one of some letters,
         ``picture(name)`` a figure, or nothing where that is not drawn.
     verdicts : DataFrame
-        As they are kept, with the day ``made`` and how many ``simulations`` of the study they stand on.
+        The kept verdicts, with the day ``made`` and the number of ``simulations`` behind them.
     drawn : collection of str
         Names of figures.
     folder : str
-        Where the page's pictures lie, from the page.
+        Folder of the pictures, from the page.
     """
     shown: list[str] = []
     rows = verdicts.fillna("").to_dict("records")
@@ -56,8 +54,7 @@ def summarise(
     return page, shown
 
 
-# ---- What the kept trade says, as the part of docs/accuracy.md that is written from it
-
+# ---- the part of docs/accuracy.md that is written from the kept table of accuracy and cost ----
 
 BEGIN, END = "<!-- what the kept trade says: make trade -->", "<!-- end of what the kept trade says -->"
 
@@ -65,7 +62,7 @@ SLOWER = "seconds over the main model's [1]"
 MIXED = "unseen-mixed-"  # what names of knits with several inputs changed at once begin with
 
 
-def filled(page: str, text: str) -> str:
+def insert_between_marks(page: str, text: str) -> str:
     """Return a page with a text between its marks.
 
     Raises
@@ -80,15 +77,15 @@ def filled(page: str, text: str) -> str:
     return f"{before}{BEGIN}\n\n{text.strip()}\n\n{END}{after}"
 
 
-def written(table: pd.DataFrame, promises: pd.DataFrame | None = None) -> str:
+def trade_summary(table: pd.DataFrame, promises: pd.DataFrame | None = None) -> str:
     """Return sentences, rungs, knobs and promises of a kept trade in Markdown.
 
     Parameters
     ----------
     table : DataFrame
-        Of `tables.trade.tabulate`, as it is kept.
+        The kept table of `tables.trade.tabulate`.
     promises : DataFrame, optional
-        Of `stages.promise`.
+        The table of `stages.promise`.
     """
     table = table.assign(varied=table["varied"].fillna(""), to=table["to"].fillna(""))
     parts = [

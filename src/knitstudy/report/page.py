@@ -20,16 +20,13 @@ from knitstudy.measures.catalogue import Catalogue, Display
 from knitstudy.report.files import ScreenPicture, for_screen
 from knitstudy.tables.catalogue import TABLES
 
-# ---- Puts figures, tables and where they come from into one HTML page that needs no other file
-
-
 TEXTS = ("alt", "caption", "paper", "ours")
-"""What is said of a figure: in place of it, below it, and about the paper's and this study's finding."""
+"""Texts of a figure: in place of it, below it, and about the paper's and this study's finding."""
 
 BY_MODEL = ("rom_distance", "table5_cost", "beams")  # tables with a row for each model that a study has
 
 COMPARISON, COMPARED = "fig15", ("rom_distance", "table5_cost")
-"""What follows the verdicts that the page opens on: figures whose names begin so, and tables that belong to them."""
+"""Figures whose names begin so, and tables, that follow the verdicts on which the page opens."""
 
 LONG = 40  # rows from which on a table is folded
 MOST = 400  # rows of a table that the page shows; its file has all
@@ -181,8 +178,7 @@ def _filled(text: str, where: str, environment: jinja2.Environment) -> str:
         raise ConfigurationError(f"captions, {where}: {error}") from error
 
 
-# ---- Numbers as a report writes them
-
+# ---- numbers ----
 
 NOTHING = "–"
 DIGITS = 4
@@ -237,8 +233,7 @@ def _rounded(number: float) -> str:
     return f"{number:.{DIGITS - 1}g}"
 
 
-# ---- What made every data file of a study: read from the attributes that the files carry
-
+# ---- origin of the data ----
 
 ATTRIBUTES = {
     "scene": "scene",

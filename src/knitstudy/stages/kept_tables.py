@@ -24,7 +24,7 @@ from knitstudy.files import read_result, read_table, replacing, write_table
 from knitstudy.measures.catalogue import Catalogue
 from knitstudy.measures.reference import refinement_series_of
 from knitstudy.report.files import read_sources, save_for_screen
-from knitstudy.report.kept_pages import filled, summarise, written
+from knitstudy.report.kept_pages import insert_between_marks, summarise, trade_summary
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.displays import Displays, reference_files
 from knitstudy.stages.extremes import digest_of
@@ -205,7 +205,10 @@ def keep_trade(config: Path = CONFIG) -> str:
 def write_trade_page(table: pd.DataFrame) -> None:
     """Write a trade and the kept promises into the page about them."""
     promises = read_table(PROMISES_KEPT) if PROMISES_KEPT.is_file() else None
-    _write_page(TRADE_PAGE, filled(TRADE_PAGE.read_text(encoding="utf-8"), written(table, promises)))
+    _write_page(
+        TRADE_PAGE,
+        insert_between_marks(TRADE_PAGE.read_text(encoding="utf-8"), trade_summary(table, promises)),
+    )
 
 
 # ---- The reference: values to which independent discretisations converge ----

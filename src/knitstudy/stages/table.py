@@ -15,14 +15,14 @@ from typing import Any
 
 import xarray as xr
 
-from knitstudy.contacts import contacts as crossings
+from knitstudy.contacts.contacts import contacts
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.exchange import inp, vtu
 from knitstudy.files import fault_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.mechanics.elements import ELEMENTS
-from knitstudy.mechanics.materials import LAWS
+from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mesh import mesher
 from knitstudy.models import (
     beams_in_contact,
@@ -32,7 +32,6 @@ from knitstudy.models import (
     solid_yarns,
     stress,
     window,
-    window_contacts,
 )
 from knitstudy.stages.memory import expected_memory, machine_memory
 from knitstudy.study.scene import Scene
@@ -178,7 +177,7 @@ def _model_code(scene: Scene) -> tuple[str, ...]:
     """Return the modules of the model of a scene, of its elements, its material and its contact."""
     found = [SIMULATORS[scene.kind.stage].__module__]
     if _is_solid(scene):
-        found += [LAWS.module(scene.yarn.material)]
+        found += [MATERIALS.module(scene.yarn.material)]
         found += [scene.kind.fidelity.solids] if scene.kind.fidelity.solids else []
         found += [scene.kind.interaction.solids] if scene.kind.interaction.touches else []
         found += [ELEMENTS.module(scene.mesh.element)] if scene.value("mesh.element") else []
@@ -213,20 +212,11 @@ def _model_needs(scene: Scene, named: Named) -> Needs:
 
 # ---- Contacts ----
 
-CONTACTS = {
-    "dns": crossings.contacts,
-    "cut_knit": pieces.contacts_of_cut_knit,
-    "window": window_contacts.contacts,
-}
-
-
-def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
-    """Return the contacts of a scene of solid yarns, or of the solid part of it."""
-    return CONTACTS[scene.kind.stage](scene, geometry, history)
+HAVE_CONTACTS = ("dns", "cut_knit", "window")
 
 
 def _has_contacts(scene: Scene) -> bool:
-    return scene.kind.stage in CONTACTS
+    return scene.kind.stage in HAVE_CONTACTS
 
 
 # ---- Fields of solid yarns ----
@@ -314,7 +304,6 @@ STAGES: dict[str, Stage] = {
             reads=(),
             of=_has_contacts,
             needs=_history,
-            code=lambda scene: (CONTACTS[scene.kind.stage].__module__,),
         ),
         Stage(
             name="stress",

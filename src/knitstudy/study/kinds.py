@@ -396,6 +396,13 @@ class Kind:
         """What a scene may ask to be written besides."""
         return self.fidelity.outputs if self.specimen.outputs is None else self.specimen.outputs
 
+    def has(self, key: str) -> bool:
+        """Whether a scene of this kind has a label, a section or a dotted key."""
+        section, dot, name = key.partition(".")
+        if not dot:
+            return key in self.sections or key in Labels.model_fields
+        return section in self.sections and name in self.sections[section].model_fields
+
     @cached_property
     def sections(self) -> Sections:
         """Sections by their names."""
@@ -437,20 +444,15 @@ def role_of(key: str) -> str | None:
     return describe(section, field).role if section and field in section.model_fields else None
 
 
-def known_keys(section: str) -> dict[str, type[Section]] | None:
-    """Return the keys of a section of any kind of scene; None if there is no such section."""
-    return all_sections().get(section)
-
-
 def not_of_kind(kind: Kind, key: str) -> str:
     """Return the message for a key that a scene does not have: unknown, or of another kind."""
-    section, _, name = key.partition(".")
+    section, dot, name = key.partition(".")
     known = all_sections()
     if section not in known:
-        allowed = sorted({*known, *Labels.model_fields})
-        return unknown_choice("unknown key", key, section, allowed)
-    if name and name not in known[section]:
-        return unknown_choice("unknown key", key, name, sorted(known[section]))
+        return unknown_choice("unknown key", key, section, sorted({*known, *Labels.model_fields}))
+    if dot and name not in known[section]:
+        allowed = kind.sections[section].model_fields if section in kind.sections else known[section]
+        return unknown_choice("unknown key", key, name, sorted(allowed))
     return (
         f"{key} is no key of a scene whose specimen is {kind.specimen.name}, fidelity {kind.fidelity.name} and"
         f" interaction {kind.interaction.name}; leave it out"

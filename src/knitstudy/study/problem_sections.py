@@ -7,7 +7,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from knitstudy.mechanics.materials import LAWS
+from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.materials import MATERIALS, material_of
 from knitstudy.study.keys import Count, Length, OneOf, Positive, Section, key
 
 Point = tuple[float, float, float]
@@ -177,7 +178,11 @@ class Geometry(Section):
 
 
 class Yarn(Section):
-    """Circular yarn of one isotropic material."""
+    """Circular yarn of one material.
+
+    Of a transversely isotropic material `youngs_modulus` and `poisson_ratio` are those along the axis of the yarn, and
+    the other three constants are as of an isotropic one where nothing is said.
+    """
 
     diameter: Length = key(
         "physics",
@@ -201,14 +206,60 @@ class Yarn(Section):
     poisson_ratio: float = key(
         "physics", "inferred", source="the same data sheet", checked="0.42", gt=-1, lt=0.5
     )
-    material: Annotated[str, OneOf(LAWS.all)] = key(
+    material: Annotated[str, OneOf(MATERIALS.all)] = key(
         "physics",
         "assumed",
         source=(
             "isotropic polypropylene (section 2.3) with geometric nonlinearity; Hencky is what Abaqus computes then"
         ),
-        checked="all three laws: force +1.2 % at most (docs/notes/sensitivity.md)",
+        checked="the isotropic laws: force +1.2 % at most (docs/notes/sensitivity.md)",
     )
+    transverse_modulus: float | None = key(
+        "physics",
+        "assumed",
+        allowed="a number > 0 and <= 1e20, in Pa: Young's modulus across the yarn; or null for that along it",
+        unit="Pa",
+        source="section 2.3 takes yarns as isotropic; twisted ones are softer across than along",
+        checked="0.3 of that along it, against closed forms",
+        default=None,
+        gt=0,
+        le=1e20,
+    )
+    transverse_poisson_ratio: float | None = key(
+        "physics",
+        "assumed",
+        allowed="a number between -1 and 1 (both excluded): Poisson's ratio across the yarn; or null for that along it",
+        source="section 2.3 takes yarns as isotropic",
+        checked="0.25, against closed forms",
+        default=None,
+        gt=-1,
+        lt=1,
+    )
+    axial_shear_modulus: float | None = key(
+        "physics",
+        "assumed",
+        allowed="a number > 0 and <= 1e20, in Pa: shear modulus along the yarn; or null for that of an isotropic one",
+        unit="Pa",
+        source="section 2.3 takes yarns as isotropic",
+        checked="0.3 of that of an isotropic yarn, against closed forms",
+        default=None,
+        gt=0,
+        le=1e20,
+    )
+
+    @model_validator(mode="after")
+    def _stores_energy(self) -> Yarn:
+        for name in ("transverse_modulus", "transverse_poisson_ratio", "axial_shear_modulus"):
+            if getattr(self, name) is not None and not MATERIALS.find(self.material).directional:
+                raise ValueError(
+                    f"{name} is {getattr(self, name):g} but must be null where yarn.material is {self.material}, which "
+                    "is isotropic"
+                )
+        try:
+            material_of(self)
+        except ConfigurationError as error:
+            raise ValueError(str(error)) from error
+        return self
 
     @property
     def radius(self) -> float:
