@@ -40,7 +40,7 @@ def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Data
 
 
 def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
-    """Return the contacts dataset of docs/architecture.md; of a window, for the crossings of its cells alone.
+    """Return the contacts dataset of docs/files.md; of a window, for the crossings of its cells alone.
 
     Parameters
     ----------

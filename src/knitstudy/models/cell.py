@@ -113,7 +113,7 @@ def simulate(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dat
     ----------
     scene : Scene
     geometry : Dataset
-        Of the scene, in the format of docs/architecture.md.
+        Of the scene, in the format of docs/files.md.
     run : Run
 
     Raises

@@ -115,7 +115,7 @@ def simulate_cut_knit(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) 
     ----------
     scene : Scene
     geometry : Dataset
-        Of the whole knit, in the format of docs/architecture.md.
+        Of the whole knit, in the format of docs/files.md.
     run : Run
 
     Raises

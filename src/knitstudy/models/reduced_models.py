@@ -49,7 +49,7 @@ def simulate(
     ----------
     scene : Scene
     geometry : Dataset
-        Of the scene, in the format of docs/architecture.md.
+        Of the scene, in the format of docs/files.md.
     contacts, springs : Dataset, optional
         Contacts of the simulations that ``rom.contacts_from`` and ``rom.springs_from`` name.
     stresses : Dataset, optional
@@ -94,7 +94,7 @@ def problem(
     knit : Fabric
         The knit of the scene.
     contacts : Dataset, optional
-        Contacts of the simulation with solid yarns, in the format of docs/architecture.md; those that the geometry
+        Contacts of the simulation with solid yarns, in the format of docs/files.md; those that the geometry
         predicts where ``rom.contacts_from`` names none.
     springs_from : Dataset, optional
         Contacts of the simulation that ``rom.springs_from`` names.

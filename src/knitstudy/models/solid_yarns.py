@@ -195,7 +195,7 @@ def simulate(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, run: Run = IN
     ----------
     scene : Scene
     geometry, mesh : Dataset
-        Of the scene, in the formats of docs/architecture.md.
+        Of the scene, in the formats of docs/files.md.
     run : Run
 
     Raises

@@ -214,7 +214,7 @@ def simulate(
     ----------
     scene : Scene
     geometry : Dataset
-        Of the scene, in the format of docs/architecture.md.
+        Of the scene, in the format of docs/files.md.
     springs : Dataset, optional
         Contacts of the simulation that ``window.springs_from`` names.
     run : Run
