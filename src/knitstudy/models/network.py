@@ -15,8 +15,8 @@ from knitstudy.mechanics.beam import LinearSprings, Section, SectionLaw
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.curved_rod import CurvedSection
 from knitstudy.mechanics.increment import PrescribedDisplacement
-from knitstudy.mesh.memory import require_memory
 from knitstudy.mesh.mesher import Grips
+from knitstudy.mesh.quality import require_memory
 from knitstudy.models.joints import JointPoints, Joints
 from knitstudy.study.problem_sections import Yarn
 

@@ -14,8 +14,8 @@ from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.patch_compliance import missing
 from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace, locate, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
-from knitstudy.mesh.memory import require_memory
 from knitstudy.mesh.mesher import ACROSS, Grips, load_of
+from knitstudy.mesh.quality import require_memory
 from knitstudy.mesh.spacing import Spacing, place_slices
 from knitstudy.mesh.sweep import Curve, SweptMesh, rotation_minimising
 from knitstudy.models.discretisation import Discretisation, contact_surfaces

@@ -284,4 +284,8 @@ def _penetration(scene: Scene, law: Coulomb | Indentation, size: float) -> Penet
             remedy="the law of indentation is not known beyond: use a smaller load, a smaller "
             "mesh.crossing_degree, or hexahedra",
         )
-    return Penetration(scene.contact.penetration * size, scene.contact.augmentations)
+    return Penetration(
+        scene.contact.penetration * size,
+        scene.contact.augmentations,
+        "Use a larger contact.normal_stiffness or contact.augmentations",
+    )

@@ -129,8 +129,6 @@ class Fidelity:
         Stage that simulates it.
     solids : str
         Module of solid yarns, with a function ``discretise``; empty for beams.
-    stress : str
-        Module of the stress in them, with a function ``cell_stress`` as `knitstudy.models.stress` says.
     sources : tuple of str
         Dotted keys that name direct simulations which it takes something from.
     outputs : tuple of str
@@ -145,7 +143,6 @@ class Fidelity:
     tied: Sections | None = field(default_factory=dict)
     stage: str = ""
     solids: str = ""
-    stress: str = ""
     sources: tuple[str, ...] = ()
     outputs: tuple[str, ...] = ()
 
@@ -216,7 +213,6 @@ FIDELITIES = {
             touching={"contact": SolidContact},
             stage="dns",
             solids="knitstudy.models.hexahedra",
-            stress="knitstudy.models.stress",
             outputs=("fields", "vtu", "deck"),
         ),
         Fidelity(
@@ -227,7 +223,6 @@ FIDELITIES = {
             touching={"contact": PolynomialContact},
             stage="dns",
             solids="knitstudy.models.spline_yarns",
-            stress="knitstudy.models.stress",
             outputs=("fields", "vtu"),
         ),
         Fidelity(
