@@ -26,7 +26,7 @@ from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.loading.load_path import DIRECTIONS
-from knitstudy.models import solid_yarns as dns
+from knitstudy.models.simulate import solve
 from knitstudy.models.yarn_contact import contact_law
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene
@@ -97,7 +97,7 @@ def here(scene: dict, folder: str) -> dict:
     """Run this code on the knit and the mesh in a folder."""
     knit, mesh = knits.load(folder)
     measure.ready()
-    history = dns.run(Scene.from_dict(scene), mesh, knit)
+    history = solve(Scene.from_dict(scene), knit, mesh=mesh)
     strain, force = (history[name].to_numpy() for name in ("strain", "force"))
     return {
         "dof": int(history.attrs["dof"]),

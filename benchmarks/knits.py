@@ -11,7 +11,7 @@ from knitstudy.files import read_dataset, write_dataset
 from knitstudy.geometry.fabric import Fabric, plain_knit
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.joints import contacts_of_crossings
-from knitstudy.models.reduced_models import run as run_rom
+from knitstudy.models.simulate import solve
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene
@@ -64,7 +64,7 @@ def run_tiled(scene: str, folder: str, loops: int, increments: int) -> dict:
     wanted = load_scene(scene).vary(size | {"solver.increments": increments})
     ready()
     knit = plain_knit(loop, loops, loops)
-    return cost(run_rom(wanted, knit, contacts_of_crossings(knit)))
+    return cost(solve(wanted, knit, contacts=contacts_of_crossings(knit)))
 
 
 def cost(history: xr.Dataset) -> dict:

@@ -25,7 +25,7 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.restart import Run
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models import solid_yarns as dns
+from knitstudy.models.simulate import build
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene
@@ -76,7 +76,7 @@ def here(scene: dict, restart: str) -> dict:
     resumed = Path(restart).exists()
     geometry = STAGES["geometry"].function(wanted)
     mesh = STAGES["mesh"].function(wanted, geometry)
-    problem = dns.problem(wanted, SweptMesh.from_dataset(mesh), Fabric.from_dataset(geometry))
+    problem = build(wanted, Fabric.from_dataset(geometry), mesh=SweptMesh.from_dataset(mesh))
     setup = problem.meter.read().seconds
     run = Run(restart=Path(restart))
     history = solve_load_path(problem, run)

@@ -12,7 +12,7 @@ from measure import ready
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.mechanics.model import DirichletElimination
 from knitstudy.mechanics.newton import trace
-from knitstudy.models import solid_yarns as dns
+from knitstudy.models.simulate import build
 from knitstudy.study.configuration import load_scene
 
 TOLERANCE = 1e-8
@@ -22,7 +22,7 @@ def write_tangents(scene: str, folder: str) -> dict:
     """Write the pinned tangent and the residual of the next increment, at no strain and at full strain."""
     wanted = load_scene(scene)
     knit, mesh = load(folder)
-    problem = dns.problem(wanted, mesh, knit)
+    problem = build(wanted, knit, mesh=mesh)
     with serial_blas():
         for increment in trace(problem.model, problem.prescribed, problem.settings, problem.solver):
             if increment.load in (0.0, 1.0):
@@ -49,7 +49,7 @@ def _write(problem, state, path: Path) -> None:
 def solve(scene: str, folder: str, state: str, solver: str) -> dict:
     """Solve one of the systems to `TOLERANCE` with a solver of the scene's choice, set-up included."""
     knit, mesh = load(folder)
-    problem = dns.problem(load_scene(scene).replace("solver.linear", solver), mesh, knit)
+    problem = build(load_scene(scene).replace("solver.linear", solver), knit, mesh=mesh)
     place = Path(folder) / state
     data, indices, indptr, rhs = (
         np.load(place / f"{name}.npy") for name in ("data", "indices", "indptr", "rhs")

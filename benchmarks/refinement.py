@@ -28,7 +28,7 @@ from knitstudy.files import write_table
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mesh.mesher import mesh_scene
-from knitstudy.models import solid_yarns as dns
+from knitstudy.models.simulate import solve
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene
 
@@ -97,7 +97,7 @@ def measure(scene: Scene) -> dict[str, float]:
     specimen = Fabric.from_dataset(lay_out(scene))
     mesh = mesh_scene(scene, specimen)
     start = process_time()
-    history = dns.run(scene, mesh, specimen)
+    history = solve(scene, specimen, mesh=mesh)
     seconds = process_time() - start
     area, pressure, points = touched(history)
     return {

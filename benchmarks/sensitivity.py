@@ -26,7 +26,7 @@ from knitstudy.files import write_table
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mesh.mesher import mesh_scene
-from knitstudy.models import solid_yarns as dns
+from knitstudy.models.simulate import solve
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.scene import Scene
 
@@ -100,7 +100,7 @@ def measure(scene: Scene) -> dict:
     """Pull a scene and return what came out."""
     specimen = Fabric.from_dataset(lay_out(scene))
     mesh = mesh_scene(scene, specimen)
-    history = dns.run(scene, mesh, specimen)
+    history = solve(scene, specimen, mesh=mesh)
     strain, energy = history["strain"].to_numpy(), history["energy"].isel(increment=-1)
     measured = {
         "degrees of freedom [1]": mesh.nodes.size,

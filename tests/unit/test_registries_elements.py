@@ -9,7 +9,7 @@ from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.materials import LAWS, Material, law
 from knitstudy.mechanics.materials.isotropic import st_venant_kirchhoff
 from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models import solid_yarns as dns
+from knitstudy.models.simulate import solve
 
 
 @pytest.fixture
@@ -57,7 +57,7 @@ def pull(plain_scene, knit_of):
             | {key.replace("__", "."): value for key, value in changes.items()}
         )
         knit = knit_of(scene)
-        return float(dns.run(scene, mesh_fabric(knit, scene.mesh.size), knit)["force"][-1])
+        return float(solve(scene, knit, mesh=mesh_fabric(knit, scene.mesh.size))["force"][-1])
 
     return pull
 

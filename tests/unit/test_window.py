@@ -5,15 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
+from knitstudy.contacts.contacts import contacts
+from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.geometry.fabric import pieces_of
 from knitstudy.loading.gates import require_no_jump
 from knitstudy.loading.restart import Checkpoint, Run
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
-from knitstudy.models.window import mixed_knit, problem
-from knitstudy.models.window_contacts import shown_contacts
+from knitstudy.models.simulate import build
+from knitstudy.models.window import mixed_knit
 from knitstudy.models.window_network import chains, cut_nodes, surroundings, touching_beams, window_of
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
@@ -48,7 +49,7 @@ def touching(scene):
 def slid(touching, knit_of):
     """The knit of that scene and its history."""
     knit = knit_of(touching)
-    return knit, solve_load_path(problem(touching, knit))
+    return knit, solve_load_path(build(touching, knit))
 
 
 def test_the_middle_cell_is_the_window_of_no_keys(scene, knit):
@@ -199,15 +200,13 @@ def test_a_jump_of_force_is_refused(scene):
     require_no_jump(scene.replace("gates.jump", 1e-3), Increment, Recorder)
 
 
-def test_contacts_of_a_window_are_those_of_its_cells(slid):
+def test_contacts_of_a_window_are_those_of_its_cells(touching, slid):
     knit, history = slid
-    found = shown_contacts(knit, history)
+    found = contacts(touching, knit.to_dataset(), history)
     assert found["zone"].to_numpy().tolist() == [0, 1, 2, 3]
     sums = (found["normal_resultant"] + found["tangential_resultant"]).to_numpy()
     assert np.linalg.norm(sums[-1], axis=1).max() > 0
     assert found["force"].to_numpy() == pytest.approx(sums, abs=1e-9)
-    with pytest.raises(DataFileError, match="holds no window_crossing"):
-        shown_contacts(knit, history.drop_vars("window_crossing"))
 
 
 def test_no_force_jumps_at_a_seam(slid):
@@ -231,15 +230,15 @@ def test_a_window_that_was_interrupted_goes_on(touching, slid, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        solve_load_path(problem(touching, knit), Run(restart=restart, progress=interrupt))
+        solve_load_path(build(touching, knit), Run(restart=restart, progress=interrupt))
     assert restart.exists()
-    continued = solve_load_path(problem(touching, knit), Run(restart=restart))
+    continued = solve_load_path(build(touching, knit), Run(restart=restart))
     assert continued["force"].to_numpy() == pytest.approx(whole["force"].to_numpy(), rel=1e-8)
     assert continued.attrs["fidelity"] == "window"
 
 
 def test_restart_files_keep_what_beams_in_contact_remember(scene, knit, tmp_path):
-    started = problem(scene.vary({"interaction": "isotropic", "mesh.beam_size": 2e-3}), knit)
+    started = build(scene.vary({"interaction": "isotropic", "mesh.beam_size": 2e-3}), knit)
     state = started.model.start()
     history = state.beams.history
     history = replace(history, slip=history.slip + 1e-5, dissipated=2.0)

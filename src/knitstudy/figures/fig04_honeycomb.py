@@ -17,7 +17,7 @@ from knitstudy.figures.view import FRONT
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models import honeycomb
+from knitstudy.models import network_2d
 from knitstudy.models.network import Network
 
 
@@ -40,7 +40,7 @@ def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure
         Of one direct simulation (see docs/architecture.md).
     """
     solid = SweptMesh.from_dataset(mesh)
-    network = honeycomb.planar_network(Fabric.from_dataset(geometry), contacts)
+    network = network_2d.planar_network(Fabric.from_dataset(geometry), contacts)
     surfaces = [yarn_of_mesh(solid, i, tint(YARNS[i % len(YARNS)])) for i in range(solid.yarns)]
     drawing, axes = front_view(surfaces)
     _draw_network(axes, network)
