@@ -61,7 +61,8 @@ bench: environment  ## measure time and memory of scenes and solvers; results/ta
 
 .PHONY: extremes
 extremes: environment  ## try what breaks, at the ends of all keys; resources/extremes.csv, docs/notes/extremes.webp
-	@$(BIN)/python -m knitstudy.stages.extremes
+	@$(BIN)/python workflow/study.py ci -- results/extremes/extremes.csv --keep-going
+	@$(BIN)/python -m knitstudy.stages.kept_tables extremes
 
 .PHONY: interruptions
 interruptions: environment  ## end runs at random moments; results/tables/interruptions.csv

@@ -14,6 +14,7 @@ include: "workflow/rules/displays.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/extremes.smk"
 
 
 onstart:

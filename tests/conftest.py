@@ -53,7 +53,6 @@ def plain_scene():
                 "diameter": 1.8e-3,
                 "youngs_modulus": 1.3e9,
                 "poisson_ratio": 0.42,
-                "density": 905.0,
                 "material": "hencky",
             },
             "geometry": {

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from knitstudy.files import read_table
-from knitstudy.geometry.reach import DIAMETERS, FREE, RATIOS, loop_row
+from knitstudy.geometry.lay_out import DIAMETERS, FREE, RATIOS, loop_row
 from knitstudy.study.configuration import load_scene
 
 KEPT = Path(__file__).resolve().parents[2] / "resources" / "reference" / "loops.csv"

@@ -13,7 +13,6 @@ DEFAULTS = {
     "yarn": {
         "youngs_modulus": 1.3e9,
         "poisson_ratio": 0.42,
-        "density": 905.0,
         "material": "hencky",
     },
     "geometry": {"alpha": 1.0, "beta": 1.0, "gamma": 1.0, "beta_0": 1.0, "samples": 50},

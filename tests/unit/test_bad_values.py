@@ -69,7 +69,6 @@ def message(config, monkeypatch):
         ("yarn.youngs_modulus", "1.3 GPa", "'1.3 GPa'", "in Pa"),
         ("yarn.youngs_modulus", "1.3e21", "1.3e+21", "<= 1e20, in Pa"),
         ("yarn.poisson_ratio", "50", "50", "between -1 and 0.5"),
-        ("yarn.density", "0", "0", "in kg/m3"),
         # Whole numbers that are none.
         ("pattern.loops", "3.0", "3.0", COUNT),
         ("pattern.loops", "1e3", "1000.0", COUNT),
@@ -77,7 +76,7 @@ def message(config, monkeypatch):
         ("pattern.loops", "10001", "10001", COUNT),
         ("pattern.rows", "3x3", "'3x3'", COUNT),
         ("solver.increments", "-1", "-1", COUNT),
-        ("geometry.samples", "3", "3", "a whole number from 4 to 10000 (samples a Bezier curve)"),
+        ("geometry.samples", "3", "3", "a whole number from 4 to 10000, samples a Bezier curve"),
         # Names that are none.
         ("name", "''", "''", NAME),
         ("name", "../x", "'../x'", NAME),
@@ -144,7 +143,7 @@ def test_value_that_is_none(message, key, text, value, allowed):
         (["rom.joint=pinned"], ("rom.joint is no key", "fidelity hexahedra", "leave it out")),
         (
             ["fidelity=rom3d", "interaction=rough"],
-            ("contacts_from is empty but must name a dns scene", "springs are measured"),
+            ("contacts_from is empty but must name a scene of solid yarns", "springs are measured"),
         ),
         (["fidelity=beam"], ("interaction is 'tie' but must be rough or isotropic", "fidelity is beam")),
         (

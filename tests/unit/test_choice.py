@@ -173,7 +173,7 @@ def test_keys_of_a_model_are_refused_where_it_is_chosen():
     [
         ({"question": "frce"}, r"ask\.question is 'frce' but must be force, out_of_plane"),
         ({"accuracy": 0.0}, r"ask\.accuracy is 0\.0 but must be a number > 0"),
-        ({"seconds": -1.0}, r"ask\.seconds is -1\.0 but must be a number > 0 of seconds"),
+        ({"seconds": -1.0}, r"ask\.seconds is -1\.0 but must be a number > 0, in s"),
         ({"accurcy": 0.1}, r"unknown key 'ask\.accurcy' \(did you mean 'accuracy'\?\)"),
     ],
 )

@@ -74,15 +74,19 @@ def test_number_without_point_or_sign_is_a_number(config):
         (
             "contacts_from: dns-a",
             "contacts_from: dns-b",
-            r"small\.yaml, scene 'rom3d-a': rom\.contacts_from names the unknown dns scene 'dns-b'.*are dns-a",
+            r"small\.yaml, scene 'rom3d-a': rom\.contacts_from names the unknown scene of solid yarns 'dns-b'.*dns-a",
         ),
-        ("contacts_from: dns-a", "contacts_from: rom3d-a", r"names the unknown dns scene 'rom3d-a'"),
+        (
+            "contacts_from: dns-a",
+            "contacts_from: rom3d-a",
+            r"names the unknown scene of solid yarns 'rom3d-a'",
+        ),
         (
             "outputs:",
             "interaction: rough\n    outputs:",
             r"interaction is 'tie' but must be 'rough' as in rom\.con",
         ),
-        ("  knit: plain\n", "  yarn.density: 905\n", r"scene 'dns-a': the key 'knit' is missing"),
+        ("  knit: plain\n", "  yarn.poisson_ratio: 0.4\n", r"scene 'dns-a': the key 'knit' is missing"),
         (
             "name: rom3d-a",
             "name: Rom3D",

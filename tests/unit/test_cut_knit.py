@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.figures.elevation import pieces as drawn_pieces
 from knitstudy.geometry.fabric import cut_cells, middles_of_legs
 from knitstudy.measures.selection import cut_of
 from knitstudy.models.simulate import build
@@ -92,14 +90,6 @@ def test_stations_are_places_on_the_yarns_of_the_knit(scene, knit, pieces):
         here = stations.yarn == yarn
         place = knit.centrelines[yarn].position(stations.arc_length[here])
         np.testing.assert_allclose(stations.position[here], place, atol=1e-6 * knit.radius)
-
-
-def test_pictures_leave_out_what_is_cut_off(scene, knit, pieces):
-    stations = build(scene, pieces).stations
-    history = xr.Dataset({"yarn": ("station", stations.yarn), "arc_length": ("station", stations.arc_length)})
-    found = drawn_pieces(history, knit.radius)
-    assert [stations.yarn[piece[0]] for piece in found] == [0, 0, 0, 1, 2, 3, 3, 3, 3]
-    assert np.array_equal(np.concatenate(found), np.arange(len(stations.yarn)))
 
 
 def test_a_knit_is_compared_with_the_cells_of_its_like(scene):

@@ -14,7 +14,7 @@ from knitstudy.exchange.deck import Interaction, facet_faces, specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.fabric import Fabric, plain_knit
 from knitstudy.geometry.lay_out import initial_loop, lay_out
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mesh.mesher import mesh_scene
 from knitstudy.models.hexahedra import divide
 
@@ -290,7 +290,7 @@ def test_what_a_deck_leaves_unsaid_is_in_it_and_in_the_log(written, caplog, dial
 
 def uniaxial(law, strain):
     """Nominal stress in simple tension over E, of a law whose lateral stretch leaves no stress."""
-    material = Material(law, 1.0, NU)
+    material = MATERIALS.find(law)(1.0, NU)
 
     def stress(lateral):
         stretch = np.array([1 + strain, lateral, lateral])
@@ -317,7 +317,7 @@ def test_departures_of_laws_are_as_large_as_said():
         ("abaqus", {"element": "shell"}, "mesh.element is 'shell'.*allowed are one_point, quadratic"),
         (
             "calculix",
-            {"material": SimpleNamespace(law="mooney")},
+            {"material": SimpleNamespace(name="mooney")},
             "yarn.material is 'mooney'.*allowed are hencky, neo_hookean, st_venant_kirchhoff",
         ),
         (

@@ -1,44 +1,54 @@
-"""What is written of keys follows from their sections: files of the checkout, and a schema of every kind of scene."""
+"""What is said of keys follows from their sections: the page, the schemas, and what a problem is."""
 
 import jsonschema
 import pytest
 
+from knitstudy.measures.discretisation import HOW_FAR, physics_of
 from knitstudy.study.configuration import CONFIG, default_keys, load_scenes
-from knitstudy.study.documentation import (
-    COMMAND,
-    INPUTS,
-    KEYS,
-    in_words,
-    inputs_table,
-    keys_page,
-    main,
-    schema_of,
-)
-from knitstudy.study.keys import STANDINGS, describe
-from knitstudy.study.kinds import Labels, all_kinds, all_sections
+from knitstudy.study.documentation import COMMAND, KEYS, in_words, keys_page, main, schema_of
+from knitstudy.study.keys import ROLES, allowed_values, describe
+from knitstudy.study.kinds import Labels, all_kinds, all_sections, role_of
 
-DESCRIBED = [("", name, Labels) for name in Labels.model_fields] + [
-    (f"{section}.", name, described)
+DESCRIBED = {name: (Labels, name) for name in Labels.model_fields} | {
+    f"{section}.{name}": (described, name)
     for section, keys in all_sections().items()
     for name, described in keys.items()
-]
+}
 
 
-@pytest.mark.parametrize(("path", "written"), [(INPUTS, inputs_table), (KEYS, keys_page)])
-def test_files_are_up_to_date(path, written):
-    assert path.read_text(encoding="utf-8") == written(), f"{path.name} is not up to date: run {COMMAND}"
+def test_page_is_up_to_date():
+    assert KEYS.read_text(encoding="utf-8") == keys_page(), f"{KEYS.name} is not up to date: run {COMMAND}"
 
 
-@pytest.mark.parametrize(("section", "name", "described"), DESCRIBED)
-def test_every_key_has_its_unit_standing_source_and_range(section, name, described):
-    said = describe(described, name)
-    assert said.standing in STANDINGS
-    assert all((said.unit, said.allowed, said.source, said.checked))
-    assert f"| `{section}{name}` |" in keys_page()
+@pytest.mark.parametrize("key", DESCRIBED)
+def test_every_key_is_described(key):
+    said = describe(*DESCRIBED[key])
+    assert all((said.unit, said.standing, said.source, said.checked, allowed_values(*DESCRIBED[key])))
+    assert role_of(key) == said.role in ROLES
+    assert f"| `{key}` |" in keys_page()
 
 
-def test_every_default_is_described():
-    assert set(default_keys(CONFIG)) <= {section + name for section, name, _ in DESCRIBED}
+def test_every_physical_key_enters_the_problem_and_no_other():
+    for scene in load_scenes().values():
+        found = physics_of(scene).keys()
+        wanted = {key for key in DESCRIBED if role_of(key) == "physics" and has(scene, key)}
+        assert found | {HOW_FAR} == wanted | {HOW_FAR}, scene
+
+
+def has(scene, key):
+    section, _, name = key.rpartition(".")
+    return not section or (section in scene.sections and name in type(scene.sections[section]).model_fields)
+
+
+def test_a_default_stands_in_one_place():
+    defaults = default_keys(CONFIG)
+    assert defaults.keys() <= DESCRIBED.keys()
+    doubled = [
+        key
+        for key, (section, name) in DESCRIBED.items()
+        if key in defaults and not section.model_fields[name].is_required()
+    ]
+    assert doubled == []
 
 
 def kinds(**wanted):
@@ -104,10 +114,8 @@ def test_schema_refuses_what_a_scene_does(config, section, changes):
         jsonschema.validate(document, schema_of(scene.kind))
 
 
-def test_command_writes_files_and_schemas(tmp_path, monkeypatch):
-    monkeypatch.setattr("knitstudy.study.documentation.INPUTS", tmp_path / "inputs.tsv")
+def test_command_writes_page_and_schemas(tmp_path, monkeypatch):
     monkeypatch.setattr("knitstudy.study.documentation.KEYS", tmp_path / "docs" / "keys.md")
     main([str(tmp_path / "schemas")])
-    assert (tmp_path / "inputs.tsv").read_text() == inputs_table()
     assert (tmp_path / "docs" / "keys.md").read_text() == keys_page()
     assert len(list((tmp_path / "schemas").glob("*.schema.json"))) == len(all_kinds())

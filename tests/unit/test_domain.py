@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import study
 
-from knitstudy.figures import catalogue as figures
-from knitstudy.figures.domain_line import domain_line
+from knitstudy.figures.fig12_size_and_beams import series_line
 from knitstudy.files import read_table
 from knitstudy.measures.domain import PowerLaw, SumOfPowers, contact_over_ties, force_per_width, series_of
 from knitstudy.measures.selection import roles_of
@@ -91,14 +90,6 @@ def test_response_is_compared_with_the_largest_knit(grown):
     assert tied["mean normal force in the centre cell [N]"].isna().all()
 
 
-def test_figures_of_the_domain_name_their_axes(grown):
-    scenes, histories = grown
-    cost = figures.draw("fig12a_domain_size", domain=histories, scenes=scenes, paper=read_table(PAPER))
-    assert [axes.get_ylabel() for axes in cost.axes] == ["degrees of freedom", "memory growth (MB)"]
-    response = figures.draw("fig_domain_response", domain=histories, domain_contacts={}, scenes=scenes)
-    assert response.axes[0].get_ylabel() == "force over width (N/mm)"
-
-
 def test_no_two_series_look_alike(grown):
     scenes, _ = grown
     others = {}
@@ -109,7 +100,7 @@ def test_no_two_series_look_alike(grown):
         for changed in (yarns, yarns | loose, flat):
             other = scene.vary(changed)
             others[other.name] = other
-    lines = [domain_line(series) for series in series_of((scenes | others).values())]
+    lines = [series_line(series) for series in series_of((scenes | others).values())]
     assert len(lines) == 7
     for what in (["label"], ["color", "linestyle", "marker"]):
         assert len({tuple(line[key] for key in what) for line in lines}) == len(lines), what

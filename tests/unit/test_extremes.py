@@ -1,5 +1,6 @@
 """A trial ends with a sound history, a named error or a silent failure, and its row is kept whole."""
 
+import json
 import os
 
 import numpy as np
@@ -12,7 +13,7 @@ from knitstudy.figures.extremes_map import CAUSES, draw
 from knitstudy.files import read_table
 from knitstudy.stages import extremes
 from knitstudy.stages.extremes import cause, collect, judged, run
-from knitstudy.stages.kept_tables import made_otherwise, stamped
+from knitstudy.stages.kept_tables import EXTREMES
 from knitstudy.stages.simulate import Results
 from knitstudy.study.campaign import Campaign, Trial
 from knitstudy.study.configuration import CONFIG
@@ -92,19 +93,19 @@ def test_a_process_that_dies_is_a_silent_failure(trial, simulated):
     assert (row["trial"], row["changed"]) == ("strain a 1", "load.strain = 0.1")
 
 
-def test_rows_of_other_code_or_changes_are_made_anew(trial, tmp_path, plain_scene):
-    row = {"trial": trial.name, "group": "strain", "model": "a", "outcome": "ended", "reason": ""}
-    extremes.write_row(trial, row, tmp_path)
-    assert list(collect(Campaign((trial,), 1.0, 0.0), tmp_path)["trial"]) == [trial.name]
+def test_rows_of_other_changes_or_limits_are_made_anew(trial, plain_scene):
     other = Trial(trial.name, trial.group, plain_scene, {"load.strain": 0.2})
-    assert collect(Campaign((other,), 1.0, 0.0), tmp_path).empty
+    cases = [(trial, 1.0), (other, 1.0), (trial, 2.0)]
+    assert len({extremes.digest_of(each, Campaign((each,), limit, 0.0)) for each, limit in cases}) == len(
+        cases
+    )
 
 
-def test_kept_table_says_when_it_was_made_by_other_code(tmp_path):
-    path = tmp_path / "kept.csv"
-    stamped(pd.DataFrame({"trial": ["a"]}), "beef").to_csv(path, index=False)
-    assert made_otherwise(path, "beef") == ""
-    assert made_otherwise(path, "cafe")[:2] == "20"
+def test_rows_are_collected_with_their_causes(trial, tmp_path):
+    row = {"trial": trial.name, "group": "strain", "model": "a", "outcome": "ended", "reason": ""}
+    (tmp_path / "a.json").write_text(json.dumps(row))
+    table = collect([tmp_path / "a.json"])
+    assert table.loc[0, ["number", "cause", "error"]].tolist() == [1, "ended", ""]
 
 
 def test_the_map_has_a_square_for_every_trial():
@@ -125,7 +126,7 @@ def test_the_map_has_a_square_for_every_trial():
 def test_kept_campaign_says_why_whatever_did_not_end():
     """Kept reasons name a key, and docs/notes/extremes.md names silent failures."""
     table = read_table(
-        CONFIG.parent / extremes.KEPT, needs=("outcome", "reason", "keys named", "digest", "trials")
+        CONFIG.parent / EXTREMES, needs=("outcome", "reason", "keys named", "digest", "trials")
     )
     assert set(table["outcome"]) <= {"ended", "refused", "stopped", "time", "silent"}
     other = table[table["outcome"] != "ended"]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError, GeometryError
+from knitstudy.geometry.closest import closest_approach, crossings_in_plane, windows
 from knitstudy.geometry.fabric import (
     Arc,
     Fabric,
@@ -20,7 +21,6 @@ from knitstudy.geometry.fabric import (
 )
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.spline import CatmullRom, Centreline
-from knitstudy.geometry.yarn_spacing import closest_approach, crossings_in_plane, windows
 
 RADIUS = 0.9e-3
 

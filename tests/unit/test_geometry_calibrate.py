@@ -15,8 +15,8 @@ from knitstudy.geometry.calibrate import (
     residuals,
     whole_loop,
 )
+from knitstudy.geometry.loop import symmetries
 from knitstudy.geometry.spline import CatmullRom
-from knitstudy.geometry.symmetry import symmetries
 from knitstudy.study.configuration import CONFIG
 
 
@@ -34,14 +34,14 @@ def test_quarter_makes_a_loop_with_mirror_and_half_turn():
 
 
 def test_unknowns_are_taken_apart_and_put_together():
-    problem, _, _ = read_problem(CONFIG)
+    problem, _ = read_problem(CONFIG)
     unknowns = first_guess(problem)
     candidate = Candidate.from_unknowns(unknowns, problem.quarter)
     np.testing.assert_array_equal(candidate.unknowns(), unknowns)
 
 
 def test_residuals_keep_their_number_where_there_is_no_knit():
-    problem, _, _ = read_problem(CONFIG)
+    problem, _ = read_problem(CONFIG)
     unknowns = first_guess(problem)
     apart = unknowns.copy()
     apart[1] *= 10  # rows too far from each other to cross

@@ -6,8 +6,7 @@ from scipy.optimize import minimize_scalar
 
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.spline import CatmullRom
-from knitstudy.geometry.survey import survey
-from knitstudy.geometry.yarn_spacing import approaches, smallest_radius_of_curvature
+from knitstudy.geometry.survey import approaches, smallest_radius_of_curvature, survey
 
 WALE, COURSE = 12.0, 20.0
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError, GeometryError
-from knitstudy.geometry.lay_out import initial_loop, lay_out
-from knitstudy.geometry.redraw import redraw, stretched
+from knitstudy.geometry.lay_out import initial_loop, lay_out, redraw, stretched
 from knitstudy.study.configuration import load_scene
 
 POINTS = 16

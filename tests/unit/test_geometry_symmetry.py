@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
+from knitstudy.geometry.loop import symmetric_motions, symmetries
 from knitstudy.geometry.spline import CatmullRom
-from knitstudy.geometry.symmetry import symmetric_motions, symmetries
 
 WALE = 12.0
 

@@ -8,7 +8,7 @@ from test_mesh_sweep import Helix, Straight
 
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.elements.quadratic import EDGES, NATURAL, QuadraticHexahedron, quadratic_shape
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mesh.quadratic import quadratic_mesh
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing
@@ -99,7 +99,7 @@ def test_face_centres_are_where_the_element_has_them(mesh):
 
 
 def test_the_volume_is_that_of_the_tube(mesh):
-    elements = QuadraticHexahedron(mesh.nodes[mesh.elements], Material("hencky", 1.0, 0.4))
+    elements = QuadraticHexahedron(mesh.nodes[mesh.elements], Hencky(1.0, 0.4))
     tube = np.pi * RADIUS**2 * sum(curve.length for curve in CURVES)
     assert elements.volume.sum() == pytest.approx(tube, rel=1e-3)
 

@@ -1,7 +1,6 @@
-"""The parts of three-dimensional pictures: projection, surfaces, and what happens where VTK cannot render."""
+"""The parts of pictures of solids: projection, surfaces, the window, the process that renders, the resolution."""
 
-import logging
-import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -9,12 +8,10 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.figures import picture, renderer
-from knitstudy.figures.saving import save
+from knitstudy.figures import picture, renderer, shapes
+from knitstudy.figures.renderer import FRONT, Picture, RenderingError, Surface, View
 from knitstudy.figures.shapes import arrow, rod, sphere, tube
-from knitstudy.figures.style import resolution
-from knitstudy.figures.surface import Surface
-from knitstudy.figures.view import FRONT, View
+from knitstudy.figures.style import resolution, save
 
 
 @pytest.fixture
@@ -23,12 +20,8 @@ def axes():
 
 
 @pytest.fixture
-def vtk(monkeypatch):
-    """VTK as if nothing had been tried yet."""
-    fresh = picture.Renderer()
-    monkeypatch.setattr(picture, "VTK", fresh)
-    monkeypatch.delenv(picture.CHOICE, raising=False)
-    return fresh
+def ball():
+    return sphere(np.zeros(3), 1e-3, "red")
 
 
 def volume(surface: Surface) -> float:
@@ -37,12 +30,8 @@ def volume(surface: Surface) -> float:
     return float(np.sum(np.cross(a, b) * c + np.cross(a, c) * d) / 6)
 
 
-def test_front_view_keeps_x_and_y():
+def test_views_are_rotations():
     np.testing.assert_allclose(FRONT.project([[1.0, 2.0, 3.0]]), [[1.0, 2.0]], atol=1e-15)
-    assert FRONT.nearness(np.array([0.0, 0.0, 1.0])) > 0
-
-
-def test_orbit_is_a_rotation_and_shows_the_right_side():
     view = View.orbit(turn=90, tilt=0)
     np.testing.assert_allclose(view.basis @ view.basis.T, np.eye(3), atol=1e-15)
     np.testing.assert_allclose(view.basis[2], [1, 0, 0], atol=1e-15)
@@ -67,30 +56,23 @@ def test_arrow_ends_at_its_tip():
     assert points[:, 2].min() == 0
 
 
-def test_window_has_the_shape_of_the_axes(axes, monkeypatch):
-    monkeypatch.setenv(picture.CHOICE, "matplotlib")
-    picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
+def test_graded_tube_has_all_faces_of_a_tube_once():
+    line = np.column_stack([np.linspace(0, 2, 5), np.zeros(5), np.zeros(5)])
+    parts = shapes.graded_tube(line, 0.5, ["#ff0000", "#ff0000", "#0000ff", "#ff0000", "#ff0000"])
+    assert [part.colour for part in parts] == ["#0000ff", "#ff0000"]
+    faces = np.concatenate([part.faces for part in parts])
+    whole = tube(line, 0.5, "#ff0000").faces
+    np.testing.assert_array_equal(np.unique(faces, axis=0), np.unique(whole, axis=0))
+    assert len(faces) == len(whole)
+    assert len(parts[0].faces) == shapes.AROUND
+
+
+def test_window_has_the_shape_of_the_axes(axes, ball, monkeypatch):
+    monkeypatch.setattr(renderer, "rendered", lambda picture: np.zeros((*picture.pixels[::-1], 4)))
+    picture.show(axes, [ball], FRONT)
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     assert (right - left) / (top - bottom) == pytest.approx(2)
     assert bottom < -1 < 1 < top
-
-
-def test_only_faces_to_the_eye_are_painted_and_the_nearest_last(axes, monkeypatch):
-    monkeypatch.setenv(picture.CHOICE, "matplotlib")
-    balls = [sphere(np.array([0, 0, z]), 1e-3, colour) for z, colour in ((0.01, "#00ff00"), (0.0, "#ff0000"))]
-    picture.show(axes, balls, FRONT)
-    (painted,) = axes.collections
-    colour = painted.get_facecolor()
-    assert len(colour) < 0.6 * sum(len(ball.faces) for ball in balls)
-    assert colour[-1, 1] > 0
-    assert colour[0, 0] > 0
-    assert colour[0, 1] == 0
-
-
-def test_unknown_renderer_is_refused(axes, monkeypatch):
-    monkeypatch.setenv(picture.CHOICE, "opengl")
-    with pytest.raises(ConfigurationError, match="KNITSTUDY_RENDERER is 'opengl': allowed are 'vtk'"):
-        picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
 
 
 @pytest.mark.parametrize("said", ["30", "1e3", "fine", "", "-300", "99999"])
@@ -111,30 +93,7 @@ def test_figures_have_the_resolution_that_is_asked_for(tmp_path, monkeypatch):
         assert Image.open(tmp_path / "a.png").size == (width, width // 2)
 
 
-@pytest.mark.parametrize(
-    "failure",
-    [
-        subprocess.CalledProcessError(-11, "vtk", stderr="bad X server connection\n"),
-        subprocess.TimeoutExpired("vtk", 300),
-        OSError("no such interpreter"),
-    ],
-    ids=["crash", "hang", "missing"],
-)
-def test_failing_renderer_is_replaced_with_a_note(axes, monkeypatch, caplog, vtk, failure):
-    calls = []
-
-    def fail(*arguments, **options):
-        calls.append(arguments)
-        raise failure
-
-    monkeypatch.setattr(renderer.subprocess, "Popen", fail)
-    with caplog.at_level(logging.WARNING):
-        for _ in range(2):
-            picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
-    assert len(calls) == 1  # given up after the first
-    assert "drawn by matplotlib" in caplog.text
-    assert [text.get_text() for text in axes.figure.texts] == ["drawn without a 3D renderer"]
-    assert picture.is_fallback(axes.figure)
+# ---- the process that renders ----
 
 
 @pytest.fixture
@@ -145,40 +104,35 @@ def interpreter(tmp_path, monkeypatch):
         path = tmp_path / "python"
         path.write_text(f"#!/bin/sh\n{script}\n")
         path.chmod(0o755)
-        monkeypatch.setattr(renderer.sys, "executable", str(path))
+        monkeypatch.setattr(sys, "executable", str(path))
 
-    return replace
-
-
-def test_process_that_dies_does_not_take_this_one_along(axes, interpreter, vtk, caplog):
-    """It ends with a segmentation fault, as VTK does without a display."""
-    interpreter("echo no display >&2; kill -SEGV $$")
-    picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
-    assert picture.is_fallback(axes.figure)
-    assert "ended with status -11 no display" in caplog.text or "Broken pipe no display" in caplog.text
+    renderer._process.cache_clear()
+    yield replace
+    renderer._process.cache_clear()
 
 
-def test_process_that_takes_too_long_is_ended(axes, interpreter, vtk, monkeypatch):
-    monkeypatch.setattr(renderer, "PATIENCE", 0.1)
-    interpreter("exec sleep 60")
-    picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
-    assert picture.is_fallback(axes.figure)
+@pytest.mark.parametrize("script", ["kill -SEGV $$", "exit 1", "cat > /dev/null; echo no picture"])
+def test_process_that_ends_does_not_take_this_one_along(ball, interpreter, script):
+    """It ends with a segmentation fault, as VTK does where it finds no way to render."""
+    interpreter(f"exec </dev/null; {script}")
+    with pytest.raises(RenderingError, match="VTK cannot render here: its process ended with status"):
+        renderer.rendered(Picture((ball,), FRONT, (-2, 2, -1, 1), (8, 4)))
 
 
-def test_one_process_renders_all_pictures(axes, interpreter, vtk, tmp_path):
-    Image.new("RGBA", (4, 2), "red").save(tmp_path / "red.png")
-    interpreter(
-        f"echo started >> '{tmp_path}/log'\n"
-        f"while read -r job picture; do cp '{tmp_path}/red.png' \"$picture\"; echo done; done"
-    )
-    for _ in range(2):
-        picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
-    assert len(axes.images) == 2
-    assert (tmp_path / "log").read_text() == "started\n"
-
-
-def test_empty_picture_counts_as_failure(axes, monkeypatch, vtk):
-    monkeypatch.setattr(vtk, "_picture", lambda job: np.zeros((*job.pixels[::-1], 4)))
-    picture.show(axes, [sphere(np.zeros(3), 1e-3, "red")], FRONT)
-    assert vtk.failed
-    assert picture.is_fallback(axes.figure)
+@pytest.mark.parametrize("opacity", [1.0, 0.5])
+def test_rendered_sphere_is_round_and_in_its_place(opacity):
+    """A pixel of 0.02 mm on the rim is 3 % of the shadow's area; its centre is found within half a pixel."""
+    view, centre, radius = View.orbit(30, 20), np.array([1e-3, 2e-3, -1e-3]), 1.2e-3
+    left, right, bottom, top = window = (-1.5, 4.5, 0.5, 3.5)
+    surfaces = (sphere(centre, radius, "#0072B2", opacity),)
+    try:
+        image = renderer.rendered(Picture(surfaces, view, window, (300, 150)))
+    except RenderingError:
+        pytest.skip("VTK cannot render on this machine")
+    covered = image[..., 3] > 0.25 * opacity * 255
+    rows, columns = covered.shape
+    pixel = (right - left) / columns
+    assert covered.sum() * pixel**2 == pytest.approx(np.pi * 1.2**2, rel=0.03)
+    y, x = (np.nonzero(covered)[i].mean() + 0.5 for i in (0, 1))
+    found = [left + x * pixel, top - y * (top - bottom) / rows]
+    np.testing.assert_allclose(found, 1e3 * view.project(centre), atol=0.01)

@@ -50,8 +50,8 @@ def test_reduced_model_is_made_from_contacts_of_its_own_geometry(plan):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"rom.contacts_from": "dns-b"}, r"unknown dns scene 'dns-b' \(did you mean 'dns-a'\?\)"),
-        ({"rom.contacts_from": "rom3d-a"}, r"unknown dns scene 'rom3d-a'"),
+        ({"rom.contacts_from": "dns-b"}, r"unknown scene of solid yarns 'dns-b' \(did you mean 'dns-a'\?\)"),
+        ({"rom.contacts_from": "rom3d-a"}, r"unknown scene of solid yarns 'rom3d-a'"),
         ({"interaction": "rough"}, r"interaction is 'rough' but must be 'tie'"),
         ({"load.direction": "wale"}, r"load\.direction is 'wale' but must be 'course'"),
     ],

@@ -3,7 +3,7 @@ import pytest
 from scipy.interpolate import BSpline
 
 from knitstudy.errors import MeshError
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
 from knitstudy.mechanics.spline_yarn.space import Sampling, Space, locate, shape, yarn_space
@@ -118,7 +118,7 @@ def test_fewer_nodes_where_the_degree_is_lower():
 
 def test_elements_join_the_nodes_of_their_splines():
     space, nodes = two_yarns()
-    groups = span_groups(space, nodes, Material("hencky", 1.0, 0.3))
+    groups = span_groups(space, nodes, Hencky(1.0, 0.3))
     assert sum(len(group.connectivity) for group in groups) == 10
     for group in groups:
         assert np.all(np.diff(group.connectivity, axis=1) == 1)
@@ -170,4 +170,4 @@ def test_a_yarn_tighter_than_its_radius():
     d2 = np.tile([0.0, 1.0, 0.0], (60, 1))
     nodes = yarn.coefficients(*(yarn.spline.fit(s, each) for each in (centre, d1, d2)), 1.0)
     with pytest.raises(MeshError, match="bent tighter than its radius"):
-        span_groups(Space((yarn,)), nodes, Material("hencky", 1.0, 0.3))
+        span_groups(Space((yarn,)), nodes, Hencky(1.0, 0.3))

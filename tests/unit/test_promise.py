@@ -9,7 +9,7 @@ from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.promises import Promise, corrected, error_made
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, NORMAL
-from knitstudy.report.trade import BEGIN, END, filled, written
+from knitstudy.report.kept_pages import BEGIN, END, insert_between_marks, trade_summary
 from knitstudy.stages.kept_tables import TRADE, TRADE_PAGE
 from knitstudy.tables import catalogue as tables
 
@@ -75,7 +75,7 @@ def table(plain_scene):
 
 
 def test_the_page_is_written_from_the_table(table):
-    page = filled(f"before\n{BEGIN}\nold\n{END}\nafter\n", written(table))
+    page = insert_between_marks(f"before\n{BEGIN}\nold\n{END}\nafter\n", trade_summary(table))
     assert page.startswith(f"before\n{BEGIN}\n")
     assert page.endswith(f"{END}\nafter\n")
     assert "old" not in page
@@ -99,7 +99,7 @@ def test_promises_are_counted(table):
             "seconds of the cheapest that would have done [s]": [1.5, 2.0, 2.0],
         }
     )
-    said = written(table, promises)
+    said = trade_summary(table, promises)
     assert "| force, 5 % | tie constraint | 3 | 2 | 1 | 4 |" in said
     assert "Of 2 knits 1 kept every promise, and 2 of 3 promises held" in said
     assert (
@@ -114,10 +114,10 @@ def test_promises_are_counted(table):
 
 def test_a_page_without_marks_is_refused():
     with pytest.raises(DataFileError, match="must have the lines"):
-        filled("nothing", "text")
+        insert_between_marks("nothing", "text")
 
 
 def test_the_page_of_the_checkout_has_marks():
     page = TRADE_PAGE.read_text(encoding="utf-8")
-    assert filled(page, "text") != page
+    assert insert_between_marks(page, "text") != page
     assert TRADE.path.is_file()

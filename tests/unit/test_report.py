@@ -15,25 +15,11 @@ from PIL import Image
 
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import FALLBACK
-from knitstudy.figures.saving import save
+from knitstudy.figures.style import save
 from knitstudy.files import read_table, write_dataset
-from knitstudy.measures.selection import (
-    CASES,
-    ISOTROPIC_COURSE,
-    TIED_COURSE,
-    TIED_WALE,
-    friction_sweep,
-    models_of,
-    roles_of,
-    variants_of,
-)
-from knitstudy.report.origin import origins
-from knitstudy.report.page import BY_MODEL, LONG, MOST, render
-from knitstudy.report.screen import WIDTH, for_screen
-from knitstudy.report.sources import read_sources
-from knitstudy.report.summary import summarise
-from knitstudy.report.wording import cells, value
+from knitstudy.report.files import WIDTH, for_screen, read_sources
+from knitstudy.report.kept_pages import summarise
+from knitstudy.report.page import BY_MODEL, LONG, MOST, cells, origins, render, value
 from knitstudy.tables.catalogue import TABLES, tabulate
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -55,13 +41,15 @@ CAPTIONS = {
 
 @pytest.fixture
 def pictures(tmp_path):
-    """A small picture for every figure; the first was drawn without VTK."""
+    """A small picture for every figure."""
     paths = [tmp_path / f"{name}.png" for name in FIGURES.names()]
-    for number, path in enumerate(paths):
-        figure = Figure(figsize=(0.5, 0.4))
-        if number == 0:
-            figure.text(0, 0, "note", gid=FALLBACK)
-        save(figure, [path], {"dns": synthetic.history(scene="dns-a", digest="beef")}, path.stem)
+    for path in paths:
+        save(
+            Figure(figsize=(0.5, 0.4)),
+            [path],
+            {"dns": synthetic.history(scene="dns-a", digest="beef")},
+            path.stem,
+        )
     return paths
 
 
@@ -97,7 +85,7 @@ def page(pictures, results):
 def test_page_holds_every_figure_and_table_in_order(page):
     pictures = re.findall(r'<img src="data:image/webp;base64,[\w+/=]+" [^>]*alt="sight of (\w+)"', page)
     assert pictures == list(FIGURES.names())
-    assert pictures[0] == "fig15a_force_strain"
+    assert pictures[0] == "fig15_force_strain"
     for name in TABLES.names():
         assert f'href="tables/{name}.csv"' in page
 
@@ -113,11 +101,6 @@ def test_texts_are_escaped_and_filled(page):
     assert "&lt;C&gt;" in page
     assert "<C>" not in page
     assert page.count("1.23<") == len(FIGURES.names())
-
-
-def test_page_says_where_vtk_was_missing(page):
-    assert page.count("Drawn by matplotlib, because") == 1
-    assert "No 3D renderer was found on this machine" in page
 
 
 def test_page_shows_verdicts_and_what_waits(page):
@@ -182,7 +165,7 @@ def test_captions_speak_of_models_that_there_are(plain_scene):
     scenes = study.scenes(plain_scene)
     yielding = {"beam.section": "hertz", "beam.tie": "patch"}
     more = {
-        "more-yielding": yielding,
+        "beam-hertz-patch-isotropic-course": yielding,
     }
     first = scenes["beam-isotropic-course"]
     scenes |= {name: first.vary({"name": name} | keys) for name, keys in more.items()}
@@ -204,7 +187,7 @@ def test_page_opens_on_what_holds_and_the_comparison_of_models(page):
     assert (
         page.index('id="verdicts"')
         < page.index('id="comparison"')
-        < page.index('id="fig15a_force_strain"')
+        < page.index('id="fig15_force_strain"')
         < page.index('id="rom_distance"')
     )
     assert page.index('id="rom_distance"') < page.index('id="fig01_unit_cell"')
@@ -237,9 +220,9 @@ def test_short_tables_are_turned_if_their_rows_have_names(pictures):
 
 
 def test_missing_caption_is_named(pictures, results):
-    captions = {"figures": {"fig15a_force_strain": {"alt": "", "caption": ""}}}
+    captions = {"figures": {"fig15_force_strain": {"alt": "", "caption": ""}}}
     with pytest.raises(
-        ConfigurationError, match=r"figures\.fig15a_force_strain must have the texts alt, .*'paper' is"
+        ConfigurationError, match=r"figures\.fig15_force_strain must have the texts alt, .*'paper' is"
     ):
         render(REPORT / "template.html", captions, pictures, results, pd.DataFrame(), "ci")
 
@@ -303,159 +286,11 @@ def test_origins_are_relative_to_the_page(tmp_path, plain_scene):
     assert table.loc[0, "numpy"]
 
 
-def test_models_of_a_study_are_one_family(plain_scene):
-    def solid(name):
-        return plain_scene.vary({"name": name, "fidelity": "hexahedra"})
-
-    def reduced(name, fidelity, source):
-        return plain_scene.vary({"name": name, "fidelity": fidelity, "rom.contacts_from": source})
-
-    scenes = [
-        solid("a"),
-        solid("b"),
-        reduced("c", "rom3d", "b"),
-        reduced("d", "rom3d", "b"),
-        reduced("e", "rom2d", "b"),
-    ]
-    found = models_of(scenes, {"interaction": "tie", "load.direction": "course"})
-    assert {fidelity: scene.name for fidelity, scene in found.items()} == {
-        "dns": "b",
-        "rom3d": "c",
-        "rom2d": "e",
-    }
-    assert models_of(scenes, {"load.direction": "wale"}) == {}
-    assert [scene.name for scene in models_of(scenes[:2], {}).values()] == ["a"]
-
-
-@pytest.fixture
-def direct(plain_scene):
-    """Function that makes a scene of a direct simulation."""
-
-    def make(name, interaction, **keys):
-        kind = {"name": name, "fidelity": "hexahedra", "interaction": interaction}
-        return plain_scene.vary(kind | {key.replace("__", "."): wanted for key, wanted in keys.items()})
-
-    return make
-
-
-def names(scenes):
-    return {role: scene.name for role, scene in scenes.items()}
-
-
-def test_interactions_are_compared_on_one_mesh(direct):
-    scenes = [
-        direct("fine", "tie", mesh__size=0.3e-3),
-        direct("tied", "tie"),
-        direct("slippery", "isotropic", contact__friction=0.1),
-        direct("friction", "isotropic", load__strain=0.006),
-        direct("free", "isotropic", contact__tied_edges="none"),
-        direct("grips", "rough", load__lateral="free"),
-        direct("rough", "rough"),
-    ]
-    wanted = {"tie": "tied", "rough": "rough", "isotropic": "friction", "untied": "free"}
-    assert names(variants_of(scenes[3], scenes)) == wanted
-    assert names(variants_of(scenes[0], scenes)) == {"tie": "fine"}
-    assert names(models_of(scenes, ISOTROPIC_COURSE)) == {"dns": "friction"}
-
-
-def test_sweep_of_friction_is_that_of_the_mesh_with_most_coefficients(direct):
-    coarse = [
-        direct("tied", "tie"),
-        direct("rough", "rough"),
-        direct("mu1", "isotropic", contact__friction=0.1),
-        direct("mu3", "isotropic", contact__friction=0.3),
-        direct("mu3-again", "isotropic", contact__friction=0.3, contact__normal_stiffness=20),
-        direct("free", "isotropic", contact__tied_edges="none", contact__friction=0.5),
-    ]
-    fine = [direct("fine", "isotropic", mesh__size=0.3e-3)]
-    assert [scene.name for scene in friction_sweep(fine + coarse)] == ["tied", "rough", "mu1", "mu3"]
-    assert friction_sweep(fine + coarse[:3]) == []
-    assert friction_sweep([]) == []
-
-
-def test_pairs_are_no_knits_and_slide(direct, plain_scene):
-    press, slide = [0.0, 0.0, -1e-5], [2e-5, 0.0, -1e-5]
-    pressed = synthetic.pair_scene(plain_scene, [press]).replace("name", "pressed")
-    slid = synthetic.pair_scene(plain_scene, [press, slide]).replace("name", "slid")
-    tied = synthetic.pair_scene(plain_scene, [press, slide], interaction="tie").replace("name", "tied")
-    roles = roles_of([tied, pressed, slid, direct("knit", "tie")], TIED_COURSE)
-    assert roles["dns"].name == "knit"
-    assert [scene.name for scene in roles["pairs"]] == ["tied", "slid"]
-    assert "frictions" not in roles
-    assert "pairs" not in roles_of([pressed], {})
-
-
-def test_roles_of_a_whole_study(plain_scene):
-    scenes = list(study.scenes(plain_scene).values())
-    for of, case in ((TIED_WALE, "tie-wale"), (ISOTROPIC_COURSE, "isotropic-course")):
-        roles = roles_of(scenes, of)
-        assert roles["dns"].name == f"dns-{case}"
-        assert roles["rom3d"].name == f"rom3d-{case}"
-        assert [scene.name for scene in roles["others"]] == [f"dns-{case}-medium"]
-        assert [scene.name for scene in roles["reduced"]] == [
-            f"{kind}-{case}" for kind in ("rom3d", "rom2d", "rom3d-printed", "rom3d-pinned", "rom2d-doubled")
-        ]
-        beams = [scene.name for scene in roles.get("beams", [])]
-        kinds = ("", "pinned-", "hertz-") if "isotropic" in case else ()
-        assert beams == [f"beam-{kind}{case}" for kind in kinds]
-        assert [scene.name for scene in roles["every"]] == [scene.name for scene in scenes]
-        assert {f"{each}_{model}" for each in CASES for model in ("dns", "rom3d", "rom2d")} <= set(roles)
-        assert roles["isotropic_wale_rom2d"].name == "rom2d-isotropic-wale"
-        assert [scene.name for scene in roles["sprung"]] == [
-            f"dns-isotropic-{way}{mesh}" for way in ("course", "wale") for mesh in ("", "-medium")
-        ]
-
-
-def test_again_are_the_finest_of_other_discretisations(direct):
-    kinds = ("tie", "isotropic")
-    fine, coarse = (
-        [direct(f"{kind}-{size}", kind, mesh__size=1e-5 * size) for kind in kinds] for size in (30, 45)
-    )
-    quadratic = [direct(f"{kind}-quadratic", kind, mesh__element="quadratic") for kind in kinds]
-    wale = direct("wale", "isotropic", mesh__size=0.2e-3, load__direction="wale")
-    main = [direct(f"main-{kind}", kind, mesh__size=0.4e-3) for kind in kinds]
-    roles = roles_of([*main, *coarse, *fine, *quadratic, wale], TIED_COURSE)
-    assert roles["dns"].name == "main-tie"
-    assert [scene.name for scene in roles["again"]] == [
-        "tie-30",
-        "isotropic-30",
-        "tie-quadratic",
-        "isotropic-quadratic",
-    ]
-
-
-@pytest.mark.parametrize("first", ["main", "variant"])
-def test_variants_are_not_the_main_model(plain_scene, first):
-    scenes = study.scenes(plain_scene)
-    pair = [scenes["rom3d-tie-course"], scenes["rom3d-printed-tie-course"]]
-    found = models_of([scenes["dns-tie-course"], *(pair if first == "main" else pair[::-1])], TIED_COURSE)
-    assert found["rom3d"].name == "rom3d-tie-course"
-
-
-def test_penalties_are_neither_main_nor_on_another_mesh(direct):
-    main = direct("main", "isotropic", mesh__size=0.3e-3)
-    penalties = [
-        direct(f"penalty{ratio}", "isotropic", contact__augmentations=0, contact__normal_stiffness=ratio)
-        for ratio in (3, 10)
-    ]
-    slippery = direct("slippery", "isotropic", contact__friction=0.1)
-    wale = direct("wale", "isotropic", load__direction="wale", contact__augmentations=0)
-    roles = roles_of([main, *penalties, slippery, wale], ISOTROPIC_COURSE)
-    assert roles["dns"].name == roles["isotropic"].name == "main"
-    assert [scene.name for scene in roles["penalties"]] == ["penalty3", "penalty10"]
-    assert "others" not in roles
-    medium = direct("medium", "isotropic", load__stops=[0.01])
-    (other,) = roles_of([main, *penalties, medium], ISOTROPIC_COURSE)["others"]
-    assert other.name == "medium"
-
-
-def test_sources_of_one_name_are_read_by_scene(tmp_path, direct):
+def test_sources_of_one_name_are_read_by_scene(tmp_path, plain_scene):
     paths = [tmp_path / f"{name}.nc" for name in "ab"]
     for path in paths:
-        write_dataset(synthetic.history(), path, direct(path.stem, "tie"))
-    sources = read_sources(
-        [("dns", str(paths[0])), ("pairs", [str(path) for path in paths]), ("digest", ["x.py"])]
-    )
+        write_dataset(synthetic.history(), path, plain_scene.replace("name", path.stem))
+    sources = read_sources([("dns", str(paths[0])), ("pairs", [str(path) for path in paths])])
     assert sources["dns"].attrs["scene"] == "a"
     assert list(sources) == ["dns", "pairs"]
     assert list(sources["pairs"]) == ["a", "b"]

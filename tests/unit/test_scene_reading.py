@@ -64,11 +64,9 @@ def test_what_is_seen_is_what_was_read(scene):
 class Grown(Section):
     """A section that a key was added to."""
 
-    old: float = key("a number", standing="choice", source="a test", checked="none")
-    added: float = key("a number", standing="choice", source="a test", checked="none", default=1.0)
-    list_added: tuple[float, ...] = key(
-        "a list", standing="choice", source="a test", checked="none", default=()
-    )
+    old: float = key("numerics", "choice", source="a test")
+    added: float = key("numerics", "choice", source="a test", ge=0, default=1.0)
+    list_added: tuple[float, ...] = key("numerics", "choice", allowed="a list", source="a test", default=())
 
 
 def grown(scene, **values):

@@ -115,7 +115,7 @@ def test_results_of_the_same_inputs_are_used_again(config, made, tmp_path):
         ({"rom.joint": "pinned"}, {"simulation"}),
         ({"load.strain": 0.01}, {"simulation"}),
         ({"yarn.diameter": 1.7e-3}, {"geometry", "mesh", "simulation", "contacts"}),
-        ({"yarn.density": 900.0}, {"simulation"}),
+        ({"yarn.poisson_ratio": 0.4}, {"simulation"}),
     ],
 )
 def test_changed_keys_make_what_reads_them(config, made, tmp_path, changes, expected):

@@ -9,7 +9,7 @@ from sweeping import LIFT, SURE, histories
 from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import draw
 from knitstudy.files import read_table
-from knitstudy.geometry.reach import FOUND
+from knitstudy.geometry.lay_out import FOUND
 from knitstudy.measures.claims.evidence import Evidence
 from knitstudy.measures.claims.verdicts import RULES
 from knitstudy.measures.sweeps import DIAMETER, SPACING, refused, sweeps_of
@@ -129,16 +129,20 @@ def test_refused_loops_are_those_of_one_sweep():
 
 def test_table_of_loops_without_a_column_is_refused():
     with pytest.raises(
-        DataFileError, match=r"'outcome'; make it again with `python -m knitstudy\.geometry\.reach`"
+        DataFileError, match=r"'outcome'; make it again with `python -m knitstudy\.geometry\.lay_out`"
     ):
         refused(LOOPS.drop(columns="outcome"), "course ratio [1]", 1.0)
 
 
-@pytest.mark.parametrize("name", ["fig11a_course_spacing", "fig11b_yarn_diameter"])
-def test_figures_show_every_series_and_loops_that_cannot_be_made(scenes, reference, name):
-    sources = {"sweeps": histories(scenes, {"shape": 1.0}), "scenes": scenes, "reference": reference}
-    drawing = draw(name, **sources, loops=LOOPS)
+def test_figures_show_every_series_and_loops_that_cannot_be_made(scenes, reference):
+    sources = {
+        "drawn": {},
+        "sweeps": histories(scenes, {"shape": 1.0}),
+        "scenes": scenes,
+        "reference": reference,
+    }
+    drawing = draw("fig11_sweeps", **sources, loops=LOOPS)
     labels = [text.get_text() for text in drawing.legends[0].get_texts()]
     assert "wale spacing held, isotropic friction" in labels
     assert "drawn shape held: no such loop" in labels
-    assert len(drawing.axes) == 2
+    assert len(drawing.axes) == 4

@@ -10,7 +10,7 @@ from knitstudy.errors import DataFileError, MeshError
 from knitstudy.exchange.vtu import write_spline_yarns, write_vtu
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.spline_yarn.space import Space, sections, shape, yarn_space
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.mesh.quadratic import quadratic_mesh
@@ -128,7 +128,7 @@ def test_volume_surface_and_stress_of_a_uniform_stretch(pair, space, tmp_path):
     np.testing.assert_allclose(moved, grid.points @ STRETCH.T + SHIFT, atol=1e-12)
 
     yarn = scene.yarn
-    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
+    material = material_of(yarn)
     second = material.respond(0.5 * (STRETCH.T @ STRETCH - np.eye(3))[None], False).stress[0]
     stress = STRETCH @ second @ STRETCH.T / np.linalg.det(STRETCH)
     principal = np.sort(np.linalg.eigvalsh(stress))[::-1]

@@ -11,7 +11,7 @@ from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mechanics.solids_in_contact import Penetration, SolidsInContact
 from knitstudy.mesh.mesher import crossing_grading
 from knitstudy.mesh.section import Section
@@ -136,7 +136,7 @@ def together(
         margin=margin or 0.5 * size,
         overlap=overlap or 1e-3 * size,
     )
-    elements = OnePointHexahedron(nodes[hexahedra], Material(material, modulus, poisson))
+    elements = OnePointHexahedron(nodes[hexahedra], MATERIALS.find(material)(modulus, poisson))
     options = {"penetration": Penetration(0.1 * size)} | options
     return SolidsInContact(
         nodes, [ElementGroup(hexahedra, elements)], size, contact=contact, **options

@@ -8,7 +8,7 @@ from knitstudy.mechanics.contact.indentation import Crossing, indentation
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.direct import LU
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solids_in_contact import SolidsInContact
 from knitstudy.mechanics.spline_yarn.patch import ACROSS, ALONG, LENGTH, PHASE, far
@@ -38,7 +38,7 @@ class CrossedYarns:
         surfaces = Cylinders(self.space, 1.0, [along, along], round(2 * np.pi / cell))
         apart = ~np.eye(2, dtype=bool)
         contact = Contact(nodes, surfaces, law, meets=apart, margin=0.3, overlap=1e-6)
-        groups = span_groups(self.space, nodes, Material("hencky", 1.0, poisson))
+        groups = span_groups(self.space, nodes, Hencky(1.0, poisson))
         self.model = SolidsInContact(nodes, groups, span, contact=contact)
         first = own.first_node
         ends = np.concatenate([np.arange(first[1]), np.arange(*first[-2:])])

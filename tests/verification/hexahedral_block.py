@@ -5,8 +5,19 @@ import numpy as np
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.elements.quadratic import EDGES
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials import MATERIALS
+from knitstudy.mechanics.materials.transversely_isotropic import TransverselyIsotropic
 from knitstudy.mechanics.solid import SolidModel
+
+LAWS = sorted(MATERIALS.names())
+ISOTROPIC = [name for name in LAWS if not MATERIALS.find(name).directional]
+
+
+def made_of(law, modulus=1.0, ratio=0.42):
+    """The material of a law, half as stiff across its axis if it has one."""
+    if law == "transversely_isotropic":
+        return TransverselyIsotropic(modulus, 0.5 * modulus, ratio, 0.3, 0.25 * modulus)
+    return MATERIALS.find(law)(modulus, ratio)
 
 
 def block(n, distortion=0.0, seed=0):
@@ -34,7 +45,7 @@ def connect(counts):
 
 def solid(nodes, hexahedra, law="hencky", element=OnePointHexahedron, modulus=1300.0):
     """SolidModel of a block, nu = 0.42."""
-    material = Material(law, modulus, 0.42)
+    material = made_of(law, modulus)
     length = np.cbrt(np.ptp(nodes, axis=0).prod() / len(hexahedra))
     return SolidModel(nodes, [ElementGroup(hexahedra, element(nodes[hexahedra], material))], length)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.periodic import condensed
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.spline_yarn.seam import seam
@@ -53,7 +53,7 @@ class Sheet:
         space = Space(tuple(yarn.space for yarn in yarns))
         nodes = np.concatenate([yarn.nodes for yarn in yarns])
         every = sp.identity(len(nodes), format="csr")
-        groups = span_groups(space, nodes, Material("hencky", YOUNG, POISSON))
+        groups = span_groups(space, nodes, Hencky(YOUNG, POISSON))
         joined = None if links is None else links(space)
         self.solids = SolidModel(nodes, groups, RADIUS, every, links=joined)
         wrapped = sp.block_diag([yarn.seam.wrapped for yarn in yarns])

@@ -2,9 +2,9 @@
 
 import numpy as np
 import scipy.sparse as sp
+from hexahedral_block import made_of
 from scipy.sparse.linalg import splu
 
-from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
 
@@ -36,14 +36,16 @@ def arc(curvature):
 
 
 class Rod:
-    """One yarn of unit material law, as matrices."""
+    """One yarn of a law by name, or of a material, as matrices."""
 
     def __init__(self, curve, breaks, degrees, spline_degree=3, law="hencky", poisson=POISSON, bends=True):
         yarn = yarn_space(breaks, degrees, spline_degree, bends=bends)
         s = np.unique(np.concatenate([np.linspace(*pair, 8) for pair in yarn.spline.spans]))
         coefficients = (yarn.spline.fit(s, values) for values in curve(s))
         self.space, self.nodes = Space((yarn,)), yarn.coefficients(*coefficients, RADIUS)
-        self.groups = span_groups(self.space, self.nodes, Material(law, YOUNG, poisson))
+        self.groups = span_groups(
+            self.space, self.nodes, made_of(law, YOUNG, poisson) if isinstance(law, str) else law
+        )
 
     def respond(self, displacement):
         """Return the forces (N, 3) at the nodes and the energy."""

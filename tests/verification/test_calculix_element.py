@@ -6,7 +6,7 @@ import pytest
 from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import Deck, Prescribed, Step
 from knitstudy.exchange.inp import write_inp
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials import MATERIALS
 
 pytestmark = [
     pytest.mark.ccx,
@@ -40,7 +40,7 @@ def reaction(folder, corners, displacement, law="st_venant_kirchhoff", element="
         elements={"SOLID0": np.arange(16).reshape(2, 8)},
         node_sets={f"N{k}": np.array([k]) for k in range(16)},
         element=element,
-        material=Material(law, E, NU),
+        material=MATERIALS.find(law)(E, NU),
         hourglass=0.005,
         steps=(Step(moved + held, increments=1),),
         driven=f"N{DRIVEN_NODE}",

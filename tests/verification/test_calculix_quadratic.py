@@ -16,7 +16,7 @@ from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mechanics.linear.direct import LU
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials.isotropic import StVenantKirchhoff
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.mesher import mesh_fabric
@@ -43,7 +43,7 @@ def test_c3d20r_is_the_quadratic_element_here(case, tmp_path):
     held, driven = np.flatnonzero(straight[:, 0] == 0), np.flatnonzero(straight[:, 0] == counts[0])
     move = strain * counts[0] * np.array([1.0, 0.0, 0.5])
     steps = 1 if case == "linear" else 2
-    material = Material("st_venant_kirchhoff", 1300.0, 0.42)
+    material = StVenantKirchhoff(1300.0, 0.42)
     prescribed = [Prescribed("DRIVEN", i + 1, i + 1, move[i]) for i in range(3)]
     deck = Deck(
         title="bent bar",

@@ -14,7 +14,7 @@ from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.direct import LU, factorise
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
@@ -46,7 +46,7 @@ def condensed(body, away, size):
 
     Hertz's theory is one of small strains: so is this, and the contact is all that is not linear.
     """
-    element = OnePointHexahedron(body.nodes[body.hexahedra], Material("hencky", MODULUS, POISSON))
+    element = OnePointHexahedron(body.nodes[body.hexahedra], Hencky(MODULUS, POISSON))
     model = SolidModel(body.nodes, [ElementGroup(body.hexahedra, element)], size)
     stiffness = model.respond(model.start(), stiffness=True).stiffness.tocsr()
     held = back(body, away)

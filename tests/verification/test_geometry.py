@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from knitstudy.geometry.closest import refine
 from knitstudy.geometry.lay_out import initial_loop, lay_out
 from knitstudy.geometry.optimise import cost_function
 from knitstudy.geometry.spline import CatmullRom
-from knitstudy.geometry.yarn_spacing import refine
 from knitstudy.study.configuration import load_knits
 
 

@@ -11,7 +11,7 @@ from knitstudy.mechanics.elements.quadratic import (
     quadratic_shape,
     quadratic_shape_gradient,
 )
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials.isotropic import Hencky
 
 
 def test_shape_functions():
@@ -38,8 +38,8 @@ def test_modes_without_energy(counts, modes):
 
 def test_folded_elements():
     nodes = NATURAL[None] + 0.0
-    element = QuadraticHexahedron(nodes, Material("hencky", 1.0, 0.3))
+    element = QuadraticHexahedron(nodes, Hencky(1.0, 0.3))
     inside_out = -2 * nodes * [1, 0, 0]
     assert np.isnan(element.respond(slice(None), inside_out, stiffness=True).force).all()
     with pytest.raises(MeshError, match="folded"):
-        QuadraticHexahedron(nodes * [-1, 1, 1], Material("hencky", 1.0, 0.3))
+        QuadraticHexahedron(nodes * [-1, 1, 1], Hencky(1.0, 0.3))

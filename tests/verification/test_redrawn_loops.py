@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.lay_out import initial_loop, lay_out
-from knitstudy.geometry.redraw import LENGTH_TOLERANCE
+from knitstudy.geometry.lay_out import LENGTH_TOLERANCE, initial_loop, lay_out
 from knitstudy.study.configuration import load_scene
 
 

@@ -7,7 +7,7 @@ import xarray as xr
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.measures.segments import cell_force, cut_force
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.solid import cauchy_stress, principal_axes
 from knitstudy.mesh.mesher import mesh as mesh_stage
 from knitstudy.mesh.sweep import SweptMesh
@@ -150,7 +150,7 @@ def test_uniform_stretch_of_a_knit(kind):
     )
     found = stress(scene, geometry, mesh, history)
     yarn = scene.yarn
-    wanted = cauchy_stress(STRETCH[None], Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio))[0]
+    wanted = cauchy_stress(STRETCH[None], material_of(yarn))[0]
     scale = np.abs(wanted).max()
     # Hourglass control sees nothing of a linear field: rounding is what is left.
     assert np.abs(found["segment_stress"] - wanted).max() < 1e-8 * scale

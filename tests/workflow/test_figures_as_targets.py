@@ -20,19 +20,19 @@ def test_unknown_figure_names_the_known_ones(fresh):
     ended = fresh.snakemake("--dry-run", "results/figures/fig99.png")
     assert ended.returncode == 1
     (message,) = [line for line in ended.stderr.splitlines() if line.startswith("error")]
-    assert message.startswith("error: unknown figure 'fig99'; allowed are fig15a_force_strain, ")
+    assert message.startswith("error: unknown figure 'fig99'; allowed are fig15_force_strain, ")
     assert "Traceback" not in ended.stdout + ended.stderr
 
 
 def test_figure_that_the_study_has_no_scene_for(fresh):
     (fresh.folder / "config" / "scenes" / "5-rom2d.yaml").unlink()
-    ended = fresh.snakemake("--dry-run", "results/figures/fig15a_force_strain.png")
+    ended = fresh.snakemake("--dry-run", "results/figures/fig15_force_strain.png")
     assert ended.returncode == 1
     assert (
         "needs simulation of rom2d-tie-course or rom2d-tie-course-coarse: study 'reduced' has no"
         in ended.stderr
     )
-    assert "fig15a" not in fresh.snakemake("--dry-run").stdout
+    assert "fig15" not in fresh.snakemake("--dry-run").stdout
 
 
 TOY = """

@@ -71,7 +71,7 @@ def test_new_key_with_a_default_runs_nothing(checkout, edited):
         """class Sized(Section):
     \"\"\"Keys that were added.\"\"\"
 
-    added: float = key("a number", standing="choice", source="a test", checked="none", default=1.0)
+    added: float = key("numerics", "choice", source="a test", ge=0, default=1.0)
 
 
 class Newton(Sized):""",

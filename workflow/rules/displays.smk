@@ -11,7 +11,7 @@ def displays(kind):
         from knitstudy.figures.catalogue import FIGURES as catalogue
     else:
         from knitstudy.tables.catalogue import TABLES as catalogue
-    code = ("knitstudy.figures.saving",) if kind == "figure" else ()
+    code = ("knitstudy.figures.style",) if kind == "figure" else ()
     return Displays(catalogue, PLAN, STUDY, reference_files(CONFIG), code, f"study {CONFIGURATION.study!r}")
 
 
@@ -59,7 +59,7 @@ def digest_of_report(wildcards):
 
     files = {name: Path(path) for name, path in PAGE.items()} | {"data": data_of_study()}
     shown = [displays(kind).digest(name) for kind in ("figure", "table") for name in displays(kind).names()]
-    return [code_digest("knitstudy.report.page", "knitstudy.report.origin"), digests_of(files, PLAN), shown]
+    return [code_digest("knitstudy.report.page"), digests_of(files, PLAN), shown]
 
 
 @cache

@@ -1,9 +1,9 @@
 """Draw a figure from the results that it needs."""
 
 from knitstudy.figures.catalogue import draw
-from knitstudy.figures.saving import save
+from knitstudy.figures.style import save
 from knitstudy.registry import load_plugins
-from knitstudy.report.sources import read_sources
+from knitstudy.report.files import read_sources
 from knitstudy.stages.script import frame
 from knitstudy.study.scene import Scene
 

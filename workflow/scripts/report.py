@@ -4,8 +4,7 @@ from pathlib import Path
 
 from knitstudy.files import read_table, replacing
 from knitstudy.registry import load_plugins
-from knitstudy.report.origin import origins
-from knitstudy.report.page import render
+from knitstudy.report.page import origins, render
 from knitstudy.stages.script import frame
 from knitstudy.study.documents import read_yaml
 

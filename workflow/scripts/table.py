@@ -2,7 +2,7 @@
 
 from knitstudy.files import write_table
 from knitstudy.registry import load_plugins
-from knitstudy.report.sources import read_sources
+from knitstudy.report.files import read_sources
 from knitstudy.stages.script import frame
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import tabulate

@@ -183,7 +183,7 @@ def show(file: Path, plot: Path | None) -> None:
     if file.suffix != ".nc":
         raise DataFileError(f"{file}: results are .nc and .csv files")
     from knitstudy.cli.plot import draw
-    from knitstudy.figures.saving import save
+    from knitstudy.figures.style import save
     from knitstudy.measures.summary import kind_of, summarise
 
     dataset = read_dataset(file)

@@ -19,7 +19,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.load_path import load_path
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials import Material, material_of
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.hexahedra import divide
 from knitstudy.models.ties import STIFFNESS, tie_crossings
@@ -186,7 +186,7 @@ def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
         },
         node_sets={"HELD": np.sort(parts.ends.held), "DRIVEN": np.sort(parts.ends.driven)},
         element=scene.mesh.element,
-        material=Material(scene.yarn.material, scene.yarn.youngs_modulus, scene.yarn.poisson_ratio),
+        material=material_of(scene.yarn),
         hourglass=scene.solver.hourglass,
         steps=_steps(scene, specimen),
         driven="DRIVEN",

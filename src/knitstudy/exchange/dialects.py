@@ -185,7 +185,7 @@ def keywords(deck: Deck, dialect: str) -> dict[str, Keywords]:
     ConfigurationError
         If a program does not have one of them.
     """
-    values = {"mesh.element": deck.element, "yarn.material": deck.material.law}
+    values = {"mesh.element": deck.element, "yarn.material": deck.material.name}
     if deck.interaction is not None:
         values["interaction"] = deck.interaction.kind
     for key, value in values.items():

@@ -19,7 +19,7 @@ from knitstudy.files import replacing
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.elements.quadratic import NODES
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials import Material, axes_along, material_of
 from knitstudy.mechanics.solid import cauchy_stress, principal_stresses, von_mises
 from knitstudy.mechanics.spline_yarn.space import Space, deformation_gradient, locate, sections
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, QuadraticSection, quadratic_mesh
@@ -221,7 +221,7 @@ def write_spline_yarns(scene: Scene, path: Path | str, specimen: Fabric, history
     spans = (yarn.spline.spans for yarn in space.yarns)
     cells = CurvedCells.of([np.append(own[:, 0], own[-1, 1]) for own in spans])
     yarn = scene.yarn
-    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
+    material = material_of(yarn)
     places, fields, area = _fields(space, nodes, moved, cells, material)
     if "contact_pressure" in history:
         fields["contact_pressure [Pa]"] = _pressure(space, nodes, cells, area, history)
@@ -242,7 +242,11 @@ def _fields(
             s = stations[low : low + CHUNK]
             place, slope = sections(yarn, nodes[own], s, cells.x)
             displacement, change = sections(yarn, moved[own], s, cells.x)
-            stress = cauchy_stress(deformation_gradient(slope, change).reshape(-1, 3, 3), material)
+            stress = cauchy_stress(
+                deformation_gradient(slope, change).reshape(-1, 3, 3),
+                material,
+                axes_along(slope[..., 2].reshape(-1, 3)),
+            )
             around = np.einsum("kqic,qc->kqi", slope[..., :2], turn)
             area = np.linalg.norm(np.cross(around, slope[..., 2]), axis=-1).ravel()
             moves = displacement.reshape(-1, 3)

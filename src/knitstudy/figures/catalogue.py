@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import logging
+from textwrap import fill
+from typing import Any
 
+from matplotlib.figure import Figure
+
+from knitstudy.figures.renderer import RenderingError
+from knitstudy.figures.style import styled
 from knitstudy.measures.catalogue import Catalogue
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+log = logging.getLogger(__name__)
 
 FIGURES = Catalogue("figure", "knitstudy.figures")
 
 
 def draw(name: str, **sources: Any) -> Figure:
-    """Draw a figure from the results that it takes.
+    """Draw a figure from the results that it takes; where solids cannot be rendered, a note in its place.
 
     Raises
     ------
     ConfigurationError
         When there is no such figure, or something that it needs is missing.
     """
-    return FIGURES.make(name, **sources)
+    try:
+        return styled(FIGURES.make)(name, **sources)
+    except RenderingError as error:
+        log.error("%s is left out: %s", name, error)
+        note = Figure(figsize=(6.0, 1.5))
+        said = fill(f"{FIGURES.find(name).title} is left out: {error}", 80)
+        note.text(0.5, 0.5, said, ha="center", va="center", fontsize=8)
+        return note

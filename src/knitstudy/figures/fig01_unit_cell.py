@@ -7,28 +7,19 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.annotation import MILLIMETRE, scale_bar, triad
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import bounds, show
+from knitstudy.figures.picture import bounds, scale_bar, show, triad
+from knitstudy.figures.renderer import MILLIMETRE, Surface, View
 from knitstudy.figures.shapes import sphere, tube
-from knitstudy.figures.style import PAPER, YARNS, figure, panel_letter, styled
-from knitstudy.figures.surface import Surface
-from knitstudy.figures.view import View
+from knitstudy.figures.style import PAPER, YARNS, figure, panel_letter
 from knitstudy.geometry.fabric import Fabric, plain_knit
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import loop_of
 
-WIDTH = 130.0
-"""Of the figure [mm]."""
-
+WIDTH = 130.0  # of the figure [mm]
 VIEW = View.orbit(turn=-24, tilt=14)
-
-POINTS = 300
-"""Points along a loop."""
-
-BULGE = 1.7
-"""Radius of a sphere over the yarn's: it must show outside of both yarns that it marks."""
-
+POINTS = 300  # points along a loop
+BULGE = 1.7  # radius of a sphere over the yarn's: it must show outside of both yarns that it marks
 STATES = ("before", "after")
 
 
@@ -37,15 +28,8 @@ STATES = ("before", "after")
     "Fig. 1: unit cell before and after optimisation",
     results={"geometry": solid("geometry", "tie-course")},
 )
-@styled
 def draw(geometry: xr.Dataset) -> Figure:
-    """Draw three yarns of one loop, the middle one with both its neighbours.
-
-    Parameters
-    ----------
-    geometry : Dataset
-        Result of the geometry stage (see docs/architecture.md).
-    """
+    """Draw three yarns of one loop, the middle one with both its neighbours."""
     knits = [plain_knit(loop_of(geometry, state), loops=1, rows=2) for state in STATES]
     surfaces = [yarns(knit) for knit in knits]
     window = np.array([bounds(each, VIEW) for each in surfaces])

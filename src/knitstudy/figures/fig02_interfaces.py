@@ -2,32 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.annotation import HALO
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, panel_letter, styled, tint
+from knitstudy.figures.picture import draw_arrow, write
+from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, panel_letter, tint
 
 SLAVE, MASTER = YARNS[1], YARNS[2]
-
-HALF = 3.0
-"""Half the width of what is drawn; all lengths of the schematic are in one arbitrary unit."""
-
-GAP = 0.55
-"""Distance at which tied surfaces are drawn, so that what ties them can be seen."""
-
-CONTACT = 1.15
-"""Half the width of the contact zone."""
+HALF = 3.0  # half the width of what is drawn; all lengths of the schematic are in one arbitrary unit
+GAP = 0.55  # distance at which tied surfaces are drawn, so that what ties them can be seen
+CONTACT = 1.15  # half the width of the contact zone
 
 Profile = Callable[[np.ndarray], np.ndarray]
 
 
 @FIGURES.add("fig02_interfaces", "Fig. 2: tie constraint and contact with friction")
-@styled
 def draw() -> Figure:
     """Draw both panels; nothing is measured here."""
     drawing = figure(DOUBLE, 66)
@@ -104,26 +97,9 @@ def _draw_frame(axes: Axes, origin: tuple[float, float]) -> None:
     _arrow(axes, origin, 0.85 * along, INK, 1.2)
     axes.plot(*origin, "o", color=PAPER, markeredgecolor=INK, markersize=7, zorder=7)
     axes.plot(*origin, "o", color=INK, markersize=2.2, zorder=8)
-    axes.text(
-        *(origin + 1.1 * normal), r"$\mathbf{n}$", ha="center", va="center", path_effects=HALO, zorder=9
-    )
-    axes.text(
-        *(origin + 1.02 * along + [0, 0.02]),
-        r"$\mathbf{t}_1$",
-        ha="center",
-        va="center",
-        path_effects=HALO,
-        zorder=9,
-    )
-    axes.text(
-        origin[0] - 0.1,
-        origin[1] - 0.36,
-        r"$\mathbf{t}_2$",
-        ha="center",
-        va="center",
-        path_effects=HALO,
-        zorder=9,
-    )
+    write(axes, origin + 1.1 * normal, r"$\mathbf{n}$")
+    write(axes, origin + 1.02 * along + [0, 0.02], r"$\mathbf{t}_1$")
+    write(axes, np.add(origin, [-0.1, -0.36]), r"$\mathbf{t}_2$")
 
 
 def _bodies(axes: Axes, lower: Profile, upper: Profile) -> None:
@@ -135,46 +111,18 @@ def _bodies(axes: Axes, lower: Profile, upper: Profile) -> None:
 
 
 def _nodes(axes: Axes, x: np.ndarray, profile: Profile, marker: str, colour: str) -> None:
-    axes.plot(
-        x,
-        profile(x),
-        marker,
-        color=PAPER,
-        markeredgecolor=colour,
-        markeredgewidth=1.3,
-        markersize=5,
-        zorder=6,
-    )
+    look = {"color": PAPER, "markeredgecolor": colour, "markeredgewidth": 1.3, "markersize": 5}
+    axes.plot(x, profile(x), marker, **look, zorder=6)
 
 
-def _arrow(axes: Axes, start, vector, colour: str, width: float) -> None:
-    axes.annotate(
-        "",
-        np.add(start, vector),
-        start,
-        arrowprops={
-            "arrowstyle": "-|>",
-            "linewidth": width,
-            "color": colour,
-            "shrinkA": 0,
-            "shrinkB": 0,
-            "mutation_scale": 6 + 3 * width,
-        },
-        zorder=6,
-    )
+def _arrow(axes: Axes, start: Sequence[float], vector: Sequence[float], colour: str, width: float) -> None:
+    draw_arrow(axes, start, vector, colour, width, mutation_scale=6 + 3 * width)
 
 
 def _say(axes: Axes, place: tuple[float, float], text: str, colour: str) -> None:
-    axes.text(*place, text, color=colour, ha="left", va="center", path_effects=HALO, zorder=9)
+    write(axes, place, text, color=colour, ha="left")
 
 
 def _point(axes: Axes, text: str, place: tuple[float, float], where: tuple[float, float]) -> None:
-    axes.annotate(
-        text,
-        place,
-        where,
-        ha="center",
-        va="center",
-        arrowprops={"arrowstyle": "-", "linewidth": 0.7, "shrinkB": 4},
-        zorder=9,
-    )
+    line = {"arrowstyle": "-", "linewidth": 0.7, "shrinkB": 4}
+    axes.annotate(text, place, where, ha="center", va="center", arrowprops=line, zorder=9)

@@ -2,128 +2,79 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.annotation import MILLIMETRE
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.front import front_view
+from knitstudy.figures.picture import draw_arrow, front_panels
+from knitstudy.figures.renderer import FRONT, MILLIMETRE
 from knitstudy.figures.shapes import tube
-from knitstudy.figures.style import ACCENT, INK, PAPER, YARNS, styled, tint
-from knitstudy.figures.view import FRONT
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, panel_letter, tint
+from knitstudy.geometry.fabric import Fabric, Grip
 from knitstudy.measures.catalogue import solid
-from knitstudy.study.scene import Scene
 
-STEP = 0.15
-"""Distance of the points that yarns are drawn through, in radii."""
-
-TIED = {"marker": "s", "s": 24, "facecolor": ACCENT, "edgecolor": PAPER, "label": "tied"}
-FRICTION = {"marker": "o", "s": 30, "facecolor": PAPER, "edgecolor": INK, "label": "contact with friction"}
-
+STEP = 0.15  # distance of the points that yarns are drawn through, in radii
+TIED = {"marker": "s", "s": 20, "facecolor": ACCENT, "edgecolor": PAPER, "label": "tied"}
+FRICTION = {"marker": "o", "s": 25, "facecolor": PAPER, "edgecolor": INK, "label": "contact with friction"}
 HELD = {"color": INK, "linewidth": 3.4, "label": "held"}
 DRIVEN = {"color": "#D9740B", "linewidth": 3.4, "label": "driven"}
-
-STUB = 1.0
-"""Length of the ends that are drawn as gripped in course tension, where the grips are faces, in radii."""
-
-PULL = 2.2
-"""Length of the arrows of the load [mm]."""
+STUB = 1.0  # length of the ends that are drawn as gripped where the grips are faces, in radii
+PULL = 2.2  # length of the arrows of the load [mm]
 
 
 @FIGURES.add(
-    "fig03a_interactions",
-    "Fig. 3a: crossings that are tied and that touch with friction, course tension",
+    "fig03_interactions",
+    "Fig. 3: crossings that are tied and that touch with friction, and grips",
     results={
         "geometry": solid("geometry", "isotropic-course"),
-        "contacts": solid("contacts", "isotropic-course"),
+        "course": solid("contacts", "isotropic-course"),
+        "wale": solid("contacts", "isotropic-wale"),
     },
-    scenes=True,
 )
-@FIGURES.add(
-    "fig03b_interactions",
-    "Fig. 3b: crossings that are tied and that touch with friction, wale tension",
-    results={
-        "geometry": solid("geometry", "isotropic-wale"),
-        "contacts": solid("contacts", "isotropic-wale"),
-    },
-    scenes=True,
-)
-@styled
-def draw(geometry: xr.Dataset, contacts: xr.Dataset, scenes: Mapping[str, Scene]) -> Figure:
-    """Draw the undeformed knit with a mark at every crossing and its grips.
-
-    Parameters
-    ----------
-    geometry, contacts : Dataset
-        Of one direct simulation with isotropic friction (see docs/architecture.md).
-    scenes : mapping of str to Scene
-        Its scene as "dns".
-    """
+def draw(geometry: xr.Dataset, course: xr.Dataset, wale: xr.Dataset) -> Figure:
+    """Draw the undeformed knit with a mark at every crossing and its grips, in course and in wale tension."""
     knit = Fabric.from_dataset(geometry)
-    radius = knit.radius
     surfaces = [
         tube(
-            curve.position(np.linspace(0, curve.length, round(curve.length / (STEP * radius)))),
-            radius,
+            curve.position(np.linspace(0, curve.length, round(curve.length / (STEP * knit.radius)))),
+            knit.radius,
             tint(YARNS[i % len(YARNS)]),
         )
         for i, curve in enumerate(knit.centrelines)
     ]
-    drawing, axes = front_view(surfaces, room=0.7 * PULL)
-    _draw_grips(axes, knit, scenes["dns"].load.direction)
-    tied = contacts["tied"].to_numpy().astype(bool)
+    drawing, panels = front_panels(surfaces, 2, DOUBLE, room=0.7 * PULL, head=6.0)
     place = MILLIMETRE * FRONT.project(knit.crossings.point.mean(axis=1))
-    for which, look in ((tied, TIED), (~tied, FRICTION)):
-        axes.scatter(*place[which].T, linewidth=1.2, zorder=6, **look)
-    drawing.legend(loc="lower center", ncols=4, labelcolor=INK)
+    for k, (direction, contacts) in enumerate({"course": course, "wale": wale}.items()):
+        axes = panels[k]
+        _draw_grips(axes, knit, direction)
+        tied = contacts["tied"].to_numpy().astype(bool)
+        for which, look in ((tied, TIED), (~tied, FRICTION)):
+            axes.scatter(*place[which].T, linewidth=1.2, zorder=6, **look)
+        panel_letter(axes, "ab"[k], f"{direction} tension")
+    drawing.legend(*panels[0].get_legend_handles_labels(), loc="lower center", ncols=4, labelcolor=INK)
     return drawing
-
-
-def grips(knit: Fabric, direction: str) -> list[list[tuple[int, np.ndarray]]]:
-    """Return what is held and what is driven: yarns and arcs (2,) of each that are gripped; of ends a stub [m]."""
-    stub = STUB * knit.radius
-
-    def seen(yarn: int, arc: np.ndarray) -> np.ndarray:
-        low, high = arc
-        return arc if high > low else np.clip([low - stub, high + stub], 0.0, knit.centrelines[yarn].length)
-
-    return [
-        [(int(yarn), seen(yarn, arc)) for yarn, arc in zip(grip.yarn, grip.arc, strict=True)]
-        for grip in knit.grips[direction]
-    ]
 
 
 def _draw_grips(axes: Axes, knit: Fabric, direction: str) -> None:
     """Draw the gripped arcs along the yarns, and arrows of the load at the driven ones."""
     pull = PULL * FRONT.project(np.eye(3)[0 if direction == "course" else 1])
-    for look, gripped in zip((HELD, DRIVEN), grips(knit, direction), strict=True):
+    for look, grip in zip((HELD, DRIVEN), knit.grips[direction], strict=True):
         label = look["label"]
-        for yarn, arc in gripped:
+        for yarn, arc in _arcs(knit, grip):
             line = MILLIMETRE * FRONT.project(knit.centrelines[yarn].position(np.linspace(*arc, 40)))
             axes.plot(*line.T, **look | {"label": label}, marker="", solid_capstyle="butt", zorder=5)
             label = "_more"
             if look is DRIVEN:
                 tail = line[-1] if direction == "course" else line[len(line) // 2]
-                _draw_arrow(axes, tail, pull)
+                draw_arrow(axes, tail, pull, DRIVEN["color"], 1.4)
 
 
-def _draw_arrow(axes: Axes, tail: np.ndarray, pull: np.ndarray) -> None:
-    axes.annotate(
-        "",
-        tail + pull,
-        tail,
-        arrowprops={
-            "arrowstyle": "-|>",
-            "color": DRIVEN["color"],
-            "linewidth": 1.4,
-            "shrinkA": 0,
-            "shrinkB": 0,
-        },
-        annotation_clip=False,
-        zorder=7,
-    )
+def _arcs(knit: Fabric, grip: Grip) -> list[tuple[int, np.ndarray]]:
+    """Return the yarns of a grip and the arcs (2,) of each that are drawn: of an end, a stub [m]."""
+    stub, found = STUB * knit.radius, []
+    for yarn, (low, high) in zip(grip.yarn.tolist(), grip.arc, strict=True):
+        arc = [low, high] if high > low else [low - stub, high + stub]
+        found.append((yarn, np.clip(arc, 0.0, knit.centrelines[yarn].length)))
+    return found

@@ -8,12 +8,11 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from knitstudy.figures.annotation import HALO, MILLIMETRE
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.front import front_view
+from knitstudy.figures.picture import HALO, front_panels
+from knitstudy.figures.renderer import FRONT, MILLIMETRE
 from knitstudy.figures.shapes import yarn_of_mesh
-from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, YARNS, styled, tint
-from knitstudy.figures.view import FRONT
+from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, SINGLE, YARNS, tint
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.mesh.sweep import SweptMesh
@@ -30,19 +29,12 @@ from knitstudy.models.network import Network
         "contacts": solid("contacts", "tie-course"),
     },
 )
-@styled
 def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure:
-    """Draw the honeycomb over the undeformed mesh, with the contact zones that are its joints.
-
-    Parameters
-    ----------
-    geometry, mesh, contacts : Dataset
-        Of one direct simulation (see docs/architecture.md).
-    """
+    """Draw the honeycomb over the undeformed mesh, with the contact zones that are its joints."""
     solid = SweptMesh.from_dataset(mesh)
     network = network_2d.planar_network(Fabric.from_dataset(geometry), contacts)
     surfaces = [yarn_of_mesh(solid, i, tint(YARNS[i % len(YARNS)])) for i in range(solid.yarns)]
-    drawing, axes = front_view(surfaces)
+    drawing, (axes,) = front_panels(surfaces, 1, 1.5 * SINGLE)
     _draw_network(axes, network)
     zones = MILLIMETRE * FRONT.project(contacts["centroid"].to_numpy())
     axes.scatter(*zones.T, s=26, facecolor=PAPER, edgecolor=ACCENT, linewidth=1.4, zorder=6)

@@ -2,41 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.annotation import MILLIMETRE, label, scale_bar, triad
+from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.interlock import InterlockSide, piece
-from knitstudy.figures.picture import bounds, show
-from knitstudy.figures.shapes import arrow, plate, rod
-from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE, figure, styled
-from knitstudy.figures.surface import Surface
-from knitstudy.figures.view import View
+from knitstudy.figures.picture import bounds, label, scale_bar, show, triad
+from knitstudy.figures.renderer import MILLIMETRE, Surface, View
+from knitstudy.figures.shapes import arrow, plate, rod, tube
+from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE, YARNS, figure
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
+from knitstudy.models.joints import contact_normal_planes, joint_points
 
 VIEW = View.orbit(turn=-12, tilt=-36)
 """From below: here the two planes and the two normals part most in the picture."""
 
 WIDTH = 1.2 * SINGLE
-
-SILL = 0.4
-"""Room below the yarns for the scale bar [mm]."""
-
-REACH = 2.0
-"""How much of the yarns is shown beyond the contacts, in radii."""
-
-ARROW = 2.6
-"""Length of a drawn normal, in radii."""
-
-PLANES = ("#E69F00", "#6B6B80")
-"""Colours of the contact normal planes of P1 and P2."""
-
-RIM = 0.4
-"""How far a plane is shown beyond what it must hold, in radii."""
+SILL = 0.4  # room below the yarns for the scale bar [mm]
+REACH = 2.0  # how much of the yarns is shown beyond the contacts, in radii
+ARROW = 2.6  # length of a drawn normal, in radii
+PLANES = ("#E69F00", "#6B6B80")  # colours of the contact normal planes of P1 and P2
+RIM = 0.4  # how far a plane is shown beyond what it must hold, in radii
 
 PLACES = {
     "C_1": (-34, 8),
@@ -50,6 +41,8 @@ PLACES = {
 }
 """Where the names stand, points from what they name."""
 
+LEFT_ZONES = (0, 2)  # lower and upper contact on the left of an interlock, where P1 and P2 of Fig. 5 lie
+
 
 @FIGURES.add(
     "fig05_contact_points",
@@ -59,15 +52,8 @@ PLACES = {
         "contacts": solid("contacts", "tie-course"),
     },
 )
-@styled
 def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
-    """Draw the left side of the middle interlock, with translucent yarns.
-
-    Parameters
-    ----------
-    geometry, contacts : Dataset
-        Of one direct simulation (see docs/architecture.md).
-    """
+    """Draw the left side of the middle interlock, with translucent yarns."""
     knit = Fabric.from_dataset(geometry)
     side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
     surfaces = _yarns(knit, side) + _marks(side, radius)
@@ -146,3 +132,78 @@ def _names(axes: Axes, side: InterlockSide, radius: float) -> None:
         label(axes, VIEW, point, f"${name}$", PLACES[name], colour)
     for i, tip in enumerate(side.P + ARROW * radius * side.normal, start=1):
         label(axes, VIEW, tip, rf"$\mathbf{{n}}_{i}$", PLACES[f"n_{i}"], ACCENT)
+
+
+# ---- the side of an interlock that Figs. 5 and 6 look at ----
+
+
+@dataclass(frozen=True)
+class InterlockSide:
+    """The two contacts on one side of an interlock, where the same two yarns touch twice.
+
+    Contact 0 is the lower one (P1), contact 1 the upper one (P2); yarn 0 is the lower row's, yarn 1 the upper's.
+
+    Attributes
+    ----------
+    yarn : ndarray of int, shape (2,)
+        Numbers of the two yarns.
+    P : ndarray, shape (2, 3)
+        Centroids of the contacts [m].
+    C : ndarray, shape (2, 2, 3)
+        Points on the centrelines by contact and yarn [m]: C1 is [0, 0], C3 [0, 1], C2 [1, 0], C4 [1, 1].
+    arc_length : ndarray, shape (2, 2)
+        Of the points C on their centrelines [m].
+    normal : ndarray, shape (2, 3)
+        Contact normals, from yarn 0 to yarn 1.
+    plane : ndarray, shape (2, 3)
+        Unit normals of the contact normal planes, one for each contact.
+    """
+
+    yarn: np.ndarray
+    P: np.ndarray
+    C: np.ndarray
+    arc_length: np.ndarray
+    normal: np.ndarray
+    plane: np.ndarray
+
+    @classmethod
+    def in_the_middle(cls, knit: Fabric, contacts: xr.Dataset) -> InterlockSide:
+        """Return the left side of the middle interlock.
+
+        Raises
+        ------
+        DataFileError
+            When the contacts do not hold it.
+        """
+        row, column = knit.cells[1] // 2, knit.cells[0] // 2
+        here = (contacts["row"] == row) & (contacts["column"] == column)
+        found = [np.flatnonzero(here & (contacts["zone"] == zone)) for zone in LEFT_ZONES]
+        if any(len(place) != 1 for place in found):
+            raise DataFileError(
+                f"contacts: row {row}, column {column} must have the zones {LEFT_ZONES}, once each"
+            )
+        pair = np.concatenate(found)
+        points = joint_points(knit, contacts)
+        return cls(
+            yarn=points.yarn[pair[0]],
+            P=points.centroid[pair],
+            C=points.point[pair],
+            arc_length=points.arc_length[pair],
+            normal=contacts["normal"].to_numpy()[pair],
+            plane=contact_normal_planes(contacts)[pair],
+        )
+
+    @property
+    def colours(self) -> tuple[str, str]:
+        """Colours of the two yarns, which are those that they have in pictures of the whole knit."""
+        lower, upper = (YARNS[yarn % len(YARNS)] for yarn in self.yarn)
+        return lower, upper
+
+
+def piece(
+    knit: Fabric, yarn: int, start: float, end: float, radius: float, colour: str, opacity: float = 1.0
+) -> Surface:
+    """Return the tube about a piece of a yarn's centreline between two arc lengths [m], cut at its ends."""
+    centreline = knit.centrelines[yarn]
+    s = np.linspace(max(start, 0.0), min(end, centreline.length), 160)
+    return tube(centreline.position(s), radius, colour, opacity)

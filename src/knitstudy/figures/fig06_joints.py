@@ -7,31 +7,21 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.annotation import HALO, MILLIMETRE, label, scale_bar, triad
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.interlock import InterlockSide, piece
-from knitstudy.figures.picture import bounds, show
+from knitstudy.figures.fig05_contact_points import InterlockSide, piece
+from knitstudy.figures.picture import bounds, label, scale_bar, show, triad, write
+from knitstudy.figures.renderer import MILLIMETRE, Surface, View
 from knitstudy.figures.shapes import arrow, rod, sphere, tube
-from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, panel_letter, styled
-from knitstudy.figures.surface import Surface
-from knitstudy.figures.view import View
+from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, panel_letter
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import network, solid
 from knitstudy.models.joints import joint_points
 
 WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=34, tilt=-37)
-
-SHARE = 0.55
-"""Of the figure's width for the whole knit."""
-
-BEAM, ARM = 0.26, 0.16
-"""Radii in which beams and joints are drawn, over the yarn's."""
-
-REACH = 3.2
-"""How much of the yarns the detail shows on either side of the joint, in radii."""
-
-AXIS = 2.0
-"""Length of the directions in the detail, in radii."""
+SHARE = 0.55  # of the figure's width for the whole knit
+BEAM, ARM = 0.26, 0.16  # radii in which beams and joints are drawn, over the yarn's
+REACH = 3.2  # how much of the yarns the detail shows on either side of the joint, in radii
+AXIS = 2.0  # length of the directions in the detail, in radii
 
 PLACES = {"C_1": (-32, -10), "C_3": (34, 8), "P_1": (0, -30)}
 """Where the names of the detail stand, points from what they name."""
@@ -46,17 +36,8 @@ PLACES = {"C_1": (-32, -10), "C_3": (34, 8), "P_1": (0, -30)}
         "rom3d": network("rom3d", "tie-course"),
     },
 )
-@styled
 def draw(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figure:
-    """Draw the beams of the model between their nodes, and the arms that join them.
-
-    Parameters
-    ----------
-    geometry, contacts : Dataset
-        Of the direct simulation that the joints come from (see docs/architecture.md).
-    rom3d : Dataset
-        History of the reduced model: its stations are the nodes of the beams.
-    """
+    """Draw the beams of the model between their nodes, and the arms that join them."""
     knit = Fabric.from_dataset(geometry)
     whole = _beams(rom3d, knit.radius) + _joints(knit, contacts)
     window = bounds(whole, WHOLE)
@@ -119,11 +100,4 @@ def _name_joint(axes: Axes, side: InterlockSide, radius: float) -> None:
         label(axes, DETAIL, point, f"${name}$", PLACES[name], ACCENT)
     for name, direction in zip("xyz", np.eye(3), strict=True):
         tip = side.P[0] + (AXIS + 0.3) * radius * direction
-        axes.text(
-            *MILLIMETRE * DETAIL.project(tip),
-            f"${name}$",
-            ha="center",
-            va="center",
-            zorder=10,
-            path_effects=HALO,
-        )
+        write(axes, MILLIMETRE * DETAIL.project(tip), f"${name}$")

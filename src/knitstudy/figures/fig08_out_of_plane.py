@@ -7,23 +7,18 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar, triad
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.elevation import colour_bar, elevated_yarns, elevation, levels
-from knitstudy.figures.picture import bounds, show
+from knitstudy.figures.picture import HALO, bounds, scale_bar, show, triad, write
+from knitstudy.figures.renderer import FRONT, MILLIMETRE, View
 from knitstudy.figures.shapes import tube
-from knitstudy.figures.style import ACCENT, DOUBLE, FAINT, INK, figure, panel_letter, styled, tint
-from knitstudy.figures.view import FRONT, View
+from knitstudy.figures.style import ACCENT, DOUBLE, FAINT, INK, figure, panel_letter, tint
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.response import transverse_contraction
 
 OBLIQUE = View.orbit(turn=-28, tilt=24)
-
-LONGEST = 4.0
-"""Length at which the largest force is drawn [mm of the knit]."""
-
-FOOT, HEAD = 15.0, 6.0
-"""Room for the colour bar below and for titles above the panels [mm]."""
+LONGEST = 4.0  # length at which the largest force is drawn [mm of the knit]
+FOOT, HEAD = 15.0, 6.0  # room for the colour bar below and for titles above the panels [mm]
 
 
 @FIGURES.add(
@@ -35,15 +30,8 @@ FOOT, HEAD = 15.0, 6.0
         "contacts": solid("contacts", "isotropic-course"),
     },
 )
-@styled
 def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
-    """Draw the knit at full load: displacements true to scale over the undeformed knit, and forces on lower yarns.
-
-    Parameters
-    ----------
-    geometry, dns, contacts : Dataset
-        Of one direct simulation with isotropic friction (see docs/architecture.md).
-    """
+    """Draw the knit at full load: displacements true to scale over the undeformed knit, and forces on lower yarns."""
     radius = float(geometry["radius"])
     place = dns["centreline"].to_numpy()
     motion = dns["centreline_displacement"].to_numpy()[-1]
@@ -88,11 +76,4 @@ def _draw_forces(axes: Axes, contacts: xr.Dataset) -> None:
         look = {"color": colour, "width": 0.006, "zorder": 6, "path_effects": HALO, "label": text}
         axes.quiver(*tail.T, *arm.T, angles="xy", scale_units="xy", scale=1, **look)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=2)
-    axes.text(
-        0.5,
-        -0.09,
-        f"longest arrow {size[acting].max():.3g} N",
-        transform=axes.transAxes,
-        ha="center",
-        va="top",
-    )
+    write(axes, (0.5, -0.09), f"longest arrow {size[acting].max():.3g} N", transform=axes.transAxes, va="top")

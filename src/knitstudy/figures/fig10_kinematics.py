@@ -12,16 +12,11 @@ from matplotlib.figure import Figure
 
 from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.curves import PERCENT
-from knitstudy.figures.style import DOUBLE, FAINT, figure, panel_letter, styled, tint
+from knitstudy.figures.style import DOUBLE, FAINT, MICROMETRE, PERCENT, figure, panel_letter, tint
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import centre_cell, closest_neighbour, rotation_angle
 
-HEIGHT = 178.0
-"""Of the figure [mm]."""
-
-MICROMETRE = 1e6
-
+HEIGHT = 178.0  # of the figure [mm]
 LOWER, UPPER = "#0072B2", "#D55E00"
 
 ZONES = (
@@ -73,14 +68,8 @@ QUANTITIES = (
     "Fig. 10: rotation, contraction, sliding and spin at the crossings of the centre cell",
     results={"contacts": solid("contacts", "isotropic-course")},
 )
-@styled
 def draw(contacts: xr.Dataset) -> Figure:
     """Draw the two yarns of the centre cell side by side, the quantities one below the other.
-
-    Parameters
-    ----------
-    contacts : Dataset
-        Of a direct simulation (see docs/architecture.md).
 
     Raises
     ------

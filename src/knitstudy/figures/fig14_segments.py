@@ -12,36 +12,23 @@ from matplotlib.patches import Circle
 
 from knitstudy.contacts.segments import KINDS
 from knitstudy.errors import GeometryError
-from knitstudy.figures.annotation import HALO, MILLIMETRE, scale_bar
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import show
+from knitstudy.figures.picture import HALO, scale_bar, show, write
+from knitstudy.figures.renderer import FRONT, MILLIMETRE, Surface
 from knitstudy.figures.shapes import tube
-from knitstudy.figures.style import DOUBLE, INK, MODELS, PAPER, figure, panel_letter, styled
-from knitstudy.figures.surface import Surface
-from knitstudy.figures.view import FRONT
+from knitstudy.figures.style import DOUBLE, INK, MODELS, PAPER, figure, panel_letter
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.segments import SEGMENT, central
 from knitstudy.models.network_2d import heights_by_stress, zone_places
 
-TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}
-"""Colours of the axes in course and in wale tension."""
-
-YARNS = ("#D8D4CC", "#EFECE6")
-"""Of neighbouring yarns, below what is drawn over them."""
-
-STROKE = 1.5
-"""Half the length of the stroke along an axis, over the yarn's radius."""
-
-MARGIN = (5.0, 4.0)
-"""Room around the zones of the cell, in yarn radii."""
-
-COLUMNS, ROWS = 2, 1
-"""Cells of every honeycomb that are drawn."""
-
-FOOT, HEAD = 14.0, 8.0
-"""Room for the legend below and for titles above [mm]."""
+TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}  # colours of the axes in course and in wale tension
+YARNS = ("#D8D4CC", "#EFECE6")  # of neighbouring yarns, below what is drawn over them
+STROKE = 1.5  # half the length of the stroke along an axis, over the yarn's radius
+MARGIN = (5.0, 4.0)  # room around the zones of the cell, in yarn radii
+COLUMNS, ROWS = 2, 1  # cells of every honeycomb that are drawn
+FOOT, HEAD = 14.0, 8.0  # room for the legend below and for titles above [mm]
 
 
 @FIGURES.add(
@@ -54,17 +41,8 @@ FOOT, HEAD = 14.0, 8.0
         "isotropic_wale_dns_stress": solid("stress", "isotropic-wale"),
     },
 )
-@styled
 def draw(geometry: xr.Dataset, contacts: xr.Dataset, **stresses: xr.Dataset) -> Figure:
-    """Draw the undeformed centre cell with its segments and axes, and beside it the three honeycombs on one scale.
-
-    Parameters
-    ----------
-    geometry, contacts : Dataset
-        Of the direct simulation in course tension (see docs/architecture.md).
-    **stresses : Dataset
-        Of the direct simulations in course and wale tension.
-    """
+    """Draw the undeformed centre cell with its segments and axes, and beside it the three honeycombs on one scale."""
     knit = Fabric.from_dataset(geometry)
     found = {way: stresses[f"isotropic_{way}_dns_stress"] for way in TENSION}
     window = _window(knit, contacts)
@@ -142,14 +120,7 @@ def _draw_segments(axes: Axes, contacts: xr.Dataset, stresses: dict[str, xr.Data
                 axis = FRONT.project(each["segment_axis"].sel(extent="whole").to_numpy()[segment, 0])
                 stroke = middle + length * np.outer([-1, 1], axis)
                 axes.plot(*stroke.T, color=TENSION[way], linewidth=1.8, path_effects=HALO, zorder=7)
-            axes.text(
-                *(middle + _beside(line)),
-                str(SEGMENT[kind]),
-                ha="center",
-                va="center",
-                path_effects=HALO,
-                zorder=9,
-            )
+            write(axes, middle + _beside(line), str(SEGMENT[kind]))
 
 
 def _ends(kind: str, row: int, column: int) -> tuple[tuple[int, int, int], tuple[int, int, int]]:

@@ -12,8 +12,16 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.curves import PERCENT
-from knitstudy.figures.style import DOUBLE, FAINT, INK, INTERACTIONS, PAPER, figure, panel_letter, styled
+from knitstudy.figures.style import (
+    DOUBLE,
+    FAINT,
+    INK,
+    INTERACTIONS,
+    PAPER,
+    PERCENT,
+    figure,
+    panel_letter,
+)
 from knitstudy.measures.catalogue import VARIED, several, solid
 from knitstudy.measures.claims.evidence import NOT_REPRODUCED, OPEN, REPRODUCED
 from knitstudy.measures.claims.verdicts import CLAIMS, Finding, findings
@@ -38,18 +46,12 @@ SHORT = {
 """What claims say, as short as the head of a column."""
 
 UNITS = {"1": "", "yarn radii": " R"}
-
-ROW, HEAD, FOOT = 5.0, 40.0, 12.0
-"""Height of a row, and room above and below the rows [mm]."""
-
+ROW, HEAD, FOOT = 5.0, 40.0, 12.0  # height of a row, and room above and below the rows [mm]
 LEFT, MATRIX, GAP = 57.0, 50.0, 5.0
 """Room for the names of the rows, width of the matrix, and space between panels [mm]."""
 
-BARS = 30.0
-"""Width of the legend of the bars [mm]."""
-
-SMALL = 6.5
-"""Size of letters in the rows."""
+BARS = 30.0  # width of the legend of the bars [mm]
+SMALL = 6.5  # size of letters in the rows
 
 
 @FIGURES.add(
@@ -63,7 +65,6 @@ SMALL = 6.5
     files=("paper", "reference"),
     scenes=True,
 )
-@styled
 def draw(
     variations: Mapping[str, xr.Dataset],
     variations_contacts: Mapping[str, xr.Dataset],
@@ -72,20 +73,7 @@ def draw(
     paper: pd.DataFrame,
     reference: pd.DataFrame,
 ) -> Figure:
-    """Draw a row a value: a matrix of verdicts, and beside it bars of the changes of force and of the largest |u_z|.
-
-    Parameters
-    ----------
-    variations, variations_contacts : mapping of str to Dataset
-        Histories and contacts of direct simulations that differ in one input each, by scene (see
-        docs/architecture.md).
-    geometry : Dataset
-        Result of the geometry stage.
-    scenes : mapping of str to Scene
-        Their scenes.
-    paper, reference : DataFrame
-        ``resources/reference/paper_tables.csv`` and ``reference.csv``.
-    """
+    """Draw a row a value: a matrix of verdicts, and beside it bars of the changes of force and of the largest |u_z|."""
     varied = [scenes[name] for name in variations]
     found = findings(varied, variations, variations_contacts, geometry, paper, reference)
     height = HEAD + ROW * len(found) + FOOT

@@ -11,17 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.style import DOUBLE, FAINT, INK, SINGLE, figure, panel_letter, styled
+from knitstudy.figures.style import DOUBLE, FAINT, INK, MICROMETRE, SINGLE, figure, panel_letter
 from knitstudy.measures.catalogue import several
 from knitstudy.study.scene import Scene
 
-MICROMETRE = 1e6
-
-HEIGHT = 110.0
-"""Of the figure [mm]."""
-
-MARGIN = 16.0
-"""Room for the labels at the left [mm]."""
+HEIGHT = 110.0  # of the figure [mm]
+MARGIN = 16.0  # room for the labels at the left [mm]
 
 PATHS = {
     "tied": {"color": INK, "linestyle": "-", "marker": "o"},
@@ -77,17 +72,8 @@ class Slide:
     results={"pairs_contacts": several("contacts", "pair-slid-*", "pair-reversed-*", "pair-tied-*")},
     scenes=True,
 )
-@styled
 def draw(pairs_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> Figure:
-    """Draw tangential forces above, normal forces below, one column an angle.
-
-    Parameters
-    ----------
-    pairs_contacts : mapping of str to Dataset
-        What happens at the crossings of pairs of yarns, by scene (see docs/architecture.md).
-    scenes : mapping of str to Scene
-        Their scenes: the second leg of each path is the slide.
-    """
+    """Draw tangential forces above, normal forces below, one column an angle."""
     slides = [Slide.of(contacts, scenes[name]) for name, contacts in pairs_contacts.items()]
     angles = sorted({slide.scene.pair.angle for slide in slides}, reverse=True)
     width = DOUBLE if len(angles) > 1 else 1.3 * SINGLE

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.style import FAINT, INK, MODELS, Look, figure, panel_letter, styled
+from knitstudy.figures.style import FAINT, INK, MODELS, Look, figure, panel_letter
 from knitstudy.measures.catalogue import is_whole_knit, several
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS
@@ -22,19 +22,14 @@ from knitstudy.measures.trade_points import Point
 from knitstudy.study.choice import front
 from knitstudy.study.scene import Scene
 
-WIDTH, HEIGHT = 174.0, 190.0
-"""Of the figure [mm]."""
+WIDTH, HEIGHT = 174.0, 190.0  # of the figure [mm]
 
 SHOWN = (("tie", "course"), ("tie", "wale"), ("isotropic", "course"), ("isotropic", "wale"))
 """Interaction and direction of the panels, of knits of `CELLS`."""
 
 CELLS = 3
-
-LETTERS = 80
-"""Of a name on a line: what a panel is wide enough for."""
-
-SMALLEST = 1e-3
-"""Error below which points lie on the lower edge [1]."""
+LETTERS = 80  # of a name on a line: what a panel is wide enough for
+SMALLEST = 1e-3  # error below which points lie on the lower edge [1]
 
 LOOKS = {
     "spline_yarns": Look("solid yarns", "#0072B2", "-", "D"),
@@ -58,7 +53,7 @@ def _draw(name: str) -> Callable[..., Figure]:
         points = points_of(every, every_contacts, scenes, reference)
         return draw_fronts([point for point in points if point.question.name == name])
 
-    return styled(draw)
+    return draw
 
 
 def draw_fronts(points: list[Point]) -> Figure:
@@ -87,9 +82,7 @@ def draw_fronts(points: list[Point]) -> Figure:
     return drawing
 
 
-BETWEEN = (1.0, 2.0, 5.0)
-"""Numbers on an axis, times powers of ten."""
-
+BETWEEN = (1.0, 2.0, 5.0)  # numbers on an axis, times powers of ten
 WIDE = 200.0
 """Largest over smallest value of an axis from which powers of ten are enough: more would lie on each other."""
 

@@ -1,97 +1,224 @@
-"""VTK in a process of its own, which renders one picture after the other."""
+"""Pictures of solids: surfaces, the view on them, and PyVista, which renders them in a process of its own.
+
+VTK ends its process with a segmentation fault where it finds neither EGL nor OSMesa to render off screen: in a
+process of its own it takes one picture along, not the study. Views are parallel projections: lengths in the plane of
+a picture are true, and what is drawn over a picture finds its place by the same projection.
+"""
 
 from __future__ import annotations
 
-import logging
 import os
 import pickle
 import subprocess
 import sys
-import weakref
-from pathlib import Path
-from tempfile import TemporaryDirectory, TemporaryFile
-from threading import Timer
-from typing import IO
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.image import imread
 
-import knitstudy
-from knitstudy.figures.vtk_program import Job
+from knitstudy.errors import KnitstudyError
 
-log = logging.getLogger(__name__)
+if TYPE_CHECKING:
+    import pyvista
 
-PATIENCE = 300.0
-"""Time after which a rendering counts as failed [s]; a slow machine needs a tenth of it."""
-
-
-class Renderer:
-    """VTK, started for the first picture, which takes longer than to render it, given up after its first failure."""
-
-    def __init__(self) -> None:
-        self.failed = False
-        self._process: subprocess.Popen | None = None
-        self._errors: IO[bytes] | None = None
-
-    def render(self, job: Job) -> np.ndarray | None:
-        """Return the picture as RGBA array, or None, with a warning in the log, where that does not work."""
-        if not self.failed:
-            try:
-                image = self._picture(job)
-                if image[..., 3].any():
-                    return image
-                reason = "the picture is empty"
-            except (OSError, subprocess.SubprocessError, SyntaxError) as error:
-                reason = f"{error} {self._last_words()}".strip()
-            self.failed = True
-            log.warning("VTK cannot render here, pictures are drawn by matplotlib: %s", reason)
-        return None
-
-    def _picture(self, job: Job) -> np.ndarray:
-        """Have a picture rendered, and read it."""
-        if self._process is None:
-            self._start()
-        process = self._process
-        with TemporaryDirectory() as folder:
-            task, picture = Path(folder, "job.pickle"), Path(folder, "picture.png")
-            task.write_bytes(pickle.dumps(job))
-            late = Timer(PATIENCE, process.kill)
-            late.start()
-            try:
-                process.stdin.write(f"{task}\t{picture}\n")
-                process.stdin.flush()
-                answered = process.stdout.readline()
-            finally:
-                late.cancel()
-            if not answered:
-                raise subprocess.SubprocessError(f"its process ended with status {process.wait()}")
-            return imread(picture)
-
-    def _start(self) -> None:
-        source = Path(knitstudy.__file__).parents[1]
-        environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(source), *filter(None, sys.path)])}
-        self._errors = TemporaryFile()  # a pipe that nobody reads would be full one day
-        weakref.finalize(self, self._errors.close)
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "knitstudy.figures.vtk_program"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._errors,
-            text=True,
-            env=environment,
-        )
-        weakref.finalize(self, _end, self._process)
-
-    def _last_words(self) -> str:
-        """Return the last line that the process wrote as an error."""
-        if self._errors is None:
-            return ""
-        self._errors.seek(0)
-        said = self._errors.read().decode(errors="replace").strip().splitlines()
-        return said[-1] if said else ""
+MILLIMETRE = 1e3  # millimetres in a metre
+FEATURE_ANGLE = 50.0
+"""Angle of facets beyond which an edge stays sharp [deg]: caps and arrow heads, not the turn of a tube."""
 
 
-def _end(process: subprocess.Popen) -> None:
-    """End a process that waits for pictures."""
-    process.kill()
-    process.communicate()
+class RenderingError(KnitstudyError):
+    """A picture that cannot be rendered on this machine."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A direction of sight and what is up in it.
+
+    Attributes
+    ----------
+    towards : tuple of 3 floats
+        From the eye into the scene.
+    up : tuple of 3 floats
+        Appears upright; needs not be normal to ``towards``.
+    """
+
+    towards: tuple[float, float, float]
+    up: tuple[float, float, float] = (0.0, 1.0, 0.0)
+
+    @classmethod
+    def orbit(cls, turn: float, tilt: float) -> View:
+        """Return the view onto the xy plane after going round y by `turn` and then up by `tilt` [deg]."""
+        a, b = np.radians([turn, tilt])
+        eye = np.array([np.sin(a) * np.cos(b), np.sin(b), np.cos(a) * np.cos(b)])
+        return cls(tuple(-eye))
+
+    @cached_property
+    def basis(self) -> np.ndarray:
+        """Unit vectors to the right, up and to the eye as rows (3, 3)."""
+        back = -np.asarray(self.towards, dtype=float)
+        back /= np.linalg.norm(back)
+        right = np.cross(self.up, back)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(back, right), back])
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """Return places (..., 2) of points (..., 3) in the plane of the picture, in the unit of the points."""
+        return np.asarray(points) @ self.basis[:2].T
+
+
+FRONT = View((0.0, 0.0, -1.0))  # onto the plane of the fabric
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Facets of one colour.
+
+    Attributes
+    ----------
+    points : ndarray, shape (N, 3)
+        Corners [m].
+    faces : ndarray of int, shape (F, 4)
+        Corners of the facets, counter-clockwise from outside; two of them may coincide.
+    colour : str
+    opacity : float
+    edges : bool
+        Whether the edges of the facets are drawn.
+    """
+
+    points: np.ndarray
+    faces: np.ndarray
+    colour: str
+    opacity: float = 1.0
+    edges: bool = False
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture to render.
+
+    Attributes
+    ----------
+    surfaces : tuple of Surface
+    view : View
+    window : tuple of 4 floats
+        Left, right, bottom and top of the picture in its plane [mm].
+    pixels : tuple of 2 ints
+        Width and height.
+    """
+
+    surfaces: tuple[Surface, ...]
+    view: View
+    window: tuple[float, float, float, float]
+    pixels: tuple[int, int]
+
+
+def rendered(picture: Picture) -> np.ndarray:
+    """Return a picture as RGBA array (height, width, 4) with a transparent background.
+
+    Raises
+    ------
+    RenderingError
+        When VTK cannot render on this machine.
+    """
+    process = _process()
+    try:
+        pickle.dump(picture, process.stdin)
+        process.stdin.flush()
+        return pickle.load(process.stdout)
+    except (OSError, EOFError, pickle.UnpicklingError) as error:
+        raise RenderingError(
+            f"VTK cannot render here: its process ended with status {process.wait()}; it needs EGL or OSMesa"
+            " (on Debian and Ubuntu: apt install libegl1 libgl1-mesa-dri)"
+        ) from error
+
+
+@cache
+def _process() -> subprocess.Popen:
+    """Start the process that renders; it ends with this one, when its input is closed."""
+    return subprocess.Popen(
+        [sys.executable, "-c", "from knitstudy.figures.renderer import serve; serve()"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+    )
+
+
+def serve() -> None:
+    """Render the pictures that come in through the standard input until there are no more."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what VTK prints is no answer
+    while True:
+        try:
+            picture = pickle.load(sys.stdin.buffer)
+        except EOFError:
+            return
+        pickle.dump(render(picture), answers)
+        answers.flush()
+
+
+def render(picture: Picture) -> np.ndarray:
+    """Return a picture as RGBA array, rendered in this process."""
+    import pyvista  # takes seconds: only the process that renders needs it
+
+    plotter = pyvista.Plotter(off_screen=True, window_size=picture.pixels, lighting="none")
+    for surface in picture.surfaces:
+        _add(plotter, surface)
+    # A key light from the upper left, a weaker one from the right, both turning with the view.
+    for place, intensity in (((-0.55, 0.75, 1.0), 0.85), ((0.9, -0.1, 0.7), 0.30)):
+        light = pyvista.Light(light_type="scene light", intensity=intensity)
+        light.positional = False
+        light.position = tuple(picture.view.basis.T @ place)
+        light.focal_point = (0.0, 0.0, 0.0)
+        plotter.add_light(light)
+    _aim(plotter, picture)
+    if any(surface.opacity < 1 for surface in picture.surfaces):
+        plotter.enable_depth_peeling(number_of_peels=12)
+    else:
+        # Shadows of what is nearer than 1.5 mm, a yarn's width; the bias hides the facets of a tube.
+        plotter.enable_ssao(radius=1.5, bias=0.1, kernel_size=32, blur=True)
+    plotter.enable_anti_aliasing("ssaa")
+    image = np.array(plotter.screenshot(None, transparent_background=True, return_img=True))
+    plotter.close()
+    return image
+
+
+def _add(plotter: pyvista.Plotter, surface: Surface) -> None:
+    import pyvista
+
+    faces = np.column_stack([np.full(len(surface.faces), surface.faces.shape[1]), surface.faces])
+    mesh = pyvista.PolyData(MILLIMETRE * surface.points, faces.ravel())
+    mesh = mesh.clean().compute_normals(
+        split_vertices=True, feature_angle=FEATURE_ANGLE, consistent_normals=False, auto_orient_normals=False
+    )
+    plotter.add_mesh(
+        mesh,
+        color=surface.colour,
+        opacity=surface.opacity,
+        smooth_shading=True,
+        ambient=0.28,
+        diffuse=0.78,
+        specular=0.15,
+        specular_power=25,
+        show_edges=surface.edges,
+        edge_color="#5A5A5A",
+        edge_opacity=0.6,
+        line_width=1.0,
+    )
+
+
+def _aim(plotter: pyvista.Plotter, picture: Picture) -> None:
+    """Point the camera at the window of a picture."""
+    left, right, bottom, top = picture.window
+    basis = picture.view.basis
+    corners = MILLIMETRE * np.concatenate([surface.points for surface in picture.surfaces])
+    depth = corners @ basis[2]
+    focus = basis.T @ [(left + right) / 2, (bottom + top) / 2, depth.mean()]
+    camera = plotter.camera
+    camera.focal_point = tuple(focus)
+    # As near as can be: ambient occlusion keeps positions relative to the eye in half precision.
+    camera.position = tuple(focus + (depth.max() - depth.mean() + 1) * basis[2])
+    camera.up = tuple(basis[1])
+    camera.enable_parallel_projection()
+    camera.parallel_scale = (top - bottom) / 2
+    plotter.reset_camera_clipping_range()

@@ -1,4 +1,4 @@
-"""Shapes that three-dimensional pictures are made of: tubes, spheres, arrows, plates, meshes of yarns."""
+"""Surfaces that pictures of solids are made of: tubes, spheres, arrows, plates, meshes of yarns."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from knitstudy.figures.surface import Surface
+from knitstudy.figures.renderer import Surface
 from knitstudy.mesh.sweep import SweptMesh, rotation_minimising
 
-AROUND = 40
-"""Facets around a tube."""
+AROUND = 40  # facets around a tube
 
 
 def tube(centreline: np.ndarray, radius: float, colour: str, opacity: float = 1.0) -> Surface:

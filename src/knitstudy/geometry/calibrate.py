@@ -1,18 +1,18 @@
 """Calibration: the loop and the spacings whose optimised knit has the angles and the length of the paper's.
 
-Unknowns are the spacings w and c and the control points of a quarter of the loop, from the sinker's centre to
-the middle of the leg; mirror and half turn give the rest. The optimisation moves z components only, so its
-result is known by its conditions: the z components of the gradient of F vanish, with the contact force
-2 alpha (D - 2 - c0) as one more unknown. They are solved together with the targets by least squares, without an
-optimisation in every step; in the end the optimisation itself must confirm the result.
+Unknowns are the spacings w and c and the control points of a quarter of the loop, from the sinker's centre to the
+middle of the leg; mirror and half turn give the rest. The optimisation moves z components only, so its result is known
+by its conditions: the z components of the gradient of F vanish, with the contact force 2 alpha (D - 2 - c0) as one more
+unknown. They are solved together with the targets by least squares, without an optimisation in every step; in the end
+the optimisation itself must confirm the result.
 
-The loop that the targets leave open is chosen by least bending energy; curvature and gaps are bounded by
-penalties. All lengths are in yarn radii. The search is deterministic.
+The loop that the targets leave open is chosen by least bending energy; curvature and gaps are bounded by penalties. All
+lengths are in yarn radii. ``python -m knitstudy.geometry.calibrate`` makes config/calibrated_loop.yaml from
+config/calibration.yaml; the search is deterministic.
 """
 
 import argparse
 import sys
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -24,11 +24,9 @@ from scipy.optimize import least_squares
 
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
 from knitstudy.files import replacing
-from knitstudy.geometry.loop import Loop
+from knitstudy.geometry.loop import Loop, symmetric_motions, symmetries
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, cost_function, optimise
-from knitstudy.geometry.survey import check_yarns, honeycomb_angles, survey
-from knitstudy.geometry.symmetry import symmetric_motions, symmetries
-from knitstudy.geometry.yarn_spacing import approaches
+from knitstudy.geometry.survey import approaches, check_yarns, honeycomb_angles, survey
 
 CURVATURE_SAMPLES = 12
 """Samples a Bezier segment in which curvature is bounded and bending energy summed."""
@@ -42,6 +40,14 @@ SHARPENING = (1.0, 1e-2, 1e-4)
 """Shares of the bending weight in turn: in the end it no longer pulls the loop off the targets."""
 MOST_EVALUATIONS = 60
 """Jacobians a start and weight may cost."""
+DECIMALS = 9
+"""Decimals of metres in the file: a nanometre, a millionth of the radius."""
+
+HEADER = """\
+# Made by `python -m knitstudy.geometry.calibrate` from calibration.yaml: change that file, not this one.
+# One loop before its optimisation, from sinker centre to sinker centre, SI units. `achieved` is what its
+# optimisation makes of it.
+"""
 
 
 @dataclass(frozen=True)
@@ -62,6 +68,8 @@ class Problem:
         Weight of the bending energy, small against everything else.
     points : int
         Control points of a loop, a multiple of 4.
+    starts, seed : int
+        Number of starts, and of the random ones among them.
     settings : object
         Weights and samples of the optimisation, see `optimise`.
     """
@@ -76,6 +84,8 @@ class Problem:
     flattening: float
     bending: float
     points: int
+    starts: int
+    seed: int
     settings: object
 
     @property
@@ -124,18 +134,7 @@ class Candidate:
 
 
 def whole_loop(quarter, wale_spacing):
-    """All control points of a loop from those of a quarter.
-
-    Parameters
-    ----------
-    quarter : ndarray (k + 1, 3)
-        From the sinker's centre at x = 0 to the middle of the leg at x = w/4, y = 0.
-    wale_spacing : float
-
-    Returns
-    -------
-    ndarray (4 k, 3)
-    """
+    """All control points (4 k, 3) of a loop from those of a quarter (k + 1, 3): sinker to middle of the leg."""
     turned = [wale_spacing / 2, 0, 0] + quarter[-2::-1] * [-1, -1, 1]
     half = np.vstack([quarter, turned])
     mirrored = [wale_spacing, 0, 0] + half[-2:0:-1] * [-1, 1, 1]
@@ -157,16 +156,12 @@ def first_guess(problem):
 
 
 def residuals(unknowns, problem):
-    """Everything that must vanish or be small: targets, conditions of the optimum, bounds, bending.
+    """Everything that must vanish or be small, (r,): targets, conditions of the optimum, bounds, bending.
 
     Parameters
     ----------
     unknowns : ndarray (3 quarter + 3,)
     problem : Problem
-
-    Returns
-    -------
-    ndarray
     """
     try:
         candidate = Candidate.from_unknowns(unknowns, problem.quarter)
@@ -181,11 +176,8 @@ def residuals(unknowns, problem):
             ]
         )
     except GeometryError:
-        return np.full(_residual_count(problem), UNUSABLE)
-
-
-def _residual_count(problem):
-    return 5 + problem.quarter + 2 + NEAREST + 2 * problem.quarter * CURVATURE_SAMPLES
+        count = 5 + problem.quarter + 2 + NEAREST + 2 * problem.quarter * CURVATURE_SAMPLES
+        return np.full(count, UNUSABLE)
 
 
 def _targets(loop, cost, found, candidate, problem):
@@ -235,42 +227,34 @@ def _bounds_and_bending(loop, found, problem):
     )
 
 
-def calibrate(problem, starts, seed):
-    """Search for the loop from several starts.
-
-    Parameters
-    ----------
-    problem : Problem
-    starts : int
-        Number of starts: the first guess, and random ones about it.
-    seed : int
+def calibrate(problem):
+    """Search for the loop from the first guess and random starts about it.
 
     Returns
     -------
     Candidate
         The one with the smallest residuals.
-    list of dict
-        Outcome of every start.
+    list of float
+        Norm of the residuals of every start.
 
     Raises
     ------
     GeometryError
         When no start leads to a plain knit.
     """
-    random = np.random.default_rng(seed)
-    first = first_guess(problem)
-    best, outcomes = None, []
-    for number in range(starts):
-        start = first + (number > 0) * SPREAD * random.normal(size=first.size)
-        found = solve(start, problem)
-        outcomes.append({"start": number, "residual": float(np.sqrt(2 * found.cost))})
-        if best is None or found.cost < best.cost:
-            best = found
+    random, first = np.random.default_rng(problem.seed), first_guess(problem)
+    best, norms = None, []
+    for number in range(problem.starts):
+        found = solve(first + (number > 0) * SPREAD * random.normal(size=first.size), problem)
+        norms.append(float(np.sqrt(2 * found.cost)))
+        best = found if best is None or found.cost < best.cost else best
     if best.cost >= UNUSABLE:
-        raise GeometryError(f"calibration: none of {starts} starts leads to a plain knit; allow more starts")
+        raise GeometryError(
+            f"calibration: none of {problem.starts} starts leads to a plain knit; allow more starts"
+        )
     for share in SHARPENING[1:]:
         best = solve(best.x, replace(problem, bending=share * problem.bending))
-    return Candidate.from_unknowns(best.x, problem.quarter), outcomes
+    return Candidate.from_unknowns(best.x, problem.quarter), norms
 
 
 def solve(start, problem):
@@ -278,25 +262,11 @@ def solve(start, problem):
     return least_squares(residuals, start, args=(problem,), x_scale="jac", max_nfev=MOST_EVALUATIONS)
 
 
-# ---- Calibrate the loop, confirm it by the optimisation and write it as a file of the configuration
-# python -m knitstudy.geometry.calibrate --help
-
-
-DECIMALS = 9
-"""Decimals of metres in the file: a nanometre, a millionth of the radius."""
-
-TARGETS = ("interlock_angle", "leg_angle", "length", "diameter", "aspect")
-SEARCH = ("points", "curvature", "gap", "flattening", "bending", "starts", "seed")
-
-HEADER = """\
-# Made by `python -m knitstudy.geometry.calibrate` from calibration.yaml: change that file, not this one.
-# One loop before its optimisation, from sinker centre to sinker centre, SI units. `achieved` is what its
-# optimisation makes of it.
-"""
+# ---- Files
 
 
 def main(arguments=None):
-    """Run the calibration from the command line; returns the exit status."""
+    """Calibrate the loop, confirm it by the optimisation and write its file; returns the exit status."""
     parser = argparse.ArgumentParser(prog="python -m knitstudy.geometry.calibrate", description=__doc__)
     parser.add_argument(
         "--config", type=Path, default=Path("config"), help="folder of calibration.yaml and defaults.yaml"
@@ -306,12 +276,14 @@ def main(arguments=None):
     )
     options = parser.parse_args(arguments)
     try:
-        problem, radius, search = read_problem(options.config)
-        candidate, outcomes = calibrate(problem, int(search["starts"]), int(search["seed"]))
-        for outcome in outcomes:
-            print(f"start {outcome['start']}: residual {outcome['residual']:.4g}")
+        problem, radius = read_problem(options.config)
+        candidate, norms = calibrate(problem)
+        for number, norm in enumerate(norms):
+            print(f"start {number}: residual {norm:.4g}")
         record = loop_record(candidate, problem, radius)
-        write(record, options.output or options.config / "calibrated_loop.yaml")
+        with replacing(options.output or options.config / "calibrated_loop.yaml") as temporary:
+            text = yaml.safe_dump(record, sort_keys=False, default_flow_style=None, width=110)
+            temporary.write_text(HEADER + text, encoding="utf-8")
     except KnitstudyError as error:
         print(error, file=sys.stderr)
         return 1
@@ -320,91 +292,58 @@ def main(arguments=None):
 
 
 def read_problem(folder):
-    """The calibration that a configuration folder describes.
+    """The calibration that a configuration folder describes: Problem, and the radius of the yarn [m].
 
     Parameters
     ----------
     folder : Path
         With calibration.yaml (targets and search) and defaults.yaml (clearance, weights and samples).
 
-    Returns
-    -------
-    problem : Problem
-    radius : float
-        Of the yarn. [m]
-    search : dict
-        The group ``search``.
-
     Raises
     ------
     ConfigurationError
         When a file or a key is missing, or a value is no number.
     """
-    targets, search = _targets_and_search(folder / "calibration.yaml")
-    clearance, weights = _clearance_and_weights(folder / "defaults.yaml")
-    points, radius = int(search["points"]), 0.5 * targets["diameter"]
-    problem = Problem(
-        length=targets["length"] / radius,
-        interlock_angle=targets["interlock_angle"],
-        leg_angle=targets["leg_angle"],
-        aspect=targets["aspect"],
-        clearance=clearance,
-        curvature=search["curvature"],
-        gap=search["gap"],
-        flattening=search["flattening"],
-        bending=search["bending"],
-        points=points,
-        settings=SimpleNamespace(**weights, free=("z",) * points),
-    )
-    return problem, radius, search
-
-
-def _targets_and_search(path):
-    document = _load(path)
-    with _naming(path):
-        targets = {name: float(document["targets"][name]["value"]) for name in TARGETS}
-        return targets, {name: float(document["search"][name]) for name in SEARCH}
-
-
-def _clearance_and_weights(path):
-    document = _load(path)
-    with _naming(path):
-        weights = {name: float(document["geometry"][name]) for name in ("alpha", "beta", "gamma", "beta_0")}
-        weights["samples"] = int(document["geometry"]["samples"])
-        return float(document["pattern"]["clearance"]), weights
-
-
-@contextmanager
-def _naming(path):
-    """Say in which file a key is missing or a value is no number."""
+    path = folder / "calibration.yaml"
+    wanted = _numbers(path, lambda each: {name: target["value"] for name, target in each["targets"].items()})
+    search = _numbers(path, lambda each: each["search"])
+    path = folder / "defaults.yaml"
+    clearance = _numbers(path, lambda each: {"clearance": each["pattern"]["clearance"]})
+    names = ("alpha", "beta", "gamma", "beta_0", "samples")
+    weights = _numbers(path, lambda each: {name: each["geometry"][name] for name in names})
     try:
-        yield
+        whole = {name: int(search[name]) for name in ("points", "starts", "seed")}
+        radius = 0.5 * wanted["diameter"]
+        problem = Problem(
+            length=wanted["length"] / radius,
+            **{name: wanted[name] for name in ("interlock_angle", "leg_angle", "aspect")},
+            **clearance,
+            **{name: search[name] for name in ("curvature", "gap", "flattening", "bending")},
+            **whole,
+            settings=SimpleNamespace(
+                **weights | {"samples": int(weights["samples"])}, free=("z",) * whole["points"]
+            ),
+        )
+    except KeyError as error:
+        raise ConfigurationError(f"{folder / 'calibration.yaml'}: the key {error} is missing") from error
+    return problem, radius
+
+
+def _numbers(path, of):
+    """Numbers by name of a part of a YAML file."""
+    try:
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        return {name: float(value) for name, value in of(document).items()}
+    except (OSError, yaml.YAMLError) as error:
+        raise ConfigurationError(f"{path}: cannot be read as YAML: {error}") from error
     except KeyError as error:
         raise ConfigurationError(f"{path}: the key {error} is missing") from error
-    except (TypeError, ValueError) as error:
+    except (AttributeError, TypeError, ValueError) as error:
         raise ConfigurationError(f"{path}: a value is not the number that is needed: {error}") from error
 
 
-def _load(path):
-    try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError) as error:
-        raise ConfigurationError(f"{path}: cannot be read as YAML: {error}") from error
-
-
 def loop_record(candidate, problem, radius):
-    """The initial loop in SI units, and what its optimisation makes of it.
-
-    Parameters
-    ----------
-    candidate : Candidate
-    problem : Problem
-    radius : float
-        Of the yarn. [m]
-
-    Returns
-    -------
-    dict
+    """The initial loop in SI units, and what its optimisation makes of it: dict of plain numbers.
 
     Raises
     ------
@@ -418,47 +357,26 @@ def loop_record(candidate, problem, radius):
     quarter[-1, 0] = wale / 4
     loop = Loop(whole_loop(quarter, wale), wale, course, radius, problem.clearance)
     optimised, _ = optimise(loop, problem.settings)
+    before, after = survey(loop), survey(optimised)
+    check_yarns(after, optimised, CONTACT_TOLERANCE)
+    achieved = {
+        "interlock_angle": after.interlock_angle,
+        "leg_angle": after.leg_angle,
+        "length_over_target": after.length / (problem.length * radius),
+        "length_over_initial": after.length / before.length,
+        "radius_over_radius_of_curvature": radius / after.radius_of_curvature,
+        "contact_error_over_radius": np.abs(after.distance - optimised.target).max() / radius,
+        "other_gap_over_radius": after.other_gap / radius,
+        "penetration_before_over_radius": before.penetration / radius,
+    }
     return {
         "control_points": np.round(loop.control_points, DECIMALS + 3).tolist(),
         "wale_spacing": wale,
         "course_spacing": course,
         "diameter": 2 * radius,
         "free": list(problem.settings.free),
-        "achieved": achieved(loop, optimised, problem),
+        "achieved": {name: round(float(value), 6) for name, value in achieved.items()},
     }
-
-
-def achieved(initial, optimised, problem):
-    """Targets, results and residuals of a calibrated loop: dict of plain numbers.
-
-    Parameters
-    ----------
-    initial, optimised : Loop
-    problem : Problem
-    """
-    before, after = survey(initial), survey(optimised)
-    check_yarns(after, optimised, CONTACT_TOLERANCE)
-    radius = optimised.radius
-    return {
-        name: round(float(value), 6)
-        for name, value in {
-            "interlock_angle": after.interlock_angle,
-            "leg_angle": after.leg_angle,
-            "length_over_target": after.length / (problem.length * radius),
-            "length_over_initial": after.length / before.length,
-            "radius_over_radius_of_curvature": radius / after.radius_of_curvature,
-            "contact_error_over_radius": np.abs(after.distance - optimised.target).max() / radius,
-            "other_gap_over_radius": after.other_gap / radius,
-            "penetration_before_over_radius": before.penetration / radius,
-        }.items()
-    }
-
-
-def write(record, path):
-    """Write a calibrated loop as YAML, whole or not at all."""
-    with replacing(path) as temporary:
-        text = yaml.safe_dump(record, sort_keys=False, default_flow_style=None, width=110)
-        temporary.write_text(HEADER + text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -11,22 +11,15 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, Protocol
 
 import numpy as np
-from scipy.spatial import cKDTree
 
+from knitstudy.geometry.closest import PLANE_SAMPLES, ROUNDING, plane_crossings, refine
 from knitstudy.geometry.spline import CatmullRom
-from knitstudy.geometry.yarn_spacing import refine
-
-PLANE_SAMPLES = 10
-"""Samples of a curve a Bezier segment, between which crossings in the plane are looked for."""
 
 SAMPLES = 20
 """Samples a Bezier segment among which the closest ones start Newton's method."""
 
 REACH = 3.0
 """Distance of centrelines over the radius beyond which two yarns pass each other without meeting."""
-
-ROUNDING = 1e-9
-"""Share of the distance of two samples within which a crossing in the plane is at one of them."""
 
 SAME = 1e-6
 """Length over the radius within which two places on a yarn are one."""
@@ -196,26 +189,7 @@ class _Polyline:
 def _in_plane(polylines: list[_Polyline], first: int, second: int) -> np.ndarray:
     """Return parameters (k, 2) at which two curves, or parts of one that are no neighbours, cross in the plane."""
     a, b = polylines[first], polylines[second]
-    da, db = np.diff(a.points, axis=0), np.diff(b.points, axis=0)
-    longest = max(np.linalg.norm(step, axis=1).max() for step in (da, db))
-    trees = [cKDTree(each.points[:-1] + 0.5 * step) for each, step in ((a, da), (b, db))]
-    near = trees[0].sparse_distance_matrix(trees[1], longest, output_type="coo_matrix")
-    i, j = near.row, near.col
-    if first == second:
-        i, j = i[i + 1 < j], j[i + 1 < j]
-    offset, det = b.points[j] - a.points[i], _cross(da[i], db[j])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.stack([_cross(offset, db[j]) / det, _cross(offset, da[i]) / det], axis=-1)
-    here = ((share > -ROUNDING) & (share < 1 + ROUNDING)).all(axis=-1)
-    i, j, share = i[here], j[here], share[here]
-    u = np.column_stack([a.u[i] + share[:, 0] * np.diff(a.u)[i], b.u[j] + share[:, 1] * np.diff(b.u)[j]])
-    # A crossing at a sample is found on both sides of it.
-    _, first_of_equals = np.unique(np.rint(u / (10 * ROUNDING)), axis=0, return_index=True)
-    return u[first_of_equals]
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return plane_crossings(a.u, a.points, b.u, b.points, apart=2 if first == second else None)
 
 
 def _places(in_plane: dict[tuple[Any, ...], np.ndarray]) -> dict[int, np.ndarray]:

@@ -1,17 +1,51 @@
-"""The geometry stage: from a scene to the fabric that it simulates, with a report on the loop's optimisation."""
+"""The geometry stage: the fabric of a scene, its loop optimised, and which loops can be made.
+
+A drawn loop has one course and one wale spacing. Another course spacing or yarn needs another loop; ``pattern.keep``
+says what stays of the drawn one:
+
+- "shape": the points stay where they are drawn; rows only stand closer or wider.
+- "wale_spacing": loops stand as far apart as drawn, and are stretched along the wales with the course spacing; the
+  yarn in a loop follows. A machine works like this: needles give the wale spacing, their depth gives the rest.
+- "length": a loop keeps its yarn. It is stretched along the wales with the course spacing, and across them by as much
+  as keeps that length: the wale spacing follows. So does a knit that is widened or narrowed.
+
+``python -m knitstudy.geometry.lay_out`` tries many loops and writes the table of those that can be made.
+"""
+
+import argparse
+import sys
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import xarray as xr
+from scipy.optimize import brentq
 
-from knitstudy.errors import GeometryError
+from knitstudy.errors import GeometryError, KnitstudyError
+from knitstudy.files import write_table
 from knitstudy.geometry.crossings import metre
 from knitstudy.geometry.fabric import plain_knit, yarn_pair
 from knitstudy.geometry.loop import Loop
-from knitstudy.geometry.redraw import redraw
+from knitstudy.geometry.optimise import CONTACT_TOLERANCE, optimise
+from knitstudy.geometry.survey import check_yarns, survey
+from knitstudy.study.configuration import CONFIG, load_scene
+
+LENGTH_TOLERANCE = 1e-4
+"""Relative error of the length that is kept."""
+
+MOST_OPTIMISATIONS = 6
+"""In the search of the wale spacing that keeps the length; three are usual."""
+
+WIDEST = 2.0
+"""Stretch across the wales, and one over the least, among which the drawn length is looked for."""
+
+FIRST_SLOPE = 0.5
+"""Relative change of length over that of the width: half of a loop runs across the wales."""
 
 
 def lay_out(scene):
-    """Lay out the specimen of a scene; the loop of a knit is optimised first.
+    """Lay out the fabric of a scene; the loop of a knit is optimised first.
 
     Parameters
     ----------
@@ -22,9 +56,8 @@ def lay_out(scene):
     Returns
     -------
     xarray.Dataset
-        ``Fabric.to_dataset()``, of a knit with the initial control points and, for both states
-        "before" and "after", the terms of F, length, smallest radius of curvature, deepest penetration, gaps and
-        angles.
+        ``Fabric.to_dataset()``; of a knit with the initial control points and, for both states "before" and "after",
+        the terms of F, length, smallest radius of curvature, deepest penetration, gaps and angles.
 
     Raises
     ------
@@ -43,10 +76,11 @@ def lay_out(scene):
         raise GeometryError(
             f"yarn.diameter {scene.yarn.diameter:g} m, pattern.clearance {pattern.clearance:g} radii, "
             f"pattern.course_ratio {pattern.course_ratio:g}, pattern.keep {pattern.keep!r}: {error}; or a "
-            "pattern.course_ratio nearer to 1, or a smaller pattern.clearance (docs/notes/geometry.md)"
+            "pattern.course_ratio nearer to 1, or a smaller pattern.clearance: docs/notes/geometry.md lists what is "
+            "found"
         ) from error
     knit = plain_knit(loop, pattern.loops, pattern.rows)
-    return knit.to_dataset().merge(report(initial, optimum, surveys))
+    return knit.to_dataset().merge(_report(initial, optimum, surveys))
 
 
 def initial_loop(scene):
@@ -61,20 +95,8 @@ def initial_loop(scene):
     )
 
 
-def report(initial, optimum, surveys):
-    """What the optimisation changed: a dataset over the states "before" and "after".
-
-    Parameters
-    ----------
-    initial : Loop
-    optimum : Optimum
-    surveys : tuple of two Survey
-        Of the loop before and after.
-
-    Returns
-    -------
-    xarray.Dataset
-    """
+def _report(initial, optimum, surveys):
+    """Dataset of what the optimisation changed, over the states "before" and "after"."""
     terms = list(optimum.after)
     values = [[state[term] for term in terms] for state in (optimum.before, optimum.after)]
 
@@ -107,3 +129,167 @@ def report(initial, optimum, surveys):
         },
         coords={"state": ["before", "after"], "term": terms},
     )
+
+
+# ---- Loops at another course spacing
+
+
+def stretched(loop, across, along):
+    """The loop with its points and spacings stretched across and along the wales; heights stay: Loop."""
+    return replace(
+        loop,
+        control_points=loop.control_points * [across, along, 1.0],
+        wale_spacing=across * loop.wale_spacing,
+        course_spacing=along * loop.course_spacing,
+    )
+
+
+def redraw(drawn, ratio, keep, settings):
+    """Optimise a drawn loop at another course spacing.
+
+    Parameters
+    ----------
+    drawn : Loop
+        At the spacings that it is drawn for, with the radius wanted.
+    ratio : float
+        Course spacing wanted over the drawn loop's.
+    keep : {"shape", "wale_spacing", "length"}
+        What stays of the drawn loop.
+    settings : object
+        Of `optimise`.
+
+    Returns
+    -------
+    initial, loop : Loop
+        Before and after the optimisation.
+    optimum : Optimum
+    surveys : tuple of two Survey
+        Of both.
+
+    Raises
+    ------
+    GeometryError
+        When there is no such loop.
+    """
+    if keep == "length":
+        initial, (loop, optimum) = _at_length(drawn, ratio, settings)
+    else:
+        rows_apart = replace(drawn, course_spacing=ratio * drawn.course_spacing)
+        initial = stretched(drawn, 1.0, ratio) if keep == "wale_spacing" else rows_apart
+        loop, optimum = optimise(initial, settings)
+    surveys = survey(initial), survey(loop)
+    check_yarns(surveys[1], loop, CONTACT_TOLERANCE)
+    return initial, loop, optimum, surveys
+
+
+def _at_length(drawn, ratio, settings):
+    """The initial loop whose optimisation has the drawn length, and what that returns: secants on the width."""
+    length = drawn.length
+
+    def initial(across):
+        return stretched(drawn, across, ratio)
+
+    def excess(loop):
+        return loop.length / length - 1
+
+    bounds = 1 / WIDEST, WIDEST
+    if excess(initial(bounds[0])) * excess(initial(bounds[1])) >= 0:
+        raise GeometryError(
+            f"no wale spacing within a factor of {WIDEST:g} of the drawn one keeps the drawn length of "
+            f"{length:.4e} m: take a pattern.course_ratio nearer to 1"
+        )
+    across, slope = brentq(lambda each: excess(initial(each)), *bounds, xtol=1e-6), FIRST_SLOPE
+    found = optimise(initial(across), settings)
+    error = excess(found[0])
+    for _ in range(MOST_OPTIMISATIONS - 1):
+        if abs(error) <= LENGTH_TOLERANCE:
+            return initial(across), found
+        step = -error / slope
+        found = optimise(initial(across + step), settings)
+        across, change = across + step, excess(found[0]) - error
+        slope, error = change / step or FIRST_SLOPE, error + change
+    if abs(error) <= LENGTH_TOLERANCE:
+        return initial(across), found
+    raise GeometryError(
+        f"the yarn in a loop misses the drawn length of {length:.4e} m by {error:.1e} of it, allowed is "
+        f"{LENGTH_TOLERANCE:g}: take a pattern.course_ratio nearer to 1 or a smaller yarn.diameter"
+    )
+
+
+# ---- Which loops can be made
+
+
+RATIOS = (0.7, 0.75, 0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2, 1.25, 1.3)
+DIAMETERS = (1.2e-3, 1.35e-3, 1.5e-3, 1.65e-3, 1.95e-3, 2.1e-3, 2.25e-3)
+"""Tried beside the drawn loop's [m]."""
+
+FREE = {"shape": "z", "wale_spacing": "xyz", "length": "xyz"}
+"""Which components of the control points may move, by what is kept: where the drawn shape is, heights alone."""
+
+FOUND = "found"
+"""Value of the column ``outcome`` of a loop that can be made; others have the reason."""
+
+
+def main(arguments=None):
+    """Lay out loops at `RATIOS`, and of `DIAMETERS`, for all that may be kept; write the table, return the status."""
+    parser = argparse.ArgumentParser(
+        prog="python -m knitstudy.geometry.lay_out", description="Write the table of loops that can be made."
+    )
+    parser.add_argument("--scene", default="dns-tie-course", help="whose drawn loop is taken")
+    parser.add_argument("--config", type=Path, default=CONFIG)
+    parser.add_argument("--output", type=Path, default=Path("resources/reference/loops.csv"))
+    options = parser.parse_args(arguments)
+    try:
+        scene = load_scene(options.scene, options.config)
+        diameter = scene.yarn.diameter
+        wanted = [(ratio, diameter) for ratio in RATIOS] + [(1.0, each) for each in DIAMETERS]
+        write_table(
+            pd.DataFrame(loop_row(scene, keep, *each) for keep in FREE for each in wanted), options.output
+        )
+    except KnitstudyError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+def loop_row(scene, keep, ratio, diameter):
+    """Lay out one loop: dict, whose ``outcome`` is "found" or the reason why there is none.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of a knit as it is drawn.
+    keep : str
+        A key of `FREE`.
+    ratio, diameter : float
+        Of the course spacing to the drawn one, and of the yarn [m].
+    """
+    said = {"held fixed": keep, "course ratio [1]": ratio, "yarn diameter [m]": diameter}
+    try:
+        varied = scene.vary(
+            {
+                "pattern.keep": keep,
+                "pattern.course_ratio": ratio,
+                "yarn.diameter": diameter,
+                "geometry.free": [FREE[keep]] * len(scene.pattern.control_points),
+            }
+        )
+        geometry = lay_out(varied)
+    except GeometryError as error:
+        return said | {"outcome": str(error.__cause__ or error)}
+    after, radius = geometry.sel(state="after"), 0.5 * diameter
+    target = (2 + float(geometry["clearance"])) * radius
+    return said | {
+        "outcome": FOUND,
+        "wale spacing [m]": float(geometry["wale_spacing"]),
+        "yarn in a loop [m]": float(after["loop_length"]),
+        "interlock angle [deg]": float(after["interlock_angle"]),
+        "leg angle [deg]": float(after["leg_angle"]),
+        "R over radius of curvature [1]": radius / float(after["radius_of_curvature"]),
+        "contact error over R [1]": np.abs(after["crossing_distance"] - target).max().item() / radius,
+        "gap away from crossings over R [1]": float(after["other_gap"]) / radius,
+    }
+
+
+if __name__ == "__main__":
+    sys.exit(main())

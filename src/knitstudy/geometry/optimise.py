@@ -24,9 +24,9 @@ import numpy as np
 from scipy.optimize import minimize
 
 from knitstudy.errors import GeometryError
+from knitstudy.geometry.closest import closest_approach, crossings_in_plane, windows
+from knitstudy.geometry.loop import symmetric_motions, symmetries
 from knitstudy.geometry.spline import GAUSS_POINTS, GAUSS_WEIGHTS, CatmullRom
-from knitstudy.geometry.symmetry import symmetric_motions, symmetries
-from knitstudy.geometry.yarn_spacing import closest_approach, crossings_in_plane, windows
 
 CURVATURE_POINTS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
 """Two-point Gauss rule: exact for the square of C'', which is linear on a segment."""

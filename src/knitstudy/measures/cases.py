@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.catalogue import (
+    BEAM_MODELS,
+    CASES,
+    NETWORKS,
+    OTHER_SOLIDS,
+    SOLIDS,
+    of_case,
+    one,
+    reduced_models,
+    several,
+)
 from knitstudy.measures.discretisation import (
     HEXAHEDRA,
     INTERACTIONS,
@@ -24,7 +35,6 @@ from knitstudy.measures.response import (
     rms_out_of_plane,
     secant_stiffness,
 )
-from knitstudy.measures.selection import CASES, beams_of, models_of, others_of, reduced_of
 from knitstudy.study.scene import Scene
 
 # ---- A model beside the reference, by the columns that tables have in common
@@ -188,27 +198,31 @@ def cases_of(
     reference : DataFrame
         ``resources/reference/reference.csv``.
     """
-    known = [scene for name, scene in scenes.items() if name in every]
+    known = {name: scene for name, scene in scenes.items() if name in every}
 
-    def model(scene: Scene) -> Simulation:
-        return Simulation(scene, every[scene.name])
+    def first(case: str, names: Sequence[str]) -> list[Simulation]:
+        return [
+            Simulation(scene, every[scene.name]) for scene in one("", *of_case(case, names)).scenes(known)
+        ]
 
-    for name, of in CASES.items():
-        found = models_of(known, of)
-        if not found:
-            continue
-        dns = found["dns"]
-        interaction, direction = name.split("_")
-        yield Case(
-            interaction=interaction,
-            direction=direction,
-            dns=model(dns),
-            others=tuple(map(model, others_of(dns, known))),
-            reduced=tuple(map(model, reduced_of(dns, known))),
-            main={fidelity: model(scene) for fidelity, scene in found.items() if fidelity != "dns"},
-            beams=tuple(map(model, beams_of(dns, known))),
-            reference=reference_of(reference, dns),
-        )
+    def matching(patterns: Sequence[str]) -> tuple[Simulation, ...]:
+        found = several("", *patterns).scenes(known)
+        return tuple(Simulation(scene, every[scene.name]) for scene in found)
+
+    for case in CASES:
+        for dns in first(case, SOLIDS):
+            interaction, direction = case.split("-")
+            others = matching(of_case(case, OTHER_SOLIDS))
+            yield Case(
+                interaction=interaction,
+                direction=direction,
+                dns=dns,
+                others=tuple(each for each in others if each.scene.name != dns.scene.name),
+                reduced=matching(reduced_models(case)),
+                main={name: model for name, names in NETWORKS.items() for model in first(case, names)},
+                beams=matching(of_case(case, BEAM_MODELS)),
+                reference=reference_of(reference, dns.scene),
+            )
 
 
 def label_of(scene: Scene) -> str:

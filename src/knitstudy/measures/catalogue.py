@@ -24,6 +24,9 @@ FILES = ("paper", "claims", "reference", "loops", "targets")
 
 # ---- names of scenes ----
 
+CASES = ("tie-course", "tie-wale", "isotropic-course", "isotropic-wale")
+"""The four cases in which models are compared (Fig. 15): interaction and direction of the load."""
+
 SOLIDS = ("yarns-{case}", "dns-{case}", "dns-{case}-coarse")
 """The direct simulation of a case that the others are compared with, in order of preference."""
 
@@ -61,6 +64,11 @@ VARIED = ("yarns-tie-course", "yarns-rough-course", "yarns-isotropic-course", "i
 def of_case(case: str, names: Iterable[str]) -> tuple[str, ...]:
     """Return names of scenes of a case, for example "tie-course"."""
     return tuple(name.format(case=case) for name in names)
+
+
+def reduced_models(case: str) -> tuple[str, ...]:
+    """Return the names of all reduced models of a case."""
+    return of_case(case, (*NETWORKS["rom3d"], *NETWORKS["rom2d"], *VARIANTS))
 
 
 @dataclass(frozen=True)

@@ -71,36 +71,21 @@ def made_of(scene: Scene) -> str:
 # ---- What a simulation is of, whatever it is computed with: specimen, yarn, load and how yarns act on each other
 
 
-PHYSICS = (
-    "yarn.youngs_modulus",
-    "yarn.poisson_ratio",
-    "yarn.material",
-    "load.direction",
-    "load.lateral",
-    "contact.friction",
-    "contact.tied_edges",
-    "tie.radius",
-)
-"""Keys that say what is simulated, beside the geometry: not how finely, how far, or by which rule ties are made."""
-
-
-UNIT = (
-    "yarn.youngs_modulus",
-    "yarn.poisson_ratio",
-    "yarn.material",
-    "load.direction",
-    "load.lateral",
-    "tie.radius",
-)
-"""Those of them that knits of the same loops share, of whatever size and however their yarns act on each other."""
+HOW_FAR = "load.strain"
+"""Simulations of one problem may be pulled to different strains: their results are compared at the same strain."""
 
 EXTENT = ("pattern.loops", "pattern.rows")
 
 
+def physics_of(scene: Scene) -> dict[str, Any]:
+    """Return what is simulated: the values of all keys whose role is physics, but for how far the scene is pulled."""
+    labels = {"specimen": scene.specimen, "interaction": scene.interaction}
+    return labels | {key: value for key, value in scene.values_of("physics").items() if key != HOW_FAR}
+
+
 def problem_of(scene: Scene) -> str:
     """Return a digest that scenes of one physical problem share, and no others."""
-    keys: dict[str, Any] = {key: scene.value(key) for key in PHYSICS}
-    return digest({"interaction": scene.interaction} | scene.geometry_inputs | keys)
+    return digest(physics_of(scene))
 
 
 def sticks(scene: Scene) -> bool:
@@ -111,11 +96,14 @@ def sticks(scene: Scene) -> bool:
 
 def tied_problem_of(scene: Scene) -> str:
     """Return the digest (`problem_of`) of the same knit under the same load with yarns that are all tied."""
-    keys = {key: None if key.startswith("contact.") else scene.value(key) for key in PHYSICS}
-    return digest({"interaction": "tie"} | scene.geometry_inputs | keys)
+    return digest(_without_contact(scene) | {"interaction": "tie"})
 
 
 def loops_of(scene: Scene) -> str:
     """Return a digest that scenes of the same loops under the same load share, however many of them there are."""
-    keys: dict[str, Any] = {key: scene.value(key) for key in UNIT}
-    return digest(keys | {key: value for key, value in scene.geometry_inputs.items() if key not in EXTENT})
+    keys = _without_contact(scene)
+    return digest({key: value for key, value in keys.items() if key not in ("interaction", *EXTENT)})
+
+
+def _without_contact(scene: Scene) -> dict[str, Any]:
+    return {key: value for key, value in physics_of(scene).items() if not key.startswith("contact.")}

@@ -15,7 +15,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.measures.discretisation import PHYSICS, SOLID_YARNS, discretisation, problem_of, resolution
+from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, problem_of, resolution
 from knitstudy.measures.estimate import UNKNOWN, Estimate, Limit, limit_of_degrees, limit_of_sizes
 from knitstudy.measures.response import (
     FORCE,
@@ -179,10 +179,6 @@ ORDER = 2.0
 """Assumed order of convergence of forces in the element size. Quadratic elements do better on smooth problems, but the
 edges of ties and contacts lie inside elements, where stresses have kinks: that leaves second order to all elements."""
 
-NUMERICAL = ("mesh", "tie", "contact")
-RESOLUTION = ("size", "degree", "crossing_degree", "span", "crossing_span")
-"""Sections that the simulations of a series share, and the keys of their meshes in which they differ."""
-
 
 @dataclass(frozen=True)
 class RefinementSeries:
@@ -241,13 +237,7 @@ def refinement_series_of(scenes: Iterable[Scene]) -> dict[str, list[RefinementSe
 
 def _all_but_resolution(scene: Scene) -> str:
     """Return a digest of the numerical keys that the simulations of one series share."""
-    numbers = {
-        f"{section}.{key}": value
-        for section, keys in scene.read(NUMERICAL).items()
-        for key, value in keys.items()
-        if key not in RESOLUTION and f"{section}.{key}" not in PHYSICS
-    }
-    return digest({"discretisation": discretisation(scene)} | numbers)
+    return digest({"discretisation": discretisation(scene)} | scene.values_of("numerics"))
 
 
 def _series(by_resolution: Mapping[float, Scene]) -> RefinementSeries:

@@ -16,7 +16,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.reach import FOUND
+from knitstudy.geometry.lay_out import FOUND
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, is_direct
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import reference_of
@@ -206,7 +206,7 @@ def _made_of(scene: Scene) -> str:
     return f"{discretisation(scene)}, {scene.yarn.diameter / scene.mesh.size:.3g} across{finer}"
 
 
-# ---- Loops that cannot be made, from the kept table of `knitstudy.geometry.reach`
+# ---- Loops that cannot be made, from the kept table of `knitstudy.geometry.lay_out`
 
 
 SWEPT = ("course ratio [1]", "yarn diameter [m]")
@@ -233,7 +233,8 @@ def refused(loops: pd.DataFrame, column: str, scale: float) -> pd.DataFrame:
     missing = [name for name in NEEDED if name not in loops]
     if missing:
         raise DataFileError(
-            f"the table of loops has no column {missing[0]!r}; make it again with `python -m knitstudy.geometry.reach`"
+            f"the table of loops has no column {missing[0]!r}; make it again with "
+            "`python -m knitstudy.geometry.lay_out`"
         )
     (other,) = (name for name in SWEPT if name != column)
     along = loops[loops[other] == loops[other].mode()[0]]

@@ -22,7 +22,6 @@ MAIN: dict[str, Any] = {
     "mesh.span": 0.9,
     "mesh.crossing_span": 0.9,
     "mesh.spline_degree": 3,
-    "mesh.crossing_reach": 1.0,
     "mesh.beam_size": 0.5e-3,
     "contact.cell": 0.25,
     "contact.window": 1.2,

@@ -18,10 +18,13 @@ from knitstudy.mechanics.model import Response, Stabilisation
 # ---- Cauchy stress, and the scalars that are drawn of it
 
 
-def cauchy_stress(gradient: np.ndarray, material: Material) -> np.ndarray:
-    """Return the Cauchy stress (k, 3, 3) [Pa], F S F^T / det F, of deformation gradients F (k, 3, 3)."""
+def cauchy_stress(gradient: np.ndarray, material: Material, axes: np.ndarray | None = None) -> np.ndarray:
+    """Return the Cauchy stress (k, 3, 3) [Pa], F S F^T / det F, of deformation gradients F (k, 3, 3).
+
+    `axes` (k, 3, 3) are local axes in columns, the first along the yarn, where the material asks for them.
+    """
     green = 0.5 * (np.swapaxes(gradient, 1, 2) @ gradient - np.eye(3))
-    stress = material.respond(green, False).stress
+    stress = material.respond(green, False, axes).stress
     return gradient @ stress @ np.swapaxes(gradient, 1, 2) / np.linalg.det(gradient)[:, None, None]
 
 

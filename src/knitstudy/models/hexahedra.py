@@ -17,7 +17,7 @@ from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circ
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
 from knitstudy.mechanics.elements.hexahedron import InverseMap, shape, shape_gradient
 from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape, quadratic_shape_gradient
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials import material_of
 from knitstudy.mesh.memory import require_memory_to_simulate
 from knitstudy.mesh.mesher import Grips, grips
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
@@ -48,7 +48,7 @@ def hexahedral_elements(
         If one is folded.
     """
     yarn = scene.yarn
-    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
+    material = material_of(yarn)
     kind = ELEMENTS.find(scene.mesh.element)
     return (ElementGroup(connectivity, kind.build(nodes[connectivity], material, scene.solver.hourglass)),)
 

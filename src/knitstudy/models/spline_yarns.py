@@ -15,7 +15,7 @@ from knitstudy.geometry.fabric import Fabric, Grip
 from knitstudy.loading.history import Meter
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.patch_compliance import missing
 from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace, locate, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
@@ -27,6 +27,9 @@ from knitstudy.mesh.sweep import Curve, SweptMesh, rotation_minimising, sweep
 from knitstudy.models import endless, solids
 from knitstudy.models.discretisation import Discretisation, contact_surfaces, fitted_places
 from knitstudy.study.scene import Scene
+
+CROSSING_REACH = 1.0
+"""Distance from a crossing up to which spans are short and of the degree of crossings, over the yarn's radius."""
 
 RAMP = 1.0
 """Distance over which spans grow beyond the reach of a crossing, over the yarn's radius."""
@@ -79,7 +82,7 @@ def _spans(scene: Scene, fabric: Fabric, yarn: int, arcs: np.ndarray, ends: np.n
     stations, period = fabric.places_of_a_repeat(yarn), length / repeats
     # A whole yarn would go on beyond its ends as within them, an arc of a yarn ends there.
     images = period * np.arange(-1, repeats + 2) if fabric.arcs is None else np.zeros(1)
-    reach = keys.crossing_reach * radius
+    reach = CROSSING_REACH * radius
     spacing = Spacing(
         keys.crossing_span * radius,
         keys.span / keys.crossing_span,
@@ -140,8 +143,7 @@ def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> D
     _require_memory(scene, space)
     nodes = endless.wrapped_nodes(space, fabric) if len(fabric.periods) else undeformed(space, fabric)
     surfaces, rings = contact_surfaces(scene, space, fabric)
-    mesh, yarn = mesh or _sections(fabric), scene.yarn
-    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
+    mesh, material = mesh or _sections(fabric), material_of(scene.yarn)
     parts = Discretisation(
         mesh=mesh,
         nodes=nodes,
@@ -156,7 +158,7 @@ def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> D
         ends=_grips(scene, fabric, space, spans),
         locate=partial(_locate, space, nodes),
         size=2 * mesh.radius / ACROSS,
-        missing=partial(missing, space, mesh.radius, yarn.youngs_modulus, yarn.poisson_ratio),
+        missing=partial(missing, space, mesh.radius, *material.across),
         sampling=Sampling(space, mesh.yarn_of_slice, mesh.arc_length, mesh.section.points),
         space=space,
     )

@@ -12,7 +12,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.columns import STRESSES
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.materials import VOIGT, Material
+from knitstudy.mechanics.materials import VOIGT, Material, axes_along, material_of
 from knitstudy.mechanics.solid import cauchy_stress, principal_axes
 from knitstudy.mechanics.spline_yarn.space import YarnSpace, deformation_gradient, sections
 from knitstudy.mesh.section import Section
@@ -126,7 +126,7 @@ def spline_cell_stress(
             f"{len(nodes)} coefficients: run the scene again"
         )
     yarn = scene.yarn
-    material = Material(yarn.material, yarn.youngs_modulus, yarn.poisson_ratio)
+    material = material_of(yarn)
     parts = []
     for number, (own, stations) in enumerate(zip(space.yarns, mesh.stations, strict=True)):
         here = slice(*space.first_node[number : number + 2].tolist())
@@ -153,7 +153,8 @@ def _layers(
     gradient = deformation_gradient(slope, change)
     weight = np.repeat(0.5 * rise, len(GAUSS))[:, None] * area * np.linalg.det(slope)
     after = weight * np.linalg.det(gradient)
-    stress = cauchy_stress(gradient.reshape(-1, 3, 3), material).reshape(gradient.shape)
+    axes = axes_along(slope[..., 2].reshape(-1, 3))
+    stress = cauchy_stress(gradient.reshape(-1, 3, 3), material, axes).reshape(gradient.shape)
 
     def summed(values: np.ndarray) -> np.ndarray:
         """Sum over the points of every cell: two along, four across."""

@@ -14,6 +14,7 @@ from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
 from knitstudy.mechanics.contact.indentation import Indentation, indentation
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.increment import Increment
+from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.model import FreeBodies
 from knitstudy.mechanics.solids_in_contact import ContactState, Penetration, SolidsInContact
 from knitstudy.models.discretisation import Discretisation
@@ -53,13 +54,14 @@ def contact_of(scene: Scene, yarns: Discretisation, labels: np.ndarray) -> Conta
 
 def contact_law(scene: Scene, yarns: Discretisation) -> Coulomb | Indentation:
     """Return the law of a scene; yarns without hexahedra may add the local indentation that they do not resolve."""
-    if scene.value("contact.law") == "indentation":
+    if scene.value("mesh.crossing_degree") is not None:
+        modulus, poisson = material_of(scene.yarn).across
         return indentation(
             scene.mesh.crossing_degree,
             scene.mesh.crossing_span,
             scene.mesh.spline_degree,
-            modulus=scene.yarn.youngs_modulus,
-            poisson=scene.yarn.poisson_ratio,
+            modulus=modulus,
+            poisson=poisson,
             radius=yarns.mesh.radius,
             friction=scene.kind.interaction.friction(scene),
         )

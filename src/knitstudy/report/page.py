@@ -1,38 +1,35 @@
-"""Puts figures, tables and where they come from into one HTML page that needs no other file."""
+"""Figures, tables and the origin of the data on one HTML page that needs no other file."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import jinja2
+import numpy as np
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.saving import FALLBACK_RENDERER
+from knitstudy.files import read_dataset
 from knitstudy.measures.catalogue import Catalogue, Display
-from knitstudy.report.screen import ScreenPicture, for_screen
-from knitstudy.report.wording import NOTHING, cells, value
+from knitstudy.report.files import ScreenPicture, for_screen
 from knitstudy.tables.catalogue import TABLES
 
 TEXTS = ("alt", "caption", "paper", "ours")
-"""What is said of a figure: in place of it, below it, and about the paper's and this study's finding."""
+"""Texts of a figure: in place of it, below it, and about the paper's and this study's finding."""
 
-BY_MODEL = ("rom_distance", "table5_cost", "beams")
-"""Tables with a row for each model that a study has."""
+BY_MODEL = ("rom_distance", "table5_cost", "beams")  # tables with a row for each model that a study has
 
 COMPARISON, COMPARED = "fig15", ("rom_distance", "table5_cost")
-"""What follows the verdicts that the page opens on: figures whose names begin so, and tables that belong to them."""
+"""Figures whose names begin so, and tables, that follow the verdicts on which the page opens."""
 
-LONG = 40
-"""Rows from which on a table is folded."""
-
-MOST = 400
-"""Rows of a table that the page shows; its file has all."""
+LONG = 40  # rows from which on a table is folded
+MOST = 400  # rows of a table that the page shows; its file has all
 
 
 @dataclass(frozen=True)
@@ -48,11 +45,6 @@ class FigureItem:
     def origin(self) -> str:
         """What it was drawn from."""
         return self.picture.said.get("Source", "")
-
-    @property
-    def fallback(self) -> bool:
-        """Whether it was drawn without VTK."""
-        return self.picture.said.get("Renderer") == FALLBACK_RENDERER
 
 
 @dataclass(frozen=True)
@@ -126,7 +118,6 @@ def render(
         long=LONG,
         verdicts=results.get("verdicts", pd.DataFrame()).fillna("").to_dict("records"),
         provenance=_item("provenance", "Data files", "", cells(provenance)),
-        fallback=any(item.fallback for item in items.values()),
     )
 
 
@@ -185,3 +176,87 @@ def _filled(text: str, where: str, environment: jinja2.Environment) -> str:
         return environment.from_string(text).render()
     except jinja2.TemplateError as error:
         raise ConfigurationError(f"captions, {where}: {error}") from error
+
+
+# ---- numbers ----
+
+NOTHING = "–"
+DIGITS = 4
+
+
+def value(results: Mapping[str, pd.DataFrame], table: str, row: str, column: str, form: str = ".3g") -> str:
+    """Return one number of a table; the row is named by its cell in the first column.
+
+    Raises
+    ------
+    ConfigurationError
+        When there is no such table, row or column.
+    """
+    if table not in results:
+        raise ConfigurationError(
+            f"captions: there is no table {table!r}, only {', '.join(results) or 'none'}"
+        )
+    frame = results[table]
+    names = frame[frame.columns[0]]
+    if column not in frame or (names == row).sum() != 1:
+        raise ConfigurationError(
+            f"captions: table {table!r} has no cell of row {row!r} and column {column!r}; rows are "
+            f"{', '.join(map(str, names))}, columns {', '.join(map(str, frame.columns))}"
+        )
+    number = frame.loc[names == row, column].iloc[0]
+    return NOTHING if pd.isna(number) else format(number, form)
+
+
+def cells(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table as text: integers with thousands set apart, other numbers with four digits."""
+    return table.map(_cell)
+
+
+def _cell(content: object) -> str:
+    if isinstance(content, bool | np.bool_):
+        return str(content)
+    if isinstance(content, int | np.integer):
+        return f"{content:,}"
+    if isinstance(content, float | np.floating):
+        return NOTHING if np.isnan(content) else _rounded(float(content))
+    return NOTHING if content is None else str(content)
+
+
+def _rounded(number: float) -> str:
+    """Return four digits, without an exponent where the number is readable without one."""
+    if number == 0:
+        return "0"
+    if 1e-4 <= abs(number) < 1e6:
+        decimals = max(0, DIGITS - 1 - int(np.floor(np.log10(abs(number)))))
+        text = f"{number:,.{decimals}f}"
+        return text.rstrip("0").rstrip(".") if "." in text else text
+    return f"{number:.{DIGITS - 1}g}"
+
+
+# ---- origin of the data ----
+
+ATTRIBUTES = {
+    "scene": "scene",
+    "digest": "digest",
+    "code_version": "code",
+    "numpy": "numpy",
+    "scipy": "scipy",
+    "pyamg": "pyamg",
+}
+
+
+def origins(files: Iterable[Path | str], page: Path | str) -> pd.DataFrame:
+    """Return one row for every netCDF file; the first column is its path from the page.
+
+    Raises
+    ------
+    DataFileError
+        When a file is missing or truncated.
+    """
+    folder = Path(page).parent
+    rows = []
+    for file in files:
+        attributes = read_dataset(file).attrs
+        row = {"file": Path(os.path.relpath(file, folder)).as_posix()}
+        rows.append(row | {title: str(attributes.get(key, "")) for key, title in ATTRIBUTES.items()})
+    return pd.DataFrame(rows, columns=["file", *ATTRIBUTES.values()])

@@ -1,14 +1,12 @@
-"""The campaign `extremes`: what breaks, and whether it says so.
+"""The campaign of extremes: what breaks, and whether it says so.
 
-``python -m knitstudy.stages.extremes`` (`make extremes`) runs every scene of ``config/extremes.yaml`` in a process of
-its own with a limit of processor time, goes on where it was ended, and keeps the table and its map of as many as are
-there. A scene that is refused is evidence like any other; what ends neither with a sound history nor with a named error
-is a silent failure.
+The rules of ``workflow/rules/extremes.smk`` (`make extremes`) run every scene of ``config/extremes.yaml`` in a process
+of its own with a limit of processor time, and collect one row of each. A scene that is refused is evidence like any
+other; what ends neither with a sound history nor with a named error is a silent failure.
 """
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import io
 import json
@@ -17,11 +15,10 @@ import multiprocessing
 import re
 import resource
 import signal
-import sys
 import time
 import traceback
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -31,10 +28,6 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConvergenceError, KnitstudyError
-from knitstudy.figures.extremes_map import draw
-from knitstudy.figures.saving import save
-from knitstudy.files import replacing, write_table
-from knitstudy.loading.restart import Progress
 from knitstudy.measures.history_checks import (
     faults,
     hourglass_share_when_loaded,
@@ -45,26 +38,17 @@ from knitstudy.measures.history_checks import (
     penetration,
     unbalanced_contact,
 )
-from knitstudy.report.screen import save_for_screen
 from knitstudy.stages.code import code_digest
-from knitstudy.stages.kept_tables import stamped
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.script import end_with_parent
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES
-from knitstudy.study.campaign import Campaign, Trial, load_campaign
-from knitstudy.study.configuration import CONFIG
+from knitstudy.study.campaign import Campaign, Trial
 from knitstudy.study.kinds import all_sections
 from knitstudy.study.scene import Scene, digest
 
-ROWS, RESULTS = Path("run/extremes"), Path("run/extremes/results")
-"""One file a trial; and what its scenes leave, so that those of one geometry share it."""
-
-TABLE = Path("results/tables/extremes.csv")
-KEPT = Path("resources/extremes.csv")
-
-FIGURE, PICTURE = Path("results/figures/extremes.png"), Path("docs/notes/extremes.webp")
-"""The map, and as a page holds it."""
+RESULTS = Path("run/extremes")
+"""What the scenes leave, so that those of one geometry share it."""
 
 ENDED, REFUSED, STOPPED, TIME, SILENT = "ended", "refused", "stopped", "time", "silent"
 """A sound history; refused before anything was loaded; ended on the way with a reason; beyond the limit of processor
@@ -106,12 +90,13 @@ TEXTS = ("reason", "error", "keys named", "first warning", "in twice the increme
 KEYS = tuple(f"{section}.{name}" for section, names in all_sections().items() for name in names)
 
 
-def digest_of(trial: Trial) -> str:
-    """Return the digest of a row: of the base, what is changed of it, and the code of all stages."""
+def digest_of(trial: Trial, campaign: Campaign) -> str:
+    """Return the digest of a row: of the base, what is changed of it, limits of time, and the code of all stages."""
     stages = [stage for stage in STAGES.values() if stage.of(trial.base)]
     modules = (name for stage in stages for name in stage.modules(trial.base))
     code = code_digest("knitstudy.measures.history_checks", *modules)
-    return digest({"base": trial.base.hash, "changes": dict(trial.changes), "code": code})
+    limits = [campaign.limit, campaign.cheap]
+    return digest({"base": trial.base.hash, "changes": dict(trial.changes), "limits": limits, "code": code})
 
 
 def run(trial: Trial, limit: float, cheap: float, plan: Plan, folder: Path) -> dict[str, Any]:
@@ -131,16 +116,12 @@ def run(trial: Trial, limit: float, cheap: float, plan: Plan, folder: Path) -> d
     process.join()
     if row is None:
         if process.exitcode == -signal.SIGXCPU:
-            outcome, said = TIME, _took_more_than(limit)
+            outcome, said = TIME, f"took more than {limit:g} s of processor time"
         else:
             outcome, said = SILENT, f"the process ended with status {process.exitcode}"
         row = {"outcome": outcome, "reason": said, "seconds [s]": time.monotonic() - started}
     changed = "; ".join(f"{name} = {value}" for name, value in trial.changes.items())
     return {"trial": trial.name, "group": trial.group, "model": trial.model, "changed": changed} | row
-
-
-def _took_more_than(limit: float) -> str:
-    return f"took more than {limit:g} s of processor time"
 
 
 def _tried(trial: Trial, limit: float, cheap: float, plan: Plan, folder: Path, there: Connection) -> None:
@@ -229,12 +210,9 @@ def _one_line(text: str) -> str:
     return " ".join(text.split())
 
 
-def collect(campaign: Campaign, rows: Path = ROWS) -> pd.DataFrame:
-    """Return the rows of those trials that are there and up to date, in the order of the campaign."""
-    kept = [row for trial in campaign.trials if (row := _kept(trial, campaign.limit, rows)) is not None]
-    table = pd.DataFrame([{name: value for name, value in row.items() if name != "digest"} for row in kept])
-    if table.empty:
-        return table
+def collect(files: Iterable[Path | str]) -> pd.DataFrame:
+    """Return the table of rows, one file each."""
+    table = pd.DataFrame([json.loads(Path(path).read_text(encoding="utf-8")) for path in files])
     table = table.reindex(columns=[*COLUMNS, *TEXTS])
     table = table.assign(**{name: table[name].astype(object).fillna("") for name in TEXTS})
     table.insert(3, "number", table["trial"].str.rpartition(" ")[2].astype(int))
@@ -252,97 +230,3 @@ def cause(row: Mapping[str, Any]) -> str:
         bounds = re.search(r"but must be (a|an) ", row["reason"]) and len(row["keys named"].split()) == 1
         return "bounds" if bounds else "keys"
     return "loop"
-
-
-def write_row(trial: Trial, row: Mapping[str, Any], rows: Path) -> None:
-    """Write the row of a trial, with the digest that it is good for."""
-    with replacing(_path(trial, rows)) as temporary:
-        temporary.write_text(json.dumps({**row, "digest": digest_of(trial)}), encoding="utf-8")
-
-
-def _kept(trial: Trial, limit: float, rows: Path) -> Mapping[str, Any] | None:
-    """Return the row of a trial, if it is there, up to date, and did not end for a shorter time than it has now."""
-    path = _path(trial, rows)
-    if not path.is_file():
-        return None
-    row = json.loads(path.read_text(encoding="utf-8"))
-    shorter = row["outcome"] == TIME and row["reason"] != _took_more_than(limit)
-    return row if row.get("digest") == digest_of(trial) and not shorter else None
-
-
-def _path(trial: Trial, rows: Path) -> Path:
-    return rows / (re.sub(r"[^a-z0-9]+", "-", trial.name.lower()) + ".json")
-
-
-def main() -> None:
-    """Run what is not there yet, and keep the table of what is there."""
-    options = _options()
-    campaign, plan = load_campaign(options.config), Plan.of(options.config)
-    waiting = [trial for trial in campaign.trials if re.search(options.only, trial.name)]
-    waiting = [trial for trial in waiting if options.anew or _kept(trial, campaign.limit, ROWS) is None]
-    seconds = _seconds(collect(campaign))
-    waiting.sort(
-        key=lambda trial: 0.0 if _is_refused(trial) else seconds.get(trial.model, 0.0)
-    )  # most is known soon
-    for base in {trial.base.name: trial.base for trial in waiting}.values():
-        plan.digest(
-            STAGES["simulation"], base
-        )  # reads the code behind all scenes once, and not in every process
-    report, begun = Progress("extremes", every=1.0), time.monotonic()
-    for number, trial in enumerate(waiting):
-        if time.monotonic() - begun > 60 * options.minutes:
-            break
-        row = run(trial, campaign.limit, campaign.cheap, plan, RESULTS)
-        write_row(trial, row, ROWS)
-        report((number + 1) / len(waiting), f"{trial.name}: {row['outcome']} {row['reason'][:120]}".rstrip())
-    table = collect(campaign)
-    write_table(table, TABLE)
-    print(f"{len(table)} of {len(campaign.trials)} trials: {TABLE}")
-    keep(table, campaign)
-
-
-def _seconds(table: pd.DataFrame) -> Mapping[str, float]:
-    """Return what a trial of each model takes, where that is known [s]."""
-    return {} if table.empty else table.groupby("model")["seconds [s]"].median().to_dict()
-
-
-def _is_refused(trial: Trial) -> bool:
-    """Whether a trial is no scene at all."""
-    try:
-        trial.scene()
-    except KnitstudyError:
-        return True
-    return False
-
-
-def keep(table: pd.DataFrame, campaign: Campaign) -> None:
-    """Keep the table of a campaign, and draw its map."""
-    kept = stamped(table, wanted(campaign), trials=f"{len(table)} of {len(campaign.trials)}")
-    save(draw(table), [FIGURE], {"extremes": kept.assign(code=kept["digest"])}, "What breaks")
-    save_for_screen(FIGURE, PICTURE)
-    write_table(kept, KEPT)
-
-
-def wanted(campaign: Campaign) -> str:
-    """Return the digest of the campaign with the code of today."""
-    return digest({"trials": [digest_of(trial) for trial in campaign.trials]})
-
-
-def _options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--config", type=Path, default=CONFIG, help="configuration folder")
-    parser.add_argument("--only", default="", metavar="PATTERN", help="trials whose names hold this pattern")
-    parser.add_argument("--anew", action="store_true", help="also those whose rows are there")
-    parser.add_argument(
-        "--minutes", type=float, default=np.inf, help="begin no trial after so many; the same command goes on"
-    )
-    return parser.parse_args()
-
-
-if __name__ == "__main__":
-    try:
-        main()
-    except KnitstudyError as error:
-        sys.exit(f"error: {error}")

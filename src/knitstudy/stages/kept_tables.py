@@ -17,23 +17,24 @@ from tempfile import TemporaryDirectory
 import pandas as pd
 
 from knitstudy.errors import DataFileError, KnitstudyError
+from knitstudy.figures import extremes_map
 from knitstudy.figures.catalogue import FIGURES, draw
-from knitstudy.figures.saving import save
+from knitstudy.figures.style import save
 from knitstudy.files import read_result, read_table, replacing, write_table
 from knitstudy.measures.catalogue import Catalogue
 from knitstudy.measures.reference import refinement_series_of
 from knitstudy.measures.selection import ways
-from knitstudy.report.screen import save_for_screen
-from knitstudy.report.sources import read_sources
-from knitstudy.report.summary import summarise
-from knitstudy.report.trade import filled, written
+from knitstudy.report.files import read_sources, save_for_screen
+from knitstudy.report.kept_pages import insert_between_marks, summarise, trade_summary
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.displays import Displays, reference_files
+from knitstudy.stages.extremes import digest_of
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
+from knitstudy.study.campaign import load_campaign
 from knitstudy.study.choice import GROWTH_KEPT, RESOURCES, TRADE_KEPT
 from knitstudy.study.configuration import CONFIG, load_scenes, load_study
-from knitstudy.study.scene import Scene
+from knitstudy.study.scene import Scene, digest
 from knitstudy.tables.catalogue import TABLES, tabulate
 from knitstudy.tables.reference import limits, values_of
 
@@ -205,7 +206,10 @@ def keep_trade(config: Path = CONFIG) -> str:
 def write_trade_page(table: pd.DataFrame) -> None:
     """Write a trade and the kept promises into the page about them."""
     promises = read_table(PROMISES_KEPT) if PROMISES_KEPT.is_file() else None
-    _write_page(TRADE_PAGE, filled(TRADE_PAGE.read_text(encoding="utf-8"), written(table, promises)))
+    _write_page(
+        TRADE_PAGE,
+        insert_between_marks(TRADE_PAGE.read_text(encoding="utf-8"), trade_summary(table, promises)),
+    )
 
 
 # ---- The reference: values to which independent discretisations converge ----
@@ -312,7 +316,32 @@ def keep_reference(config: Path = CONFIG) -> str:
     return f"Reference: {REFERENCE}"
 
 
-KEEPERS = {"reference": keep_reference, "verdicts": keep_verdicts, "trade": keep_trade}
+# ---- The campaign of extremes ----
+
+EXTREMES, EXTREMES_PICTURE = RESOURCES / "extremes.csv", Path("docs/notes/extremes.webp")
+
+
+def keep_extremes(config: Path = CONFIG) -> str:
+    """Keep the table of the campaign, and draw its map; return what was kept."""
+    table, campaign = read_table(RESULTS / "extremes" / "extremes.csv"), load_campaign(config)
+    behind = digest({"trials": [digest_of(trial, campaign) for trial in campaign.trials]})
+    kept = stamped(table, behind, trials=f"{len(table)} of {len(campaign.trials)}")
+    with TemporaryDirectory() as beside:
+        picture = Path(beside) / "extremes.png"
+        save(
+            extremes_map.draw(table), [picture], {"extremes": kept.assign(code=kept["digest"])}, "What breaks"
+        )
+        save_for_screen(picture, EXTREMES_PICTURE)
+    write_table(kept, EXTREMES)
+    return f"{len(table)} of {len(campaign.trials)} trials: {EXTREMES}"
+
+
+KEEPERS = {
+    "reference": keep_reference,
+    "verdicts": keep_verdicts,
+    "trade": keep_trade,
+    "extremes": keep_extremes,
+}
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from knitstudy.exchange import inp, vtu
 from knitstudy.files import fault_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mechanics.elements import ELEMENTS
-from knitstudy.mechanics.materials import LAWS
+from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mesh import mesher
 from knitstudy.models import stress
 from knitstudy.models.simulate import MODELS, simulate
@@ -155,7 +155,7 @@ def _model_code(scene: Scene) -> tuple[str, ...]:
     """Return the modules of the model of a scene, of its elements and its material."""
     found = [MODELS[scene.fidelity].__module__]
     if _is_solid(scene):
-        found += [LAWS.module(scene.yarn.material)]
+        found += [MATERIALS.module(scene.yarn.material)]
         found += [ELEMENTS.module(scene.mesh.element)] if scene.value("mesh.element") else []
     return tuple(found)
 

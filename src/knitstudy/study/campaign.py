@@ -6,6 +6,7 @@ may have is part of the question, and `Trial.scene` says so when it is asked.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -51,7 +52,7 @@ APPLIES = {"across": "mesh.size", "degree": "mesh.degree", "diameter": "yarn", "
 
 
 def _said(allowed: str, **default: Any) -> Any:
-    return key(allowed, standing="choice", source="what is tried", checked="all", **default)
+    return key("output", "choice", allowed=allowed, source="what is tried", checked="all", **default)
 
 
 class Alone(Section):
@@ -109,6 +110,11 @@ class Trial:
     group: str
     base: Scene
     changes: Mapping[str, Any]
+
+    @property
+    def label(self) -> str:
+        """The name as a file has it."""
+        return re.sub(r"[^a-z0-9]+", "-", self.name.lower())
 
     @property
     def model(self) -> str:

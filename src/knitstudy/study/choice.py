@@ -29,10 +29,6 @@ TRADE_KEPT = RESOURCES / "trade.csv"
 GROWTH_KEPT = RESOURCES / "trade_growth.csv"
 """By which powers of the number of cells in a row price grows."""
 
-MODEL_SECTIONS = ("mesh", "tie", "contact", "solver", "gates", "rom", "beam")
-OF_THE_PROBLEM = ("contact.friction", "contact.tied_edges", "tie.radius")
-"""Sections that say how a scene is computed, but for these keys, which say what is."""
-
 INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
 """As tables call them."""
 
@@ -196,13 +192,8 @@ def second(choice: Choice) -> Rung | None:
 
 def numerics(scene: Scene) -> dict[str, Any]:
     """Return all keys that say how a scene is computed, by dotted name."""
-    return {
-        f"{name}.{key}": list(value) if isinstance(value, tuple) else value
-        for name, section in scene.sections.items()
-        if name in MODEL_SECTIONS
-        for key, value in section
-        if f"{name}.{key}" not in OF_THE_PROBLEM
-    }
+    found = scene.values_of("resolution", "numerics")
+    return {key: list(value) if isinstance(value, tuple) else value for key, value in found.items()}
 
 
 def _seconds(rung: Rung) -> float:
@@ -353,44 +344,43 @@ class Ask(Section):
     """
 
     question: Literal["force", "out_of_plane", "contact", "stress"] = key(
-        "force, out_of_plane (motion), contact (force and slip) or stress (normal, at a contact)",
-        standing="choice",
+        "output",
+        "choice",
+        allowed="force, out_of_plane (motion), contact (force and slip) or stress (normal, at a contact)",
         source="what the model is chosen for; tables/trade.csv has the errors of all models by question",
         checked="all four",
     )
-
     accuracy: float = key(
-        "a number > 0 and <= 10, the relative error that may be made",
-        standing="choice",
+        "output",
+        "choice",
+        meaning="the relative error that may be made",
         source="a model is taken whose error is at most this where it is measured",
         checked="0.02 to 0.2, on knits with other spacings and diameters (docs/accuracy.md)",
         gt=0,
         le=10,
     )
-
     seconds: float | None = key(
-        "a number > 0 of seconds, or null",
+        "output",
+        "choice",
         unit="s",
-        standing="choice",
         source="what the simulation may take, with those that it is made from",
         checked="prices are those of one core of the machine that made resources/trade.csv",
         default=None,
         gt=0,
     )
-
     memory: float | None = key(
-        "a number > 0 of megabytes, or null",
+        "output",
+        "choice",
         unit="MB",
-        standing="choice",
         source="by how much the memory of the process may grow",
         checked="as ask.seconds",
         default=None,
         gt=0,
     )
-
     among: tuple[Annotated[str, Field(min_length=1)], ...] = key(
-        "a list of fidelities to choose from, for example [rom3d, spline_yarns]; [] for all",
-        standing="choice",
+        "output",
+        "choice",
+        allowed="a list of fidelities to choose from, for example [rom3d, spline_yarns]; [] for all",
         source="narrows what is taken",
         checked="single ones",
         default=(),

@@ -249,7 +249,7 @@ def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: 
         return
     direct = sorted(other.name for other in scenes.values() if other.kind.stage == "dns")
     if name not in direct:
-        message = unknown_choice(f"{source} names the unknown dns scene", name, name, direct)
+        message = unknown_choice(f"{source} names the unknown scene of solid yarns", name, name, direct)
         raise ConfigurationError(f"{where}: {message}")
     for dotted in ALIKE.get(source, ("knit",)):
         here, there = scene.value(dotted), scenes[name].value(dotted)
@@ -328,24 +328,21 @@ class Workflow(Section):
     """The study of scenes that is made, the folder that they stand in, and modules of kinds from outside."""
 
     study: Literal["ci", "reduced", "full", "reference", "trade"] = key(
-        "ci, reduced, full, reference or trade",
-        standing="choice",
-        source="which scenes are run; no result depends on it",
-        checked="all",
+        "output", "choice", source="which scenes are run; no result depends on it", checked="all"
     )
-
     folder: Annotated[str, Field(min_length=1)] = key(
-        "the path of a folder with defaults.yaml, families of scenes and a calibrated loop",
-        standing="choice",
+        "output",
+        "choice",
+        allowed="the path of a folder with defaults.yaml, families of scenes and a calibrated loop",
         source="where files are",
         checked="config, and folders of tests",
     )
-
     plugins: tuple[Annotated[str, Field(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")], ...] = key(
-        "a list of the dotted names of modules, for example [my_elements], that register kinds of their own",
-        standing="choice",
+        "output",
+        "choice",
+        allowed="a list of the dotted names of modules, for example [my_elements], that register kinds of their own",
         source="what the study is extended by",
-        checked="toy kinds of the tests",
+        checked="kinds of the tests",
         default=(),
     )
 

@@ -1,18 +1,18 @@
 """Families of scenes: products of names, read from the files of ``config/scenes``.
 
-A file is a family. Its ``scenes`` are names with placeholders, such as ``rom3d-{joint}-{case}``, each with the
-choices that its placeholders run through; a block called as a placeholder says what each choice sets. A file
-without ``scenes`` has blocks that all families may use. ``config/README.md`` shows how files are written.
+A file is a family. Its ``scenes`` are names with placeholders, such as ``rom3d-{joint}-{case}``, each with the choices
+that its placeholders run through; a block called as a placeholder says which keys each choice sets. A file without
+``scenes`` has blocks for all families. The keys of a family, of an entry and of its choices are put together; none
+overrides another. ``config/README.md`` shows how files are written.
 """
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 import reprlib
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,12 @@ MOST = 10_000
 
 _OF_FAMILY = ("studies", "keys", "scenes")
 _OF_ENTRY = ("name", "studies", "keys")
+
+_PLACEHOLDER = re.compile(r"\{([^{}]*)\}")
+_BY = re.compile(r"(\S+) +by +(\S+)")
+
+Blocks = Mapping[str, Mapping[str, dict]]
+"""By placeholder and choice: the keys that the choice sets."""
 
 
 @dataclass(frozen=True)
@@ -53,23 +59,32 @@ def read_families(folder: Path) -> dict[str, Member]:
     Raises
     ------
     ConfigurationError
-        Naming the file, and what in it is unknown, doubled, of the wrong type or of no use.
+        Naming the file, and what in it is unknown, doubled or of the wrong type.
     """
-    families = [_Family.read(path) for path in _files(Path(folder))]
-    shared: dict[str, _Block] = {}
-    for family in families:  # those without scenes first: they define for all
-        if not family.entries:
-            shared |= _distinct(family.blocks, shared)
+    documents = {path: read_yaml(path) for path in _files(Path(folder))}
+    shared: dict[str, Mapping[str, dict]] = {}
+    for path, document in documents.items():  # those without scenes first: they define for all
+        if "scenes" not in document:
+            shared |= _blocks(document, shared, path)
     members: dict[str, Member] = {}
-    for family in families:
-        blocks = shared | _distinct(family.blocks, shared) if family.entries else {}
-        for member in (member for entry in family.entries for member in entry.members(blocks)):
-            if member.name in members:
-                there = members[member.name].family
-                raise ConfigurationError(f"{member.where}: is there twice, the first in the family {there!r}")
-            members[member.name] = member
-    for family in families:
-        family.check_used()
+    asked: set[str] = set()
+    for path, document in documents.items():
+        if "scenes" not in document:
+            continue
+        blocks = shared | _blocks(document, shared, path)
+        for entry in _entries(document, path):
+            asked |= entry.keys()
+            for member in _members(entry, document, blocks, path):
+                if member.name in members:
+                    first = members[member.name].family
+                    raise ConfigurationError(
+                        f"{member.where}: is there twice, the first in the family {first!r}"
+                    )
+                members[member.name] = member
+    for path, document in documents.items():
+        for name in document.keys() - {*_OF_FAMILY, *asked}:
+            message = unknown_choice("unknown key", name, name, list(_OF_FAMILY))
+            raise ConfigurationError(f"{path}: {message}, or a placeholder that an entry of scenes has")
     return members
 
 
@@ -90,343 +105,182 @@ def _files(folder: Path) -> list[Path]:
     return paths
 
 
-def _distinct(blocks: Mapping[str, _Block], shared: Mapping[str, _Block]) -> dict[str, _Block]:
-    """Return blocks that are none of those that all families share."""
-    for name, block in blocks.items():
-        if name in shared:
-            raise ConfigurationError(
-                f"{block.where}: {name} is defined for all families in {shared[name].where}; rename one of the two"
-            )
-    return dict(blocks)
-
-
-@dataclass(frozen=True)
-class _Family:
-    """A file: what its scenes set, if it has any, and blocks."""
-
-    layer: Layer
-    entries: list[_Entry]
-    blocks: dict[str, _Block]
-
-    @classmethod
-    def read(cls, path: Path) -> _Family:
-        document, where = read_yaml(path), str(path)
-        blocks = {
-            name: _Block.read(name, choices, where)
-            for name, choices in document.items()
-            if name not in _OF_FAMILY
-        }
-        layer = Layer.read(document.get("keys", {}), "the family's keys", where)
-        if "scenes" not in document:
-            if len(document) > len(blocks):
-                raise ConfigurationError(
-                    f"{where}: has studies or keys of scenes, but the key 'scenes' is missing"
-                )
-            return cls(layer, [], blocks)
-        scenes = document["scenes"]
-        if not isinstance(scenes, list) or not scenes or not all(isinstance(each, dict) for each in scenes):
-            raise ConfigurationError(
-                f"{where}: scenes is {reprlib.repr(scenes)} but must be a list whose entries begin with '- name: '"
-            )
-        studies = document.get("studies")
-        return cls(layer, [_Entry.read(each, studies, layer, path) for each in scenes], blocks)
-
-    def check_used(self) -> None:
-        """Refuse what no scene of the folder uses."""
-        for block in self.blocks.values():
-            block.check_used()
-        self.layer.check_used()
-        for entry in self.entries:
-            entry.layer.check_used()
-
-
-@dataclass(frozen=True)
-class _Block:
-    """What a placeholder can be, and what each choice sets; ``used`` gathers the choices of scenes."""
-
-    placeholder: str
-    choices: dict[str, Layer]
-    where: str
-    used: set[str] = field(default_factory=set)
-
-    @classmethod
-    def read(cls, placeholder: str, document: Any, where: str) -> _Block:
-        if placeholder in _OF_ENTRY:
-            raise ConfigurationError(
-                f"{where}: {placeholder} is a key of an entry of scenes, and no placeholder"
-            )
-        mapping = isinstance(document, dict) and bool(document)
-        misspelt = difflib.get_close_matches(placeholder, _OF_FAMILY)
-        if not mapping or (misspelt and not all(isinstance(keys, dict) for keys in document.values())):
-            message = unknown_choice("unknown key", placeholder, placeholder, list(_OF_FAMILY))
-            raise ConfigurationError(
-                f"{where}: {message}, or a placeholder with a mapping of its choices to what each sets, which"
-                f" {reprlib.repr(document)} is not"
-            )
-        if "all" in document:
-            raise ConfigurationError(f"{where}: {placeholder} 'all' stands for all choices; rename this one")
-        choices = {
-            choice: Layer.read(keys, f"{placeholder} {choice!r}", where) for choice, keys in document.items()
-        }
-        return cls(placeholder, choices, where)
-
-    def chosen(self, asked: Any, where: str) -> list[str]:
-        """Return the choices that an entry asks for: all, one or a list."""
-        if asked == "all":
-            return list(self.choices)
-        found = _texts(asked, f"{where}: {self.placeholder}", f"all, or of {', '.join(self.choices)}")
-        unknown = next((choice for choice in found if choice not in self.choices), None)
-        if unknown is not None:
-            message = unknown_choice(f"unknown {self.placeholder}", unknown, unknown, list(self.choices))
-            raise ConfigurationError(f"{where}: {message}")
-        return found
-
-    def check_used(self) -> None:
-        """Refuse a choice that no scene makes, and what one says for nothing."""
-        if not self.used:
-            message = unknown_choice("unknown key", self.placeholder, self.placeholder, list(_OF_FAMILY))
-            raise ConfigurationError(f"{self.where}: {message}, or a placeholder that an entry of scenes has")
-        unused = next((choice for choice in self.choices if choice not in self.used), None)
-        if unused is not None:
-            raise ConfigurationError(
-                f"{self.where}: {self.placeholder} {unused!r} is of no scene; take it out, or into an entry of scenes"
-            )
-        for layer in self.choices.values():
-            layer.check_used()
-
-
-@dataclass(frozen=True)
-class _Entry:
-    """An entry of ``scenes``: a name, the choices asked for by placeholder, and what all scenes so named have."""
-
-    name: str
-    asked: dict[str, Any]
-    studies: tuple[str, ...]
-    family: Layer
-    layer: Layer
-    path: Path
-
-    @classmethod
-    def read(cls, document: dict, studies: Any, family: Layer, path: Path) -> _Entry:
-        name = document.get("name")
-        if not isinstance(name, str):
-            raise ConfigurationError(
-                f"{path}: the name of an entry of scenes is {name!r} but must be text, in quotes if a brace begins it"
-            )
-        where = f"{path}, scenes {name!r}"
-        asked = {key: value for key, value in document.items() if key not in _OF_ENTRY}
-        layer = Layer.read(document.get("keys", {}), "its keys", where)
-        studies = document.get("studies", studies)
-        if studies is None:
-            raise ConfigurationError(
-                f"{where}: the key 'studies' is missing, in the family as well; [] is for scenes that run only by name"
-            )
-        return cls(name, asked, _studies(studies, where), family, layer, path)
-
-    def members(self, blocks: Mapping[str, _Block]) -> Iterator[Member]:
-        """Yield the scenes; of the placeholders asked for the last one runs fastest."""
-        where = f"{self.path}, scenes {self.name!r}"
-        for key in self.asked:
-            if key not in blocks:
-                message = unknown_choice("unknown key", key, key, [*_OF_ENTRY, *blocks])
-                raise ConfigurationError(f"{where}: {message}")
-        for placeholder in PLACEHOLDER.findall(self.name):
-            if placeholder not in blocks:
-                message = unknown_choice("unknown placeholder", placeholder, placeholder, list(blocks))
-                raise ConfigurationError(f"{where}: {message}")
-            if placeholder not in self.asked:
-                raise ConfigurationError(
-                    f"{where}: {{{placeholder}}} is open; add '{placeholder}: all', or a list"
-                )
-        choices = [blocks[placeholder].chosen(asked, where) for placeholder, asked in self.asked.items()]
-        count = math.prod(map(len, choices))
-        if not 1 <= count <= MOST:
-            raise ConfigurationError(f"{where}: stands for {count} scenes but must for 1 to {MOST}")
-        for taken in product(*choices):
-            yield self._member(dict(zip(self.asked, taken, strict=True)), blocks)
-
-    def _member(self, taken: dict[str, str], blocks: Mapping[str, _Block]) -> Member:
-        name = filled(self.name, taken, f"{self.path}: name")
-        where = f"{self.path}, scene {name!r}"
-        layers = [self.family, self.layer]
-        for placeholder, choice in taken.items():
-            blocks[placeholder].used.add(choice)
-            layers.append(blocks[placeholder].choices[choice])
-        keys = together(layers, taken, where)
-        if "name" in keys:
-            raise ConfigurationError(
-                f"{where}: name is no key that can be set; an entry of scenes has it beside keys"
-            )
-        return Member(name, self.path.stem, self.studies, keys, where)
-
-
-def _studies(asked: Any, where: str) -> tuple[str, ...]:
-    """Return the studies of an entry in their usual order."""
-    found = _texts(asked, f"{where}: studies", f"of {', '.join(STUDIES)}")
-    unknown = next((name for name in found if name not in STUDIES), None)
-    if unknown is not None:
-        raise ConfigurationError(
-            f"{where}: {unknown_choice('unknown study', unknown, unknown, list(STUDIES))}"
-        )
-    return tuple(name for name in STUDIES if name in found)
-
-
-def _texts(asked: Any, what: str, must: str) -> list[str]:
-    """Return a list of distinct texts, or one text as a list; a whole number is the text that it is written as."""
-    listed = asked if isinstance(asked, list) else [asked]
-    texts = [str(each) if type(each) is int else each for each in listed]
-    if not all(isinstance(each, str) for each in texts):
-        raise ConfigurationError(f"{what} is {asked!r} but must be {must}, as texts")
-    doubled = next((each for each in texts if texts.count(each) > 1), None)
-    if doubled is not None:
-        raise ConfigurationError(f"{what} is {asked!r}, with {doubled!r} twice")
-    return texts
-
-
 def _place(path: Path) -> tuple[float, str]:
     """Return a family's place: by the number that its name begins with, those without one last."""
     number = re.match(r"\d+", path.name)
     return (int(number[0]) if number else math.inf, path.name)
 
 
-# ---- Layers of keys that a scene is put together from; none overrides another
-# What a family sets, what one of its names sets and what every choice in the name sets are a layer each. A layer
-# maps dotted keys to values. ``load.strain by case`` gives a key for every choice of a placeholder its value, and
-# ``{case}`` in a text stands for the choice.
-
-
-PLACEHOLDER = re.compile(r"\{([^{}]*)\}")
-"""A placeholder in a text."""
-
-_BY = re.compile(r"(\S+) +by +(\S+)")
-
-
-@dataclass(frozen=True)
-class Layer:
-    """Keys that one thing sets: ``fixed`` ones, and those that go by the choice of a placeholder.
-
-    ``what`` and ``where`` name the thing and its file in messages; ``used`` gathers what scenes took of ``by``.
-    """
-
-    fixed: dict[str, Any]
-    by: dict[tuple[str, str], dict[str, Any]]
-    what: str
-    where: str
-    used: set[tuple[str, str]] = field(default_factory=set)
-
-    @classmethod
-    def read(cls, document: Any, what: str, where: str) -> Layer:
-        """Read a layer from a mapping.
-
-        Raises
-        ------
-        ConfigurationError
-            When it is none, or something in it is a mapping that must be none, or the other way round.
-        """
-        if not isinstance(document, dict):
+def _blocks(document: dict, shared: Blocks, path: Path) -> dict[str, dict[str, dict]]:
+    """Return the blocks of a file: what each choice of a placeholder sets."""
+    blocks = {name: choices for name, choices in document.items() if name not in _OF_FAMILY}
+    for name, choices in blocks.items():
+        if name in _OF_ENTRY:
+            raise ConfigurationError(f"{path}: {name} is a key of an entry of scenes, and no placeholder")
+        if name in shared:
             raise ConfigurationError(
-                f"{where}: {what}: {reprlib.repr(document)} is no mapping of keys to values; {{}} is one without any"
+                f"{path}: {name} is defined for all families in another file; rename one of the two"
             )
-        layer = cls({}, {}, what, where)
-        for key, value in document.items():
-            by = _BY.fullmatch(key)
-            if by and not (isinstance(value, dict) and value):
-                must = f"a mapping that gives every {by[2]} its value"
-                raise ConfigurationError(f"{where}: {what}: {key} is {value!r} but must be {must}")
-            if by:
-                layer.by[by[1], by[2]] = value
-            else:
-                layer.fixed[key] = value
-        return layer
-
-    def values(self, taken: Mapping[str, str], where: str) -> Iterator[tuple[str, Any]]:
-        """Yield keys and values for the choices that a scene takes, by placeholder.
-
-        Raises
-        ------
-        ConfigurationError
-            When a key goes by a placeholder that the scene does not have, or has no value for its choice.
-        """
-        yield from self.fixed.items()
-        for (key, placeholder), values in self.by.items():
-            said = f"{where}: {self.what}: {key} by {placeholder}"
-            if placeholder not in taken:
-                message = unknown_choice("unknown placeholder", placeholder, placeholder, list(taken))
-                raise ConfigurationError(f"{said}: {message}")
-            choice = taken[placeholder]
-            if choice not in values:
-                raise ConfigurationError(f"{said} has no value for {choice!r}, only for {', '.join(values)}")
-            self.used.add((key, choice))
-            yield key, values[choice]
-
-    def check_used(self) -> None:
-        """Refuse values by the choice of a placeholder that no scene takes.
-
-        Raises
-        ------
-        ConfigurationError
-        """
-        for (key, placeholder), values in self.by.items():
-            unused = next((choice for choice in values if (key, choice) not in self.used), None)
-            if unused is not None:
-                raise ConfigurationError(
-                    f"{self.where}: {self.what}: {key} by {placeholder} has a value for {unused!r}, which no scene of"
-                    " it takes; take it out"
-                )
+        if not isinstance(choices, dict) or not all(isinstance(keys, dict) for keys in choices.values()):
+            message = unknown_choice("unknown key", name, name, list(_OF_FAMILY))
+            raise ConfigurationError(
+                f"{path}: {message}, or a placeholder with a mapping of its choices to the keys that each sets ({{}} is"
+                f" none), which {reprlib.repr(choices)} is not"
+            )
+        if "all" in choices:
+            raise ConfigurationError(f"{path}: {name} 'all' stands for all choices; rename this one")
+    if "scenes" not in document and len(document) > len(blocks):
+        raise ConfigurationError(f"{path}: has studies or keys of scenes, but the key 'scenes' is missing")
+    return blocks
 
 
-def together(layers: Iterable[Layer], taken: Mapping[str, str], where: str) -> dict[str, Any]:
-    """Return the keys that layers set together for the choices of a scene.
+def _entries(document: dict, path: Path) -> list[dict]:
+    scenes = document["scenes"]
+    if not isinstance(scenes, list) or not scenes or not all(isinstance(each, dict) for each in scenes):
+        raise ConfigurationError(
+            f"{path}: scenes is {reprlib.repr(scenes)} but must be a list whose entries begin with '- name: '"
+        )
+    return scenes
 
-    Raises
-    ------
-    ConfigurationError
-        When two set one key to different values, or what they set is no value of a key.
-    """
+
+def _members(entry: dict, document: dict, blocks: Blocks, path: Path) -> Iterator[Member]:
+    """Yield the scenes of an entry; of the placeholders asked for the last one runs fastest."""
+    name = entry.get("name")
+    if not isinstance(name, str):
+        raise ConfigurationError(
+            f"{path}: the name of an entry of scenes is {name!r} but must be text, in quotes if a brace begins it"
+        )
+    where = f"{path}, scenes {name!r}"
+    asked = {key: value for key, value in entry.items() if key not in _OF_ENTRY}
+    for key in asked:
+        if key not in blocks:
+            message = unknown_choice("unknown key", key, key, [*_OF_ENTRY, *blocks])
+            raise ConfigurationError(f"{where}: {message}")
+    for placeholder in _PLACEHOLDER.findall(name):
+        if placeholder in blocks and placeholder not in asked:
+            raise ConfigurationError(
+                f"{where}: {{{placeholder}}} is open; add '{placeholder}: all', or a list"
+            )
+    studies = _studies(entry.get("studies", document.get("studies")), where)
+    choices = [_chosen(placeholder, wanted, blocks, where) for placeholder, wanted in asked.items()]
+    count = math.prod(map(len, choices))
+    if not 1 <= count <= MOST:
+        raise ConfigurationError(f"{where}: stands for {count} scenes but must for 1 to {MOST}")
+    for taken in (dict(zip(asked, each, strict=True)) for each in product(*choices)):
+        own = _filled(name, taken, f"{path}: name")
+        of_scene = f"{path}, scene {own!r}"
+        layers = {"the family's keys": document.get("keys", {}), "its keys": entry.get("keys", {})}
+        layers |= {
+            f"{placeholder} {choice!r}": blocks[placeholder][choice] for placeholder, choice in taken.items()
+        }
+        yield Member(own, path.stem, studies, _together(layers, taken, of_scene), of_scene)
+
+
+def _chosen(placeholder: str, wanted: Any, blocks: Blocks, where: str) -> list[str]:
+    """Return the choices that an entry asks for: all, one or a list."""
+    choices = list(blocks[placeholder])
+    if wanted == "all":
+        return choices
+    return _texts(wanted, choices, placeholder, f"{where}: {placeholder}", "all, or ")
+
+
+def _studies(wanted: Any, where: str) -> tuple[str, ...]:
+    """Return the studies of an entry in their usual order."""
+    if wanted is None:
+        raise ConfigurationError(
+            f"{where}: the key 'studies' is missing, in the family as well; [] is for scenes that run only by name"
+        )
+    found = _texts(wanted, STUDIES, "study", f"{where}: studies", "")
+    return tuple(name for name in STUDIES if name in found)
+
+
+def _texts(wanted: Any, allowed: Any, what: str, said: str, also: str) -> list[str]:
+    """Return a list of distinct allowed texts, or one as a list; a whole number is the text that it is written as."""
+    texts = [
+        str(each) if type(each) is int else each
+        for each in (wanted if isinstance(wanted, list) else [wanted])
+    ]
+    if not all(isinstance(each, str) for each in texts):
+        raise ConfigurationError(f"{said} is {wanted!r} but must be {also}of {', '.join(allowed)}, as texts")
+    for each in texts:
+        if texts.count(each) > 1:
+            raise ConfigurationError(f"{said} is {wanted!r}, with {each!r} twice")
+        if each not in allowed:
+            raise ConfigurationError(
+                f"{said}: {unknown_choice(f'unknown {what}', each, each, list(allowed))}"
+            )
+    return texts
+
+
+def _together(layers: Mapping[str, Any], taken: Mapping[str, str], where: str) -> dict[str, Any]:
+    """Return the keys that layers set together for the choices of a scene; two may not disagree."""
     found: dict[str, Any] = {}
     said_by: dict[str, str] = {}
-    for layer in layers:
-        for key, value in layer.values(taken, where):
-            said = filled(value, taken, f"{where}: {layer.what}: {key}")
-            if isinstance(said, dict):
+    for layer, keys in layers.items():
+        for key, value in _values(keys, taken, f"{where}: {layer}"):
+            if key == "name":
                 raise ConfigurationError(
-                    f"{where}: {layer.what}: {key} is {said!r} but must be a value; keys of a group are written"
-                    f" {key}.{next(iter(said), 'key')}"
+                    f"{where}: name is no key that can be set; an entry of scenes has it beside keys"
                 )
-            if key in found and found[key] != said:
+            if isinstance(value, dict):
                 raise ConfigurationError(
-                    f"{where}: {key} is {found[key]!r} of {said_by[key]} but {said!r} of {layer.what}; neither"
-                    " overrides the other: set it in one of them"
+                    f"{where}: {layer}: {key} is {value!r} but must be a value; keys of a group are written"
+                    f" {key}.{next(iter(value), 'key')}"
                 )
-            found[key], said_by[key] = said, layer.what
+            if key in found and found[key] != value:
+                raise ConfigurationError(
+                    f"{where}: {key} is {found[key]!r} of {said_by[key]} but {value!r} of {layer}; neither overrides"
+                    " the other: set it in one of them"
+                )
+            found[key], said_by[key] = value, layer
     for key in found:
-        group = next((other for other in found if key.startswith(f"{other}.")), None)
-        if group is not None:
+        group = key.partition(".")[0]
+        if group != key and group in found:
             raise ConfigurationError(
                 f"{where}: {group} is {found[group]!r} but is a group of keys, with {key} in it"
             )
     return found
 
 
-def filled(value: Any, taken: Mapping[str, str], where: str) -> Any:
-    """Return a value with every placeholder in its texts replaced by the choice that is taken for it.
+def _values(keys: Any, taken: Mapping[str, str], said: str) -> Iterator[tuple[str, Any]]:
+    """Yield keys with their values for the choices of a scene, by placeholder.
 
-    Raises
-    ------
-    ConfigurationError
-        When a text has a placeholder for which none is, or a brace that belongs to none.
+    ``KEY by PLACEHOLDER`` has a value for every choice, and ``{PLACEHOLDER}`` in a text stands for the choice.
     """
+    if not isinstance(keys, dict):
+        raise ConfigurationError(f"{said}: {reprlib.repr(keys)} is no mapping of keys to values")
+    for key, value in keys.items():
+        if by := _BY.fullmatch(key):
+            name, placeholder = by.groups()
+            choice = _choice(placeholder, taken, f"{said}: {key}")
+            if not isinstance(value, dict):
+                must = f"a mapping that gives every {placeholder} its value"
+                raise ConfigurationError(f"{said}: {key} is {value!r} but must be {must}")
+            if choice not in value:
+                raise ConfigurationError(
+                    f"{said}: {key} has no value for {choice!r}, only for {', '.join(value)}"
+                )
+            yield name, _filled(value[choice], taken, f"{said}: {name}")
+        else:
+            yield key, _filled(value, taken, f"{said}: {key}")
+
+
+def _filled(value: Any, taken: Mapping[str, str], said: str) -> Any:
+    """Return a value with every placeholder in its texts replaced by the choice that is taken for it."""
     if isinstance(value, list):
-        return [filled(item, taken, where) for item in value]
+        return [_filled(item, taken, said) for item in value]
     if not isinstance(value, str):
         return value
-    for placeholder in PLACEHOLDER.findall(value):
-        if placeholder not in taken:
-            message = unknown_choice("unknown placeholder", placeholder, placeholder, list(taken))
-            raise ConfigurationError(f"{where} is {value!r}: {message}")
-    text = PLACEHOLDER.sub(lambda match: taken[match[1]], value)
+    text = _PLACEHOLDER.sub(lambda match: _choice(match[1], taken, f"{said} is {value!r}"), value)
     if "{" in text or "}" in text:
         raise ConfigurationError(
-            f"{where} is {value!r}, but braces stand around a placeholder, as in {{case}}"
+            f"{said} is {value!r}, but braces stand around a placeholder, as in {{case}}"
         )
     return text
+
+
+def _choice(placeholder: str, taken: Mapping[str, str], said: str) -> str:
+    if placeholder not in taken:
+        message = unknown_choice("unknown placeholder", placeholder, placeholder, list(taken))
+        raise ConfigurationError(f"{said}: {message}")
+    return taken[placeholder]

@@ -1,70 +1,124 @@
-"""Keys of a scene: type, bounds, unit, meaning, standing and source of each stand once, in its section.
+"""Keys of a scene: type, bounds, unit, role, standing and source of each stand once, in the field of its section.
 
 A section is a frozen pydantic model whose fields are made by `key`. What is allowed, error messages, the JSON schema,
-``config/inputs.tsv``, ``knitstudy check`` and ``docs/keys.md`` all follow from there.
+``knitstudy check``, ``docs/keys.md`` and the identity of a problem all follow from there.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import core_schema
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.registry import unknown_choice
+from knitstudy.registry import listed, meanings, unknown_choice
+
+ROLES = {
+    "physics": "what is simulated: scenes that share all of these are one problem, with one reference",
+    "resolution": "how finely it is computed: the scenes of a refinement series differ in these",
+    "numerics": "how it is computed: the model and its settings",
+    "output": "what is recorded or asked for",
+}
+"""What a key is for; what other modules do with a key follows from its role."""
 
 STANDINGS = ("stated", "inferred", "assumed", "calibrated", "choice")
 """What an input is worth; see config/README.md."""
 
-NO_DEFAULT = ...
-
-LONGEST = 1e6
-"""Largest length, in m."""
-
 LARGEST = 2**63
-"""Whole numbers beyond are none that anything here counts."""
+"""Larger whole numbers count nothing."""
 
 LONG = 120
 """Characters of a value beyond which a message does not show all of it."""
 
 SceneName = Annotated[str, Field(pattern="^[a-z][a-z0-9_-]{0,199}$")]
-"""At most 200 small letters, digits, - and _: names of files begin with it, and those may have 255."""
+"""At most 200 small letters, digits, - and _: file names begin with it, and these may have 255."""
+
+Length = Annotated[float, Field(gt=0, le=1e6)]
+"""A length in m."""
+
+Positive = Annotated[float, Field(gt=0, le=1e12)]
+
+Count = Annotated[int, Field(ge=1, le=10_000)]
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """Type of a key whose value is the name of a registered thing; `entries` returns what is registered by name."""
+
+    entries: Callable[[], Mapping[str, Any]]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        return core_schema.no_info_after_validator_function(self._registered, handler(source))
+
+    def _registered(self, value: str) -> str:
+        if value not in self.entries():
+            raise ValueError("not registered")
+        return value
 
 
 def key(
-    allowed: str | Callable[[], str],
-    *,
+    role: str,
     standing: str,
+    *,
     source: str,
-    checked: str,
     unit: str = "1",
-    default: Any = NO_DEFAULT,
+    checked: str = "none",
+    meaning: str = "",
+    allowed: str | Callable[[], str] = "",
+    default: Any = ...,
     **bounds: Any,
 ) -> Any:
     """Return the field of a key.
 
     Parameters
     ----------
-    allowed : str or callable
-        Completes the sentence "<key> is ... but must be ..."; a callable where registries say what there is.
+    role : str
+        One of `ROLES`.
     standing : str
         One of `STANDINGS`.
     source : str
         Where the value comes from.
+    unit : str
     checked : str
         The range over which results were checked.
-    unit : str
+    meaning : str
+        Follows type and bounds in messages; by default the unit does.
+    allowed : str or callable
+        Stands instead of type, bounds and meaning: completes the sentence "<key> is ... but must be ...".
     default : optional
-        Value under which every result from before the key existed was made: at this value the key enters no digest,
-        so that adding it runs nothing again. It must never be changed; the study's own values stand in
-        ``config/defaults.yaml``.
+        The value of scenes that do not set the key. Results from before the key existed were made under this value: it
+        enters no digest, so that adding the key runs nothing again, and must never be changed. Other defaults stand
+        in ``config/defaults.yaml``; no key has both.
     **bounds
         ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ``pattern`` as of pydantic.
     """
-    return Field(default, json_schema_extra=Description(unit, allowed, standing, source, checked), **bounds)
+    if role not in ROLES or standing not in STANDINGS:
+        raise ValueError(f"a key of role {role!r} and standing {standing!r}")
+    known = Description(role, standing, source, unit, checked, meaning, allowed)
+    return Field(default, json_schema_extra=known, **bounds)
+
+
+@dataclass(frozen=True)
+class Description:
+    """What is known of one key; see `key`."""
+
+    role: str
+    standing: str
+    source: str
+    unit: str
+    checked: str
+    meaning: str
+    allowed: Any
+
+    def __call__(self, schema: dict) -> None:
+        """Add it to the JSON schema of the key."""
+        schema |= {name: getattr(self, name) for name in ("role", "unit", "standing", "source", "checked")}
 
 
 class Section(BaseModel):
@@ -73,30 +127,43 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
-@dataclass(frozen=True)
-class Description:
-    """What is known of one key; see `key`."""
-
-    unit: str
-    says: str | Callable[[], str]
-    standing: str
-    source: str
-    checked: str
-
-    @property
-    def allowed(self) -> str:
-        """What is allowed, in words."""
-        return self.says if isinstance(self.says, str) else self.says()
-
-    def __call__(self, schema: dict) -> None:
-        """Add it to the JSON schema of the key."""
-        names = ("unit", "standing", "source", "checked")
-        schema |= {"description": self.allowed} | {name: getattr(self, name) for name in names}
-
-
 def describe(section: type[Section], name: str) -> Description:
     """Return what is known of the key `name` of a section."""
     return section.model_fields[name].json_schema_extra
+
+
+def allowed_values(section: type[Section], name: str) -> str:
+    """Return in words what the key `name` of a section may be: by its type and bounds, where it does not say it."""
+    field, known = section.model_fields[name], describe(section, name)
+    if known.allowed:
+        return known.allowed() if callable(known.allowed) else known.allowed
+    kinds = get_args(field.annotation) if isinstance(field.annotation, UnionType) else (field.annotation,)
+    registered = [each for each in field.metadata if isinstance(each, OneOf)]
+    if registered:
+        said = meanings(registered[0].entries())
+    elif get_origin(kinds[0]) is Literal:
+        said = listed(get_args(kinds[0]))
+    else:
+        said = _bounded("a whole number" if kinds[0] is int else "a number", field)
+    meaning = known.meaning or (f"in {known.unit}" if known.unit != "1" else "")
+    said += f", {meaning}" if meaning else ""
+    return said + (", or null" if NoneType in kinds else "")
+
+
+def _bounded(number: str, field: FieldInfo) -> str:
+    found = {
+        name: f"{getattr(each, name):g}".replace("e+0", "e").replace("e+", "e")
+        for each in field.metadata
+        for name in ("gt", "ge", "lt", "le")
+        if hasattr(each, name)
+    }
+    match found:
+        case {"ge": low, "le": high}:
+            return f"{number} from {low} to {high}"
+        case {"gt": low, "lt": high}:
+            return f"{number} between {low} and {high} (both excluded)"
+    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+    return f"{number} " + " and ".join(f"{signs[name]} {limit}" for name, limit in found.items())
 
 
 def validated(section: type[Section], values: Any, where: str, prefix: str = "") -> Section:
@@ -130,7 +197,7 @@ def validated(section: type[Section], values: Any, where: str, prefix: str = "")
         if isinstance(value, float) and not math.isfinite(value):
             raise ConfigurationError(f"{where}: {_said(prefix, path, value)} but must be a finite number")
         if isinstance(value, int) and abs(value) > LARGEST:
-            message = f"{_said(prefix, path, value)} but must be {describe(section, path[0]).allowed}"
+            message = f"{_said(prefix, path, value)} but must be {allowed_values(section, path[0])}"
             raise ConfigurationError(f"{where}: {message}")
     try:
         return section.model_validate({name: _tuples(value) for name, value in values.items()})
@@ -145,8 +212,8 @@ def _message(section: type[Section], error: Mapping, prefix: str) -> str:
         return f"{prefix}{error['ctx']['error']}"
     name = error["loc"][0]
     if _is_missing(error):
-        return f"the key {prefix + name!r} is missing; it must be {describe(section, name).allowed}"
-    return f"{_said(prefix, error['loc'], error['input'])} but must be {describe(section, name).allowed}"
+        return f"the key {prefix + name!r} is missing; it must be {allowed_values(section, name)}"
+    return f"{_said(prefix, error['loc'], error['input'])} but must be {allowed_values(section, name)}"
 
 
 def _is_missing(error: Mapping) -> bool:
@@ -177,13 +244,6 @@ def _leaves(node: Any, path: tuple) -> Iterator[tuple[tuple, Any]]:
         return
     for name, child in children:
         yield from _leaves(child, (*path, name))
-
-
-def registered(value: str, names: Iterable[str]) -> str:
-    """Return a value that is one of names; ValueError, for pydantic, where it is not."""
-    if value not in names:
-        raise ValueError("not registered")
-    return value
 
 
 def _tuples(value: Any) -> Any:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find, meanings, unknown_choice
-from knitstudy.study.keys import SceneName, Section, key, validated
+from knitstudy.study.keys import SceneName, Section, describe, key, validated
 from knitstudy.study.model_sections import (
     Beam,
     BeamMesh,
@@ -279,23 +279,24 @@ class Labels(Section):
     """Name and kind of a scene."""
 
     name: SceneName = key(
-        "a name of at most 200 small letters, digits, - and _, that starts with a letter",
-        standing="choice",
+        "output",
+        "choice",
+        allowed="a name of at most 200 small letters, digits, - and _, that starts with a letter",
         source="names files",
-        checked="none",
     )
-
     knit: SceneName = key(
-        "the label of the knit or pair; scenes with one label share one geometry (at most 200 small letters, digits,"
-        " - and _)",
-        standing="choice",
+        "output",
+        "choice",
+        allowed=(
+            "the label of the knit or pair; scenes with one label share one geometry (at most 200 small letters,"
+            " digits, - and _)"
+        ),
         source="names files",
-        checked="none",
     )
-
     specimen: str = key(
-        lambda: meanings(SPECIMENS),
-        standing="choice",
+        "physics",
+        "choice",
+        allowed=lambda: meanings(SPECIMENS),
         source=(
             "the paper simulates knits, whose yarns it does not say to be whole at the upper and the lower edge: of a"
             " cut_knit the outer ones are not; two crossing yarns are a case of verification, a cell stands for an"
@@ -303,24 +304,24 @@ class Labels(Section):
         ),
         checked="all",
     )
-
     fidelity: str = key(
-        lambda: meanings(FIDELITIES),
-        standing="choice",
+        "numerics",
+        "choice",
+        allowed=lambda: meanings(FIDELITIES),
         source="sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact",
         checked="all",
     )
-
     interaction: str = key(
-        lambda: meanings(INTERACTIONS),
-        standing="stated",
+        "physics",
+        "stated",
+        allowed=lambda: meanings(INTERACTIONS),
         source="section 2.2, Fig. 2 and Table 1: tie constraint, rough contact, isotropic Coulomb friction",
         checked="all three",
     )
-
     outputs: tuple[str, ...] = key(
-        "a list of what is written besides, for example [fields, vtu]",
-        standing="choice",
+        "output",
+        "choice",
+        allowed="a list of what is written besides, for example [fields, vtu]",
         source="what is written; no result depends on it",
         checked="all",
     )
@@ -381,6 +382,13 @@ class Kind:
         """What a scene may ask to be written besides."""
         return self.fidelity.outputs if self.specimen.outputs is None else self.specimen.outputs
 
+    def has(self, key: str) -> bool:
+        """Whether a scene of this kind has a label, a section or a dotted key."""
+        section, dot, name = key.partition(".")
+        if not dot:
+            return key in self.sections or key in Labels.model_fields
+        return section in self.sections and name in self.sections[section].model_fields
+
     @cached_property
     def sections(self) -> Sections:
         """Sections by their names."""
@@ -415,20 +423,22 @@ def _sections_of(*names: tuple[str, ...]) -> dict[str, dict[str, type[Section]]]
     return found
 
 
-def known_keys(section: str) -> dict[str, type[Section]] | None:
-    """Return the keys of a section of any kind of scene; None if there is no such section."""
-    return all_sections().get(section)
+def role_of(key: str) -> str | None:
+    """Return the role of a dotted key or a label; None if there is no such key."""
+    name, dot, field = key.rpartition(".")
+    section = all_sections().get(name, {}).get(field) if dot else Labels
+    return describe(section, field).role if section and field in section.model_fields else None
 
 
 def not_of_kind(kind: Kind, key: str) -> str:
     """Return the message for a key that a scene does not have: unknown, or of another kind."""
-    section, _, name = key.partition(".")
+    section, dot, name = key.partition(".")
     known = all_sections()
     if section not in known:
-        allowed = sorted({*known, *Labels.model_fields})
-        return unknown_choice("unknown key", key, section, allowed)
-    if name and name not in known[section]:
-        return unknown_choice("unknown key", key, name, sorted(known[section]))
+        return unknown_choice("unknown key", key, section, sorted({*known, *Labels.model_fields}))
+    if dot and name not in known[section]:
+        allowed = kind.sections[section].model_fields if section in kind.sections else known[section]
+        return unknown_choice("unknown key", key, name, sorted(allowed))
     return (
         f"{key} is no key of a scene whose specimen is {kind.specimen.name}, fidelity {kind.fidelity.name} and"
         f" interaction {kind.interaction.name}; leave it out"

@@ -1,4 +1,7 @@
-"""Sections of how a scene is computed: mesh, ties, contact, solver, limits, reduced models, window."""
+"""Sections of how a scene is computed: mesh, ties, contact, solver, gates, reduced models, beams and window.
+
+Ties, friction and tied edges stand here as well: which of them a scene has depends on its model.
+"""
 
 from __future__ import annotations
 
@@ -8,47 +11,44 @@ from pydantic import Field, field_validator, model_validator
 
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.spline_yarn.basis import LARGEST_DEGREE
-from knitstudy.study.keys import LONGEST, SceneName, Section, key, registered
+from knitstudy.study.keys import Count, Length, OneOf, Positive, SceneName, Section, key
 
-# ---- Element sizes
+# ---- Meshes ----
 
 
 class SolidMesh(Section):
     """Sizes of solid elements at crossings, their growth on legs, and the element."""
 
-    size: float = key(
-        "a number > 0 and <= 1e6, in m",
+    size: Length = key(
+        "resolution",
+        "stated",
         unit="m",
-        standing="stated",
         source="Table 5: 0.3 mm",
         checked="0.225 to 0.6 mm: force +7 % at 0.6 mm (docs/notes/sensitivity.md)",
-        gt=0,
-        le=LONGEST,
     )
-
     growth: float = key(
-        "a number from 1 to 4, spacing on legs over size",
-        standing="assumed",
+        "numerics",
+        "assumed",
+        meaning="spacing on legs over size",
         source="spacing of slices between crossings; near the count of nodes in Table 5",
         checked="1 to 1.5: force within 0.1 % (docs/notes/sensitivity.md)",
         ge=1,
         le=4,
     )
-
     refinement: float = key(
-        "a number from 1 to 3, size over the size of elements at crossings",
-        default=1.0,
-        standing="assumed",
+        "numerics",
+        "assumed",
+        meaning="size over the size of elements at crossings",
         source="slices stand nearer, and sections are drawn towards the other yarn (docs/notes/refinement.md)",
         checked="1 to 3 (docs/notes/refinement.md)",
+        default=1.0,
         ge=1,
         le=3,
     )
-
-    element: str = key(
-        ELEMENTS.allowed,
-        standing="stated",
-        source=("section 2.3: linear hexahedra with reduced integration; quadratic ones are the reference"),
+    element: Annotated[str, OneOf(ELEMENTS.all)] = key(
+        "numerics",
+        "stated",
+        source="section 2.3: linear hexahedra with reduced integration; quadratic ones are the reference",
         checked="over quadratic, tied cell at 0.3 mm: one_point -3 % in force",
     )
 
@@ -57,28 +57,15 @@ class SolidMesh(Section):
         """Size of elements at crossings [m]: what contact is measured with."""
         return self.size / self.refinement
 
-    @field_validator("element")
-    @classmethod
-    def _is_registered(cls, value: str) -> str:
-        return registered(value, ELEMENTS.names())
-
 
 class BeamMesh(Section):
     """Size of beam elements, and their section."""
 
-    beam_size: float = key(
-        "a number > 0 and <= 1e6, in m",
-        unit="m",
-        standing="stated",
-        source="Table 5: 0.5 mm",
-        checked="0.5 mm",
-        gt=0,
-        le=LONGEST,
-    )
-
+    beam_size: Length = key("resolution", "stated", unit="m", source="Table 5: 0.5 mm", checked="0.5 mm")
     section_law: Literal["straight", "curved"] = key(
-        "straight (of a straight rod) or curved (of a rod as bent as the yarn is): the law of the beams' sections",
-        standing="assumed",
+        "numerics",
+        "assumed",
+        allowed="straight (of a straight rod) or curved (of a rod as bent as the yarn is): law of the beams' sections",
         source=(
             "section 2.5: beams along the centrelines, whose sections the paper does not say; a bent yarn of solids is"
             " as stiff as curved says, 8 to 15 % stiffer than straight (docs/notes/beams.md)"
@@ -87,90 +74,69 @@ class BeamMesh(Section):
     )
 
 
-# ---- Polynomials over the section times splines along the yarn: what solid yarns without hexahedra are divided into
+Degree = Annotated[int, Field(ge=2, le=LARGEST_DEGREE)]
 
+Span = Annotated[float, Field(ge=0.05, le=2.0)]
+"""Over the yarn's radius: a loop's bends have no room in longer spans, and shorter ones only cost."""
 
-SHORTEST_SPAN, LONGEST_SPAN = 0.05, 2.0
-"""Of spans, over the yarn's radius: a loop's bends have no room in longer ones, and shorter ones only cost."""
-
-LOCKS = "with 1 a section cannot widen where a bent yarn is compressed: 2.1 times too stiff at a Poisson ratio of 0.4"
+LOCKS = "as sections of degree 1 cannot widen in bending: 2.1 times too stiff at a Poisson ratio of 0.4"
 
 
 class PolynomialMesh(Section):
     """Degree over the section and length of spans, on legs and near crossings, and the degree of the splines.
 
-    Spans nearer to a crossing than `crossing_reach` have the degree `crossing_degree`; their length is `crossing_span`
-    there and grows to `span`.
+    Spans nearer to a crossing than a radius have the degree `crossing_degree`; their length is `crossing_span` there
+    and grows to `span`.
     """
 
-    degree: int = key(
-        f"a whole number from 2 to {LARGEST_DEGREE} ({LOCKS})",
-        standing="choice",
+    degree: Degree = key(
+        "resolution",
+        "choice",
+        meaning=LOCKS,
         source="numerical; degree of the polynomials over the section, away from crossings",
         checked="2 to 6: of one loop, force +3.2 % at 2 and within 0.3 % from 3 on (docs/notes/solid_yarns.md)",
         default=2,
-        ge=2,
-        le=LARGEST_DEGREE,
     )
-
     spline_degree: int = key(
-        "a whole number from 2 to 5",
-        standing="choice",
+        "numerics",
+        "choice",
         source="numerical; of the splines along the yarn; quadratic ones need half as many spans more",
         checked="2 and 3",
         default=3,
         ge=2,
         le=5,
     )
-
-    span: float = key(
-        f"a number from {SHORTEST_SPAN:g} to {LONGEST_SPAN:g}, in yarn radii, and not below mesh.crossing_span",
+    span: Span = key(
+        "resolution",
+        "choice",
         unit="yarn radii",
-        standing="choice",
+        meaning="in yarn radii, and not below mesh.crossing_span",
         source="numerical; length of a span away from crossings",
         checked="0.6 to 1.8: of one loop, force +0.8 % at 1.8 (docs/notes/solid_yarns.md)",
         default=0.9,
-        ge=SHORTEST_SPAN,
-        le=LONGEST_SPAN,
     )
-
-    crossing_degree: int = key(
-        f"a whole number from mesh.degree to {LARGEST_DEGREE}",
-        standing="choice",
+    crossing_degree: Degree = key(
+        "resolution",
+        "choice",
+        meaning="not below mesh.degree",
         source="numerical; degree of the polynomials near crossings",
         checked=(
             "2 to 6 of a tied cell, 2 to 4 with friction: force +2.5 and +3.6 % with 2 everywhere, within 0.4 % from "
             "3 on (docs/notes/solid_yarns.md)"
         ),
         default=2,
-        ge=2,
-        le=LARGEST_DEGREE,
     )
-
-    crossing_span: float = key(
-        f"a number from {SHORTEST_SPAN:g} to {LONGEST_SPAN:g}, in yarn radii",
+    crossing_span: Span = key(
+        "resolution",
+        "choice",
         unit="yarn radii",
-        standing="choice",
         source="numerical; length of a span near crossings",
         checked="0.3 to 0.9: of a cell with friction, force +0.7 and u_z -4 % at 0.9 (docs/notes/solid_yarns.md)",
         default=0.9,
-        ge=SHORTEST_SPAN,
-        le=LONGEST_SPAN,
-    )
-
-    crossing_reach: float = key(
-        "a number >= 0 and <= 10, in yarn radii",
-        unit="yarn radii",
-        standing="choice",
-        source="numerical; distance from a crossing along the yarn up to which spans count as near",
-        checked="0.5 to 1.5",
-        default=1.0,
-        ge=0,
-        le=10,
     )
 
     @model_validator(mode="after")
-    def _falls_away_from_crossings(self) -> PolynomialMesh:
+    def _is_finer_near_crossings(self) -> PolynomialMesh:
         if self.crossing_degree < self.degree:
             raise ValueError(
                 f"crossing_degree is {self.crossing_degree} but must be at least mesh.degree, {self.degree}"
@@ -182,24 +148,41 @@ class PolynomialMesh(Section):
         return self
 
 
-# ---- How yarns act on each other (section 2.2, Fig. 2 and Table 1)
+class WindowMesh(PolynomialMesh, BeamMesh):
+    """Of the solid yarns in the window, and of the beams around it."""
+
+
+# ---- Ties and contact (section 2.2, Fig. 2 and Table 1) ----
 
 
 class Tie(Section):
     """The mean and the linear moments of two yarns' displacement on a disc are joined where they cross and are tied."""
 
     radius: float = key(
-        "a number from 0.05 to 0.8, in yarn radii",
+        "physics",
+        "inferred",
         unit="yarn radii",
-        standing="inferred",
         source=(
-            "sqrt(2 R delta), within which yarns of radius R are nearer to each other than delta = 5 % of "
-            "the stated 0.3 mm, Abaqus's default; the area of one facet of that size"
+            "sqrt(2 R delta), within which yarns of radius R are nearer to each other than delta = 5 % of the stated "
+            "0.3 mm, Abaqus's default; the area of one facet of that size"
         ),
         checked="0.1 to 0.5: force of a tied cell of solid yarns -7 to +15 % (docs/notes/ties.md)",
         default=0.183,
         ge=0.05,
         le=0.8,
+    )
+
+
+class Sliding(Section):
+    """Coulomb friction."""
+
+    friction: float = key(
+        "physics",
+        "stated",
+        source="Table 1: 0.76; static value of the data sheet of the polypropylene, which gives 0.44 for sliding",
+        checked="0 to 1.5 (scenes inputs-friction*)",
+        ge=0,
+        le=1e6,
     )
 
 
@@ -210,8 +193,9 @@ class TiedEdges(Section):
     """
 
     tied_edges: Literal["outer", "none"] = key(
-        ("outer (the first and the last interlock row, in wale tension the outer columns, are tied) or none"),
-        standing="stated",
+        "physics",
+        "stated",
+        allowed="outer (the first and the last interlock row, in wale tension the outer columns, are tied) or none",
         source=(
             "section 2.3, Fig. 3: top and bottom rows are tied in course tension; in wale tension "
             '"for the same reason", taken as the outer columns'
@@ -227,89 +211,57 @@ class SolidContact(TiedEdges):
     Gauss points along each side of a facet.
     """
 
-    normal_stiffness: float = key(
-        "a number > 0 and <= 1e12, times E over the mesh size",
+    normal_stiffness: Positive = key(
+        "numerics",
+        "stated",
         unit="E / h",
-        standing="stated",
-        source=(
-            "Table 1: contact stiffness over element stiffness is 10; as pressure over gap it is "
-            "taken as 10 E / h"
-        ),
+        meaning="times E over the mesh size",
+        source="Table 1: contact stiffness over element stiffness is 10; as pressure over gap it is taken as 10 E / h",
         checked=(
-            "3, 10 and 30 of knits without multipliers (scenes *-penalty*); 3 to 30, of a pair "
-            "pressed by 90 um at 0.3 mm: force -1.5 to +0.1 %, as multipliers bound the penetration"
+            "3, 10 and 30 of knits without multipliers (scenes *-penalty*); 3 to 30, of a pair pressed by 90 um at "
+            "0.3 mm: force -1.5 to +0.1 %, as multipliers bound the penetration"
         ),
-        gt=0,
-        le=1e12,
     )
-
-    tangential_stiffness: float = key(
-        "a number > 0 and <= 1e12, times E over the mesh size",
+    tangential_stiffness: Positive = key(
+        "numerics",
+        "stated",
         unit="E / h",
-        standing="stated",
-        source=(
-            "Table 1: stick stiffness over element stiffness is 10; as traction over slip it is taken"
-            " as 10 E / h"
-        ),
+        meaning="times E over the mesh size",
+        source="Table 1: stick stiffness over element stiffness is 10; as traction over slip it is taken as 10 E / h",
         checked="3 to 30, of a pair slid by 0.45 mm at 0.3 mm: force within 0.04 %, work -1.8 to +0.7 %",
-        gt=0,
-        le=1e12,
     )
-
     penetration: float = key(
-        "a number > 0 and <= 1, a share of the mesh size",
+        "numerics",
+        "assumed",
         unit="h",
-        standing="assumed",
+        meaning="a share of the mesh size",
         source="Table 1 says hard contact; how hard is not printed",
-        checked=(
-            "0.003 and 0.01, of a pair pressed by 90 um and slid at 0.3 mm: force within 1 % at the "
-            "end of the way"
-        ),
+        checked="0.003 and 0.01, of a pair pressed by 90 um and slid at 0.3 mm: force within 1 % at the end of the way",
         gt=0,
         le=1,
     )
-
     augmentations: int = key(
-        "a whole number from 0 to 100",
-        standing="choice",
+        "numerics",
+        "choice",
         source="numerical; updates of the multipliers where the penalty alone lets yarns in too deep",
         checked="10; 3 were needed at most by pairs pressed by 90 um",
         ge=0,
         le=100,
     )
-
     points: int = key(
-        "a whole number from 1 to 4",
-        standing="choice",
+        "numerics",
+        "choice",
         source=(
-            "numerical; Gauss points along each side of a facet; crossings lie over the middles of "
-            "facets, where even numbers have no point and find contact late"
+            "numerical; Gauss points along each side of a facet; crossings lie over the middles of facets, where even "
+            "numbers have no point and find contact late"
         ),
         checked=(
-            "1 to 4, of a pair pressed by 36 um: with 2 it begins 10 um late at 0.3 mm and 17 um at "
-            "0.45 mm (force -13 and -46 %)"
+            "1 to 4, of a pair pressed by 36 um: with 2 it begins 10 um late at 0.3 mm and 17 um at 0.45 mm (force "
+            "-13 and -46 %)"
         ),
         ge=1,
         le=4,
     )
-
-
-class Sliding(Section):
-    """Coulomb friction."""
-
-    friction: float = key(
-        "a number from 0 to 1e6",
-        standing="stated",
-        source=(
-            "Table 1: 0.76; static value of the data sheet of the polypropylene, which gives 0.44 for sliding"
-        ),
-        checked="0 to 1.5 (scenes inputs-friction*)",
-        ge=0,
-        le=1e6,
-    )
-
-
-# ---- Contact of solid yarns that are polynomials times splines: where its points are
 
 
 class PolynomialContact(SolidContact):
@@ -322,20 +274,20 @@ class PolynomialContact(SolidContact):
     """
 
     cell: float = key(
-        "a number from 0.05 to 0.5, in yarn radii",
+        "numerics",
+        "choice",
         unit="yarn radii",
-        standing="choice",
         source="numerical; length of a cell near crossings, with contact.points x contact.points Gauss points",
         checked="0.15 to 0.75 of a pair: force +0.3 % at 0.15, -2.5 % at 0.5, -7.6 % at 0.75 (docs/notes/contact.md)",
         default=0.25,
         ge=0.05,
         le=0.5,
     )
-
     window: float = key(
-        "a number from 0.3 to 4, in yarn radii, and not below contact.cell",
+        "numerics",
+        "choice",
         unit="yarn radii",
-        standing="choice",
+        meaning="in yarn radii, and not below contact.cell",
         source="numerical; sqrt(2) times the larger semiaxis of the area of contact and the way that it slides",
         checked="0.8 to 1.6 of a pair: force within 1.3 % (docs/notes/contact.md)",
         default=1.2,
@@ -350,33 +302,31 @@ class PolynomialContact(SolidContact):
         return self
 
 
-# ---- Newton's method
+# ---- Newton's method ----
 
 
 class Newton(Section):
     """First number of increments, and tolerances."""
 
-    increments: int = key(
-        "a whole number from 1 to 10000",
-        standing="choice",
+    increments: Count = key(
+        "resolution",
+        "choice",
         source="numerical; the first increment's share of the load, adapted on the way",
         checked="5, 12, 20 and 40: the same force to seven digits",
-        ge=1,
-        le=10_000,
     )
-
     residual_tolerance: float = key(
-        "a number > 0 and <= 1e-2, relative to the mean internal force",
-        standing="choice",
+        "resolution",
+        "choice",
+        meaning="relative to the mean internal force",
         source="numerical; of the mean internal force",
         checked="1e-6",
         gt=0,
         le=1e-2,
     )
-
     correction_tolerance: float = key(
-        "a number > 0 and <= 1e-2, relative to the mesh size",
-        standing="choice",
+        "resolution",
+        "choice",
+        meaning="relative to the mesh size",
         source="numerical; of the element size",
         checked="1e-6",
         gt=0,
@@ -388,25 +338,20 @@ class SolidNewton(Newton):
     """The same of solids, with the linear solver; the viscosity `stabilisation` is relative to Young's modulus."""
 
     stabilisation: float = key(
-        "a number from 0 to 1e6, times Young's modulus",
+        "numerics",
+        "assumed",
         unit="E",
-        standing="assumed",
-        source=(
-            "section 2.2: static stabilisation, its size is not printed; none unless a scene asks for it"
-        ),
+        meaning="times Young's modulus",
+        source="section 2.2: static stabilisation, its size is not printed; none unless a scene asks for it",
         checked=(
-            "0 to 1e-6, of one cell at 0.6 mm: force within 0.003 %; up to 1e-8 its work stays below "
-            "2 % of the internal energy on the way"
+            "0 to 1e-6, of one cell at 0.6 mm: force within 0.003 %; up to 1e-8 its work stays below 2 % of the "
+            "internal energy on the way"
         ),
         ge=0,
         le=1e6,
     )
-
     linear: Literal["auto", "three_scale", "amg", "lu"] = key(
-        "auto, three_scale, amg or lu",
-        standing="choice",
-        source="numerical; no result depends on it",
-        checked="auto",
+        "numerics", "choice", source="numerical; no result depends on it", checked="auto"
     )
 
 
@@ -414,9 +359,10 @@ class HexahedralNewton(SolidNewton):
     """The same of hexahedra, with their `hourglass` coefficient, relative to the shear modulus."""
 
     hourglass: float = key(
-        "a number > 0 and <= 1, times the shear modulus",
+        "numerics",
+        "assumed",
         unit="shear moduli",
-        standing="assumed",
+        meaning="times the shear modulus",
         source="Abaqus's default stiffness of C3D8R, 0.005 G",
         checked="0.0025 to 0.05: force -1.4 to +3.8 % (docs/notes/sensitivity.md)",
         gt=0,
@@ -424,15 +370,16 @@ class HexahedralNewton(SolidNewton):
     )
 
 
-# ---- Limits of what a run may leave wrong: beyond them it ends in one line (docs/gates.md)
+# ---- Gates: limits of what a run may leave wrong; beyond them it ends in one line (docs/gates.md) ----
 
 
 class Gates(Section):
     """Limits of every model."""
 
     ledger: float = key(
-        "a number > 0, over the external work",
-        standing="choice",
+        "numerics",
+        "choice",
+        meaning="over the external work",
         source="every scene of the study stays below 0.035; pairs in 8 increments leave 0.14, docs/gates.md",
         checked="0.05",
         default=0.05,
@@ -441,20 +388,21 @@ class Gates(Section):
 
 
 class SolidGates(Gates):
-    """Those of solids besides."""
+    """Additional limits of solids."""
 
     stabilisation: float = key(
-        "a number >= 0, over the internal energy",
-        standing="choice",
+        "numerics",
+        "choice",
+        meaning="over the internal energy",
         source="5 % is the field's rule",
         checked="0.05",
         default=0.05,
         ge=0,
     )
-
     viscous_force: float = key(
-        "a number >= 0, over the reaction of the driven side",
-        standing="choice",
+        "numerics",
+        "choice",
+        meaning="over the reaction of the driven side",
         source="forces are wrong by about as much, docs/gates.md",
         checked="0.05",
         default=0.05,
@@ -463,20 +411,21 @@ class SolidGates(Gates):
 
 
 class HexahedralGates(SolidGates):
-    """Those of hexahedra besides."""
+    """Additional limits of hexahedra."""
 
     hourglass: float = key(
-        "a number > 0, over the internal energy",
-        standing="choice",
+        "numerics",
+        "choice",
+        meaning="over the internal energy",
         source="5 % is the field's rule; at least the usual stiffness of 0.005 G is counted",
         checked="0.05: the study's scenes stay below 0.046",
         default=0.05,
         gt=0,
     )
-
     elements_across: float | None = key(
-        "a number > 0 of elements of mesh.size across the yarn, or null for 3 of a knit and 7 of a pair",
-        standing="choice",
+        "numerics",
+        "choice",
+        allowed="a number > 0 of elements of mesh.size across the yarn, or null for 3 of a knit and 7 of a pair",
         source="force of a tied knit +5 % at 3.3, of a pressed pair within 8 % from 8 on, docs/gates.md",
         checked="2 to 12",
         default=None,
@@ -484,15 +433,33 @@ class HexahedralGates(SolidGates):
     )
 
 
-# ---- Reduced order models: where their joints come from, and of which kind they are (sections 2.4 to 2.6)
+class WindowGates(Gates):
+    """Additional limits of a window."""
+
+    jump: float = key(
+        "numerics",
+        "choice",
+        meaning="over the largest force where solid yarns and beams meet",
+        source="numerical; what Newton's method leaves is a hundredth of it, docs/notes/window.md",
+        checked="1e-4",
+        default=1e-4,
+        gt=0,
+    )
+
+
+# ---- Reduced order models: where their joints come from, and of which kind they are (sections 2.4 to 2.6) ----
 
 
 class Joints(Section):
     """Which direct simulation a reduced model takes its joints from; none where the geometry says enough."""
 
     contacts_from: SceneName | None = key(
-        "the name of the dns scene that the joints come from (empty: where yarns are closest, tied by tie.radius)",
-        standing="choice",
+        "numerics",
+        "choice",
+        allowed=(
+            "the name of the scene of solid yarns that the joints come from (empty: where yarns are closest, tied by"
+            " tie.radius)"
+        ),
         source="the DNS whose contact zones make the joints (sections 2.4, 2.5)",
         checked="one DNS a knit, and none (scenes trade-*-rom*): tied knits carry the same within 1e-13",
         default=None,
@@ -506,26 +473,27 @@ class PlanarJoints(Joints):
     """
 
     section: Literal["single", "doubled"] = key(
-        "single or doubled: a segment of the planar model that two yarns share",
-        standing="assumed",
-        source=(
-            "section 2.4: the same cross section as the yarns; where two yarns share a segment "
-            "nothing is printed"
-        ),
+        "numerics",
+        "assumed",
+        meaning="a segment of the planar model that two yarns share",
+        source="section 2.4: the same cross section as the yarns; where two yarns share a segment nothing is printed",
         checked="single and doubled (scenes rom2d-doubled-*)",
     )
-
     honeycomb: Literal["geometry", "principal_stress"] = key(
-        "geometry (segments of the planar model join the contacts) or principal_stress (they lie along it)",
-        standing="stated",
+        "numerics",
+        "stated",
+        allowed="geometry (segments of the planar model join the contacts) or principal_stress (they lie along it)",
         source="section 3.4: MPS-based honeycombs beside the one from geometry",
         checked="both (scenes rom2d-by-*-stress-*)",
         default="geometry",
     )
-
     stress_from: SceneName | None = key(
-        "the name of the dns scene whose principal stress segments lie along (empty where rom.honeycomb is geometry)",
-        standing="choice",
+        "numerics",
+        "choice",
+        allowed=(
+            "the name of the scene of solid yarns whose principal stress segments lie along (empty where rom.honeycomb"
+            " is geometry)"
+        ),
         source="Table 4: directions of course and of wale tension, each pulled in both directions",
         checked="course and wale tension (scenes rom2d-by-*-stress-*)",
         default=None,
@@ -534,7 +502,7 @@ class PlanarJoints(Joints):
     @model_validator(mode="after")
     def _stress_where_used(self) -> PlanarJoints:
         if (self.honeycomb == "principal_stress") != (self.stress_from is not None):
-            wanted = "name a dns scene" if self.honeycomb == "principal_stress" else "be empty"
+            wanted = "name a scene of solid yarns" if self.honeycomb == "principal_stress" else "be empty"
             raise ValueError(
                 f"stress_from is {self.stress_from!r} but must {wanted} where rom.honeycomb is {self.honeycomb}"
             )
@@ -545,14 +513,15 @@ class SpatialJoints(Joints):
     """Of the spatial model (Figs. 5 and 6)."""
 
     joint: Literal["rigid", "pinned", "patch", "printed"] = key(
-        (
+        "numerics",
+        "assumed",
+        allowed=(
             "rigid (arms to the contact point), pinned (arms that may turn there), patch (pinned, and yielding as the "
             "tied area does) or printed (as in Table 2: no arms)"
         ),
-        standing="assumed",
         source=(
-            "Table 2: u_T = 0, u_R = 0, and springs between the points; rigid arms to the contact "
-            "point, a variant takes the paper at its word"
+            "Table 2: u_T = 0, u_R = 0, and springs between the points; rigid arms to the contact point, a variant "
+            "takes the paper at its word"
         ),
         checked="all four (scenes rom3d-pinned-*, rom3d-patch-*, rom3d-printed-*)",
     )
@@ -567,58 +536,56 @@ class Springs(SpatialJoints):
     """
 
     springs_from: SceneName | None = key(
-        ("the name of the dns scene whose averaged springs are used (empty for that of rom.contacts_from)"),
-        standing="choice",
+        "numerics",
+        "choice",
+        allowed=(
+            "the name of the scene of solid yarns whose averaged springs are used (empty for that of"
+            " rom.contacts_from)"
+        ),
         source="springs of another simulation test what carries over from one load to another",
         checked="course springs in wale tension and the other way round (scenes rom3d-carried-*)",
     )
-
     springs: Literal["averaged", "zones"] = key(
-        "averaged (one stiffness for all crossings) or zones (each crossing its own)",
-        standing="stated",
+        "numerics",
+        "stated",
+        allowed="averaged (one stiffness for all crossings) or zones (each crossing its own)",
         source="Table 2 prints one stiffness a direction; a variant gives every crossing its own",
         checked="averaged and zones (scenes rom3d-zones-*)",
     )
-
     stiffness: tuple[Annotated[float, Field(gt=0)], ...] = key(
-        ("[], or a list of the springs' three stiffnesses along x, y and z in N/m instead of measured ones"),
+        "numerics",
+        "stated",
         unit="N/m",
-        standing="stated",
+        allowed="[], or a list of the springs' three stiffnesses along x, y and z in N/m instead of measured ones",
         source="Table 2; none: the springs are measured",
         checked="those of Table 2 (scenes rom3d-table2-*)",
         max_length=3,
     )
-
     axes: Literal["contact", "global"] = key(
-        "contact (springs along the normal and in the tangent plane) or global (along x, y and z)",
-        standing="inferred",
+        "numerics",
+        "inferred",
+        allowed="contact (springs along the normal and in the tangent plane) or global (along x, y and z)",
         source=(
-            "Table 2 lists x, y and z; secants along these are negative at many crossings, along the "
-            "contact's own axes at none (table2_springs)"
+            "Table 2 lists x, y and z; secants along these are negative at many crossings, along the contact's own "
+            "axes at none (table2_springs)"
         ),
         checked="contact; global with the stiffnesses of Table 2 (scenes rom3d-table2-*)",
     )
-
     displacement: Literal["interface", "centreline"] = key(
-        "interface or centreline: the relative displacement whose secants the springs are",
-        standing="stated",
-        source=(
-            "section 2.6: relative displacement between yarn interfaces; that of the centrelines is a variant"
-        ),
+        "numerics",
+        "stated",
+        meaning="the relative displacement whose secants the springs are",
+        source="section 2.6: relative displacement between yarn interfaces; that of the centrelines is a variant",
         checked="interface and centreline (table2_springs, scenes rom3d-centreline-*)",
     )
 
     @model_validator(mode="after")
-    def _measured(self) -> Springs:
+    def _has_one_source(self) -> Springs:
         if self.contacts_from is None:
             raise ValueError(
-                "contacts_from is empty but must name a dns scene where yarns touch: springs are measured at its"
-                " contacts"
+                "contacts_from is empty but must name a scene of solid yarns where yarns touch: springs are measured"
+                " at its contacts"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _one_source(self) -> Springs:
         for name, value, empty in (
             ("springs_from", self.springs_from, "empty"),
             ("stiffness", list(self.stiffness) or None, "[]"),
@@ -636,7 +603,7 @@ class Springs(SpatialJoints):
         return self
 
 
-# ---- The knit as beams in contact (section 3.3, Fig. 12b)
+# ---- Beams in contact (section 3.3, Fig. 12b) ----
 
 
 class Beam(Section):
@@ -647,34 +614,38 @@ class Beam(Section):
     """
 
     section: Literal["rigid", "hertz"] = key(
-        "rigid (a penalty) or hertz (the approach of two crossed cylinders)",
-        standing="inferred",
+        "numerics",
+        "inferred",
+        allowed="rigid (a penalty) or hertz (the approach of two crossed cylinders)",
         source="section 3.3: the deformation of the cross-section is ignored",
         checked="rigid and hertz (scenes beam-*)",
     )
-
     tie: Literal["rigid", "pinned", "patch"] = key(
-        "rigid, pinned (sections may turn) or patch (pins that yield as tied areas do): crossings that are tied",
-        standing="assumed",
+        "numerics",
+        "assumed",
+        allowed="rigid, pinned (sections may turn) or patch (pins that yield as tied areas do): tied crossings",
         source=(
-            "section 2.3 ties the outer rows; a tied patch of solids lets sections turn nearly "
-            "freely and yields, beams that are joined do not"
+            "section 2.3 ties the outer rows; a tied patch of solids lets sections turn nearly freely and yields, "
+            "beams that are joined do not"
         ),
         checked="all three (scenes beam-pinned-*, beam-patch-*)",
     )
-
-    stiffness: float = key(
-        "a number > 0 and <= 1e12, times E R",
+    stiffness: Positive = key(
+        "numerics",
+        "assumed",
         unit="E R",
-        standing="assumed",
+        meaning="times E R",
         source="nothing printed; hard contact",
         checked="10 and 100 (scenes beam-*)",
-        gt=0,
-        le=1e12,
     )
 
 
-# ---- Which cells of a knit are solid yarns, and what joins the beams around them
+# ---- Window: which cells of a knit are solid yarns, and what joins the beams around them ----
+
+ASKED = {
+    "source": "what is asked for",
+    "checked": "the centre cell of 3 x 3 and 10 x 10 cells (docs/notes/window.md)",
+}
 
 
 class Window(Section):
@@ -685,46 +656,47 @@ class Window(Section):
     """
 
     row: int | None = key(
-        "a whole number from 0 to pattern.rows - 1, or null for the middle",
-        standing="choice",
-        source="what is asked for",
-        checked="the centre cell of 3 x 3 and 10 x 10 cells (docs/notes/window.md)",
+        "output",
+        "choice",
+        allowed="a whole number from 0 to pattern.rows - 1, or null for the middle",
         default=None,
         ge=0,
+        **ASKED,
     )
-
     column: int | None = key(
-        "a whole number from 0 to pattern.loops - 1, or null for the middle",
-        standing="choice",
-        source="what is asked for",
-        checked="the centre cell of 3 x 3 and 10 x 10 cells (docs/notes/window.md)",
+        "output",
+        "choice",
+        allowed="a whole number from 0 to pattern.loops - 1, or null for the middle",
         default=None,
         ge=0,
+        **ASKED,
     )
-
     cells: int = key(
-        "an odd whole number >= 1",
-        standing="choice",
+        "output",
+        "choice",
+        allowed="an odd whole number from 1 to 999",
         source="what is asked for",
         checked="1, and 3 of 3 x 3 cells (docs/notes/window.md)",
         default=1,
         ge=1,
         le=999,
     )
-
     margin: int = key(
-        "a whole number >= 0",
-        standing="choice",
+        "resolution",
+        "choice",
         source="numerical; how far from what is asked for yarns become beams",
         checked="0, and 1 of 3 x 3 cells with ties (docs/notes/window.md)",
         default=0,
         ge=0,
         le=999,
     )
-
     springs_from: SceneName | None = key(
-        "the name of a dns scene in contact whose averaged springs are used outside, or null where beams touch",
-        standing="choice",
+        "numerics",
+        "choice",
+        allowed=(
+            "the name of a scene of solid yarns in contact whose averaged springs are used outside, or null where"
+            " beams touch"
+        ),
         source="numerical; secants at full load stand for contact at full load alone",
         checked="both, in 3 x 3 cells (docs/notes/window.md)",
         default=None,
@@ -736,20 +708,3 @@ class Window(Section):
         if value % 2 == 0:
             raise ValueError(f"cells is {value} but must be odd: one cell is the middle")
         return value
-
-
-class WindowMesh(PolynomialMesh, BeamMesh):
-    """Of the solid yarns in the window, and of the beams around it."""
-
-
-class WindowGates(Gates):
-    """Limits of a window besides."""
-
-    jump: float = key(
-        "a number > 0, over the largest force where solid yarns and beams meet",
-        standing="choice",
-        source="numerical; what Newton's method leaves is a hundredth of it, docs/notes/window.md",
-        checked="1e-4",
-        default=1e-4,
-        gt=0,
-    )

@@ -9,8 +9,6 @@ from typing import Any
 from knitstudy.errors import ConfigurationError
 from knitstudy.study.choice import (
     AUTO,
-    MODEL_SECTIONS,
-    OF_THE_PROBLEM,
     Ask,
     Choice,
     asked,
@@ -18,6 +16,7 @@ from knitstudy.study.choice import (
     resolved,
     second,
 )
+from knitstudy.study.kinds import role_of
 from knitstudy.study.scene import Scene, set_dotted
 
 ANY = "spline_yarns"
@@ -48,7 +47,7 @@ def is_open(keys: Mapping[str, Any]) -> bool:
 
 def of_model(key: str) -> bool:
     """Whether a key says by which model a scene is computed, and how, and not what it is of."""
-    return key == "outputs" or (key.partition(".")[0] in MODEL_SECTIONS and key not in OF_THE_PROBLEM)
+    return key == "outputs" or ("." in key and role_of(key) in ("resolution", "numerics"))
 
 
 def problem_and_ask(name: str, keys: Mapping[str, Any], where: str, defaults: Mapping) -> tuple[Scene, Ask]:

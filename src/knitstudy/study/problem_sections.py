@@ -1,4 +1,4 @@
-"""Sections of what is simulated: its size and shape, its yarn, its load."""
+"""Sections of what is simulated: the specimen, how its loops are optimised, its yarn and its load."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from knitstudy.mechanics.materials import LAWS
-from knitstudy.study.keys import LONGEST, Section, key, registered
+from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.materials import MATERIALS, material_of
+from knitstudy.study.keys import Count, Length, OneOf, Positive, Section, key
 
-# ---- Size and shape of what is simulated: a knit, or two crossing yarns
+Point = tuple[float, float, float]
+
+# ---- Specimen: a knit, or two crossing yarns ----
 
 
 class Pattern(Section):
@@ -21,85 +24,65 @@ class Pattern(Section):
     drawn for; rows stand `course_ratio` times the course spacing apart, and `keep` says what stays of the drawn loop.
     """
 
-    loops: int = key(
-        "a whole number from 1 to 10000",
-        standing="stated",
-        source="sections 3.1 and 3.5: 3 x 3 unit cells",
+    loops: Count = key("physics", "stated", source="sections 3.1 and 3.5: 3 x 3 unit cells", checked="3")
+    rows: Count = key(
+        "physics",
+        "inferred",
+        source="DOF(n) = n^2 [21057 + 40700 (1 - 2/n)] fits Table 3 within 0.4 %: n rows; whole edge yarns are assumed",
         checked="3",
-        ge=1,
-        le=10_000,
     )
-
-    rows: int = key(
-        "a whole number from 1 to 10000",
-        standing="inferred",
-        source=(
-            "n + 1 yarns for n rows of interlocks: DOF(n) = n^2 [21057 + 40700 (1 - 2/n)] fits Table "
-            "3 within 0.3 %"
-        ),
-        checked="3",
-        ge=1,
-        le=10_000,
-    )
-
-    course_spacing: float = key(
-        "a number > 0 and <= 1e6, in m",
+    course_spacing: Length = key(
+        "physics",
+        "calibrated",
         unit="m",
-        standing="calibrated",
         source="not printed; fitted with the control points",
         checked="one value",
-        gt=0,
-        le=LONGEST,
     )
-
-    wale_spacing: float = key(
-        "a number > 0 and <= 1e6, in m",
+    wale_spacing: Length = key(
+        "physics",
+        "calibrated",
         unit="m",
-        standing="calibrated",
         source="not printed; fitted with the control points",
         checked="one value",
-        gt=0,
-        le=LONGEST,
     )
-
-    control_points: tuple[tuple[float, float, float], ...] = key(
-        "a list of at least 4 points x, y, z in m",
+    control_points: tuple[Point, ...] = key(
+        "physics",
+        "calibrated",
         unit="m",
-        standing="calibrated",
+        allowed="a list of at least 4 points x, y, z in m",
         source=(
-            "not printed; fitted to the angles of Table 4 and to 41.6 mm of yarn a loop (999 beam "
-            "nodes at 0.5 mm over 12 loops, Table 5)"
+            "not printed; fitted to the angles of Table 4 and to 41.6 mm of yarn a loop (999 beam nodes at 0.5 mm over "
+            "12 loops, Table 5)"
         ),
         checked="one loop shape",
         min_length=4,
     )
-
     clearance: float = key(
-        "a number from 0 to 1, in yarn radii",
+        "physics",
+        "assumed",
         unit="yarn radii",
-        standing="assumed",
         source=(
-            "not printed; small and positive, as Fig. 7 shows no contact at 0.05 % and symmetric "
-            "contact by 0.45 % strain"
+            "not printed; small and positive, as Fig. 7 shows no contact at 0.05 % and symmetric contact by 0.45 % "
+            "strain"
         ),
         checked="0.005 to 0.04: force -2.3 % at 0.04 (docs/notes/sensitivity.md)",
         ge=0,
         le=1,
     )
-
     course_ratio: float = key(
-        "a number from 0.5 to 2, course spacing over the one that the loop is drawn for",
-        standing="choice",
+        "physics",
+        "choice",
+        meaning="course spacing over the one that the loop is drawn for",
         source="Fig. 11a varies the course spacing without saying how far",
         checked="0.7 to 1.3 (docs/notes/geometry.md)",
         default=1.0,
         ge=0.5,
         le=2,
     )
-
     keep: Literal["shape", "length", "wale_spacing"] = key(
-        "shape, length or wale_spacing: what stays of the drawn loop at another course spacing or diameter",
-        standing="choice",
+        "physics",
+        "choice",
+        meaning="what stays of the drawn loop at another course spacing or diameter",
         source="not printed: Fig. 11 does not say what is held fixed (docs/notes/geometry.md)",
         checked="all three",
         default="shape",
@@ -114,50 +97,42 @@ class Pair(Section):
     """
 
     angle: float = key(
-        "a number > 0 and <= 90, in degrees",
-        unit="degree",
-        standing="choice",
+        "physics",
+        "choice",
+        unit="degrees",
         source="of a case of verification",
         checked="90 and 30",
         gt=0,
         le=90,
     )
-
-    length: float = key(
-        "a number > 0 and <= 1e6, in m, of each of the two yarns",
+    length: Length = key(
+        "physics",
+        "choice",
         unit="m",
-        standing="choice",
-        source=(
-            "of a case of verification: nearly three diameters, beyond what the other yarn covers at "
-            "30 degrees"
-        ),
+        source="of a case of verification: nearly three diameters, beyond what the other yarn covers at 30 degrees",
         checked="5 mm",
-        gt=0,
-        le=LONGEST,
     )
-
     clearance: float = key(
-        "a number from 0 to 1, in yarn radii",
-        unit="yarn radii",
-        standing="choice",
-        source="of a case of verification",
-        checked="0.01",
-        ge=0,
-        le=1,
+        "physics", "choice", unit="yarn radii", source="of a case of verification", checked="0.01", ge=0, le=1
     )
-
     support: Literal["ends", "back"] = key(
-        "ends or back: what is held and driven of each yarn",
-        standing="choice",
+        "physics",
+        "choice",
+        meaning="what is held and driven of each yarn",
         source=(
-            "of a case of verification: the halves turned away from each other are held, as bodies in"
-            " theories of contact are"
+            "of a case of verification: the halves turned away from each other are held, as bodies in theories of "
+            "contact are"
         ),
         checked="back",
     )
 
 
-# ---- How the loop is optimised (section 2.1 of the paper)
+# ---- Optimisation of the loop (section 2.1 of the paper) ----
+
+WEIGHT = {
+    "source": "weight of Eq. (1), not printed",
+    "checked": "times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)",
+}
 
 
 class Geometry(Section):
@@ -166,52 +141,32 @@ class Geometry(Section):
     `free` lists for every control point the components that may move: "", "z", "yz", "xyz" and so on.
     """
 
-    alpha: float = key(
-        "a number > 0 and <= 1e12, the weight of F_distance in Eq. (1)",
-        standing="assumed",
-        source="weight of Eq. (1), not printed",
-        checked="times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)",
-        gt=0,
-        le=1e12,
-    )
-
+    alpha: Positive = key("physics", "assumed", meaning="the weight of F_distance in Eq. (1)", **WEIGHT)
     beta: float = key(
-        "a number from 0 to 1e12, the weight of F_bending in Eq. (1)",
-        standing="assumed",
-        source="weight of Eq. (1), not printed",
-        checked="times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)",
-        ge=0,
-        le=1e12,
+        "physics", "assumed", meaning="the weight of F_bending in Eq. (1)", ge=0, le=1e12, **WEIGHT
     )
-
     gamma: float = key(
-        "a number from 0 to 1e12, the weight of F_length in Eq. (1)",
-        standing="assumed",
-        source="weight of Eq. (1), not printed",
-        checked="times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)",
-        ge=0,
-        le=1e12,
+        "physics", "assumed", meaning="the weight of F_length in Eq. (1)", ge=0, le=1e12, **WEIGHT
     )
-
     beta_0: float = key(
-        "a number from 0 to 1e12, the scalar of Eq. (3)",
-        standing="assumed",
-        source="scalar of Eq. (3), not printed",
-        checked="times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)",
+        "physics",
+        "assumed",
+        meaning="the scalar of Eq. (3)",
         ge=0,
         le=1e12,
+        **WEIGHT | {"source": "scalar of Eq. (3), not printed"},
     )
-
     free: tuple[Annotated[str, Field(pattern="^x?y?z?$")], ...] = key(
-        ('a list of the components that may move, one text such as "", z or xyz for every control point'),
-        standing="assumed",
+        "physics",
+        "assumed",
+        allowed='a list of the components that may move, one text such as "", z or xyz for every control point',
         source="the paper says that a subset of points and components moves, not which",
         checked="one list",
     )
-
     samples: int = key(
-        "a whole number from 4 to 10000 (samples a Bezier curve)",
-        standing="stated",
+        "physics",
+        "stated",
+        meaning="samples a Bezier curve",
         source="section 2.1: 100 points a Bezier curve; true closest points are refined from them here",
         checked="100",
         ge=4,
@@ -219,70 +174,92 @@ class Geometry(Section):
     )
 
 
-# ---- What yarns are made of
+# ---- Yarn ----
 
 
 class Yarn(Section):
-    """Circular yarn of one isotropic material."""
+    """Circular yarn of one material.
 
-    diameter: float = key(
-        "a number > 0 and <= 1e6, in m",
+    Of a transversely isotropic material `youngs_modulus` and `poisson_ratio` are those along the axis of the yarn, and
+    the other three constants are as of an isotropic one where nothing is said.
+    """
+
+    diameter: Length = key(
+        "physics",
+        "inferred",
         unit="m",
-        standing="inferred",
         source=(
-            "63,171 nodes at 0.3 mm (Table 5) over 0.5 m of yarn are about 38 nodes a section: 6 "
-            "elements of 0.3 mm across"
+            "63,171 nodes at 0.3 mm (Table 5) over 0.5 m of yarn are about 38 nodes a section: 6 elements of 0.3 mm "
+            "across"
         ),
         checked="1.8 mm",
-        gt=0,
-        le=LONGEST,
     )
-
     youngs_modulus: float = key(
-        "a number > 0 and <= 1e20, in Pa",
+        "physics",
+        "inferred",
         unit="Pa",
-        standing="inferred",
-        source=(
-            "data sheet of the polypropylene that the paper cites: homopolymer 1.30 GPa, copolymer 1.10 GPa"
-        ),
+        source="data sheet of the polypropylene that the paper cites: homopolymer 1.30 GPa, copolymer 1.10 GPa",
         checked="1.30 GPa; forces are proportional to it, 1.1 to 1.5 GPa need no run of their own",
         gt=0,
         le=1e20,
     )
-
     poisson_ratio: float = key(
-        "a number between -1 and 0.5 (both excluded)",
-        standing="inferred",
-        source="the same data sheet",
-        checked="0.42",
-        gt=-1,
-        lt=0.5,
+        "physics", "inferred", source="the same data sheet", checked="0.42", gt=-1, lt=0.5
     )
-
-    density: float = key(
-        "a number > 0 and <= 1e6, in kg/m3",
-        unit="kg/m3",
-        standing="inferred",
-        source="the same data sheet; no quasi-static result depends on it",
-        checked="905",
-        gt=0,
-        le=1e6,
-    )
-
-    material: str = key(
-        LAWS.allowed,
-        standing="assumed",
+    material: Annotated[str, OneOf(MATERIALS.all)] = key(
+        "physics",
+        "assumed",
         source=(
-            "isotropic polypropylene (section 2.3) with geometric nonlinearity; Hencky is what Abaqus"
-            " computes then"
+            "isotropic polypropylene (section 2.3) with geometric nonlinearity; Hencky is what Abaqus computes then"
         ),
-        checked="all three laws: force +1.2 % at most (docs/notes/sensitivity.md)",
+        checked="the isotropic laws: force +1.2 % at most (docs/notes/sensitivity.md)",
+    )
+    transverse_modulus: float | None = key(
+        "physics",
+        "assumed",
+        allowed="a number > 0 and <= 1e20, in Pa: Young's modulus across the yarn; or null for that along it",
+        unit="Pa",
+        source="section 2.3 takes yarns as isotropic; twisted ones are softer across than along",
+        checked="0.3 of that along it, against closed forms",
+        default=None,
+        gt=0,
+        le=1e20,
+    )
+    transverse_poisson_ratio: float | None = key(
+        "physics",
+        "assumed",
+        allowed="a number between -1 and 1 (both excluded): Poisson's ratio across the yarn; or null for that along it",
+        source="section 2.3 takes yarns as isotropic",
+        checked="0.25, against closed forms",
+        default=None,
+        gt=-1,
+        lt=1,
+    )
+    axial_shear_modulus: float | None = key(
+        "physics",
+        "assumed",
+        allowed="a number > 0 and <= 1e20, in Pa: shear modulus along the yarn; or null for that of an isotropic one",
+        unit="Pa",
+        source="section 2.3 takes yarns as isotropic",
+        checked="0.3 of that of an isotropic yarn, against closed forms",
+        default=None,
+        gt=0,
+        le=1e20,
     )
 
-    @field_validator("material")
-    @classmethod
-    def _is_registered(cls, value: str) -> str:
-        return registered(value, LAWS.names())
+    @model_validator(mode="after")
+    def _stores_energy(self) -> Yarn:
+        for name in ("transverse_modulus", "transverse_poisson_ratio", "axial_shear_modulus"):
+            if getattr(self, name) is not None and not MATERIALS.find(self.material).directional:
+                raise ValueError(
+                    f"{name} is {getattr(self, name):g} but must be null where yarn.material is {self.material}, which "
+                    "is isotropic"
+                )
+        try:
+            material_of(self)
+        except ConfigurationError as error:
+            raise ValueError(str(error)) from error
+        return self
 
     @property
     def radius(self) -> float:
@@ -290,7 +267,7 @@ class Yarn(Section):
         return self.diameter / 2
 
 
-# ---- What drives a specimen
+# ---- Load ----
 
 
 class Tension(Section):
@@ -300,33 +277,31 @@ class Tension(Section):
     """
 
     strain: float = key(
-        "a number from -0.2 to 0.5, not 0 (0.05 is 5 %, -0.05 a compression)",
-        standing="stated",
+        "physics",
+        "stated",
+        meaning="not 0 (0.05 is 5 %, -0.05 a compression)",
         source="section 3.1: 5 % course strain",
         checked="-5 to 5 %",
         ge=-0.2,
         le=0.5,
     )
-
     lateral: Literal["fixed", "free"] = key(
-        "fixed or free: the other components of the driven ends, of a cell its other strains",
-        standing="assumed",
-        source=(
-            "prescribed displacements on the driven side; lateral components held, a variant leaves them free"
-        ),
+        "physics",
+        "assumed",
+        meaning="the other components of the driven ends, of a cell its other strains",
+        source="prescribed displacements on the driven side; lateral components held, a variant leaves them free",
         checked="fixed; free: force -3.3 % (docs/notes/sensitivity.md)",
     )
-
     stops: tuple[float, ...] = key(
-        "a list of strains on the way, for example [0.01, 0.02], or []",
-        standing="choice",
+        "output",
+        "choice",
+        allowed="a list of strains on the way, for example [0.01, 0.02], or []",
         source="numerical; where increments end, so that figures show the strains of Fig. 7c",
-        checked="none",
     )
 
     @field_validator("strain")
     @classmethod
-    def _goes_somewhere(cls, strain: float) -> float:
+    def _is_not_zero(cls, strain: float) -> float:
         if strain == 0:
             raise ValueError("nothing is deformed")
         return strain
@@ -349,11 +324,11 @@ class KnitTension(Tension):
     """
 
     direction: Literal["course", "wale"] = key(
-        "course or wale",
-        standing="stated",
+        "physics",
+        "stated",
         source=(
-            "section 2.3: course and wale tension; in wale tension sinker arcs of the bottom yarn are"
-            " held and head arcs of the top yarn driven"
+            "section 2.3: course and wale tension; in wale tension sinker arcs of the bottom yarn are held and head "
+            "arcs of the top yarn driven"
         ),
         checked="both",
     )
@@ -366,8 +341,8 @@ class CellStrain(Tension):
     """
 
     deformation: Literal["course", "wale", "biaxial", "shear"] = key(
-        "course, wale, biaxial or shear",
-        standing="choice",
+        "physics",
+        "choice",
         source="strains in the plane that define a shell's stiffness",
         checked="all four",
         default="course",
@@ -382,11 +357,11 @@ class Path(Section):
 
     lateral: ClassVar = "fixed"
 
-    path: tuple[tuple[float, float, float], ...] = key(
-        "a list of one displacement x, y, z in m or more",
+    path: tuple[Point, ...] = key(
+        "physics",
+        "choice",
         unit="m",
-        standing="choice",
+        allowed="a list of one displacement x, y, z in m or more",
         source="of a case of verification; none for a knit",
-        checked="none",
         min_length=1,
     )

@@ -1,8 +1,8 @@
 """The scene: one validated, frozen description of one simulation.
 
-It is the only thing that a stage is parametrised by. A scene that exists is valid: constructing one with a value that
-is not allowed raises ConfigurationError. It has the sections of its kind and no others: its specimen's, its yarn's, and
-those that its fidelity asks for with its interaction. All quantities are SI; the description of a key names its unit.
+A scene is the only thing that a stage is parametrised by. A scene that exists is valid: a value that is not allowed
+raises ConfigurationError. A scene has the sections of its kind and no others: its specimen's, its yarn's, and those
+that its fidelity asks for with its interaction. All quantities are SI; the description of a key names its unit.
 """
 
 from __future__ import annotations
@@ -14,12 +14,18 @@ from types import MappingProxyType
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.registry import unknown_choice
 from knitstudy.study.keys import Section, describe, validated
-from knitstudy.study.kinds import Kind, Labels, all_sections, known_keys, not_of_kind
+from knitstudy.study.kinds import Kind, Labels, all_sections, not_of_kind
 
-LABELS = ("name", "knit", "outputs")
-"""Keys that no number depends on."""
+SOLID = ("hexahedra", "spline_yarns")
+"""Fidelities whose material may have an axis."""
+
+LABELS = tuple(name for name in Labels.model_fields if describe(Labels, name).role == "output")
+"""Labels that no number depends on: name, knit and outputs."""
+
+NOTHING: Mapping = MappingProxyType({})
 
 
 class Scene:
@@ -35,19 +41,13 @@ class Scene:
     """
 
     def __init__(
-        self,
-        labels: Labels,
-        kind: Kind,
-        sections: Mapping[str, Section],
-        defaults: Mapping = MappingProxyType({}),
+        self, labels: Labels, kind: Kind, sections: Mapping[str, Section], defaults: Mapping = NOTHING
     ) -> None:
         values = {name: getattr(labels, name) for name in Labels.model_fields}
         self.__dict__.update(values, kind=kind, sections=dict(sections), _defaults=defaults)
 
     @classmethod
-    def from_dict(
-        cls, document: Mapping, where: str = "scene", defaults: Mapping = MappingProxyType({})
-    ) -> Scene:
+    def from_dict(cls, document: Mapping, where: str = "scene", defaults: Mapping = NOTHING) -> Scene:
         """Build a scene from a nested mapping of its keys.
 
         Parameters
@@ -57,8 +57,8 @@ class Scene:
         where : str
             File or scene that they come from; begins the message.
         defaults : mapping
-            Values of keys that are not in the document, for scenes of any kind: what its kind has no key for is left
-            out. The scene remembers them, so that `replace` can make it one of another kind.
+            Values of keys that are not in the document, for scenes of any kind: keys that the scene's kind does not
+            have are left out. The scene remembers them, so that `vary` can make it one of another kind.
 
         Raises
         ------
@@ -67,24 +67,17 @@ class Scene:
         """
         document = {name: defaults[name] for name in Labels.model_fields if name in defaults} | dict(document)
         kind = Kind.of(document, where)
-        names = {name: document[name] for name in Labels.model_fields if name in document}
-        for name, inside in document.items():
-            if name not in kind.sections and name not in Labels.model_fields:
-                first = [f"{name}.{inner}" for inner in inside] if isinstance(inside, Mapping) else []
-                raise ConfigurationError(f"{where}: {not_of_kind(kind, (first or [str(name)])[0])}")
+        for key in _dotted(document):
+            if not kind.has(key):
+                raise ConfigurationError(f"{where}: {not_of_kind(kind, key)}")
+        labels = validated(Labels, _labels(document), where)
         sections = {}
         for name, section in kind.sections.items():
-            required = any(field.is_required() for field in section.model_fields.values())
-            if required and name not in document and name not in defaults:
-                raise ConfigurationError(f"{where}: the key {name!r} is missing")
             own, below = document.get(name, {}), defaults.get(name, {})
-            for inner in own if isinstance(own, Mapping) else ():
-                if inner not in section.model_fields and inner in (known_keys(name) or {}):
-                    raise ConfigurationError(f"{where}: {not_of_kind(kind, f'{name}.{inner}')}")
             if isinstance(own, Mapping):
                 own = {key: below[key] for key in section.model_fields if key in below} | dict(own)
             sections[name] = validated(section, own, where, f"{name}.")
-        scene = cls(validated(Labels, names, where), kind, sections, defaults)
+        scene = cls(labels, kind, sections, defaults)
         check_keys_together(scene, where)
         return scene
 
@@ -118,31 +111,38 @@ class Scene:
             found = getattr(found, part, None)
         return found
 
+    def values_of(self, *roles: str) -> dict[str, Any]:
+        """Return the values of all keys of some roles, by dotted key, but for the labels."""
+        return {
+            f"{name}.{field}": getattr(section, field)
+            for name, section in self.sections.items()
+            for field in type(section).model_fields
+            if describe(type(section), field).role in roles
+        }
+
     def read(self, keys: Iterable[str]) -> dict:
         """Return what sections and dotted keys say, as plain nested mappings: what a result depends on.
 
-        Keys that were added with a default (see `study.keys.key`) are left out at that default, so that adding one
+        Keys that have a default in their field (see `study.keys.key`) are left out at that default, so that adding one
         changes nothing; sections that the scene does not have are left out as well.
         """
         document = self.to_dict()
         found: dict = {}
         for name in keys:
             section, _, inner = name.partition(".")
-            if section in self.sections:
-                fields = type(self.sections[section]).model_fields
-                for field in [inner] if inner else fields:
-                    value = document[section].get(field)
-                    added = field in fields and not fields[field].is_required()
-                    if field in fields and not (added and value == _plain(fields[field].default)):
-                        found.setdefault(section, {})[field] = value
-            elif section in Labels.model_fields:
+            if section in Labels.model_fields:
                 found[section] = document[section]
+            elif section in self.sections:
+                fields = type(self.sections[section]).model_fields
+                for key in (inner,) if inner else fields:
+                    value = document[section].get(key)
+                    if key in fields and (fields[key].is_required() or value != _plain(fields[key].default)):
+                        found.setdefault(section, {})[key] = value
         return found
 
     def only(self, document: Mapping, keys: Iterable[str]) -> Scene:
         """Return the scene as a stage sees it that has `read` a document by some keys; see `seen`."""
-        labels = {name: _plain(getattr(self, name)) for name in Labels.model_fields}
-        return Scene.seen(labels | dict(document), keys)
+        return Scene.seen(_labels(self.to_dict()) | dict(document), keys)
 
     @classmethod
     def seen(cls, document: Mapping, keys: Iterable[str]) -> Scene:
@@ -153,10 +153,9 @@ class Scene:
         document : mapping
             What `read` returns, with all labels.
         keys : iterable of str
-            What was read: keys that are not in the document for that are at their defaults.
+            What was read: those of these keys that are not in the document are at their defaults.
         """
         kind, keys = Kind.of(document, "scene"), set(keys)
-        labels = validated(Labels, {name: document[name] for name in Labels.model_fields}, "scene")
         sections = {}
         for name, section in kind.sections.items():
             wanted = {field for field in section.model_fields if keys & {name, f"{name}.{field}"}}
@@ -164,8 +163,8 @@ class Scene:
                 values = {key: _tuples(value) for key, value in document.get(name, {}).items()}
                 sections[name] = section.model_construct(**values)
                 for field in section.model_fields.keys() - wanted:
-                    sections[name].__dict__.pop(field, None)  # the default of what was not read
-        return cls(labels, kind, sections)
+                    sections[name].__dict__.pop(field, None)  # the default of a key that was not read
+        return cls(validated(Labels, _labels(document), "scene"), kind, sections)
 
     def replace(self, key: str, value: Any) -> Scene:
         """Return a scene with one key changed, for example ``scene.replace("solver.increments", 4)``."""
@@ -174,8 +173,8 @@ class Scene:
     def vary(self, changes: Mapping[str, Any]) -> Scene:
         """Return a scene with some keys changed, checked once all of them are.
 
-        A scene that becomes one of another kind loses the keys and outputs that this has no use for, and takes what it
-        asks for besides from the defaults.
+        A scene that becomes one of another kind loses the keys and outputs of its former kind, and takes the keys that
+        it lacks from the defaults.
 
         Parameters
         ----------
@@ -191,25 +190,18 @@ class Scene:
         for key, value in changes.items():
             set_dotted(own, key, value, where)
         document = self.to_dict()
-        labels = {name: own[name] for name in own if name in Labels.model_fields}
-        kind = Kind.of(document | {"outputs": []} | labels, where)
+        kind = Kind.of(document | {"outputs": []} | _labels(own), where)
         document["outputs"] = [name for name in self.outputs if name in kind.outputs]
-        stays = {
-            name: {key: value for key, value in inside.items() if key in kind.sections[name].model_fields}
-            if isinstance(inside, dict)
-            else inside
-            for name, inside in document.items()
-            if name in kind.sections or name in Labels.model_fields
-        }
+        stays: dict = {}
+        for key, value in flat(document).items():
+            if kind.has(key):
+                set_dotted(stays, key, value, where)
         for name, inside in own.items():
             stays[name] = stays.get(name, {}) | inside if isinstance(inside, dict) else inside
         return Scene.from_dict(stays, where, self._defaults)
 
     def scaled(self, length: float = 1.0, stiffness: float = 1.0) -> Scene:
-        """Return the same scene in other units: lengths times `length`, moduli times `stiffness`.
-
-        The density is left alone: no result of a quasi-static scene depends on it.
-        """
+        """Return the same scene in other units: lengths times `length`, moduli times `stiffness`."""
         factors = {"m": length, "Pa": stiffness, "N/m": stiffness * length}
         document = self.to_dict()
         for name, section in self.sections.items():
@@ -222,11 +214,7 @@ class Scene:
     @property
     def geometry_inputs(self) -> dict[str, Any]:
         """All that the geometry depends on, by dotted key."""
-        document = self.read(self.kind.specimen.geometry)
-        keys = {
-            f"{name}.{field}": value for name, inside in document.items() for field, value in inside.items()
-        }
-        return {"specimen": self.specimen} | keys
+        return {"specimen": self.specimen} | flat(self.read(self.kind.specimen.geometry))
 
     @property
     def geometry_key(self) -> str:
@@ -240,10 +228,13 @@ class Scene:
         return digest(self.read([*kinds, *self.sections]))
 
 
+# ---- Keys by their dotted names ----
+
+
 def set_dotted(document: dict, key: str, value: Any, where: str) -> None:
     """Set a nested key by its dotted name, in place; ConfigurationError when there is no such key."""
     section, dot, field = key.partition(".")
-    if (dot and known_keys(section) is None) or "." in field:
+    if (dot and section not in all_sections()) or "." in field:
         allowed = sorted(all_sections())
         raise ConfigurationError(f"{where}: {unknown_choice('unknown key', key, section, allowed)}")
     if not dot:
@@ -255,6 +246,58 @@ def set_dotted(document: dict, key: str, value: Any, where: str) -> None:
     inside[field] = value
 
 
+def flat(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of nested mappings by dotted key."""
+    found: dict[str, Any] = {}
+    for key, value in document.items():
+        found |= (
+            {f"{key}.{part}": each for part, each in value.items()}
+            if isinstance(value, dict)
+            else {key: value}
+        )
+    return found
+
+
+def flattened(scene: Scene) -> dict[str, Any]:
+    """Return the values of a scene by dotted key, in the order of its sections."""
+    return flat(scene.to_dict())
+
+
+def differences(scene: Scene, defaults: Mapping[str, Any]) -> dict[str, Any]:
+    """Return those keys of a scene, but labels and outputs, whose values are not the defaults."""
+    below = {
+        f"{name}.{key}": field.default
+        for name, section in scene.sections.items()
+        for key, field in type(section).model_fields.items()
+        if not field.is_required()
+    }
+    defaults = below | dict(defaults)
+    return {
+        key: value
+        for key, value in flattened(scene).items()
+        if key not in LABELS and (key not in defaults or value != defaults[key])
+    }
+
+
+def digest(document: Any) -> str:
+    """Return a short hash of plain data; numbers enter with all their digits."""
+    return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def _labels(document: Mapping) -> dict[str, Any]:
+    return {name: document[name] for name in Labels.model_fields if name in document}
+
+
+def _dotted(document: Mapping) -> list[str]:
+    """Return the dotted keys of a document, and sections that are empty or no groups by their names."""
+    found: list[str] = []
+    for name, inside in document.items():
+        found += (
+            [f"{name}.{inner}" for inner in inside] if isinstance(inside, Mapping) and inside else [str(name)]
+        )
+    return found
+
+
 def _plain(value: Any) -> Any:
     return [_plain(each) for each in value] if isinstance(value, tuple) else value
 
@@ -264,16 +307,13 @@ def _tuples(value: Any) -> Any:
 
 
 def _times(value: Any, factor: float) -> Any:
-    """Return a number or a nested list of numbers times a factor."""
+    """Return a number or a nested list of numbers times a factor, or None as it is."""
+    if value is None:
+        return None
     return [_times(item, factor) for item in value] if isinstance(value, list) else value * factor
 
 
-def digest(document: Any) -> str:
-    """Return a short hash of plain data; numbers enter with all their digits."""
-    return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:16]
-
-
-# ---- What a key of one section allows of another; sections check themselves
+# ---- What a key of one section allows of another; sections check themselves ----
 
 
 def check_keys_together(scene: Scene, where: str) -> None:
@@ -290,6 +330,11 @@ def check_keys_together(scene: Scene, where: str) -> None:
                 f"{where}: {name} is {scene.value(name)!r} but must be {value} where specimen is {scene.specimen},"
                 f" {scene.kind.specimen.meaning}"
             )
+    if scene.fidelity not in SOLID and MATERIALS.find(scene.yarn.material).directional:
+        raise ConfigurationError(
+            f"{where}: yarn.material is {scene.yarn.material} but must be isotropic where fidelity is"
+            f" {scene.fidelity}; fidelities {' and '.join(SOLID)} know the axis of a yarn"
+        )
     if "pattern" in scene.sections:
         _check_room(scene, where)
     if "pair" in scene.sections and scene.pair.length <= 2 * scene.yarn.diameter:
@@ -349,40 +394,3 @@ def _check_edges(scene: Scene, where: str) -> None:
             f"{where}: contact.tied_edges is 'outer' but must be none where pattern.{name} is {count}:"
             " nothing is left that is not tied"
         )
-
-
-# ---- In which keys a scene differs from the defaults
-
-
-def flattened(scene: Scene) -> dict[str, Any]:
-    """Return the values of a scene by dotted key, in the order of its sections."""
-    return flat(scene.to_dict())
-
-
-def flat(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of nested mappings by dotted key."""
-    found: dict[str, Any] = {}
-    for key, value in document.items():
-        inside = (
-            {f"{key}.{part}": inner for part, inner in value.items()}
-            if isinstance(value, dict)
-            else {key: value}
-        )
-        found |= inside
-    return found
-
-
-def differences(scene: Scene, defaults: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those keys of a scene, but labels and outputs, whose values are not the defaults."""
-    below = {
-        f"{name}.{key}": field.default
-        for name, section in scene.sections.items()
-        for key, field in type(section).model_fields.items()
-        if not field.is_required()
-    }
-    defaults = below | dict(defaults)
-    return {
-        key: value
-        for key, value in flattened(scene).items()
-        if key not in LABELS and (key not in defaults or value != defaults[key])
-    }

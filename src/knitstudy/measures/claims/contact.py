@@ -254,14 +254,14 @@ CONTACT_RULES = {
         judge_no_contact,
         "no zone in the centre cell at 0.05 % strain",
         UNRECORDED,
-        ("fig07a_zones",),
+        ("fig07_contact",),
         AGAIN,
     ),
     "K2": Rule(
         judge_zones,
         "four zones in the centre cell from 1.95 % strain to the end, and never more",
         UNRECORDED,
-        ("fig07a_zones",),
+        ("fig07_contact",),
         AGAIN,
     ),
     "K3": Rule(
@@ -269,7 +269,7 @@ CONTACT_RULES = {
         "the force bends most between the increment before the first symmetric contact of the centre cell and "
         f"{JUST_AFTER:.1%} strain after it; slopes over {SPAN:.1%} before and after",
         UNRECORDED,
-        ("fig07b_force",),
+        ("fig07_contact",),
         AGAIN,
     ),
     "K4": Rule(
@@ -284,14 +284,14 @@ CONTACT_RULES = {
         judge_stiffness_order,
         "the reference's force at full strain: ties > rough > isotropic, each by more than both uncertainties",
         UNRECORDED,
-        ("fig09a_force", "interactions"),
+        ("fig09_interactions", "interactions"),
         OF_REFERENCE,
     ),
     "K6": Rule(
         judge_motion_order,
         "the reference's largest |u_z| at full strain: isotropic > ties, by more than both uncertainties",
         UNRECORDED,
-        ("fig09b_out_of_plane", "interactions"),
+        ("fig09_interactions", "interactions"),
         OF_REFERENCE,
     ),
     "K7": Rule(

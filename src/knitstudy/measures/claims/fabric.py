@@ -144,7 +144,7 @@ SIZE_RULES = {
         f"exponents of degrees of freedom in cells in a row within {AS_AN_AREA:g} of 2, with ties and with friction, "
         f"and contact over ties at the smallest size {SHARE:.0%} of the paper's factor in degrees of freedom or more",
         BEFORE,
-        ("fig12a_domain_size", "table3_domain_size"),
+        ("fig12_size_and_beams", "table3_domain_size"),
         OF_COSTS,
     )
 }
@@ -238,14 +238,14 @@ SWEEP_RULES = {
         partial(judge_sweep, SPACING, 1),
         WORDS.format("rises", "falls"),
         BEFORE,
-        ("fig11a_course_spacing", "sweeps"),
+        ("fig11_sweeps", "sweeps"),
         "of every value, by the next degree and hexahedra, beside the values",
     ),
     "K10": Rule(
         partial(judge_sweep, DIAMETER, -1),
         WORDS.format("falls", "rises"),
         BEFORE,
-        ("fig11b_yarn_diameter", "sweeps"),
+        ("fig11_sweeps", "sweeps"),
         "of every value, by the next degree and hexahedra, beside the values",
     ),
 }

@@ -257,7 +257,7 @@ MODEL_RULES = {
         judge_forces,
         f"relative L2 distance of F(strain) to the reference: 3D at most {MUCH_CLOSER:g} times 2D, in four cases",
         UNRECORDED,
-        ("fig15a_force_strain", "rom_distance"),
+        ("fig15_force_strain", "rom_distance"),
         OF_REFERENCE,
     ),
     "R2": Rule(
@@ -304,7 +304,7 @@ MODEL_RULES = {
         "force of beams in contact at one point, with rigid sections, over the reference's: below 1 by more than the "
         "uncertainty",
         UNRECORDED,
-        ("fig12b_beam_contact", "beams"),
+        ("fig12_size_and_beams", "beams"),
         OF_REFERENCE,
     ),
 }

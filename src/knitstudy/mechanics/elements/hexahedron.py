@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
 from knitstudy.mechanics.elements import ElementResponse, element
-from knitstudy.mechanics.materials import FULL, Material
+from knitstudy.mechanics.materials import FULL, Material, axes_along
 
 CORNERS = np.array(
     [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)],
@@ -55,6 +55,15 @@ def jacobians(corners: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray, np
             "refine the mesh or use a smaller yarn.diameter"
         )
     return size, gradient @ inverse(jacobian)[0]
+
+
+def natural_axes(corners: np.ndarray, natural: np.ndarray) -> np.ndarray:
+    """Return local axes (q, e, 3, 3) of elements at natural coordinates (q, 3), the first along the third coordinate.
+
+    Corners alone count; swept meshes have their yarns along it.
+    """
+    along = np.swapaxes(corners[:, :8], 1, 2) @ shape_gradient(natural)[:, None, :, 2:]  # (q, e, 3, 1)
+    return axes_along(along.reshape(-1, 3)).reshape(len(natural), len(corners), 3, 3)
 
 
 def deformation_gradient(displacement: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -127,7 +136,7 @@ class OnePointHexahedron:
     Parameters
     ----------
     corners : ndarray, shape (E, 8, 3)
-        Undeformed nodes [m].
+        Undeformed nodes [m]; yarns lie along the third natural coordinate.
     material : Material
     coefficient : float
         Hourglass stiffness over shear stiffness; 0.005 as in C3D8R.
@@ -142,6 +151,7 @@ class OnePointHexahedron:
             self.volume += determinant
             self.gradient += determinant[:, None, None] * spatial
         self.gradient /= self.volume[:, None, None]
+        self.axes = natural_axes(corners, np.zeros((1, 3)))[0] if material.directional else None
         self.tilt = HOURGLASS @ corners
         """Shares (E, 4, 3) of linear fields in the hourglass patterns [m]: the vectors take 2.7 times as much memory,
         and next to no time to be formed."""
@@ -155,7 +165,8 @@ class OnePointHexahedron:
         gradient, volume = self.gradient[batch], self.volume[batch]
         gamma, hourglass = self._hourglass_vectors(batch), self.hourglass_stiffness[batch]
         h, strain = deformation_gradient(displacement, gradient)
-        answer = self.material.respond(strain, stiffness)
+        axes = None if self.axes is None else self.axes[batch]
+        answer = self.material.respond(strain, stiffness, axes)
         deformation = h + np.eye(3)
         first = volume[:, None, None] * (deformation @ answer.stress)  # V P
         mode = gamma @ displacement  # (e, 4, 3)

@@ -16,6 +16,7 @@ from knitstudy.mechanics.elements.hexahedron import (
     GAUSS,
     gradient_stiffness,
     jacobians,
+    natural_axes,
     tangent_moduli,
 )
 from knitstudy.mechanics.materials import Material
@@ -94,6 +95,7 @@ class QuadraticHexahedron:
         for q, natural in enumerate(GRADIENTS):
             self.weight[:, q], self.gradient[:, :, q] = jacobians(corners, natural)
         self.volume = self.weight.sum(axis=1)
+        self.axes = np.swapaxes(natural_axes(corners, GAUSS), 0, 1) if material.directional else None
 
     def respond(
         self, batch: slice, displacement: np.ndarray, stiffness: bool, out: np.ndarray | None = None
@@ -110,11 +112,19 @@ class QuadraticHexahedron:
         for first in range(0, count, CACHE):
             few = slice(first, min(first + CACHE, count))
             blocks = out[few] if stiffness else None
-            force[few], energy[few] = self._integrate(gradient[few], weight[few], displacement[few], blocks)
+            axes = None if self.axes is None else self.axes[batch][few].reshape(-1, 3, 3)
+            force[few], energy[few] = self._integrate(
+                gradient[few], weight[few], displacement[few], axes, blocks
+            )
         return ElementResponse(force, energy, np.zeros(count), out if stiffness else None)
 
     def _integrate(
-        self, gradient: np.ndarray, weight: np.ndarray, displacement: np.ndarray, out: np.ndarray | None
+        self,
+        gradient: np.ndarray,
+        weight: np.ndarray,
+        displacement: np.ndarray,
+        axes: np.ndarray | None,
+        out: np.ndarray | None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return force (e, 20, 3) and energy (e,); put the stiffness into `out`."""
         e = len(displacement)
@@ -122,7 +132,7 @@ class QuadraticHexahedron:
         rows = (np.swapaxes(flat, 1, 2) @ displacement).reshape(-1, 3, 3)  # H transposed, of all points
         columns = np.swapaxes(rows, 1, 2)
         strain = 0.5 * (rows + columns + rows @ columns)
-        answer = self.material.respond(strain, out is not None)
+        answer = self.material.respond(strain, out is not None, axes)
         deformation = columns + np.eye(3)
         share = weight.reshape(-1, 1, 1)
         stress = share * answer.stress

@@ -1,18 +1,18 @@
-"""A material, and the registry of its laws: stored energy, stress and tangent as functions of Green's strain.
+"""Materials: stored energy, stress and tangent as functions of Green's strain; a file of a law registers its class.
 
-Every law maps a batch of Green strains E (e, 3, 3) to the stored energy density W (e,), the second
-Piola-Kirchhoff stress S = dW/dE (e, 3, 3) and the tangent C = dS/dE (e, 6, 6) in the order 11, 22, 33, 12, 23, 13
-(C maps engineering shears). A frame of reference enters only through E, so all of them are objective.
+A material is an object with its own constants. It maps a batch of Green strains E (e, 3, 3) to the stored energy
+density W (e,), the second Piola-Kirchhoff stress S = dW/dE (e, 3, 3) and the tangent C = dS/dE (e, 6, 6), components
+in the order 11, 22, 33, 12, 23, 13 (C maps engineering shears). A frame of space enters only through E, so all of them
+are objective. Elements assume no isotropy: they hand over local axes where a material asks for them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.registry import Registry
 
 VOIGT = np.array([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)])
@@ -31,77 +31,72 @@ class Stress:
     tangent: np.ndarray | None
 
 
-Law = Callable[[np.ndarray, float, float, bool], Stress]
-"""Response to Green strains (e, 3, 3) for mu [Pa] and lambda [Pa], with the tangent if the last is true."""
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A law with its name."""
-
-    name: str
-    meaning: str
-    respond: Law
-
-
-LAWS: Registry[Kind] = Registry("yarn.material", "knitstudy.mechanics.materials")
-
-
-def law(name: str, meaning: str) -> Callable[[Law], Law]:
-    """Return a decorator that registers a law under a name with what it means in one line."""
-
-    def register(respond: Law) -> Law:
-        LAWS.register(Kind(name, meaning, respond), respond.__module__)
-        return respond
-
-    return register
-
-
-@dataclass(frozen=True)
-class Material:
-    """An isotropic elastic material.
+class Material(Protocol):
+    """An elastic material.
 
     Attributes
     ----------
-    law : str
-        A name of `LAWS`.
-    youngs_modulus : float
-        E [Pa].
-    poisson_ratio : float
-        nu, in (-1, 0.5).
-
-    Raises
-    ------
-    ConfigurationError
-        For an unknown law or constants without a positive strain energy.
+    name, meaning : str
+        Of its law: the value of the key `yarn.material`, and one line on it.
+    directional : bool
+        Whether `respond` needs local axes.
     """
 
-    law: str
-    youngs_modulus: float
-    poisson_ratio: float
+    name: ClassVar[str]
+    meaning: ClassVar[str]
+    directional: ClassVar[bool]
 
-    def __post_init__(self) -> None:
-        LAWS.find(self.law)
-        if not self.youngs_modulus > 0:
-            raise ConfigurationError(
-                f"yarn.youngs_modulus is {self.youngs_modulus}; it has to be positive [Pa]"
-            )
-        if not -1 < self.poisson_ratio < 0.5:
-            raise ConfigurationError(
-                f"yarn.poisson_ratio is {self.poisson_ratio}; it has to lie in (-1, 0.5)"
-            )
+    @property
+    def youngs_modulus(self) -> float:
+        """Along the yarn [Pa]."""
+        ...
 
     @property
     def shear_modulus(self) -> float:
-        """mu = G [Pa]."""
-        return self.youngs_modulus / (2 * (1 + self.poisson_ratio))
+        """Of shear along the yarn [Pa]; hourglass control is measured with it."""
+        ...
 
     @property
-    def lame(self) -> float:
-        """First Lame constant [Pa]."""
-        nu = self.poisson_ratio
-        return self.youngs_modulus * nu / ((1 + nu) * (1 - 2 * nu))
+    def across(self) -> tuple[float, float]:
+        """Young's modulus [Pa] and Poisson's ratio across the yarn: local indentation is computed with them."""
+        ...
 
-    def respond(self, strain: np.ndarray, tangent: bool) -> Stress:
-        """Return energy, stress and, if asked, tangent of Green strains (e, 3, 3)."""
-        return LAWS.find(self.law).respond(strain, self.shear_modulus, self.lame, tangent)
+    @classmethod
+    def of(cls, yarn: Any) -> Self:
+        """Return the material of a scene's section `yarn`, by the constants that it needs."""
+        ...
+
+    def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
+        """Return energy, stress and, if asked, tangent of Green strains (e, 3, 3).
+
+        `axes` (e, 3, 3) are local unit vectors in columns, the first along the yarn.
+        """
+        ...
+
+
+MATERIALS: Registry[type[Material]] = Registry("yarn.material", "knitstudy.mechanics.materials")
+
+
+def material_of(yarn: Any) -> Material:
+    """Return the material of a scene's section `yarn`."""
+    return MATERIALS.find(yarn.material).of(yarn)
+
+
+def axes_along(direction: np.ndarray) -> np.ndarray:
+    """Return local axes (k, 3, 3) in columns, the first along directions (k, 3) of any length."""
+    first = direction / np.linalg.norm(direction, axis=1, keepdims=True)
+    away = np.eye(3)[np.abs(first).argmin(axis=1)]
+    second = np.cross(first, away)
+    second /= np.linalg.norm(second, axis=1, keepdims=True)
+    return np.stack([first, second, np.cross(first, second)], axis=2)
+
+
+def rotate_strain(axes: np.ndarray) -> np.ndarray:
+    """Return the matrices (e, 6, 6) that take engineering strains to the axes (e, 3, 3) in columns."""
+    i, j = VOIGT.T
+    # Component (p, q) in the axes is sum over I, J of N_Ip E_IJ N_Jq, with E_IJ = gamma_IJ / 2 off the diagonal.
+    left = axes[:, i[None, :], i[:, None]] * axes[:, j[None, :], j[:, None]]
+    right = axes[:, j[None, :], i[:, None]] * axes[:, i[None, :], j[:, None]]
+    rotation = 0.5 * (left + right)
+    rotation[:, 3:] *= 2
+    return rotation

@@ -2,28 +2,65 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from knitstudy.mechanics.materials import FULL, VOIGT, Stress, law
-
-# ---- Engineering strains in another frame
-
-
-def rotate_strain(axes: np.ndarray) -> np.ndarray:
-    """Return the matrices (e, 6, 6) that take engineering strains to the axes (e, 3, 3) in columns."""
-    i, j = VOIGT.T
-    # Component (p, q) in the axes is sum over I, J of N_Ip E_IJ N_Jq, with E_IJ = gamma_IJ / 2 off the diagonal.
-    left = axes[:, i[None, :], i[:, None]] * axes[:, j[None, :], j[:, None]]
-    right = axes[:, j[None, :], i[:, None]] * axes[:, i[None, :], j[:, None]]
-    rotation = 0.5 * (left + right)
-    rotation[:, 3:] *= 2
-    return rotation
+from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.materials import FULL, MATERIALS, VOIGT, Stress
 
 
-# ---- Hencky's law: linear between logarithmic strain and its stress
+@dataclass(frozen=True)
+class Isotropic:
+    """An isotropic elastic material.
+
+    Attributes
+    ----------
+    youngs_modulus : float
+        E [Pa].
+    poisson_ratio : float
+        nu, in (-1, 0.5).
+
+    Raises
+    ------
+    ConfigurationError
+        For constants without a positive strain energy.
+    """
+
+    youngs_modulus: float
+    poisson_ratio: float
+
+    directional: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        if not self.youngs_modulus > 0:
+            raise ConfigurationError(f"Young's modulus is {self.youngs_modulus} and has to be positive")
+        if not -1 < self.poisson_ratio < 0.5:
+            raise ConfigurationError(f"Poisson's ratio is {self.poisson_ratio} and has to lie in (-1, 0.5)")
+
+    @classmethod
+    def of(cls, yarn: Any) -> Self:
+        """Return the material of a scene's section `yarn`."""
+        return cls(yarn.youngs_modulus, yarn.poisson_ratio)
+
+    @property
+    def shear_modulus(self) -> float:
+        """mu = G [Pa]."""
+        return self.youngs_modulus / (2 * (1 + self.poisson_ratio))
+
+    @property
+    def lame(self) -> float:
+        """First Lame constant [Pa]."""
+        nu = self.poisson_ratio
+        return self.youngs_modulus * nu / ((1 + nu) * (1 - 2 * nu))
+
+    @property
+    def across(self) -> tuple[float, float]:
+        """E [Pa] and nu."""
+        return self.youngs_modulus, self.poisson_ratio
 
 
 MOST_NODES = 256
@@ -38,8 +75,8 @@ FIRST = np.array([0, 6, 11, 15, 18, 20, 21])
 UNIT = np.array([1.0, 1, 1, 0, 0, 0])[:, None]
 
 
-@law("hencky", "linear in logarithmic strain")
-def hencky(strain: np.ndarray, mu: float, lame: float, tangent: bool) -> Stress:
+@MATERIALS.register
+class Hencky(Isotropic):
     """W = mu L : L + lame/2 (tr L)^2, L = ln(C) / 2, C = 1 + 2 E (Ogden 1997, section 6.1.4).
 
     With X = C - 1 and A(t) = (1 + t X)^-1, ln C is the integral of X A(t) over t from 0 to 1 and its derivative that of
@@ -47,23 +84,29 @@ def hencky(strain: np.ndarray, mu: float, lame: float, tangent: bool) -> Stress:
     ((1 + t tr X) 1 - t X + t^2 adj X) / det(1 + t X): no axes and no differences of principal stretches, so neither
     small strains nor repeated stretches lose digits. L and C commute: S = C^-1 T with T = 2 mu L + lame tr L.
     """
-    x = np.ascontiguousarray(2 * strain[:, VOIGT[:, 0], VOIGT[:, 1]].T)  # components first: (6, e)
-    resolvent = Resolvent(x)
-    inverse, nodes, weights = resolvent.inverse, resolvent.nodes, resolvent.weights
-    logs = 0.5 * _product(x, resolvent.sum(weights))
-    volume = logs[:3].sum(axis=0)
-    energy = mu * ((logs[:3] ** 2).sum(axis=0) + 2 * (logs[3:] ** 2).sum(axis=0)) + 0.5 * lame * volume**2
-    stress = _product(inverse, 2 * mu * logs + lame * volume * UNIT)
-    full = stress[FULL].transpose(2, 0, 1)
-    if not tangent:
-        return Stress(energy, full, None)
-    # Of the derivative of C^-1 T: C^-1 A = (C^-1 - t A) / (1 - t).
-    near = weights / (1 - nodes)
-    pairs = resolvent.pairs(-mu * near * nodes)
-    _add_pairs(pairs, 0.5 * (mu * resolvent.sum(near) - stress), inverse)
-    moduli = pairs[CROSSED[0]] + pairs[CROSSED[1]]
-    _add_pairs(moduli, 0.5 * lame * inverse, inverse)
-    return Stress(energy, full, np.ascontiguousarray(moduli.T[:, POSITION]))
+
+    name, meaning = "hencky", "linear in logarithmic strain"
+
+    def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
+        """Return the response to Green strains (e, 3, 3)."""
+        mu, lame = self.shear_modulus, self.lame
+        x = np.ascontiguousarray(2 * strain[:, VOIGT[:, 0], VOIGT[:, 1]].T)  # components first: (6, e)
+        resolvent = Resolvent(x)
+        inverse, nodes, weights = resolvent.inverse, resolvent.nodes, resolvent.weights
+        logs = 0.5 * product(x, resolvent.sum(weights))
+        volume = logs[:3].sum(axis=0)
+        energy = mu * ((logs[:3] ** 2).sum(axis=0) + 2 * (logs[3:] ** 2).sum(axis=0)) + 0.5 * lame * volume**2
+        stress = product(inverse, 2 * mu * logs + lame * volume * UNIT)
+        full = stress[FULL].transpose(2, 0, 1)
+        if not tangent:
+            return Stress(energy, full, None)
+        # Of the derivative of C^-1 T: C^-1 A = (C^-1 - t A) / (1 - t).
+        near = weights / (1 - nodes)
+        pairs = resolvent.pairs(-mu * near * nodes)
+        add_pairs(pairs, 0.5 * (mu * resolvent.sum(near) - stress), inverse)
+        moduli = pairs[CROSSED[0]] + pairs[CROSSED[1]]
+        add_pairs(moduli, 0.5 * lame * inverse, inverse)
+        return Stress(energy, full, np.ascontiguousarray(moduli.T[:, POSITION]))
 
 
 class Resolvent:
@@ -101,11 +144,11 @@ class Resolvent:
         of_unit += 2 * ((s[2] + trace * s[3]) * adjugate - (s[1] + trace * s[2]) * x)
         total = np.zeros((len(PAIRS), len(trace)))
         for one, other in ((of_unit, UNIT), (s[2] * x - 2 * s[3] * adjugate, x), (s[4] * adjugate, adjugate)):
-            _add_pairs(total, 0.5 * one, other)
+            add_pairs(total, 0.5 * one, other)
         return total
 
 
-def _add_pairs(total: np.ndarray, one: np.ndarray, other: np.ndarray) -> None:
+def add_pairs(total: np.ndarray, one: np.ndarray, other: np.ndarray) -> None:
     """Add one_p other_q + one_q other_p to the pairs (21, e) of components (6, e)."""
     for p, (start, end) in enumerate(pairwise(FIRST)):
         total[start:end] += one[p] * other[p:]
@@ -136,7 +179,7 @@ def _adjugate(x: np.ndarray) -> np.ndarray:
     )
 
 
-def _product(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def product(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Return the product (6, e) of symmetric tensors (6, e) that commute."""
     rows = [(FULL[i], FULL[j]) for i, j in VOIGT]
     return np.stack([sum(one[p] * other[q] for p, q in zip(*row, strict=True)) for row in rows])
@@ -165,48 +208,46 @@ def _gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
     return (1 + nodes) / 2, weights / 2
 
 
-# ---- A neo-Hookean law
-
-
-@law("neo_hookean", "of rubber")
-def neo_hookean(strain: np.ndarray, mu: float, lame: float, tangent: bool) -> Stress:
+@MATERIALS.register
+class NeoHooke(Isotropic):
     """W = mu/2 (tr C - 3) - mu ln J + lame/2 (ln J)^2 (Bonet and Wood 2008, section 6.4.3)."""
-    c = np.eye(3) + 2 * strain
-    inverse = np.linalg.inv(c)
-    log_j = 0.5 * np.log(np.linalg.det(c))
-    trace = np.trace(strain, axis1=1, axis2=2)
-    energy = mu * (trace - log_j) + 0.5 * lame * log_j**2
-    # I - C^-1 = 2 C^-1 E keeps its digits at small strains.
-    stress = 2 * mu * inverse @ strain + (lame * log_j)[:, None, None] * inverse
-    stress = 0.5 * (stress + np.swapaxes(stress, 1, 2))
-    if not tangent:
-        return Stress(energy, stress, None)
-    i, j = VOIGT.T
-    dyad = inverse[:, i, j][:, :, None] * inverse[:, i, j][:, None, :]
-    first = inverse[:, i[:, None], i] * inverse[:, j[:, None], j]
-    second = inverse[:, i[:, None], j] * inverse[:, j[:, None], i]
-    moduli = lame * dyad + (mu - lame * log_j)[:, None, None] * (first + second)
-    return Stress(energy, stress, moduli)
+
+    name, meaning = "neo_hookean", "of rubber"
+
+    def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
+        """Return the response to Green strains (e, 3, 3)."""
+        mu, lame = self.shear_modulus, self.lame
+        c = np.eye(3) + 2 * strain
+        inverse = np.linalg.inv(c)
+        log_j = 0.5 * np.log(np.linalg.det(c))
+        trace = np.trace(strain, axis1=1, axis2=2)
+        energy = mu * (trace - log_j) + 0.5 * lame * log_j**2
+        # I - C^-1 = 2 C^-1 E keeps its digits at small strains.
+        stress = 2 * mu * inverse @ strain + (lame * log_j)[:, None, None] * inverse
+        stress = 0.5 * (stress + np.swapaxes(stress, 1, 2))
+        if not tangent:
+            return Stress(energy, stress, None)
+        i, j = VOIGT.T
+        dyad = inverse[:, i, j][:, :, None] * inverse[:, i, j][:, None, :]
+        first = inverse[:, i[:, None], i] * inverse[:, j[:, None], j]
+        second = inverse[:, i[:, None], j] * inverse[:, j[:, None], i]
+        moduli = lame * dyad + (mu - lame * log_j)[:, None, None] * (first + second)
+        return Stress(energy, stress, moduli)
 
 
-# ---- St Venant-Kirchhoff's law: linear between Green's strain and its stress
-
-
-@law(
-    "st_venant_kirchhoff",
-    "linear in Green's strain",
-)
-def st_venant_kirchhoff(strain: np.ndarray, mu: float, lame: float, tangent: bool) -> Stress:
+@MATERIALS.register
+class StVenantKirchhoff(Isotropic):
     """W = mu E:E + lame/2 (tr E)^2. Softens in compression: for comparison below 1% strain or with CalculiX."""
-    trace = np.trace(strain, axis1=1, axis2=2)
-    energy = mu * np.einsum("eij,eij->e", strain, strain) + 0.5 * lame * trace**2
-    stress = 2 * mu * strain + lame * trace[:, None, None] * np.eye(3)
-    constant = np.broadcast_to(linear_stiffness(mu, lame), (len(strain), 6, 6)) if tangent else None
-    return Stress(energy, stress, constant)
 
+    name, meaning = "st_venant_kirchhoff", "linear in Green's strain"
 
-def linear_stiffness(mu: float, lame: float) -> np.ndarray:
-    """Return the stiffness (6, 6) of small strains [Pa]."""
-    stiffness = np.diag([2 * mu] * 3 + [mu] * 3).astype(float)
-    stiffness[:3, :3] += lame
-    return stiffness
+    def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
+        """Return the response to Green strains (e, 3, 3)."""
+        mu, lame = self.shear_modulus, self.lame
+        trace = np.trace(strain, axis1=1, axis2=2)
+        energy = mu * np.einsum("eij,eij->e", strain, strain) + 0.5 * lame * trace**2
+        stress = 2 * mu * strain + lame * trace[:, None, None] * np.eye(3)
+        moduli = np.diag([2 * mu] * 3 + [mu] * 3)
+        moduli[:3, :3] += lame
+        constant = np.broadcast_to(moduli, (len(strain), 6, 6)) if tangent else None
+        return Stress(energy, stress, constant)

@@ -19,7 +19,7 @@ from functools import lru_cache
 import numpy as np
 
 from knitstudy.mechanics.linear.direct import factorise
-from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
@@ -67,7 +67,7 @@ class PatchedYarn:
         centre = space.spline.fit(s, np.multiply.outer(s, np.eye(3)[0]))
         up, side = (np.tile(d, (len(centre), 1)) for d in ([0.0, 0.0, 1.0], [0.0, -1.0, 0.0]))
         nodes = space.coefficients(centre, up, side, 1.0)
-        groups = span_groups(self._space, nodes, Material("hencky", 1.0, poisson))
+        groups = span_groups(self._space, nodes, Hencky(1.0, poisson))
         model = SolidModel(nodes, groups, 1.0)
         stiffness = model.respond(model.start(), stiffness=True).stiffness.tocsc()
         first = space.first_node

@@ -19,8 +19,7 @@ from knitstudy.errors import MeshError
 from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
 from knitstudy.mechanics.elements import ElementGroup, ElementResponse
 from knitstudy.mechanics.elements.hexahedron import tangent_moduli
-from knitstudy.mechanics.materials import FULL, VOIGT, Material
-from knitstudy.mechanics.materials.isotropic import rotate_strain
+from knitstudy.mechanics.materials import FULL, VOIGT, Material, axes_along, rotate_strain
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.space import Space
 
@@ -135,7 +134,9 @@ class Spans:
         h = self._parent_gradient(displacement, spans)  # columns d u / d xi_alpha
         gradient = h @ to_parent
         transposed = np.swapaxes(gradient, 1, 2)
-        answer = self.material.respond(0.5 * (gradient + transposed + transposed @ gradient), out is not None)
+        strain = 0.5 * (gradient + transposed + transposed @ gradient)
+        axes = axes_along(covariant[:, :, 2]) if self.material.directional else None
+        answer = self.material.respond(strain, out is not None, axes)
         current = covariant + h
         stress = (weight[:, None, None] * to_parent) @ answer.stress @ np.swapaxes(to_parent, 1, 2)
         # A span turned inside out has no energy in terms of E: let the load path see it.

@@ -1,24 +1,68 @@
-"""What the kept trade says, as the part of docs/accuracy.md that is written from it."""
+"""Pages of results that are kept: what holds of the paper, and what accuracy costs."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from pathlib import Path
+
+import jinja2
 import pandas as pd
 
 from knitstudy.errors import DataFileError
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.measures.promises import BAR, DEAREST
 from knitstudy.measures.trade import rungs
 from knitstudy.study.choice import digits
 from knitstudy.tables.trade import AT_MOST, CALLED, CASE, MEMORY, SECONDS, knobs, sentences
 
+
+def summarise(
+    template: Path, verdicts: pd.DataFrame, drawn: Collection[str], folder: str
+) -> tuple[str, list[str]]:
+    """Return the page of verdicts in Markdown, and the figures that it shows.
+
+    Parameters
+    ----------
+    template : Path
+        Jinja2 template of the page. ``claims(letters)`` gives it the claims whose ids begin with one of some letters,
+        ``picture(name)`` a figure, or nothing where that is not drawn.
+    verdicts : DataFrame
+        The kept verdicts, with the day ``made`` and the number of ``simulations`` behind them.
+    drawn : collection of str
+        Names of figures.
+    folder : str
+        Folder of the pictures, from the page.
+    """
+    shown: list[str] = []
+    rows = verdicts.fillna("").to_dict("records")
+
+    def picture(name: str) -> str:
+        title = FIGURES.find(name).title
+        if name not in drawn:
+            return ""
+        shown.append(name)
+        return f"![{title}]({folder}/{name}.webp)\n\n*{title}*"
+
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    page = environment.from_string(template.read_text(encoding="utf-8")).render(
+        picture=picture,
+        claims=lambda letters: [row for row in rows if row["id"][0] in letters],
+        verdicts=rows,
+        made=rows[0]["made"],
+        simulations=rows[0]["simulations"],
+    )
+    return page, shown
+
+
+# ---- the part of docs/accuracy.md that is written from the kept table of accuracy and cost ----
+
 BEGIN, END = "<!-- what the kept trade says: make trade -->", "<!-- end of what the kept trade says -->"
 
 SLOWER = "seconds over the main model's [1]"
-
-MIXED = "unseen-mixed-"
-"""What names of knits with several inputs changed at once begin with."""
+MIXED = "unseen-mixed-"  # what names of knits with several inputs changed at once begin with
 
 
-def filled(page: str, text: str) -> str:
+def insert_between_marks(page: str, text: str) -> str:
     """Return a page with a text between its marks.
 
     Raises
@@ -33,15 +77,15 @@ def filled(page: str, text: str) -> str:
     return f"{before}{BEGIN}\n\n{text.strip()}\n\n{END}{after}"
 
 
-def written(table: pd.DataFrame, promises: pd.DataFrame | None = None) -> str:
+def trade_summary(table: pd.DataFrame, promises: pd.DataFrame | None = None) -> str:
     """Return sentences, rungs, knobs and promises of a kept trade in Markdown.
 
     Parameters
     ----------
     table : DataFrame
-        Of `tables.trade.tabulate`, as it is kept.
+        The kept table of `tables.trade.tabulate`.
     promises : DataFrame, optional
-        Of `stages.promise`.
+        The table of `stages.promise`.
     """
     table = table.assign(varied=table["varied"].fillna(""), to=table["to"].fillna(""))
     parts = [

@@ -1,0 +1,43 @@
+"""Fig. 9: force (a) and out-of-plane motion (b) against strain with ties, rough contact and isotropic friction."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.curves import Curve, draw_curves
+from knitstudy.figures.renderer import MILLIMETRE
+from knitstudy.figures.style import DOUBLE, INTERACTIONS, figure, panel_letter
+from knitstudy.measures.catalogue import solid
+from knitstudy.measures.response import out_of_plane
+
+HEIGHT = 70.0  # height of the figure [mm]
+
+
+@FIGURES.add(
+    "fig09_interactions",
+    "Fig. 9: force and out-of-plane motion with ties, rough contact and isotropic friction",
+    results={
+        "tie": solid("simulation", "tie-course"),
+        "rough": solid("simulation", "rough-course"),
+        "isotropic": solid("simulation", "isotropic-course"),
+    },
+)
+def draw(**histories: xr.Dataset) -> Figure:
+    """Draw the reaction force, and the largest |u_z| along the centrelines, over strain."""
+    drawing = figure(DOUBLE, HEIGHT)
+    quantities = (
+        ("reaction force", "N", lambda history: history["force"].to_numpy()),
+        ("largest out-of-plane motion $|u_z|$", "mm", lambda history: MILLIMETRE * out_of_plane(history)),
+    )
+    for k, (quantity, unit, value) in enumerate(quantities):
+        axes = drawing.add_axes((0.065 + 0.5 * k, 0.15, 0.325, 0.75))
+        curves = [
+            Curve(INTERACTIONS[name], history["strain"].to_numpy(), value(history))
+            for name, history in histories.items()
+        ]
+        draw_curves(axes, curves, quantity, unit)
+        panel_letter(axes, "ab"[k])
+    drawing.axes[0].legend(loc="upper left", handlelength=3.2)
+    return drawing

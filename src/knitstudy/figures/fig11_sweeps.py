@@ -1,0 +1,132 @@
+"""Fig. 11: largest out-of-plane motion against course spacing (a) and yarn diameter (b), by what is held fixed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.renderer import MILLIMETRE
+from knitstudy.figures.style import DOUBLE, INK, figure, panel_letter
+from knitstudy.measures.catalogue import DRAWN, of_case, several
+from knitstudy.measures.discretisation import INTERACTIONS, SOLID_YARNS
+from knitstudy.measures.estimate import Estimate
+from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Sweep, refused, sweeps_of
+from knitstudy.study.scene import Scene
+
+COLOURS = {"wale_spacing": INK, "length": "#0072B2", "shape": "#D9740B"}  # by what is held fixed
+LOOKS = {"isotropic": ("-", "o"), "tie": ("--", "s")}  # dash and marker by interaction
+CHECKS = {True: "D", False: "^"}  # marker of other discretisations: whether of solid yarns
+PANEL, HEAD, FOOT, BETWEEN = 46.0, 7.0, 11.0, 6.0
+"""Heights of a panel, of what is above and below all, and between two [mm]."""
+
+LINE = 3.6  # a line of the legend [mm]
+COLUMNS = 3  # columns of the legend
+
+
+@FIGURES.add(
+    "fig11_sweeps",
+    "Fig. 11: out-of-plane motion against course spacing and yarn diameter",
+    results={
+        "drawn": several("simulation", *of_case("tie-course", DRAWN), *of_case("isotropic-course", DRAWN)),
+        "sweeps": several("simulation", "sweep-*"),
+    },
+    files=("reference", "loops"),
+    scenes=True,
+)
+def draw(
+    drawn: Mapping[str, xr.Dataset],
+    sweeps: Mapping[str, xr.Dataset],
+    scenes: Mapping[str, Scene],
+    reference: pd.DataFrame,
+    loops: pd.DataFrame,
+) -> Figure:
+    """Draw the largest |u_z| at full strain, and its share of the diameter, over both."""
+    spacings, diameters = (sweeps_of(key, drawn | sweeps, scenes, reference) for key in (SPACING, DIAMETER))
+    spacing = MILLIMETRE * spacings[0].points[0].scene.pattern.course_spacing
+    columns = (
+        ("course spacing (mm)", spacings, spacing, refused(loops, "course ratio [1]", spacing)),
+        ("yarn diameter (mm)", diameters, MILLIMETRE, refused(loops, "yarn diameter [m]", MILLIMETRE)),
+    )
+    quantities = (
+        ("largest $|u_z|$ (mm)", lambda point: point.u_z.of(lambda value: MILLIMETRE * value)),
+        ("largest $|u_z|$ over diameter (1)", lambda point: point.over_diameter),
+    )
+    drawing = figure(DOUBLE, 2 * PANEL)
+    panels = drawing.subplots(2, 2, sharex="col")
+    for k, (label, series, unit, lost) in enumerate(columns):
+        for axes, (name, quantity) in zip(panels[:, k], quantities, strict=True):
+            for each in series:
+                _draw_series(axes, each, lambda point, unit=unit: unit * point.value, quantity)
+            axes.set(ylabel=name)
+            axes.set_ylim(0, None)
+            _draw_refused(axes, lost)
+        panels[1, k].set_xlabel(label)
+        panel_letter(panels[0, k], "ab"[k])
+    _draw_legend(drawing)
+    return drawing
+
+
+def _draw_legend(drawing: Figure) -> None:
+    """Draw one legend of all panels below them, and make room for it."""
+    pairs = [zip(*axes.get_legend_handles_labels(), strict=True) for axes in drawing.axes]
+    unique = {label: handle for each in pairs for handle, label in each}
+    look = {"fontsize": 6.0, "borderaxespad": 0.4, "handlelength": 3.0}
+    drawing.legend(unique.values(), unique.keys(), loc="lower left", ncols=COLUMNS, **look)
+    foot = FOOT + LINE * (-(-len(unique) // COLUMNS) + 1)
+    height = HEAD + 2 * PANEL + BETWEEN + foot
+    drawing.set_size_inches(DOUBLE / 25.4, height / 25.4)
+    drawing.subplots_adjust(
+        left=0.075,
+        right=0.985,
+        bottom=foot / height,
+        top=1 - HEAD / height,
+        hspace=BETWEEN / PANEL,
+        wspace=0.2,
+    )
+
+
+def _draw_series(
+    axes: Axes, series: Sweep, scale: Callable[[Point], float], quantity: Callable[[Point], Estimate]
+) -> None:
+    dash, marker = LOOKS[series.interaction]
+    found = [quantity(point) for point in series.points]
+    axes.errorbar(
+        np.array([scale(point) for point in series.points]),
+        [each.value for each in found],
+        np.nan_to_num([each.uncertainty for each in found]),
+        color=COLOURS[series.keep],
+        linestyle=dash if series.main else "none",
+        marker=marker if series.main else CHECKS[series.made_of.startswith(SOLID_YARNS)],
+        markersize=3.5 if series.main else 5.0,
+        markerfacecolor=COLOURS[series.keep] if series.main else "none",
+        linewidth=1.2,
+        elinewidth=0.6,
+        capsize=1.8,
+        label=_label(series),
+        clip_on=False,
+    )
+
+
+def _label(series: Sweep) -> str:
+    return f"{HELD[series.keep]}, {INTERACTIONS[series.interaction]}" if series.main else series.made_of
+
+
+def _draw_refused(axes: Axes, loops: pd.DataFrame) -> None:
+    """Mark loops that cannot be made along the foot of the axes, a line for each quantity that is held fixed."""
+    for line, (keep, of) in enumerate(loops.groupby("held fixed", sort=False)):
+        axes.plot(
+            of["at"],
+            np.full(len(of), 0.03 + 0.05 * line),
+            transform=axes.get_xaxis_transform(),
+            color=COLOURS[keep],
+            linestyle="none",
+            marker="x",
+            markersize=4.0,
+            label=f"{HELD[keep]}: no such loop",
+        )

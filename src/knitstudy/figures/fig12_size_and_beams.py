@@ -1,0 +1,189 @@
+"""Fig. 12: cost of square knits against their size (a), and beams in contact beside solid yarns (b)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, ScalarFormatter
+
+from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.curves import draw_curves, draw_reference, force_curve, legend_beside
+from knitstudy.figures.renderer import MILLIMETRE
+from knitstudy.figures.style import BEAMS, DOUBLE, MODELS, PAPER, Look, figure, panel_letter
+from knitstudy.measures.cases import label_of
+from knitstudy.measures.catalogue import BEAM_MODELS, SQUARES, network, of_case, several, solid
+from knitstudy.measures.cost import MEGABYTE, memory_growth
+from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, is_direct
+from knitstudy.measures.domain import Series, domain_response, series_of
+from knitstudy.measures.reference import reference_of
+from knitstudy.study.scene import Scene
+
+SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws are drawn
+MARKED = (1, 3, 6, 10, 20, 30)  # cells in a row that the axis names
+DASHES = {"pinned": ":", "patch": "-."}  # by ``beam.tie``; those of rigid ties are those of the section
+ABOVE, BELOW = 92.0, 82.0  # heights of the parts (a) and (b) [mm]
+YARNS = Look(SOLID_YARNS, "#0072B2", "-", "D")
+BEAMS_IN_CONTACT = Look("beams", "#00704F", "-", "P")
+LOOSE = "v"  # marker where yarns touch and no row is tied
+
+
+@FIGURES.add(
+    "fig12_size_and_beams",
+    "Fig. 12: cost against the size of the knit, and beams in contact",
+    results={
+        "dns": solid("simulation", "isotropic-course"),
+        "beams": several("simulation", *of_case("isotropic-course", BEAM_MODELS)),
+        "rom3d": network("rom3d", "isotropic-course", optional=True),
+        "tied_rom3d": network("rom3d", "tie-course", optional=True),
+        "squares": several("simulation", *SQUARES, fewest=12, optional=True),
+    },
+    files=("reference", "paper"),
+    scenes=True,
+)
+def draw(
+    dns: xr.Dataset,
+    beams: Mapping[str, xr.Dataset],
+    scenes: Mapping[str, Scene],
+    reference: pd.DataFrame,
+    paper: pd.DataFrame,
+    rom3d: xr.Dataset | None = None,
+    tied_rom3d: xr.Dataset | None = None,
+    squares: Mapping[str, xr.Dataset] | None = None,
+) -> Figure:
+    """Draw the cost of the models above, if the study has knits of several sizes, and force against strain below."""
+    height = BELOW + (ABOVE if squares else 0.0)
+    drawing = figure(DOUBLE, height)
+    axes = drawing.add_axes((0.085, 13.0 / height, 0.42, (BELOW - 20.0) / height))
+    true = reference_of(reference, scenes["dns"])
+    curves = [force_curve(MODELS["dns"], dns, "DNS, isotropic friction", true)]
+    networks = (
+        (rom3d, MODELS["rom3d"], "3D ROM, isotropic friction"),
+        (tied_rom3d, BEAMS["tied"], "3D ROM, ties"),
+    )
+    curves += [force_curve(look, each, name, true) for each, look, name in networks if each is not None]
+    for name, history in beams.items():
+        look = BEAMS[scenes[name].beam.section]
+        look = replace(look, dash=DASHES.get(scenes[name].beam.tie, look.dash))
+        curves.append(force_curve(look, history, label_of(scenes[name]), true, named=False))
+    draw_reference(axes, true)
+    draw_curves(axes, curves, "reaction force", "N", scenes["dns"].load.direction)
+    legend_beside(axes, (1.2, 1.0), 0.0)
+    panel_letter(axes, "b", "force with isotropic friction")
+    if squares:
+        _draw_cost(drawing, [scenes[name] for name in squares], squares, paper)
+    return drawing
+
+
+def _draw_cost(
+    drawing: Figure, scenes: list[Scene], squares: Mapping[str, xr.Dataset], paper: pd.DataFrame
+) -> None:
+    """Draw degrees of freedom and growth of memory over the size in the upper part of a figure."""
+    height = ABOVE + BELOW
+    left, right = (
+        drawing.add_axes((0.085 + 0.5 * k, (BELOW + 26.0) / height, 0.4, (ABOVE - 33.0) / height))
+        for k in range(2)
+    )
+    for series in series_of(scenes):
+        histories = [squares[scene.name] for scene in series.scenes]
+        dof = np.array([float(history.attrs["dof"]) for history in histories])
+        memory = np.array([memory_growth(history) for history in histories]) / MEGABYTE
+        unknowns = series.unknowns(dof).at(SHOWN)
+        _draw_law(left, series, dof, unknowns)
+        _draw_law(right, series, memory, series.memory(dof, memory).at(unknowns))
+    for axes, quantity in ((left, "degrees of freedom"), (right, "memory")):
+        rows = paper[(paper["table"].astype(str) == "3") & (paper["quantity"] == quantity)]
+        cells = rows["case"].str.extract(r"c(\d+)w")[0].astype(float)
+        axes.plot(cells, rows["value"].astype(float), "x", color="#8E1B5A", label="paper, contact")
+        axes.set_yscale("log")
+        _draw_cells_axis(axes)
+    left.set_ylabel("degrees of freedom (1)")
+    right.set_ylabel("memory growth (MB)")
+    panel_letter(left, "a", "cost in course tension")
+    handles, labels = left.get_legend_handles_labels()
+    place = {"loc": "lower center", "bbox_to_anchor": (0.5, BELOW / height)}
+    drawing.legend(handles, labels, **place, ncols=4, fontsize=6.5, handlelength=2.5)
+
+
+def _draw_law(axes: Axes, series: Series, values: np.ndarray, law: np.ndarray) -> None:
+    """Draw values (k,), and the law that they follow at the sizes of `SHOWN`."""
+    line = series_line(series)
+    axes.plot(series.cells, values, **line | {"linestyle": "", "markersize": 4.5})
+    axes.plot(SHOWN, law, color=line["color"], linestyle=line["linestyle"], linewidth=0.7)
+
+
+# ---- response of square knits against their size, a figure of its own ----
+
+STRAIN = 0.05  # at which sizes are compared; series that end before are left out
+
+PANELS = (
+    ("force", "force over width (N/mm)", 1e-3),
+    ("out_of_plane", "largest $|u_z|$ (mm)", MILLIMETRE),
+    ("normal", "normal force, centre cell (N)", 1.0),
+)
+
+
+@FIGURES.add(
+    "fig_domain_response",
+    "Response of square knits against their size",
+    results={
+        "squares": several("simulation", *SQUARES, fewest=12),
+        "squares_contacts": several("contacts", *SQUARES),
+    },
+    scenes=True,
+)
+def draw_response(
+    squares: Mapping[str, xr.Dataset], squares_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
+) -> Figure:
+    """Draw what knits answer over their size."""
+    every = series_of(scenes[name] for name in squares)
+    found = [series for series in every if series.scenes[0].load.strain >= STRAIN]
+    drawing = figure(DOUBLE, 72.0)
+    responses = [
+        [domain_response(scene, squares, squares_contacts) for scene in each.scenes] for each in found
+    ]
+    for axes, letter, (name, label, unit) in zip(drawing.subplots(1, 3), "abc", PANELS, strict=True):
+        for series, answers in zip(found, responses, strict=True):
+            values = unit * np.array([getattr(answer, name) for answer in answers])
+            axes.plot(series.cells, values, **series_line(series))
+        _draw_cells_axis(axes)
+        axes.set_ylabel(label)
+        axes.set_ylim(0, None)
+        panel_letter(axes, letter)
+    handles, labels = drawing.axes[0].get_legend_handles_labels()
+    drawing.legend(handles, labels, loc="lower center", ncols=3, fontsize=6.5, handlelength=3.0)
+    drawing.subplots_adjust(left=0.08, right=0.985, top=0.91, bottom=0.34, wspace=0.36)
+    return drawing
+
+
+def _draw_cells_axis(axes: Axes) -> None:
+    """Make the lower axis one of cells in a row, logarithmic."""
+    axes.set(xscale="log", xlabel="cells in a row (1)")
+    axes.set_xticks(MARKED)
+    axes.xaxis.set_major_formatter(ScalarFormatter())
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def series_line(series: Series) -> dict:
+    """Return keywords of a line: the model by colour and marker, what holds its yarns by dash and filling."""
+    scene = series.scenes[0]
+    if not is_direct(scene):
+        look = BEAMS_IN_CONTACT if scene.fidelity == "beam" else MODELS[scene.fidelity]
+    elif discretisation(scene) == SOLID_YARNS:
+        look = YARNS
+    else:
+        look = Look("hexahedra", MODELS["dns"].colour, "-", MODELS["dns"].marker)
+    touches = scene.kind.interaction.touches
+    held = "ties" if not touches else "friction, no row tied" if series.free else "friction"
+    return {
+        "color": look.colour,
+        "linestyle": ":" if series.free else "--" if touches else "-",
+        "marker": LOOSE if series.free else look.marker,
+        "markerfacecolor": PAPER if touches else look.colour,
+        "label": f"{look.label}, {held}",
+    }

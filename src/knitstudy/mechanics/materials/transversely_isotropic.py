@@ -1,0 +1,157 @@
+"""Transversely isotropic elasticity about the yarn's axis, linear in logarithmic strain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.materials import FULL, MATERIALS, VOIGT, Stress, rotate_strain
+from knitstudy.mechanics.materials.isotropic import CROSSED, POSITION, Resolvent, add_pairs, product
+
+TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+"""Engineering components over those of the tensor."""
+
+
+@MATERIALS.register
+@dataclass(frozen=True)
+class TransverselyIsotropic:
+    """W = L : c L / 2, L = ln(C) / 2, C = 1 + 2 E; of equal constants this is Hencky's law.
+
+    The stiffness c of small strains has five constants about the first of the local axes, in the undeformed yarn.
+    With A(t) = (1 + t (C - 1))^-1 the derivative of L along H is the integral of A H A over t from 0 to 1, so that
+
+        S = int A T A dt,  T = c L,    dS = int A (c dL) A dt - 2 int t (A dE B + B dE A) dt,  B = A T A
+
+    by the quadrature of `isotropic.Resolvent` (Higham 2008, Functions of Matrices, section 11.5).
+
+    Attributes
+    ----------
+    axial_modulus, transverse_modulus : float
+        E_a along the axis and E_t across it [Pa].
+    axial_poisson_ratio, transverse_poisson_ratio : float
+        Contraction across the axis over the stretch along it, nu_a, or along another line across it, nu_t.
+    axial_shear_modulus : float
+        G_a [Pa], of planes that hold the axis: torsion of the yarn.
+
+    Raises
+    ------
+    ConfigurationError
+        For constants without a positive strain energy.
+    """
+
+    axial_modulus: float
+    transverse_modulus: float
+    axial_poisson_ratio: float
+    transverse_poisson_ratio: float
+    axial_shear_modulus: float
+
+    name: ClassVar[str] = "transversely_isotropic"
+    meaning: ClassVar[str] = "five constants about the yarn's axis"
+    directional: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        for name in ("axial_modulus", "transverse_modulus", "axial_shear_modulus"):
+            if not getattr(self, name) > 0:
+                raise ConfigurationError(f"{name} is {getattr(self, name):g} and has to be positive")
+        nu_t = self.transverse_poisson_ratio
+        if not abs(nu_t) < 1:
+            raise ConfigurationError(f"transverse_poisson_ratio is {nu_t:g} and has to lie in (-1, 1)")
+        least = 1 - nu_t - 2 * self.axial_poisson_ratio**2 * self.transverse_modulus / self.axial_modulus
+        if not least > 0:
+            raise ConfigurationError(
+                f"axial_poisson_ratio is {self.axial_poisson_ratio:g} and stores no positive energy with the other "
+                f"constants: 1 - nu_t - 2 nu_a^2 E_t / E_a is {least:.3g} and has to be positive"
+            )
+
+    @classmethod
+    def of(cls, yarn: Any) -> Self:
+        """Return the material of a scene's section `yarn`; what it leaves open is as of an isotropic yarn."""
+        modulus, ratio = yarn.youngs_modulus, yarn.poisson_ratio
+        shear = modulus / (2 * (1 + ratio))
+        across, sideways, twist = (
+            given if given is not None else isotropic
+            for given, isotropic in (
+                (yarn.transverse_modulus, modulus),
+                (yarn.transverse_poisson_ratio, ratio),
+                (yarn.axial_shear_modulus, shear),
+            )
+        )
+        return cls(modulus, across, ratio, sideways, twist)
+
+    @property
+    def youngs_modulus(self) -> float:
+        """E_a [Pa]."""
+        return self.axial_modulus
+
+    @property
+    def shear_modulus(self) -> float:
+        """G_a [Pa]."""
+        return self.axial_shear_modulus
+
+    @property
+    def across(self) -> tuple[float, float]:
+        """E_t [Pa] and nu_t, at most what an isotropic solid can have."""
+        return self.transverse_modulus, min(self.transverse_poisson_ratio, 0.49)
+
+    @cached_property
+    def stiffness(self) -> np.ndarray:
+        """c (6, 6) [Pa]: stress over engineering strain, the axis first."""
+        e_a, e_t, nu_a, nu_t = (
+            self.axial_modulus,
+            self.transverse_modulus,
+            self.axial_poisson_ratio,
+            self.transverse_poisson_ratio,
+        )
+        compliance = np.zeros((6, 6))
+        compliance[0, 0] = 1 / e_a
+        compliance[1, 1] = compliance[2, 2] = 1 / e_t
+        compliance[0, 1:3] = compliance[1:3, 0] = -nu_a / e_a
+        compliance[1, 2] = compliance[2, 1] = -nu_t / e_t
+        compliance[3, 3] = compliance[5, 5] = 1 / self.axial_shear_modulus
+        compliance[4, 4] = 2 * (1 + nu_t) / e_t
+        return np.linalg.inv(compliance)
+
+    def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
+        """Return the response to Green strains (e, 3, 3), with local axes (e, 3, 3) in columns.
+
+        Raises
+        ------
+        ConfigurationError
+            Without local axes.
+        """
+        if axes is None:
+            raise ConfigurationError("transversely isotropic elasticity needs the local axes of every strain")
+        local = np.swapaxes(axes, 1, 2) @ strain @ axes
+        x = np.ascontiguousarray(2 * local[:, VOIGT[:, 0], VOIGT[:, 1]].T)  # components first: (6, e)
+        resolvent = Resolvent(x)
+        logs = TWICE[:, None] * (0.5 * product(x, resolvent.sum(resolvent.weights)))
+        force = self.stiffness @ logs  # T
+        slope = _crossed(0.5 * resolvent.pairs(resolvent.weights))  # dL over engineering strains (e, 6, 6)
+        stress = (slope @ (TWICE[:, None] * force).T[:, :, None])[:, FULL, 0]
+        full = axes @ stress @ np.swapaxes(axes, 1, 2)
+        energy = 0.5 * np.einsum("pe,pe->e", force, logs)
+        if not tangent:
+            return Stress(energy, full, None)
+        moduli = slope @ (TWICE[:, None] * self.stiffness * TWICE) @ slope
+        moduli += _crossed(self._second_order(resolvent, force))
+        turn = rotate_strain(axes)
+        return Stress(energy, full, np.swapaxes(turn, 1, 2) @ moduli @ turn)
+
+    def _second_order(self, resolvent: Resolvent, force: np.ndarray) -> np.ndarray:
+        """Return the pairs (21, e) of -int t (A B + B A) dt, B = A T A."""
+        pairs = np.zeros((21, force.shape[1]))
+        for number, (node, weight) in enumerate(zip(resolvent.nodes, resolvent.weights, strict=True)):
+            a = resolvent.sum(np.eye(len(resolvent.nodes))[number])
+            full = a[FULL].transpose(2, 0, 1)
+            b = (full @ force[FULL].transpose(2, 0, 1) @ full)[:, VOIGT[:, 0], VOIGT[:, 1]].T
+            add_pairs(pairs, -weight * node * a, b)
+        return pairs
+
+
+def _crossed(pairs: np.ndarray) -> np.ndarray:
+    """Return A_ik A_jl + A_il A_jk (e, 6, 6) of pairs (21, e)."""
+    return np.ascontiguousarray((pairs[CROSSED[0]] + pairs[CROSSED[1]]).T[:, POSITION])

@@ -1,0 +1,80 @@
+"""The README and the tutorial run as they are printed, and all links of pages lead somewhere."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+PAGES = [ROOT / "README.md", ROOT / "config" / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+
+
+def blocks(page, language):
+    return re.findall(rf"^```{language}\n(.*?)^```", page, flags=re.MULTILINE | re.DOTALL)
+
+
+def run(code, folder, environment):
+    ended = subprocess.run(
+        [sys.executable, "-c", code], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 0, ended.stderr
+    return ended
+
+
+def test_readme_in_python(fresh, tmp_path):
+    (code,) = blocks(README, "python")
+    assert re.fullmatch(r"\[0\. +\d+\.\d+ +\d+\.\d+\]\n", run(code, tmp_path, fresh.environment).stdout)
+
+
+def test_tutorial(fresh, tmp_path):
+    code = blocks(TUTORIAL, "python")
+    assert len(code) >= 6
+    ended = run("\n".join(code), tmp_path, fresh.environment | {"MPLBACKEND": "agg"})
+    assert "yarn.poisson_ratio is 0.6 but must be a number between -1 and 0.5" in ended.stdout
+    assert re.search(r"dns-tie-course-coarse-\w{8} +100%", ended.stderr)
+    kept = {path.relative_to(tmp_path / "my-results").parts[0] for path in tmp_path.rglob("*.nc")}
+    assert kept == {"geometry", "mesh", "simulation", "contacts"}
+    direct = list((tmp_path / "my-results" / "simulation").glob("dns-*.nc"))
+    assert len(direct) == 1, "the reduced model takes its joints from the same run"
+    assert (tmp_path / "my-results" / "force.png").stat().st_size > 10_000
+
+
+def test_snakemake_commands_of_the_readme(fresh):
+    (commands,) = blocks(README, "bash")
+    lines = [line.split("#")[0].split() for line in commands.splitlines()]
+    tried = [words[1:] for words in lines if words[0] == "snakemake"]
+    assert len(tried) == 4
+    for words in tried:
+        ended = fresh.snakemake(*words, "--dry-run")
+        assert ended.returncode == 0, (words, ended.stdout, ended.stderr)
+
+
+def test_every_make_target_of_the_readme_exists():
+    targets = re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    named = set(re.findall(r"(?:`|^    )make ([a-z]+)", README, flags=re.MULTILINE))
+    assert {"study", "test"} <= named <= set(targets)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_link_leads_somewhere(page):
+    for path in re.findall(r"\]\(([^)#:\s]+)\)", page.read_text(encoding="utf-8")):
+        assert (page.parent / path).exists(), path
+
+
+def test_every_page_is_linked_from_the_readme():
+    linked = {(ROOT / path).resolve() for path in re.findall(r"\]\(([^)#:\s]+)\)", README)}
+    assert {page for page in PAGES[1:] if page.parent.name != "notes"} <= linked
+
+
+def test_every_path_of_a_module_in_the_pages_exists():
+    """Records in docs/notes name modules of their day."""
+    for page in PAGES:
+        if page.parent.name != "notes":
+            text = page.read_text(encoding="utf-8")
+            for path in re.findall(r"`((?:src/knitstudy/)?[a-z_]+/[a-z_/]+\.py)`", text):
+                found = ROOT / path, ROOT / "src" / "knitstudy" / path
+                assert any(each.exists() for each in found), (page.name, path)

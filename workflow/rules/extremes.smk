@@ -1,0 +1,57 @@
+# The campaign of extremes (config/extremes.yaml): one job a trial, which leaves a row however the trial ends.
+# Nothing of it belongs to a study; `make extremes` asks for the table.
+from functools import cache
+
+
+@cache
+def trials():
+    """Return the trials of the campaign by their labels."""
+    from knitstudy.study.campaign import load_campaign
+
+    try:
+        return {trial.label: trial for trial in load_campaign(CONFIG).trials}
+    except KnitstudyError as error:
+        stop(error)
+
+
+def digest_of_trial(wildcards):
+    """Return the digest of a row."""
+    from knitstudy.stages.extremes import digest_of
+    from knitstudy.study.campaign import load_campaign
+
+    return digest_of(trials()[wildcards.trial], load_campaign(CONFIG))
+
+
+rule trial:
+    output:
+        update("results/extremes/{trial}.json"),
+    log:
+        "logs/trial/{trial}.log",
+    wildcard_constraints:
+        trial="[a-z0-9-]+",
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        digest=digest_of_trial,
+        config=str(CONFIG),
+    message:
+        "Try {wildcards.trial}"
+    script:
+        "../scripts/trial.py"
+
+
+rule extremes:
+    input:
+        lambda wildcards: [f"{RESULTS}/extremes/{label}.json" for label in trials()],
+    output:
+        update("results/extremes/extremes.csv"),
+    log:
+        "logs/extremes.log",
+    threads: 1
+    resources:
+        mem_mb=500,
+    message:
+        "Collect the trials"
+    script:
+        "../scripts/extremes.py"

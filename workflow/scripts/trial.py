@@ -1,0 +1,20 @@
+"""Run one scene of the campaign of extremes in a process of its own, and write its row."""
+
+import json
+from pathlib import Path
+
+from knitstudy.files import replacing
+from knitstudy.registry import load_plugins
+from knitstudy.stages.extremes import RESULTS, run
+from knitstudy.stages.plan import Plan
+from knitstudy.stages.script import frame
+from knitstudy.study.campaign import load_campaign
+
+with frame(snakemake):
+    load_plugins(snakemake.config.get("plugins", ()))
+    config = Path(snakemake.params.config)
+    campaign = load_campaign(config)
+    (trial,) = (trial for trial in campaign.trials if trial.label == snakemake.wildcards.trial)
+    row = run(trial, campaign.limit, campaign.cheap, Plan.of(config), RESULTS)
+    with replacing(snakemake.output[0]) as temporary:
+        temporary.write_text(json.dumps(row), encoding="utf-8")
