@@ -1,12 +1,11 @@
-"""What is left of runs that are ended at random moments, and whether they go on to the same numbers.
+"""Runs that are ended at random moments: the files that they leave, and whether they go on to the same numbers.
 
     python benchmarks/interruptions.py [--runs 100] [--seed 1] [--minutes 7]
 
-Every run is a process of its own in a folder of its own that is killed, terminated, interrupted, finds the disk full,
-or has another run of the same scene beside it. Then all files that it left have to be readable, the increments that it
-had reported have to be there, and the same command has to end with the history of the run that nothing happened to.
-Prints and keeps ``results/tables/interruptions.csv`` and goes on with it; ends with status 1 where one of that does not
-hold.
+Every run is a process of its own in a folder of its own. It is killed, terminated or interrupted, finds the disk full,
+or has another run of the same scene beside it. Afterwards all files must be readable, at most the last increment may be
+lost, and the same command must end with the history of an undisturbed run. Prints, keeps and continues
+``results/tables/interruptions.csv``; the exit status is 1 if a run fails this.
 """
 
 from __future__ import annotations
@@ -44,29 +43,26 @@ SCENES = {
     "beams": ("extreme-beam", {"solver.increments": 8}),
     "solid yarns": ("extreme-yarns-tie", {"solver.increments": 8}),
 }
-"""What is run: a few seconds each, with a state that remembers nothing, contact, and solid yarns."""
+"""Scenes of a few seconds: without history, with contact, with solid yarns."""
 
 SIGNALS = {"killed": signal.SIGKILL, "terminated": signal.SIGTERM, "interrupted": signal.SIGINT}
 WAYS = (*SIGNALS, "disk full", "two at once")
 
 LEFT_FULL = (500, 200_000)
-"""Smallest and largest length that a file may have where the disk is full [bytes]."""
+"""Smallest and largest length of a file on a full disk [bytes]."""
 
 STUCK = 120.0
-"""Time after which a run of seconds counts as one that will not end [s]."""
+"""Time limit of a run [s]."""
 
 UNENDED = f"did not end within {STUCK:g} s"
-"""What is said of such a run."""
-
-TIMES = ("seconds", "wall_seconds", "memory_growth", "memory_peak")
-"""What two runs differ in: measured, not computed."""
+"""Message of such a run."""
 
 CONTEXT = multiprocessing.get_context("fork")  # what is imported here need not be imported again
 
 
 @dataclass(frozen=True)
 class Bench:
-    """A scene, the folder that its runs begin with, and what comes out where nothing happens.
+    """A scene, the folder that its runs begin with, and its history without disturbance.
 
     Attributes
     ----------
@@ -87,6 +83,7 @@ class Bench:
 def main() -> int:
     """Disturb runs, print and keep the table; return the exit status."""
     options = _options()
+    os.environ["OMP_NUM_THREADS"] = "1"  # threads of this process would be missing in its forks
     plan, begun = Plan.of(), time.monotonic()
     table = read_table(TABLE, needs=("run", "seed", "wrong")) if TABLE.exists() else pd.DataFrame()
     if len(table) and set(table["seed"]) != {options.seed}:
@@ -111,7 +108,7 @@ def main() -> int:
 
 
 def disturbed(bench: Bench, way: str, random: np.random.Generator, plan: Plan, folder: Path) -> dict:
-    """Return what became of a run that was disturbed in one way."""
+    """Disturb a run in one way, repeat it, and return a row of the table."""
     shutil.copytree(bench.begun, folder)
     row: dict = {"way": way}
     if way == "two at once":
@@ -149,7 +146,7 @@ def disturbed(bench: Bench, way: str, random: np.random.Generator, plan: Plan, f
 
 
 class Started:
-    """A run in a process of its own, and what it reports."""
+    """A run in a process of its own."""
 
     def __init__(self, process: multiprocessing.Process, log: Path, said: Path) -> None:
         self._process, self._log, self._said = process, log, said
@@ -160,7 +157,7 @@ class Started:
             os.kill(self._process.pid, order)
 
     def ended(self) -> str:
-        """Wait for the end and return what was said of a failure, nothing where there was none."""
+        """Wait for the end and return the error message, empty without an error."""
         self._process.join(STUCK)
         if self._process.is_alive():
             self._process.kill()
@@ -184,7 +181,7 @@ def _started(scene: Scene, plan: Plan, folder: Path, largest: int | None = None)
 
 
 def _run(scene: Scene, plan: Plan, folder: Path, log: Path, said: Path, largest: int | None) -> None:
-    """Simulate a scene, mark every increment by a byte, and write down what goes wrong."""
+    """Simulate a scene, write a byte for every increment, and keep the error message."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     marks = os.open(log, os.O_CREAT | os.O_WRONLY)
     words = os.open(said, os.O_CREAT | os.O_WRONLY)
@@ -212,7 +209,7 @@ def _kept(folder: Path) -> int:
 
 
 def _unreadable(folder: Path) -> list[str]:
-    """Return what is wrong with files that a run has left under the names of results."""
+    """Return the errors of reading files with the names of results."""
     found = []
     for path in sorted(folder.rglob("[!.]*.*")):
         try:
@@ -227,17 +224,17 @@ def _unreadable(folder: Path) -> list[str]:
 
 
 def _comparable(history: xr.Dataset) -> xr.Dataset:
-    """Return a history without what is measured."""
+    """Return a history without measured times."""
     return history.drop_vars("seconds")
 
 
 def _bench(name: str, plan: Plan, scratch: Path) -> Bench:
-    """Run a scene that nothing happens to, and keep what it is made from."""
+    """Run a scene undisturbed, and keep the results that it needs."""
     base, changes = SCENES[name]
     scene = plan.labelled(plan.scenes[base].vary(changes))
     begun = scratch / f"begun {name}"
     history = simulate(scene, begun, plan=plan).history
-    # What is disturbed makes all of its own results itself.
+    # Disturbed runs make all results of the scene themselves.
     for stage in STAGES.values():
         if stage.of(scene):
             (begun / stage.path(scene)).unlink(missing_ok=True)
@@ -245,7 +242,7 @@ def _bench(name: str, plan: Plan, scratch: Path) -> Bench:
     shutil.copytree(begun, whole)
     started = time.monotonic()
     if said := _started(scene, plan, whole).ended():
-        sys.exit(f"error: {name} fails where nothing happens to it: {said}")
+        sys.exit(f"error: {name} fails without disturbance: {said}")
     seconds = time.monotonic() - started
     shutil.rmtree(whole)
     return Bench(scene, begun, history, seconds)

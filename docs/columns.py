@@ -1,4 +1,4 @@
-"""Write the tables of columns into docs/architecture.md: ``python docs/columns.py``. They come from the library."""
+"""Write the tables of columns into docs/files.md: ``python docs/columns.py``. They come from the library."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from knitstudy.loading.columns import CONTACTS, HISTORY, STRESSES, Columns
 
-PAGE = Path(__file__).with_name("architecture.md")
+PAGE = Path(__file__).with_name("files.md")
 
 TABLES = {"history": HISTORY, "contacts": CONTACTS, "stresses": STRESSES}
 """By the name in the comments that a table of the page stands between."""

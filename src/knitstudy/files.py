@@ -1,4 +1,4 @@
-"""Files: written whole or not at all, with provenance."""
+"""Files that are written whole or not at all; tables; datasets with provenance and a checksum."""
 
 from __future__ import annotations
 
@@ -28,15 +28,14 @@ if TYPE_CHECKING:
     from knitstudy.study.scene import Scene
 
 
-# ---- Ctrl-C at a moment where it would do harm
+# ---- Ctrl-C at a moment where it would do harm ----
 
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Put an interruption off until what is done here is over; in other threads than the main one there is none.
+    """Put Ctrl-C off until the block is over; only the main thread is interrupted.
 
-    The locks around netCDF files are not given back by an interruption between their taking and their use: closing the
-    file would wait for them for ever.
+    An interruption between taking and using a lock around a netCDF file would leave the lock taken for ever.
     """
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or before is None:
@@ -61,16 +60,14 @@ NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 
 @contextmanager
 def replacing(path: Path | str) -> Iterator[Path]:
-    """Write a file whole or not at all: yield a temporary name beside it that takes its place on success.
+    """Write a file whole or not at all: yield a temporary name, with the same suffix, that takes its place on success.
 
-    The temporary name keeps the suffix, since many writers choose their format by it. On an exception the
-    temporary file is deleted and what was at ``path`` before stays.
+    On an exception the temporary file is deleted, and the file stays as it was.
 
     Raises
     ------
     DataFileError
-        When the folder cannot be made, the disk is full or takes nothing more, or the block ended without writing the
-        temporary file.
+        When the folder cannot be made, the disk takes nothing more, or the block wrote nothing.
     """
     path = Path(path)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
@@ -98,7 +95,7 @@ def replacing(path: Path | str) -> Iterator[Path]:
 
 
 def _clear_abandoned(path: Path) -> None:
-    """Delete what processes that were killed while they wrote this file have left beside it."""
+    """Delete the temporary files that killed processes have left."""
     for partial in path.parent.glob(f".{glob.escape(path.stem)}.*.partial{path.suffix}"):
         process = partial.name.removesuffix(f".partial{path.suffix}").rpartition(".")[2]
         try:
@@ -110,7 +107,6 @@ def _clear_abandoned(path: Path) -> None:
 
 
 def _flush_to_disk(path: Path) -> None:
-    """Make a rename safe against a crash of the machine: content first, then the folder's entry."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -118,11 +114,11 @@ def _flush_to_disk(path: Path) -> None:
         os.close(descriptor)
 
 
-# ---- What made a result: versions of the code and of the numerical libraries
+# ---- What made a result ----
 
 
 def provenance() -> dict[str, str]:
-    """Return what made a result: version of the code and of the numerical libraries."""
+    """Return the versions of the code and of the numerical libraries."""
     return {"code_version": code_version()} | {name: version(name) for name in ("numpy", "scipy", "pyamg")}
 
 
@@ -142,7 +138,7 @@ def code_version() -> str:
     return f"{knitstudy.__version__}+{answer.stdout.strip()}" if tracked else knitstudy.__version__
 
 
-# ---- Tables as CSV; errors name the file and the remedy
+# ---- Tables as CSV ----
 
 
 def write_table(table: pd.DataFrame, path: Path | str) -> None:
@@ -186,18 +182,17 @@ FINITE = ("load", "strain", "displacement", "force", "reaction", "energy")
 def write_dataset(
     dataset: xr.Dataset, path: Path | str, scene: Scene | None = None, digest: str | None = None
 ) -> None:
-    """Write a dataset as netCDF 4 with provenance attributes and a checksum of its content.
+    """Write a dataset as netCDF 4 with provenance and a checksum of its content.
 
     Parameters
     ----------
-    dataset
-        Data in SI units, each variable with an attribute ``units``.
-    path
-        Where to; the file appears whole or not at all.
-    scene
-        When given, its name is recorded.
-    digest
-        Of all that the result depends on: with the same one it is used again.
+    dataset : Dataset
+        SI units, each variable with an attribute ``units``.
+    path : Path or str
+    scene : Scene, optional
+        Its name is recorded.
+    digest : str, optional
+        Of all that the result depends on.
 
     Raises
     ------
@@ -243,11 +238,6 @@ def checksum(dataset: xr.Dataset) -> str:
 
 def read_dataset(path: Path | str) -> xr.Dataset:
     """Read a netCDF file into memory and close it.
-
-    Parameters
-    ----------
-    path
-        File written by `write_dataset`.
 
     Raises
     ------

@@ -176,7 +176,7 @@ def test_contacts_of_a_knit(knit):
 
 
 def test_history_of_another_specimen_is_refused(pair, history):
-    with pytest.raises(DataFileError, match="has 1 crossings and the specimen 2"):
+    with pytest.raises(DataFileError, match="has 1 crossings and the fabric 2"):
         extract(pair, history.isel(crossing=[0]))
 
 

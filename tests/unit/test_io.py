@@ -112,6 +112,26 @@ def test_a_full_disk_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch,
     assert os.listdir(tmp_path) == ["a.csv"]
 
 
+KILLED = """
+import os, signal, sys
+from knitstudy.files import replacing
+with replacing(sys.argv[1]) as temporary:
+    temporary.write_text("half")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_kill_leaves_the_old_file(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("old")
+    ended = subprocess.run([sys.executable, "-c", KILLED, str(path)], check=False)
+    assert ended.returncode == -signal.SIGKILL
+    assert path.read_text() == "old"
+    with replacing(path) as temporary:
+        temporary.write_text("new")
+    assert list(tmp_path.iterdir()) == [path], "what the killed process left is gone"
+
+
 def test_what_a_killed_writer_left_is_cleared_and_a_living_one_keeps_its_own(tmp_path):
     path = tmp_path / "a.csv"
     dead = subprocess.Popen([sys.executable, "-c", ""])

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from knitstudy.contacts.contacts import contacts
+from knitstudy.contacts.contacts import extract
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.geometry.fabric import pieces_of
 from knitstudy.loading.gates import require_no_jump
@@ -200,9 +200,9 @@ def test_a_jump_of_force_is_refused(scene):
     require_no_jump(scene.replace("gates.jump", 1e-3), Increment, Recorder)
 
 
-def test_contacts_of_a_window_are_those_of_its_cells(touching, slid):
+def test_contacts_of_a_window_are_those_of_its_cells(slid):
     knit, history = slid
-    found = contacts(touching, knit.to_dataset(), history)
+    found = extract(knit, history)
     assert found["zone"].to_numpy().tolist() == [0, 1, 2, 3]
     sums = (found["normal_resultant"] + found["tangential_resultant"]).to_numpy()
     assert np.linalg.norm(sums[-1], axis=1).max() > 0

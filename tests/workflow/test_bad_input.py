@@ -1,7 +1,6 @@
 """What a user can get wrong ends with one message and status 1, and earlier results stay."""
 
 import os
-import re
 import signal
 import subprocess
 
@@ -29,26 +28,7 @@ def one_message(ended):
     ("file", "old", "new", "message"),
     [
         ("defaults.yaml", "strain: 0.05", "strain: 0", "load.strain is 0 but must be a number from -0.2"),
-        ("defaults.yaml", "loops: 3", "loops: three", "pattern.loops is 'three' but must be a whole number"),
         ("defaults.yaml", "strain:", "strane:", "unknown key 'load.strane' (did you mean 'strain'?)"),
-        (
-            "defaults.yaml",
-            "friction: 0.76",
-            "friction: -0.1",
-            "contact.friction is -0.1 but must be a number from 0 to 1e6",
-        ),
-        (
-            "defaults.yaml",
-            "clearance: 0.01",
-            "clearance: -0.01",
-            "pattern.clearance is -0.01 but must be a number",
-        ),
-        (
-            "defaults.yaml",
-            "normal_stiffness: 10",
-            "normal_stiffness: 0",
-            "normal_stiffness is 0 but must be a",
-        ),
         ("calibrated_loop.yaml", "diameter:", "width:", "the key 'diameter' of a calibrated loop is missing"),
     ],
 )
@@ -76,17 +56,6 @@ def test_deformed_yarns_without_their_fields(fresh):
     assert ended.returncode == 1
     said = "scene 'dns-tie-course-medium': outputs is [vtu] but must hold 'fields'"
     assert [said in line for line in ended.stderr.splitlines() if line.startswith("error")] == [True]
-
-
-def test_truncated_mesh_is_named_and_made_again(finished_copy):
-    mesh = finished_copy.folder / "results" / "mesh" / "dns-tie-course-coarse.nc"
-    earlier = read_dataset(mesh)
-    os.truncate(mesh, mesh.stat().st_size // 2)
-    ended = finished_copy.snakemake("results/mesh/dns-tie-course-coarse.nc", "--config", "study=ci")
-    assert ended.returncode == 0, ended.stdout + ended.stderr
-    said = r"results/mesh/dns-tie-course-coarse.nc: is truncated or is not netCDF .*; it will be made again"
-    assert re.search(said, ended.stdout + ended.stderr)
-    assert read_dataset(mesh).equals(earlier)
 
 
 def test_run_that_cannot_go_on_keeps_what_had_converged(fresh):

@@ -3,11 +3,13 @@
 import re
 import subprocess
 
+import netCDF4
 import pytest
 
-from knitstudy.files import recorded_digest
+from knitstudy.files import read_dataset, recorded_digest
 
 TIED = re.compile(r"(dns|rom3d|rom2d)-tie")
+SHOWN = ("Draw", "Build", "Write the report")
 
 
 @pytest.fixture(scope="module")
@@ -34,80 +36,63 @@ def edited(checkout):
         path.write_text(text)
 
 
-def test_nothing_to_do_at_first(checkout):
+def data(jobs):
+    """Return the jobs that make no figure, no table and no report."""
+    return {job for job in jobs if not job.startswith(SHOWN)}
+
+
+def test_comments_and_a_new_key_with_a_default_run_nothing(checkout, edited):
+    for module in ("mechanics/newton.py", "mechanics/contact/friction.py", "figures/style.py"):
+        edited(f"src/knitstudy/{module}", '"""', '"""Better said: ')
+        edited(f"src/knitstudy/{module}", "\n\n\n", "\n\n\n# A better comment.\n")
+    edited("src/knitstudy/study/scene.py", "\n\n\n", "\n\n\nEDITED = True\n\n\n")
     assert checkout.jobs() == set()
 
 
-def test_default_of_beams_runs_beams_and_what_reads_them(checkout, edited):
+def test_values_run_the_scenes_that_read_them(checkout, edited):
     edited("config/defaults.yaml", "stiffness: 10               # E R", "stiffness: 11               # E R")
-    jobs = checkout.jobs()
-    assert "Pull the beams in contact of beam-isotropic-course-coarse" in jobs
-    others = {
-        job for job in jobs if not job.startswith(("Pull the beams", "Draw", "Build", "Write the report"))
-    }
-    assert others == set()
-
-
-def test_friction_runs_scenes_with_friction(checkout, edited):
-    edited("config/defaults.yaml", "friction: 0.76", "friction: 0.77")
-    jobs = checkout.jobs()
-    assert "Load dns-isotropic-course-coarse" in jobs
-    made = [job for job in jobs if job.startswith(("Load", "Pull", "Find", "Mesh", "Lay"))]
-    assert all("isotropic" in job or "pair-slid" in job for job in made), made
-    assert not any(job.startswith(("Mesh", "Lay")) for job in made)
-
-
-def test_load_path_runs_no_mesh(checkout, edited):
     edited("config/scenes/3-pairs.yaml", "[318e-6, 318e-6", "[319e-6, 318e-6")
-    jobs = checkout.jobs()
-    assert "Load pair-slid-90" in jobs
+    jobs = data(checkout.jobs())
+    assert {"Simulate beam-isotropic-course-coarse", "Simulate pair-slid-90"} <= jobs
+    assert all(re.search(r"beam-|pair-slid-90", job) for job in jobs), jobs
     assert not any(job.startswith(("Mesh", "Lay")) for job in jobs)
 
 
-def test_new_key_with_a_default_runs_nothing(checkout, edited):
-    edited(
-        "src/knitstudy/study/model_sections.py",
-        "class Newton(Section):",
-        """class Sized(Section):
-    \"\"\"Keys that were added.\"\"\"
-
-    added: float = key("numerics", "choice", source="a test", ge=0, default=1.0)
-
-
-class Newton(Sized):""",
-    )
-    assert checkout.jobs() == set()
-    edited("config/defaults.yaml", "  increments: 12\n", "  increments: 12\n  added: 2.0\n")
-    assert "Load dns-tie-course-coarse" in checkout.jobs(), "another value is another result"
-
-
-def test_scene_that_is_added_runs_itself_and_what_lists_it(checkout, edited):
+def test_scene_that_is_added_or_changed_runs_itself_and_what_lists_it(checkout, edited):
     edited(
         "config/scenes/6-beams.yaml",
         "scenes:\n",
         "scenes:\n- {name: beam-added, studies: ci, keys: {interaction: rough, load.strain: 0.003}}\n",
     )
+    edited(
+        "config/scenes/7-coarse.yaml",
+        "rom2d: {fidelity: rom2d}",
+        "rom2d: {fidelity: rom2d, rom.section: doubled}",
+    )
     jobs = checkout.jobs()
-    assert "Pull the beams in contact of beam-added" in jobs
-    others = {job for job in jobs if not job.startswith(("Draw", "Build", "Write the report"))}
-    assert others == {"Pull the beams in contact of beam-added"}
+    assert "Simulate beam-added" in jobs
+    assert all(re.match(r"Simulate (beam-added|rom2d-)", job) for job in data(jobs))
 
 
-def test_friction_law_runs_no_tied_model(checkout, edited):
+def test_friction_law_runs_no_tied_model_and_no_mesh(checkout, edited):
     edited("src/knitstudy/mechanics/contact/friction.py", "\nOPEN, STICK", "\nEDITED = True\nOPEN, STICK")
+    jobs = data(checkout.jobs())
+    assert "Simulate dns-isotropic-course-coarse" in jobs
+    assert not [job for job in jobs if TIED.search(job) or job.startswith(("Mesh", "Lay"))]
+
+
+def test_edited_figure_runs_no_simulation(checkout, edited):
+    edited("src/knitstudy/figures/style.py", "\n\n\n", "\n\nEDITED = True\n\n\n")
     jobs = checkout.jobs()
-    assert "Load dns-isotropic-course-coarse" in jobs
-    simulated = [job for job in jobs if job.startswith(("Lay", "Mesh", "Load", "Find", "Pull"))]
-    assert not [job for job in simulated if TIED.search(job)]
+    assert any(job.startswith("Draw") for job in jobs)
+    assert data(jobs) == set()
 
 
-@pytest.mark.parametrize(
-    "module", ["mechanics/newton.py", "mechanics/contact/friction.py", "figures/style.py"]
-)
-def test_comment_runs_nothing(checkout, edited, module):
-    edited(f"src/knitstudy/{module}", '"""', '"""Better said: ')
-    edited(f"src/knitstudy/{module}", "\n\n\n", "\n\n\n# A better comment.\n")
-    assert checkout.jobs() == set()
+def test_nothing_to_do_at_last(checkout):
+    """What was planned and undone has left nothing behind."""
+    ended = checkout.study("ci")
+    assert ended.returncode == 0
+    assert ended.stdout.startswith("Study ci: nothing to do, everything is up to date.")
 
 
 def knitstudy(checkout, *arguments):
@@ -120,26 +105,76 @@ def knitstudy(checkout, *arguments):
     return ended
 
 
-def test_command_uses_what_the_workflow_made_until_the_code_changes(finished_copy):
-    path = finished_copy.folder / "results" / "simulation" / "rom3d-tie-course-coarse.nc"
+def test_command_and_workflow_share_results(finished_copy):
+    folder, name = finished_copy.folder, "rom3d-tie-course-coarse"
+    path = folder / "results" / "simulation" / f"{name}.nc"
     first, time = recorded_digest(path), path.stat().st_mtime_ns
-    knitstudy(finished_copy, "run", "rom3d-tie-course-coarse")
-    assert path.stat().st_mtime_ns == time
-    module = finished_copy.folder / "src" / "knitstudy" / "networks" / "simulation" / "rom3d.py"
-    module.write_text(module.read_text() + "\nEDITED = True\n")
-    knitstudy(finished_copy, "run", "rom3d-tie-course-coarse")
-    assert path.stat().st_mtime_ns > time
-    assert recorded_digest(path) != first
-    # And the workflow takes what the command has made, but not what it made before.
+    knitstudy(finished_copy, "run", name)
+    assert path.stat().st_mtime_ns == time, "the command uses what the workflow made"
+
+    defaults = folder / "config" / "defaults.yaml"
+    before = defaults.read_text()
+    defaults.write_text(before.replace("youngs_modulus: 1.30e9", "youngs_modulus: 1.31e9"))
+    knitstudy(finished_copy, "run", name)
+    second = recorded_digest(path)
+    assert second != first
     jobs = finished_copy.jobs()
-    assert "Pull the reduced model rom3d-tie-course-coarse" not in jobs
-    assert "Pull the reduced model rom3d-tie-wale-coarse" in jobs
+    assert f"Simulate {name}" not in jobs or takes_over(finished_copy, path), "the workflow uses it as well"
+    assert "Simulate rom3d-tie-wale-coarse" in jobs
+
+    defaults.write_text(before)
+    assert f"Simulate {name}" in finished_copy.jobs(), "what the command made is of the other value"
+
+
+def takes_over(checkout, path):
+    """Whether a job for a result leaves the result of the command as it is."""
+    before = read_dataset(path)
+    ended = checkout.snakemake(str(path.relative_to(checkout.folder)), "--config", "study=ci")
+    assert ended.returncode == 0, ended.stderr
+    return read_dataset(path).identical(before)
 
 
 def test_workflow_uses_what_the_command_made(fresh):
-    knitstudy(fresh, "run", "dns-tie-course-coarse")
-    target = "results/simulation/dns-tie-course-coarse.nc"
+    knitstudy(fresh, "run", "beam-isotropic-course-coarse")
+    target = "results/simulation/beam-isotropic-course-coarse.nc"
     assert fresh.jobs(target) == set()
     defaults = fresh.folder / "config" / "defaults.yaml"
     defaults.write_text(defaults.read_text().replace("youngs_modulus: 1.30e9", "youngs_modulus: 1.31e9"))
-    assert fresh.jobs(target) == {"Load dns-tie-course-coarse"}
+    assert fresh.jobs(target) == {"Simulate beam-isotropic-course-coarse"}
+
+
+def test_spoilt_results_are_made_again_or_refused(finished_copy):
+    """A truncated and an incomplete file are made again; who needs an edited one says so."""
+    results = finished_copy.folder / "results"
+    mesh, history, edited = (
+        results / name
+        for name in (
+            "mesh/pair-slid-90.nc",
+            "simulation/pair-slid-90.nc",
+            "geometry/pair90.nc",
+        )
+    )
+    earlier = read_dataset(mesh)
+    mesh.write_bytes(mesh.read_bytes()[:-1000])
+    with netCDF4.Dataset(history, "a") as file:
+        file.incomplete = "no balance"
+    assert data(finished_copy.jobs(str(history.relative_to(finished_copy.folder)))) == {
+        "Mesh pair-slid-90",
+        "Simulate pair-slid-90",
+    }
+    ended = finished_copy.snakemake("results/mesh/pair-slid-90.nc", "--config", "study=ci")
+    assert ended.returncode == 0, ended.stderr
+    said = r"results/mesh/pair-slid-90.nc: is truncated or is not netCDF .*; it will be made again"
+    assert re.search(said, ended.stdout + ended.stderr)
+    assert read_dataset(mesh).identical(
+        earlier.assign_attrs(processor_seconds=read_dataset(mesh).processor_seconds)
+    )
+
+    with netCDF4.Dataset(edited, "a") as file:
+        name = next(
+            name for name, values in file.variables.items() if values.dtype == float and values.size > 1
+        )
+        file[name][...] = 1.01 * file[name][...]
+    ended = finished_copy.snakemake("results/simulation/pair-slid-90.nc", "--config", "study=ci")
+    assert ended.returncode == 1
+    assert "results/geometry/pair90.nc: was changed after it was written; delete it" in ended.stderr

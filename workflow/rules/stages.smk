@@ -1,5 +1,6 @@
 # Stages from a scene to its results, one rule each. `made` names the file of a stage that a rule takes, `outdated` the
-# mark of a result of other inputs or other code (`Plan.mark_outdated`). Times of data decide nothing here: `ancient`.
+# mark of a result of other inputs or other code (`Plan.mark_outdated`), which is newer than the result. A job whose result
+# is up to date after all, since only times of files have changed, leaves the result as it is.
 
 
 def made(rule, name):
@@ -13,7 +14,7 @@ def made(rule, name):
         if name not in needs:
             return []
         stage, scene = needs[name]
-        return ancient(f"{RESULTS}/{stage.path(scene)}")
+        return f"{RESULTS}/{stage.path(scene)}"
 
     return path
 

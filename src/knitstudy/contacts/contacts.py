@@ -1,6 +1,11 @@
-"""Area and pressure where the local indentation is a law of contact: Hertz's, from the force at the crossing.
+"""Contacts of a simulation that keeps its points in contact: areas, forces, motions, by crossing and increment.
 
-The points that touch there lie on the depth that the law stands for, which is not the area of contact.
+The normal that reduced models use is the line of the closest points, not the direction of the resultant that section
+2.5 of the paper names: a tie also carries shear, and the plane of P1, P2 and its resultant misses the centrelines that
+it should cut in C1 to C4.
+
+Where the local indentation is a law of contact, area and pressure are Hertz's, from the force at the crossing: the
+points that touch lie on the depth that the law stands for, which is not the area of contact.
 """
 
 from __future__ import annotations
@@ -11,9 +16,8 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.contacts.facets import count_zones
-from knitstudy.contacts.kinematics import kinematics
+from knitstudy.contacts.kinematics import kinematics, tangents
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Fabric, fabric_of
 from knitstudy.loading.columns import CONTACTS
 from knitstudy.mechanics.contact.indentation import Crossing
@@ -21,38 +25,13 @@ from knitstudy.mechanics.contact.interaction import PASS_SHARE
 from knitstudy.study.scene import Scene
 
 MODULUS = "indentation_modulus"
-"""Attribute of the histories that this is for: E* of the yarns [Pa]."""
+"""Attribute of histories of yarns whose local indentation is a law: E* of the yarns [Pa]."""
 
 SMALLEST = np.radians(5.0)
 """Angle below which yarns count as crossing at it: side by side they touch along a line, which has no end."""
 
-
-def indented(knit: Fabric, force: np.ndarray, modulus: float) -> dict[str, np.ndarray]:
-    """Return area of contact [m2] and largest pressure [Pa] (I, K) under normal forces (I, K, 3) [N].
-
-    The angle between the yarns is the undeformed one.
-    """
-    crossings, radius = knit.crossings, knit.radius
-    load = np.linalg.norm(force, axis=-1)
-    tangents = np.empty(crossings.point.shape)
-    for number, curve in enumerate(knit.centrelines):
-        here = crossings.yarn == number
-        tangents[here] = curve.tangent(crossings.arc_length[here])
-    tangents /= np.linalg.norm(tangents, axis=-1, keepdims=True)
-    angle = np.arccos(np.clip(np.abs(np.einsum("ki,ki->k", *tangents.swapaxes(0, 1))), 0.0, 1.0))
-    kinds = [Crossing.at(max(float(each), SMALLEST)) for each in angle]
-    semiaxis = (
-        np.array([kind.semiaxis for kind in kinds]) * radius * (load / (modulus * radius**2)) ** (1 / 3)
-    )
-    area = np.pi * np.array([kind.ratio for kind in kinds]) * semiaxis**2
-    pressure = np.divide(1.5 * load, area, out=np.zeros_like(area), where=area > 0)
-    return {"contact_area": area, "largest_pressure": pressure}
-
-
-# ---- What happens at the crossings of a direct simulation, per crossing and increment (sections 2.5, 2.6 and 3.1)
-# The normal that reduced models use is the line of the closest points, not the direction of the resultant that section
-# 2.5 names: a tie also carries shear, and the plane of P1, P2 and its resultant misses the centrelines that it should
-# cut in C1 to C4.
+BY_NEIGHBOURS = ("segment_contraction",)
+"""Variables that need the neighbours of a crossing: unknown in a window."""
 
 
 def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
@@ -74,53 +53,62 @@ def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Data
     return found.drop_vars("segment_contraction", errors="ignore")
 
 
-def extract(knit: Fabric, history: xr.Dataset) -> xr.Dataset:
-    """Return the contacts dataset of docs/architecture.md.
+def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
+    """Return the contacts dataset of docs/files.md; of a window, for the crossings of its cells alone.
 
     Parameters
     ----------
-    knit : Fabric
-        Or another specimen with `crossings`.
+    fabric : Fabric
     history : Dataset
-        History of a DNS of that specimen, with the forces of its crossings.
+        Of the fabric, with the forces of its crossings.
 
     Raises
     ------
     DataFileError
-        If the history holds no crossings, or those of another specimen, or contact points without the number of
+        If the history holds no crossings, or those of another fabric, or contact points without the number of
         facets around a yarn.
     """
-    crossings = knit.crossings
-    _require_crossings(crossings, history)
+    _require_crossings(fabric, history)
+    if "window_crossing" in history:
+        return _extract(*_in_window(fabric, history)).drop_vars(BY_NEIGHBOURS, errors="ignore")
+    return _extract(fabric, history)
+
+
+def _in_window(fabric: Fabric, history: xr.Dataset) -> tuple[Fabric, xr.Dataset]:
+    """Return the fabric and the history with the crossings of a window's cells alone."""
+    chosen = np.flatnonzero(history["window_crossing"].to_numpy())
+    place = np.full(history.sizes["crossing"] + 1, -1)  # the last one: away from all crossings
+    place[chosen] = np.arange(len(chosen))
+    part = history.isel(crossing=chosen)
+    if "contact_crossing" in history:
+        part = part.assign(contact_crossing=("point", place[history["contact_crossing"].to_numpy()]))
+    return replace(fabric, crossings=fabric.crossings.chosen(chosen)), part
+
+
+def _extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
+    crossings = fabric.crossings
     touch = _Touch.of(history)
     apart = crossings.point[:, 1] - crossings.point[:, 0]
-    normal = apart / np.linalg.norm(apart, axis=1, keepdims=True)
     tied = history["crossing_tied"].to_numpy().astype(bool)
     motion = history["crossing_displacement"].to_numpy()
-    force = history["crossing_force"].to_numpy()
-
     values = {
-        "row": crossings.row,
-        "column": crossings.column,
-        "zone": crossings.zone,
-        "yarn": crossings.yarn,
-        "arc_length": crossings.arc_length,
-        "normal": normal,
+        **{name: getattr(crossings, name) for name in ("row", "column", "zone", "yarn", "arc_length")},
+        "normal": apart / np.linalg.norm(apart, axis=1, keepdims=True),
         "tied": tied.astype(np.int8),
-        "force": force,
+        "force": history["crossing_force"].to_numpy(),
         "centroid_displacement": motion,
         "relative_displacement": motion[:, :, 1] - motion[:, :, 0],
     }
     values |= touch.results()
     kept = {name: history.attrs[name] for name in ("scene", "interaction") if name in history.attrs}
     if MODULUS in history.attrs:
-        values |= indented(knit, values["normal_resultant"], history.attrs[MODULUS])
+        values |= indented(fabric, values["normal_resultant"], history.attrs[MODULUS])
         kept["contact_area_from"] = "the force, by Hertz: local indentation is a law of contact"
     values["centroid"] = touch.undeformed_centroid(crossings.point.mean(axis=1))
     values["area"] = values["contact_area"][-1].copy()
     if "section_gradient" in history:
         sections = (history[name].to_numpy() for name in ("section_gradient", "section_displacement"))
-        values |= kinematics(knit, *sections, values["relative_displacement"], touch.reference_centroid())
+        values |= kinematics(fabric, *sections, values["relative_displacement"], touch.reference_centroid())
     _put_ties(values, history, tied)
     values |= {name: history[name].to_numpy() for name in ("yarn_force", "yarn_moment") if name in history}
     return xr.Dataset(
@@ -130,14 +118,38 @@ def extract(knit: Fabric, history: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _require_crossings(crossings: Crossings, history: xr.Dataset) -> None:
+def _require_crossings(fabric: Fabric, history: xr.Dataset) -> None:
     if "crossing_force" not in history:
-        raise DataFileError("the history holds no crossing_force: contacts come from a scene of solid yarns")
-    if history.sizes["crossing"] != len(crossings.row):
         raise DataFileError(
-            f"the history has {history.sizes['crossing']} crossings and the specimen {len(crossings.row)}: "
+            "the history holds no crossing_force: contacts come from a scene of solid yarns or with a window of them"
+        )
+    if history.sizes["crossing"] != len(fabric.crossings):
+        raise DataFileError(
+            f"the history has {history.sizes['crossing']} crossings and the fabric {len(fabric.crossings)}: "
             "they belong to different scenes"
         )
+
+
+def indented(fabric: Fabric, force: np.ndarray, modulus: float) -> dict[str, np.ndarray]:
+    """Return Hertz's area of contact [m2] and largest pressure [Pa], (I, K), under normal forces (I, K, 3) [N].
+
+    The angle between the yarns is the undeformed one.
+    """
+    radius, load = fabric.radius, np.linalg.norm(force, axis=-1)
+    cosine = np.abs(np.einsum("ki,ki->k", *tangents(fabric).swapaxes(0, 1)))
+    angle = np.arccos(np.clip(cosine, 0.0, 1.0))
+    kinds = [Crossing.at(max(float(each), SMALLEST)) for each in angle]
+    semiaxis, ratio = (np.array([getattr(kind, name) for kind in kinds]) for name in ("semiaxis", "ratio"))
+    longer = semiaxis * radius * (load / (modulus * radius**2)) ** (1 / 3)
+    area = np.pi * ratio * longer**2
+    pressure = np.divide(1.5 * load, area, out=np.zeros_like(area), where=area > 0)
+    return {"contact_area": area, "largest_pressure": pressure}
+
+
+_POINT_COLUMNS = (
+    *("side", "cell", "position", "reference", "normal", "traction"),
+    *("area", "cell_area", "pressure", "slip", "sticks"),
+)
 
 
 @dataclass(frozen=True)
@@ -151,7 +163,7 @@ class _Touch:
     place : ndarray of int, shape (p,)
         Increment times K plus crossing.
     side : ndarray of int, shape (p,)
-        0: the point lies on the lower row's yarn.
+        0: the point lies on the yarn of side 0.
     cell : ndarray of int, shape (p, 2)
         Its facet: layer along the yarn, facet around it.
     around : int
@@ -286,18 +298,3 @@ def _put_ties(values: dict[str, np.ndarray], history: xr.Dataset, tied: np.ndarr
     values["largest_pressure"][:, tied] = np.nan
     for name in {"sliding", "contact_travel", "contact_spin"} & values.keys():
         values[name][:, tied] = 0.0
-
-
-_POINT_COLUMNS = (
-    "side",
-    "cell",
-    "position",
-    "reference",
-    "normal",
-    "traction",
-    "area",
-    "cell_area",
-    "pressure",
-    "slip",
-    "sticks",
-)

@@ -113,14 +113,20 @@ class Axes:
     @classmethod
     def of(cls, fabric: Fabric) -> Axes:
         """Return the axes; the line of the closest points is normal to both yarns."""
-        crossings = fabric.crossings
-        tangent = np.empty_like(crossings.point)
-        for yarn, curve in enumerate(fabric.centrelines):
-            here = crossings.yarn == yarn
-            tangent[here] = curve.tangent(crossings.arc_length[here])
+        crossings, tangent = fabric.crossings, tangents(fabric)
         apart = (crossings.point[:, 1] - crossings.point[:, 0]) / crossings.distance[:, None]
         towards = np.stack([apart, -apart], axis=1)
         return cls(tangent, towards, np.cross(tangent, towards))
+
+
+def tangents(fabric: Fabric) -> np.ndarray:
+    """Return the unit tangents (K, 2, 3) of the undeformed yarns at all crossings."""
+    crossings = fabric.crossings
+    found = np.empty_like(crossings.point)
+    for yarn, curve in enumerate(fabric.centrelines):
+        here = crossings.yarn == yarn
+        found[here] = curve.tangent(crossings.arc_length[here])
+    return found
 
 
 def kinematics(

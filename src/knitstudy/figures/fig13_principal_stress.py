@@ -176,7 +176,7 @@ def yarn_surfaces(mesh: SweptMesh, stresses: xr.Dataset) -> list[YarnSurface]:
     ----------
     mesh : SweptMesh
     stresses : Dataset
-        Of the simulation on that mesh (see docs/architecture.md).
+        Of the simulation on that mesh (see docs/files.md).
     """
     section = mesh.section
     outer = np.flatnonzero(np.isin(section.quads, section.ring).sum(axis=1) >= 2)

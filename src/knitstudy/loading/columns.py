@@ -1,6 +1,6 @@
 """Variables of histories, contacts and stresses: dimensions, unit and meaning, listed in ``columns.tsv``.
 
-Files are written by these tables, and docs/architecture.md prints them (`docs/columns.py`).
+Files are written by these tables, and docs/files.md prints them (`docs/columns.py`).
 """
 
 from __future__ import annotations

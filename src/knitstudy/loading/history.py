@@ -1,4 +1,4 @@
-"""History of a loading, in one format for all models (docs/architecture.md), and what the computation costs."""
+"""History of a loading, in one format for all models (docs/files.md), and what the computation costs."""
 
 from __future__ import annotations
 
@@ -191,7 +191,7 @@ class Recorder:
         return ledger
 
     def to_dataset(self, once: Mapping[str, np.ndarray] | None = None, **attributes) -> xr.Dataset:
-        """Return the history as a Dataset in the format of docs/architecture.md.
+        """Return the history as a Dataset in the format of docs/files.md.
 
         Parameters
         ----------

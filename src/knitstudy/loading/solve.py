@@ -112,7 +112,7 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     Returns
     -------
     Dataset
-        History in the format of docs/architecture.md.
+        History in the format of docs/files.md.
 
     Raises
     ------

@@ -75,7 +75,7 @@ def comparison(history: xr.Dataset, dns: xr.Dataset, reference: Reference) -> di
     Parameters
     ----------
     history : Dataset
-        Of the model (see docs/architecture.md).
+        Of the model (see docs/files.md).
     dns : Dataset
         Of the direct simulation of its case.
     reference : Reference
@@ -192,7 +192,7 @@ def cases_of(
     Parameters
     ----------
     every : mapping of str to Dataset
-        Histories of knits by scene (see docs/architecture.md).
+        Histories of knits by scene (see docs/files.md).
     scenes : mapping of str to Scene
         Their scenes by the same names, in the order of the families.
     reference : DataFrame

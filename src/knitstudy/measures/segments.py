@@ -57,7 +57,7 @@ def angles_to_axes(vectors: np.ndarray) -> np.ndarray:
 
 
 # ---- principal stress ----
-# Stresses are Datasets of the stage `stress` (docs/architecture.md).
+# Stresses are Datasets of the stage `stress` (docs/files.md).
 
 
 def central(stresses: xr.Dataset, kind: str) -> np.ndarray:

@@ -167,7 +167,7 @@ def mesh_scene(scene: Scene, fabric: Fabric) -> SweptMesh:
 
 
 def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
-    """Return the mesh of a scene, from its geometry; both in the formats of docs/architecture.md.
+    """Return the mesh of a scene, from its geometry; both in the formats of docs/files.md.
 
     Yarns without elements across are sampled instead.
     """

@@ -71,7 +71,7 @@ def joint_points(knit: Fabric, contacts: xr.Dataset) -> JointPoints:
     knit : Fabric
         Centrelines and yarn radius.
     contacts : Dataset
-        Contacts in the format of docs/architecture.md.
+        Contacts in the format of docs/files.md.
 
     Raises
     ------
@@ -175,7 +175,7 @@ def _name(contacts: xr.Dataset, k: int, yarn: int) -> str:
 
 # ---- Contacts as the geometry alone predicts them: one touching point, or one tied disc, at every crossing
 # They stand in where no simulation of the solid yarns is at hand, or is needed, in the format of its contacts (see
-# docs/architecture.md).
+# docs/files.md).
 
 
 def contacts_of_crossings(knit: Fabric, tied: float = 0.0) -> xr.Dataset:
@@ -322,7 +322,7 @@ def spring_joints(
     Parameters
     ----------
     contacts : Dataset
-        Contacts in the format of docs/architecture.md, of a simulation with contact.
+        Contacts in the format of docs/files.md, of a simulation with contact.
     measure : {"interface", "centreline"}
         Which relative displacement the springs are secants of.
     axes : {"global", "contact"}

@@ -68,7 +68,7 @@ def plane_angles(stresses: xr.Dataset, kinds: tuple[str, ...], extent: str = "wh
     Parameters
     ----------
     stresses : Dataset
-        In the format of docs/architecture.md.
+        In the format of docs/files.md.
     kinds : tuple of str
         Of `crossings.segments.KINDS`; segments that end in the centre cell are taken.
     extent : str
@@ -185,7 +185,7 @@ def planar_network(
     knit : Fabric
         Size of the pattern and lengths of the yarns.
     contacts : Dataset
-        Contacts in the format of docs/architecture.md.
+        Contacts in the format of docs/files.md.
     elements : int
         Elements a segment.
     doubled : bool

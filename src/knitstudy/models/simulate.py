@@ -66,7 +66,7 @@ def simulate(
     stresses: xr.Dataset | None = None,
     run: Run = IN_MEMORY,
 ) -> xr.Dataset:
-    """Return the history of a scene from the results of other stages, in the formats of docs/architecture.md.
+    """Return the history of a scene from the results of other stages, in the formats of docs/files.md.
 
     Parameters
     ----------

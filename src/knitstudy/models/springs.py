@@ -117,7 +117,7 @@ def springs(contacts: xr.Dataset, measure: str, axes: str = "global") -> Springs
     Parameters
     ----------
     contacts : Dataset
-        Contacts in the format of docs/architecture.md, of a simulation with contact.
+        Contacts in the format of docs/files.md, of a simulation with contact.
     measure : {"interface", "centreline"}
         What is displaced.
     axes : {"global", "contact"}

@@ -197,7 +197,7 @@ CELL_STRESS = {"hexahedra": hexahedral_cell_stress, "spline_yarns": spline_cell_
 
 
 def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
-    """Return the stresses of a scene, in the format of docs/architecture.md.
+    """Return the stresses of a scene, in the format of docs/files.md.
 
     Parameters
     ----------

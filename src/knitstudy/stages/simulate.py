@@ -32,7 +32,7 @@ BeginProgress = Callable[[str], ReportProgress]
 
 @dataclass(frozen=True, eq=False)
 class Results:
-    """All that a simulation gives, in the formats of docs/architecture.md.
+    """All that a simulation gives, in the formats of docs/files.md.
 
     Attributes
     ----------

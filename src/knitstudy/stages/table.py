@@ -15,7 +15,7 @@ from typing import Any
 
 import xarray as xr
 
-from knitstudy.contacts import contacts as crossings
+from knitstudy.contacts.contacts import contacts
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.exchange import inp, vtu
 from knitstudy.files import fault_of
@@ -148,6 +148,10 @@ def has_mesh(scene: Scene) -> bool:
     return scene.kind.stage == "dns"
 
 
+HAVE_CONTACTS = ("dns", "cut_knit", "window")
+"""Kinds of simulations whose contacts are extracted."""
+
+
 # ---- Simulation: one model of each scene ----
 
 
@@ -186,13 +190,6 @@ def _model_needs(scene: Scene, named: Named) -> Needs:
     return found
 
 
-# ---- Contacts ----
-
-
-def _has_contacts(scene: Scene) -> bool:
-    return scene.kind.stage in ("dns", "cut_knit", "window")
-
-
 # ---- Fields of solid yarns ----
 
 
@@ -222,117 +219,102 @@ def _history(scene: Scene, named: Named) -> Needs:
 # ---- All stages ----
 
 
-def _writes_deck(scene: Scene) -> bool:
+def _has_deck(scene: Scene) -> bool:
     return has_mesh(scene) and "deck" in scene.kind.outputs
 
 
-def _is_tied_cell(scene: Scene) -> bool:
-    return scene.specimen == "cell" and not scene.kind.interaction.touches
+def _export(
+    name: str,
+    path_pattern: str,
+    function: Callable,
+    output: str,
+    reads: tuple[str, ...] = PHYSICS,
+    of: Callable[[Scene], bool] = has_mesh,
+    needs: Callable[[Scene, Named], Needs] = _solids,
+) -> Stage:
+    """Return a stage that writes a file for another program, of scenes that ask for an output."""
+    return Stage(name, path_pattern, function, reads, of, needs, wanted=lambda scene: output in scene.outputs)
 
 
-STAGES: dict[str, Stage] = {
-    stage.name: stage
-    for stage in (
-        Stage(
-            name="geometry",
-            path_pattern="geometry/{knit}.nc",
-            function=lay_out,
-            reads=(
-                "specimen",
-                "pattern",
-                "pair.angle",
-                "pair.length",
-                "pair.clearance",
-                "yarn.diameter",
-                "geometry",
-            ),
-            of=lambda scene: True,
-            wanted=lambda scene: False,
-            memory=lambda scene: 500,
+_STAGES = (
+    Stage(
+        name="geometry",
+        path_pattern="geometry/{knit}.nc",
+        function=lay_out,
+        reads=(
+            "specimen",
+            "pattern",
+            "pair.angle",
+            "pair.length",
+            "pair.clearance",
+            "yarn.diameter",
+            "geometry",
         ),
-        Stage(
-            name="mesh",
-            path_pattern="mesh/{scene}.nc",
-            function=mesher.mesh,
-            reads=("load.direction", "mesh.size", "mesh.growth", "mesh.refinement"),
-            of=has_mesh,
-            needs=lambda scene, named: {"geometry": ("geometry", scene)},
-            wanted=lambda scene: False,
-        ),
-        Stage(
-            name="simulation",
-            path_pattern="simulation/{scene}.nc",
-            function=simulate,
-            reads=(*PHYSICS, "gates", "rom", "beam", "window"),
-            outputs=("fields",),
-            of=lambda scene: True,
-            needs=_model_needs,
-            code=_model_code,
-            long=True,
-            memory=_model_memory,
-        ),
-        Stage(
-            name="contacts",
-            path_pattern="contacts/{scene}.nc",
-            function=crossings.contacts,
-            reads=(),
-            of=_has_contacts,
-            needs=_history,
-        ),
-        Stage(
-            name="stress",
-            path_pattern="stress/{scene}.nc",
-            function=stress.stress,
-            reads=PHYSICS,
-            of=lambda scene: has_mesh(scene) and scene.specimen == "knit" and "fields" in scene.outputs,
-            needs=_fields,
-            code=lambda scene: (stress.__name__, *_model_code(scene)),
-            memory=lambda scene: 1000 + expected_memory(scene) // 2,
-        ),
-        Stage(
-            name="mesh_vtu",
-            path_pattern="mesh/{scene}.vtu",
-            function=vtu.write_mesh,
-            reads=("mesh.element",),
-            of=has_mesh,
-            needs=_solids,
-            wanted=lambda scene: "vtu" in scene.outputs,
-        ),
-        Stage(
-            name="deformed_vtu",
-            path_pattern="simulation/{scene}.vtu",
-            function=vtu.write_deformed,
-            reads=PHYSICS,
-            of=has_mesh,
-            needs=_fields,
-            wanted=lambda scene: {"fields", "vtu"} <= set(scene.outputs),
-        ),
-        Stage(
-            name="deck_abaqus",
-            path_pattern="mesh/{scene}.abaqus.inp",
-            function=inp.write_abaqus,
-            reads=PHYSICS,
-            of=_writes_deck,
-            needs=_solids,
-            wanted=lambda scene: "deck" in scene.outputs,
-        ),
-        Stage(
-            name="deck_calculix",
-            path_pattern="mesh/{scene}.calculix.inp",
-            function=inp.write_calculix,
-            reads=PHYSICS,
-            of=_writes_deck,
-            needs=_solids,
-            wanted=lambda scene: "deck" in scene.outputs,
-        ),
-        Stage(
-            name="shell_section",
-            path_pattern="simulation/{scene}.abaqus.inp",
-            function=inp.write_shell,
-            reads=(),
-            of=_is_tied_cell,
-            needs=lambda scene, named: {"history": ("simulation", scene)},
-            wanted=lambda scene: "deck" in scene.outputs,
-        ),
-    )
-}
+        of=lambda scene: True,
+        wanted=lambda scene: False,
+        memory=lambda scene: 500,
+    ),
+    Stage(
+        name="mesh",
+        path_pattern="mesh/{scene}.nc",
+        function=mesher.mesh,
+        reads=("load.direction", "mesh.size", "mesh.growth", "mesh.refinement"),
+        of=has_mesh,
+        needs=lambda scene, named: {"geometry": ("geometry", scene)},
+        wanted=lambda scene: False,
+    ),
+    Stage(
+        name="simulation",
+        path_pattern="simulation/{scene}.nc",
+        function=simulate,
+        reads=(*PHYSICS, "gates", "rom", "beam", "window"),
+        outputs=("fields",),
+        of=lambda scene: True,
+        needs=_model_needs,
+        code=_model_code,
+        long=True,
+        memory=_model_memory,
+    ),
+    Stage(
+        name="contacts",
+        path_pattern="contacts/{scene}.nc",
+        function=contacts,
+        reads=(),
+        of=lambda scene: scene.kind.stage in HAVE_CONTACTS,
+        needs=_history,
+    ),
+    Stage(
+        name="stress",
+        path_pattern="stress/{scene}.nc",
+        function=stress.stress,
+        reads=PHYSICS,
+        of=lambda scene: has_mesh(scene) and scene.specimen == "knit" and "fields" in scene.outputs,
+        needs=_fields,
+        code=lambda scene: (stress.__name__, *_model_code(scene)),
+        memory=lambda scene: 1000 + expected_memory(scene) // 2,
+    ),
+    _export("mesh_vtu", "mesh/{scene}.vtu", vtu.write_mesh, "vtu", reads=("mesh.element",)),
+    Stage(
+        name="deformed_vtu",
+        path_pattern="simulation/{scene}.vtu",
+        function=vtu.write_deformed,
+        reads=PHYSICS,
+        of=has_mesh,
+        needs=_fields,
+        wanted=lambda scene: {"fields", "vtu"} <= set(scene.outputs),
+    ),
+    _export("deck_abaqus", "mesh/{scene}.abaqus.inp", inp.write_abaqus, "deck", of=_has_deck),
+    _export("deck_calculix", "mesh/{scene}.calculix.inp", inp.write_calculix, "deck", of=_has_deck),
+    _export(
+        "shell_section",
+        "simulation/{scene}.abaqus.inp",
+        inp.write_shell,
+        "deck",
+        reads=(),
+        of=lambda scene: scene.specimen == "cell" and not scene.kind.interaction.touches,
+        needs=lambda scene, named: {"history": ("simulation", scene)},
+    ),
+)
+
+STAGES = {stage.name: stage for stage in _STAGES}
+"""All stages by their names, each after those that it needs."""

@@ -1,13 +1,12 @@
 """From the files of the configuration folder to scenes.
 
-A scene is put together in layers, each over the one before: the calibrated loop (``pattern.loop`` names its
-file), ``defaults.yaml``, and what its family in ``scenes`` sets (see `knitstudy.study.families`).
+A scene is put together in layers, each over the one before: the calibrated loop (``pattern.loop`` names its file),
+``defaults.yaml``, and the keys that its family in ``scenes`` sets (see `knitstudy.study.families`).
 """
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -42,6 +41,46 @@ _RECORD = "achieved"
 """What a calibration says of the loop that it found, for people."""
 
 
+# ---- The workflow: the keys of ``config/config.yaml`` ----
+
+
+class Workflow(Section):
+    """The study of scenes that is made, the folder that they stand in, and modules of kinds from outside."""
+
+    study: Literal["ci", "reduced", "full", "reference", "trade"] = key(
+        "output", "choice", source="which scenes are run; no result depends on it", checked="all"
+    )
+    folder: Annotated[str, Field(min_length=1)] = key(
+        "output",
+        "choice",
+        allowed="the path of a folder with defaults.yaml, families of scenes and a calibrated loop",
+        source="where files are",
+        checked="config, and folders of tests",
+    )
+    plugins: tuple[Annotated[str, Field(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")], ...] = key(
+        "output",
+        "choice",
+        allowed="a list of the dotted names of modules, for example [my_elements], that register kinds of their own",
+        source="what the study is extended by",
+        checked="kinds of the tests",
+        default=(),
+    )
+
+
+def workflow_configuration(config: Any) -> Workflow:
+    """Return the checked configuration of the workflow: ``config/config.yaml`` under what the command line says.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming the key, its value and what is allowed.
+    """
+    return validated(Workflow, config, "the workflow's configuration")
+
+
+# ---- Scenes ----
+
+
 def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     """Return every scene of a configuration folder by its name, each checked and all checked together.
 
@@ -55,129 +94,17 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     ConfigurationError
         Naming file, scene, key, value and what is allowed.
     """
-    config = Path(config)
     default_keys(config)  # what is wrong in the defaults is said of the defaults
-    defaults = _over_loop(read_yaml(config / "defaults.yaml"), config)
-    members = load_families(config)
+    defaults, members = _defaults(config), load_families(config)
     named = {name: _scene(member, defaults) for name, member in members.items() if not is_open(member.keys)}
-    scenes, where = {}, {}
-    for name, member in members.items():
-        scenes[name] = named[name] if name in named else _planned(member, named, defaults)
-        where[name] = member.where
-    check_scenes_together(scenes, where)
+    scenes = {name: named.get(name) or _planned(member, named, defaults) for name, member in members.items()}
+    check_scenes_together(scenes, {name: member.where for name, member in members.items()})
     return scenes
-
-
-def default_keys(config: Path = CONFIG) -> dict[str, Any]:
-    """Return the defaults by dotted key, those of the loop file among them.
-
-    Raises
-    ------
-    ConfigurationError
-        Naming the file and the key whose default is not known or not allowed.
-    """
-    path = Path(config) / "defaults.yaml"
-    own = read_yaml(path)
-    document, where = _over_loop(own, Path(config)), str(path)
-    if isinstance(own.get("pattern"), dict) and "loop" in own["pattern"]:
-        where += f" over {own['pattern']['loop']}"
-    for name, value in document.items():
-        known = all_sections().get(name)
-        if known is None and name not in Labels.model_fields:
-            message = unknown_choice(
-                "unknown key", name, name, sorted({*all_sections(), *Labels.model_fields})
-            )
-            raise ConfigurationError(f"{path}: {message}")
-        if known is not None and not isinstance(value, dict):
-            raise ConfigurationError(f"{path}: {name} is {value!r} but must be a group of keys")
-        for inner in value if known is not None else ():
-            if inner not in known:
-                message = unknown_choice("unknown key", f"{name}.{inner}", str(inner), sorted(known))
-                raise ConfigurationError(f"{path}: {message}")
-    for kind in all_kinds():
-        needed = {"rom": {"contacts_from": "defaults"}, "load": {"path": [[0.0, 0.0, 0.0]]}}
-        sections = {name: value for name, value in document.items() if name not in Labels.model_fields}
-        Scene.from_dict(_least(kind), where, _merged(needed, sections))
-    return flat(document)
-
-
-def _least(kind: Kind) -> dict:
-    """Return the labels of a scene of a kind, with what that requires."""
-    found: dict = {"name": "defaults", "knit": "defaults", "outputs": []}
-    found |= {label: getattr(kind, label).name for label in ("fidelity", "interaction", "specimen")}
-    for dotted, value in kind.specimen.requires.items():
-        section, _, field = dotted.partition(".")
-        if section in kind.sections and field in kind.sections[section].model_fields:
-            set_dotted(found, dotted, value, "defaults")
-    return found
-
-
-def load_knits(config: Path = CONFIG) -> dict[str, Scene]:
-    """Return for every knit or pair of a configuration folder the first scene of it; see `load_scenes`."""
-    return knits_of(load_scenes(config))
-
-
-def knits_of(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
-    """Return for every knit or pair the first scene of it: the geometry of all that share the label is the same."""
-    found: dict[str, Scene] = {}
-    for scene in scenes.values():
-        found.setdefault(scene.knit, scene)
-    return found
 
 
 def load_scene(name: str, config: Path = CONFIG) -> Scene:
     """Return one scene by its name; see `load_scenes`."""
     return _named(name, load_scenes(config), config)
-
-
-def _named(name: str, scenes: Mapping[str, Scene], config: Path) -> Scene:
-    """Return the scene of a name, or say which names are like it."""
-    if name not in scenes:
-        raise ConfigurationError(
-            f"{Path(config) / FAMILIES}: {unknown_choice('unknown scene', name, name, sorted(scenes))}"
-        )
-    return scenes[name]
-
-
-def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Scene:
-    """Return one scene by its name with changed keys, by dotted name.
-
-    Where it leaves its model open, or the changes do, a model is chosen for what it is with them.
-
-    Raises
-    ------
-    ConfigurationError
-        As `load_scenes`, and when a key is unknown or a value is not allowed.
-    """
-    scene = load_scene(name, config)
-    if not changes or not asks(name, changes, config):
-        return scene.vary(changes)
-    return plan_of(name, changes, config).scene
-
-
-def asks(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> bool:
-    """Return whether a scene with changed keys leaves its model open."""
-    return is_open(load_families(config)[name].keys | changes)
-
-
-def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Planned:
-    """Return the model that is chosen for a scene with changed keys; those of a model that it has count for nothing.
-
-    Raises
-    ------
-    ConfigurationError
-        As `load_scenes`, and where no model will do.
-    """
-    config = Path(config)
-    scenes, members = load_scenes(config), load_families(config)
-    _named(name, scenes, config)
-    member, where = members[name], members[name].where
-    keys = {
-        dotted: value for dotted, value in member.keys.items() if is_open(member.keys) or not of_model(dotted)
-    }
-    defaults = _over_loop(read_yaml(config / "defaults.yaml"), config)
-    problem, ask = problem_and_ask(name, keys | dict(changes) | {"fidelity": AUTO}, where, defaults)
-    return planned(problem, ask, scenes, where)
 
 
 def load_families(config: Path = CONFIG) -> dict[str, Member]:
@@ -198,28 +125,187 @@ def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
     return tuple(member.name for member in load_families(config).values() if name in member.studies)
 
 
+def load_knits(config: Path = CONFIG) -> dict[str, Scene]:
+    """Return for every knit or pair of a configuration folder the first scene of it; see `load_scenes`."""
+    return knits_of(load_scenes(config))
+
+
+def knits_of(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
+    """Return for every knit or pair the first scene of it: the geometry of all that share the label is the same."""
+    found: dict[str, Scene] = {}
+    for scene in scenes.values():
+        found.setdefault(scene.knit, scene)
+    return found
+
+
+def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Scene:
+    """Return one scene by its name with changed keys, by dotted name.
+
+    Where the scene leaves its model open, or the changes do, a model is chosen for the changed scene.
+
+    Raises
+    ------
+    ConfigurationError
+        As `load_scenes`, and when a key is unknown or a value is not allowed.
+    """
+    scene = load_scene(name, config)
+    if not changes or not asks(name, changes, config):
+        return scene.vary(changes)
+    return plan_of(name, changes, config).scene
+
+
+def asks(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> bool:
+    """Return whether a scene with changed keys leaves its model open."""
+    return is_open(load_families(config)[name].keys | changes)
+
+
+def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Planned:
+    """Return the model that is chosen for a scene with changed keys; keys of a model that the scene has do not count.
+
+    Raises
+    ------
+    ConfigurationError
+        As `load_scenes`, and where no model will do.
+    """
+    scenes, members = load_scenes(config), load_families(config)
+    _named(name, scenes, config)
+    own, where = members[name].keys, members[name].where
+    keys = {name: value for name, value in own.items() if is_open(own) or not of_model(name)}
+    problem, ask = problem_and_ask(name, keys | dict(changes) | {"fidelity": AUTO}, where, _defaults(config))
+    return planned(problem, ask, scenes, where)
+
+
+def _named(name: str, scenes: Mapping[str, Scene], config: Path) -> Scene:
+    """Return the scene of a name, or say which names are like it."""
+    if name not in scenes:
+        raise ConfigurationError(
+            f"{Path(config) / FAMILIES}: {unknown_choice('unknown scene', name, name, sorted(scenes))}"
+        )
+    return scenes[name]
+
+
+def _planned(member: Member, scenes: Mapping[str, Scene], defaults: dict) -> Scene:
+    """Return the scene of a member that leaves its model open, by the model that is chosen."""
+    problem, ask = problem_and_ask(member.name, member.keys, member.where, defaults)
+    return planned(problem, ask, scenes, member.where).scene
+
+
+def _scene(member: Member, defaults: dict) -> Scene:
+    """Return the scene of a member of a family, what it sets laid over the defaults."""
+    own: dict[str, Any] = {}
+    for name, value in member.keys.items():
+        if name.startswith("ask."):
+            raise ConfigurationError(
+                f"{member.where}: {name} is {value!r} but must be left out where fidelity is not {AUTO}"
+            )
+        set_dotted(own, name, value, member.where)
+    return Scene.from_dict({"name": member.name} | own, member.where, defaults)
+
+
+# ---- Defaults ----
+
+
+def default_keys(config: Path = CONFIG) -> dict[str, Any]:
+    """Return the defaults by dotted key, those of the loop file among them, checked for every kind of scene.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming the file and the key whose default is not known or not allowed.
+    """
+    path, document = Path(config) / "defaults.yaml", _defaults(config)
+    for what in _unknown(document):
+        raise ConfigurationError(f"{path}: {what}")
+    loop = read_yaml(path).get("pattern", {}).get("loop")
+    where = f"{path} over {loop}" if loop else str(path)
+    sections = {name: value for name, value in document.items() if name not in Labels.model_fields}
+    for name, needed in {"rom": {"contacts_from": "defaults"}, "load": {"path": [[0.0, 0.0, 0.0]]}}.items():
+        sections[name] = needed | sections.get(name, {})
+    for kind in all_kinds():
+        Scene.from_dict(_least(kind), where, sections)
+    return flat(document)
+
+
+def _unknown(document: Mapping) -> Iterator[str]:
+    """Yield what of the defaults is no key of any scene."""
+    known = all_sections()
+    for name, value in document.items():
+        if name in Labels.model_fields:
+            continue
+        if name not in known:
+            yield unknown_choice("unknown key", name, name, sorted({*known, *Labels.model_fields}))
+        elif not isinstance(value, dict):
+            yield f"{name} is {value!r} but must be a group of keys"
+        else:
+            for inner in value.keys() - known[name].keys():
+                yield unknown_choice("unknown key", f"{name}.{inner}", str(inner), sorted(known[name]))
+
+
+def _least(kind: Kind) -> dict:
+    """Return the labels of a scene of a kind, with what its specimen requires."""
+    found: dict = {"name": "defaults", "knit": "defaults", "outputs": []}
+    found |= {label: getattr(kind, label).name for label in ("fidelity", "interaction", "specimen")}
+    for name, value in kind.specimen.requires.items():
+        if kind.has(name):
+            set_dotted(found, name, value, "defaults")
+    return found
+
+
+def _defaults(config: Path) -> dict:
+    """Return ``defaults.yaml``, with the loop file that ``pattern.loop`` names laid under it."""
+    document = read_yaml(Path(config) / "defaults.yaml")
+    pattern = document.get("pattern")
+    if not isinstance(pattern, dict) or "loop" not in pattern:
+        return document
+    layer = _read_loop(Path(config) / str(pattern.pop("loop")))
+    for name, inside in layer.items():
+        if isinstance(document.setdefault(name, {}), dict):
+            document[name] = inside | document[name]
+    return document
+
+
+def _read_loop(path: Path) -> dict:
+    """Return the layer of a scene that a file of a calibrated loop gives."""
+    loop = read_yaml(path)
+    layer: dict[str, Any] = {}
+    for name, target in _LOOP_KEYS.items():
+        if name not in loop:
+            raise ConfigurationError(f"{path}: the key {name!r} of a calibrated loop is missing")
+        set_dotted(layer, target, loop[name], str(path))
+    for name in loop.keys() - {*_LOOP_KEYS, _RECORD}:
+        raise ConfigurationError(
+            f"{path}: {unknown_choice('unknown key', name, name, [*_LOOP_KEYS, _RECORD])}"
+        )
+    return layer
+
+
+# ---- What scenes say of each other ----
+
+
 def check_scenes_together(scenes: Mapping[str, Scene], where: Mapping[str, str]) -> None:
     """Check what scenes say of each other: shared knits, and where reduced models take their joints from.
 
     Parameters
     ----------
-    scenes
-        By their names.
-    where
-        What begins a message about each of them.
+    scenes, where
+        The scenes, and what begins a message about each of them, by their names.
 
     Raises
     ------
     ConfigurationError
         Naming both scenes and the key.
     """
-    knits: dict[str, Scene] = {}
+    knits = knits_of(scenes)
     for scene in scenes.values():
-        first = knits.setdefault(scene.knit, scene)
+        first = knits[scene.knit]
         if scene.geometry_key != first.geometry_key:
+            there = first.geometry_inputs
+            name, value = next(
+                each for each in scene.geometry_inputs.items() if there.get(each[0]) != each[1]
+            )
             raise ConfigurationError(
                 f"{where[scene.name]}: knit is {scene.knit!r}, as in scene {first.name!r}, but"
-                f" {_first_difference(first, scene)}; scenes of one knit share its geometry"
+                f" {name} is {value!r}, there {there.get(name)!r}; scenes of one knit share its geometry"
             )
         for source in scene.kind.fidelity.sources:
             check_source(scene, source, scenes, where[scene.name])
@@ -251,113 +337,9 @@ def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: 
     if name not in direct:
         message = unknown_choice(f"{source} names the unknown scene of solid yarns", name, name, direct)
         raise ConfigurationError(f"{where}: {message}")
-    for dotted in ALIKE.get(source, ("knit",)):
-        here, there = scene.value(dotted), scenes[name].value(dotted)
+    for shared in ALIKE.get(source, ("knit",)):
+        here, there = scene.value(shared), scenes[name].value(shared)
         if here is not None and here != there:
             raise ConfigurationError(
-                f"{where}: {dotted} is {here!r} but must be {there!r} as in {source}, {name!r}"
+                f"{where}: {shared} is {here!r} but must be {there!r} as in {source}, {name!r}"
             )
-
-
-def _first_difference(first: Scene, second: Scene) -> str:
-    """Name the first key of the geometry that differs between two scenes."""
-    there = first.geometry_inputs
-    differing = (
-        (dotted, value) for dotted, value in second.geometry_inputs.items() if there.get(dotted) != value
-    )
-    dotted, value = next(differing)
-    return f"{dotted} is {value!r}, there {there.get(dotted)!r}"
-
-
-def _planned(member: Member, scenes: Mapping[str, Scene], defaults: dict) -> Scene:
-    """Return the scene of a member that leaves its model open, by the model that is chosen."""
-    problem, ask = problem_and_ask(member.name, member.keys, member.where, defaults)
-    return planned(problem, ask, scenes, member.where).scene
-
-
-def _scene(member: Member, defaults: dict) -> Scene:
-    """Return the scene of a member of a family, what it sets laid over the defaults."""
-    own: dict[str, Any] = {}
-    for dotted, value in member.keys.items():
-        if dotted.startswith("ask."):
-            raise ConfigurationError(
-                f"{member.where}: {dotted} is {value!r} but must be left out where fidelity is not {AUTO}"
-            )
-        set_dotted(own, dotted, value, member.where)
-    return Scene.from_dict({"name": member.name} | own, member.where, defaults)
-
-
-def _over_loop(document: dict, config: Path) -> dict:
-    """Return a document with the loop file that ``pattern.loop`` names laid under it."""
-    pattern = document.get("pattern")
-    if not isinstance(pattern, dict) or "loop" not in pattern:
-        return document
-    rest = {dotted: value for dotted, value in pattern.items() if dotted != "loop"}
-    return _merged(_read_loop(config / str(pattern["loop"])), document | {"pattern": rest})
-
-
-def _read_loop(path: Path) -> dict:
-    """Return the layer of a scene that a file of a calibrated loop gives."""
-    loop = read_yaml(path)
-    layer: dict[str, Any] = {}
-    for dotted, target in _LOOP_KEYS.items():
-        if dotted in loop:
-            set_dotted(layer, target, loop[dotted], str(path))
-        else:
-            raise ConfigurationError(f"{path}: the key {dotted!r} of a calibrated loop is missing")
-    for dotted in loop:
-        if dotted not in _LOOP_KEYS and dotted != _RECORD:
-            message = unknown_choice("unknown key", dotted, dotted, [*_LOOP_KEYS, _RECORD])
-            raise ConfigurationError(f"{path}: {message}")
-    return layer
-
-
-def _merged(below: dict, above: dict) -> dict:
-    """Return nested mappings laid over each other; lists and values are replaced whole."""
-    result = copy.deepcopy(below)
-    for dotted, value in above.items():
-        nested = isinstance(value, dict) and isinstance(result.get(dotted), dict)
-        result[dotted] = _merged(result[dotted], value) if nested else copy.deepcopy(value)
-    return result
-
-
-# ---- What the workflow makes, and from which files: the keys of ``config/config.yaml``
-
-
-class Workflow(Section):
-    """The study of scenes that is made, the folder that they stand in, and modules of kinds from outside."""
-
-    study: Literal["ci", "reduced", "full", "reference", "trade"] = key(
-        "output", "choice", source="which scenes are run; no result depends on it", checked="all"
-    )
-    folder: Annotated[str, Field(min_length=1)] = key(
-        "output",
-        "choice",
-        allowed="the path of a folder with defaults.yaml, families of scenes and a calibrated loop",
-        source="where files are",
-        checked="config, and folders of tests",
-    )
-    plugins: tuple[Annotated[str, Field(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")], ...] = key(
-        "output",
-        "choice",
-        allowed="a list of the dotted names of modules, for example [my_elements], that register kinds of their own",
-        source="what the study is extended by",
-        checked="kinds of the tests",
-        default=(),
-    )
-
-
-def workflow_configuration(config: Any) -> Workflow:
-    """Return the checked configuration of the workflow.
-
-    Parameters
-    ----------
-    config : mapping
-        ``config/config.yaml``, with what the command line says laid over it.
-
-    Raises
-    ------
-    ConfigurationError
-        Naming the key, its value and what is allowed.
-    """
-    return validated(Workflow, config, "the workflow's configuration")

@@ -45,7 +45,7 @@ def tabulate_unit_cell(geometry: xr.Dataset, targets: dict) -> pd.DataFrame:
     Parameters
     ----------
     geometry : Dataset
-        Result of the geometry stage (see docs/architecture.md).
+        Result of the geometry stage (see docs/files.md).
     targets : dict
         ``config/calibration.yaml``: under ``targets``, a mapping with ``value`` for each.
 
@@ -131,7 +131,7 @@ def tabulate_sweeps(
     Parameters
     ----------
     sweeps : mapping of str to Dataset
-        Histories by scene (see docs/architecture.md).
+        Histories by scene (see docs/files.md).
     scenes : mapping of str to Scene
         Their scenes by the same names.
     reference : DataFrame

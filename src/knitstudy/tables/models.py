@@ -40,7 +40,7 @@ def tabulate_models(
     Parameters
     ----------
     every : mapping of str to Dataset
-        Histories of knits by scene (see docs/architecture.md).
+        Histories of knits by scene (see docs/files.md).
     scenes : mapping of str to Scene
         Their scenes by the same names.
     reference : DataFrame
@@ -91,7 +91,7 @@ def tabulate_beams(
     Parameters
     ----------
     every : mapping of str to Dataset
-        Histories of knits by scene (see docs/architecture.md).
+        Histories of knits by scene (see docs/files.md).
     scenes : mapping of str to Scene
         Their scenes by the same names.
     reference : DataFrame
@@ -138,7 +138,7 @@ def tabulate_interactions(
     Parameters
     ----------
     tie, rough, isotropic : Dataset
-        Histories of direct simulations that differ in nothing else (see docs/architecture.md).
+        Histories of direct simulations that differ in nothing else (see docs/files.md).
     geometry : Dataset
         Result of the geometry stage, for the yarn's diameter.
     """

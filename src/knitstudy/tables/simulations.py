@@ -52,7 +52,7 @@ def tabulate_responses(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Sce
     Parameters
     ----------
     every : mapping of str to Dataset
-        Histories of knits by scene (see docs/architecture.md).
+        Histories of knits by scene (see docs/files.md).
     scenes : mapping of str to Scene
         Their scenes by the same names.
     """
@@ -205,7 +205,7 @@ def tabulate_checks(dns: xr.Dataset, scenes: dict[str, Scene]) -> pd.DataFrame:
     Parameters
     ----------
     dns : Dataset
-        History of a direct simulation (see docs/architecture.md).
+        History of a direct simulation (see docs/files.md).
     scenes : dict of str to Scene
         By fidelity; "dns" is read.
     """

@@ -33,7 +33,7 @@ def tabulate(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) 
     Parameters
     ----------
     dns : Dataset
-        History of a direct simulation with isotropic friction (see docs/architecture.md).
+        History of a direct simulation with isotropic friction (see docs/files.md).
     paper : DataFrame
         ``resources/reference/paper_tables.csv``.
     scenes : mapping of str to Scene

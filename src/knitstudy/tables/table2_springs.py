@@ -44,7 +44,7 @@ def tabulate(
     Parameters
     ----------
     sprung_contacts : mapping of str to Dataset
-        Contacts of direct simulations with contact, by any names (see docs/architecture.md).
+        Contacts of direct simulations with contact, by any names (see docs/files.md).
     paper : DataFrame
         ``resources/reference/paper_tables.csv``.
     scenes : mapping of str to Scene

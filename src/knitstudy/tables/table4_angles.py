@@ -62,7 +62,7 @@ def tabulate(
     Parameters
     ----------
     contacts : Dataset
-        Contacts of a direct simulation (see docs/architecture.md).
+        Contacts of a direct simulation (see docs/files.md).
     paper : DataFrame
         ``resources/reference/paper_tables.csv``.
     fields_stress : mapping of str to Dataset, optional
@@ -138,7 +138,7 @@ def tabulate_stress(fields_stress: Mapping[str, xr.Dataset], scenes: Mapping[str
     Parameters
     ----------
     fields_stress : mapping of str to Dataset
-        Stresses of direct simulations by scene (see docs/architecture.md).
+        Stresses of direct simulations by scene (see docs/files.md).
     scenes : mapping of str to Scene
         Their scenes.
     """
@@ -197,7 +197,7 @@ def tabulate_cut_forces(
     geometry : Dataset
         Result of the geometry stage.
     fields_stress : mapping of str to Dataset
-        Stresses of direct simulations by scene (see docs/architecture.md).
+        Stresses of direct simulations by scene (see docs/files.md).
     scenes : mapping of str to Scene
         Their scenes.
     """

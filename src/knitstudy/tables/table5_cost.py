@@ -38,7 +38,7 @@ def tabulate(
     Parameters
     ----------
     every : mapping of str to Dataset
-        Histories of knits by scene (see docs/architecture.md).
+        Histories of knits by scene (see docs/files.md).
     paper : DataFrame
         ``resources/reference/paper_tables.csv``.
     scenes : mapping of str to Scene

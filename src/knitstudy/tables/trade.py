@@ -107,7 +107,7 @@ def tabulate(
     Parameters
     ----------
     every, every_contacts : mapping of str to Dataset
-        Histories of knits, and contacts of the direct simulations among them, by scene (see docs/architecture.md).
+        Histories of knits, and contacts of the direct simulations among them, by scene (see docs/files.md).
     scenes : mapping of str to Scene
         Their scenes by the same names.
     reference : DataFrame

@@ -194,7 +194,7 @@ def tabulate_inputs(
     ----------
     variations, variations_contacts : mapping of str to Dataset
         Histories and contacts of direct simulations that differ in one input each, by scene (see
-        docs/architecture.md).
+        docs/files.md).
     geometry : Dataset
         Result of the geometry stage.
     scenes : mapping of str to Scene
