@@ -35,22 +35,8 @@ BY_NEIGHBOURS = ("segment_contraction",)
 
 
 def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
-    """Return the contacts of a scene from its geometry and its history; see `extract`.
-
-    Of a window these are the contacts of the cells that it is asked for.
-    """
-    fabric = fabric_of(scene, geometry)
-    if "window_crossing" not in history:
-        return extract(fabric, history)
-    chosen = np.flatnonzero(history["window_crossing"].to_numpy())
-    number = np.full(history.sizes["crossing"] + 1, -1)  # the last one: away from all crossings
-    number[chosen] = np.arange(len(chosen))
-    part = history.isel(crossing=chosen)
-    if "contact_crossing" in history:
-        part = part.assign(contact_crossing=("point", number[history["contact_crossing"].to_numpy()]))
-    found = extract(replace(fabric, crossings=fabric.crossings.chosen(chosen)), part)
-    # Contraction needs the crossings next to those of a window.
-    return found.drop_vars("segment_contraction", errors="ignore")
+    """Return the contacts of a scene from its geometry and its history; see `extract`."""
+    return extract(fabric_of(scene, geometry), history)
 
 
 def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:

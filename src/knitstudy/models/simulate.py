@@ -29,15 +29,17 @@ MODELS: dict[str, Callable[..., Problem]] = {
 """Functions ``build(scene, fabric, ...) -> Problem``, which name the data of other stages that they take."""
 
 
-def build(scene: Scene, fabric: Fabric, **data: Any) -> Problem:
+def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None, **data: xr.Dataset | None) -> Problem:
     """Return a scene as a problem by its model.
 
     Parameters
     ----------
     scene : Scene
     fabric : Fabric
+    mesh : SweptMesh, optional
+        Of solid yarns.
     **data
-        What the model takes: mesh, contacts, springs or stresses; None counts as left out.
+        What the model takes of other simulations: contacts, springs or stresses; None counts as left out.
 
     Raises
     ------
@@ -48,7 +50,7 @@ def build(scene: Scene, fabric: Fabric, **data: Any) -> Problem:
         raise ConfigurationError(
             f"scene {scene.name!r}: no model for fidelity {scene.fidelity!r}; known are {', '.join(MODELS)}"
         )
-    given = {name: each for name, each in data.items() if each is not None}
+    given = {name: each for name, each in {"mesh": mesh, **data}.items() if each is not None}
     return MODELS[scene.fidelity](scene, fabric, **given)
 
 
