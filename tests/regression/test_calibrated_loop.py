@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import yaml
 
 from knitstudy.geometry.calibrate import Candidate, read_problem, residuals, solve
 from knitstudy.geometry.lay_out import lay_out
@@ -57,22 +56,6 @@ def test_penetration_vanishes(after):
 
 def test_yarn_bends_far_less_than_it_would_fold(after):
     assert float(1 / radii(after, "radius_of_curvature").sel(state="after")) < 0.6
-
-
-def test_cost_falls_with_its_distance_term(after):
-    cost = after["cost"]
-    assert (
-        cost.sel(state="after", term=["distance", "total"])
-        < cost.sel(state="before", term=["distance", "total"])
-    ).all()
-
-
-def test_file_says_what_it_achieves(after):
-    achieved = yaml.safe_load((CONFIG / "calibrated_loop.yaml").read_text())["achieved"]
-    assert achieved["interlock_angle"] == pytest.approx(float(after["interlock_angle"][1]), abs=1e-4)
-    assert achieved["leg_angle"] == pytest.approx(float(after["leg_angle"][1]), abs=1e-4)
-    before, now = after["loop_length"].values
-    assert achieved["length_over_initial"] == pytest.approx(now / before, abs=1e-5)
 
 
 def test_search_finds_the_loop_again_from_near_by(after):

@@ -1,10 +1,22 @@
 """Configuration files become scenes, or one message that names file, key, value and what is allowed."""
 
+from typing import get_args
+
 import pytest
 import yaml
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.configuration import load_knits, load_scene, load_scenes, load_study
+from knitstudy.study.configuration import (
+    CONFIG,
+    STUDIES,
+    Workflow,
+    load_knits,
+    load_scene,
+    load_scenes,
+    load_study,
+    workflow_configuration,
+)
+from knitstudy.study.documents import read_yaml
 
 FAMILY = "scenes/small.yaml"
 
@@ -58,41 +70,13 @@ def test_number_without_point_or_sign_is_a_number(config):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (
-            "2e-2",
-            "much",
-            r"small\.yaml, scene 'rom3d-a': load\.strain is 'much' but must be a number from -0\.2",
-        ),
-        ("2e-2", "0", r"scene 'rom3d-a': load\.strain is 0 but must be a number from -0\.2"),
+        ("2e-2", "much", r"small\.yaml, scene 'rom3d-a': load\.strain is 'much' but must be a number from"),
         ("2e-2", "[", r"small\.yaml: is not YAML: line 14"),
-        ("load.strain", "load.stress", r"scene 'rom3d-a': unknown key 'load\.stress'"),
-        (
-            "load.strain",
-            "lode.strain",
-            r"scene 'rom3d-a': unknown key 'lode\.strain' \(did you mean 'load'\?\)",
-        ),
-        (
-            "contacts_from: dns-a",
-            "contacts_from: dns-b",
-            r"small\.yaml, scene 'rom3d-a': rom\.contacts_from names the unknown scene of solid yarns 'dns-b'.*dns-a",
-        ),
-        (
-            "contacts_from: dns-a",
-            "contacts_from: rom3d-a",
-            r"names the unknown scene of solid yarns 'rom3d-a'",
-        ),
-        (
-            "outputs:",
-            "interaction: rough\n    outputs:",
-            r"interaction is 'tie' but must be 'rough' as in rom\.con",
-        ),
+        ("load.strain", "lode.strain", r"scene 'rom3d-a': unknown key 'lode\.strain' \(did you mean"),
+        ("contacts_from: dns-a", "contacts_from: dns-b", r"rom\.contacts_from names the unknown.*dns-a"),
+        ("contacts_from: dns-a", "contacts_from: rom3d-a", r"names the unknown scene of solid yarns 'rom3d"),
+        ("outputs:", "interaction: rough\n    outputs:", r"interaction is 'tie' but must be 'rough' as in"),
         ("  knit: plain\n", "  yarn.poisson_ratio: 0.4\n", r"scene 'dns-a': the key 'knit' is missing"),
-        (
-            "name: rom3d-a",
-            "name: Rom3D",
-            r"scene 'Rom3D': name is 'Rom3D' but must be a name of at most 200 small letters",
-        ),
-        ("[fields, vtu]", "[fields, film]", r"'film'\] but must be a list out of \[fields, vtu, deck\]"),
     ],
 )
 def test_family_that_is_not_allowed(config, old, new, message):
@@ -117,13 +101,8 @@ def test_scenes_of_one_knit_share_its_geometry(config):
         ("defaults.yaml", "a: [", r"defaults\.yaml: is not YAML"),
         ("defaults.yaml", "pattern: 3", r"defaults\.yaml: pattern is 3 but must be a group of keys"),
         ("defaults.yaml", "lod: 3", r"defaults\.yaml: unknown key 'lod' \(did you mean 'load'\?\)"),
-        ("defaults.yaml", "- 1", r"defaults\.yaml: must hold a mapping"),
         ("loop.yaml", "diameter: 1.8e-3", r"loop\.yaml: the key 'control_points' .* is missing"),
-        (
-            "defaults.yaml",
-            "specimen: knit\nspecimen: pair",
-            r"defaults\.yaml, line 2: the key 'specimen' is there twice",
-        ),
+        ("defaults.yaml", "specimen: knit\nspecimen: pair", r"defaults\.yaml, line 2: the key 'specimen'"),
     ],
 )
 def test_file_that_is_missing_or_broken(config, file, content, message):
@@ -166,3 +145,25 @@ def test_geometry_of_a_pair_does_not_see_its_load(config):
     rewrite(family, "cross", "plain")
     with pytest.raises(ConfigurationError, match=r"knit is 'plain', .* but specimen is 'knit', there 'pair'"):
         load_scenes(config)
+
+
+def test_configuration_of_the_workflow():
+    given = {"study": "ci", "folder": "config"}
+    assert get_args(Workflow.model_fields["study"].annotation) == STUDIES
+    assert workflow_configuration(given).plugins == ()
+    assert workflow_configuration(read_yaml(CONFIG / "config.yaml")).folder == "config"
+    for changes, message in [
+        ({"study": "tiny"}, "study is 'tiny' but must be ci, reduced, full, reference or trade"),
+        ({"folder": ""}, "folder is '' but must be the path of a folder"),
+        (
+            {"plugins": ["toys.py/"]},
+            "plugins has the entry 'toys.py/' but must be a list of the dotted names",
+        ),
+        (
+            {"folders": "config"},
+            "unknown key 'folders' (did you mean 'folder'?); allowed are folder, plugins, study",
+        ),
+    ]:
+        with pytest.raises(ConfigurationError) as caught:
+            workflow_configuration(given | changes)
+        assert str(caught.value).startswith(f"the workflow's configuration: {message}")

@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from knitstudy.contacts.facets import REACH, CrossingFacets, Rings, crossing_forces, touching_points
+from knitstudy.contacts.facets import (
+    REACH,
+    CrossingFacets,
+    Rings,
+    count_zones,
+    crossing_forces,
+    touching_points,
+)
 from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.loading.columns import HISTORY
 from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
@@ -43,18 +50,6 @@ def test_facets_face_each_other(facets, knitted):
         middle = found.mesh.nodes[found.nodes].mean(axis=2)
         from_contact = np.linalg.norm(middle - found.crossings.point.mean(axis=1, keepdims=True), axis=2)
         np.testing.assert_array_less(from_contact, 0.5 * SIZE)
-
-
-def test_facets_lie_on_the_yarns_of_their_crossing(knitted):
-    mesh = knitted.mesh
-    yarn = mesh.yarn_of_slice[knitted.nodes // mesh.section.size]
-    np.testing.assert_array_equal(yarn, np.repeat(knitted.crossings.yarn[:, :, None], 4, axis=2))
-
-
-def test_displacement_is_the_facets_mean(facets, mesh):
-    gradient = np.random.default_rng(0).normal(size=(3, 3))
-    expected = mesh.nodes[facets.nodes].mean(axis=2) @ gradient.T
-    np.testing.assert_allclose(facets.displacement(mesh.nodes @ gradient.T), expected, atol=1e-12)
 
 
 def test_places_belong_to_the_nearest_crossing(knitted):
@@ -130,3 +125,36 @@ def test_force_of_a_crossing_is_that_on_the_lower_yarns_nodes(touching, mesh):
     assert on_lower[0] > 0.1, "friction draws the lower yarn along"
     np.testing.assert_allclose(crossing_forces(columns, 1)[0], on_lower, rtol=1e-9)
     assert not crossing_forces(columns | {"crossing": np.full(len(columns["side"]), -1)}, 1).any()
+
+
+AROUND = 8
+
+
+@pytest.mark.parametrize(
+    ("cells", "zones"),
+    [
+        ([(3, 3)], 1),
+        ([(3, 3), (3, 3)], 1),  # two points of one facet
+        ([(3, 3), (3, 4)], 1),
+        ([(3, 3), (4, 3)], 1),
+        ([(3, 3), (4, 4)], 1),  # a corner
+        ([(3, 3), (2, 4)], 1),
+        ([(3, 3), (3, 5)], 2),
+        ([(3, 3), (5, 3)], 2),
+        ([(3, 0), (3, 7)], 1),  # around the yarn
+        ([(3, 0), (4, 7)], 1),
+        ([(3, 7), (4, 0)], 1),
+        ([(0, 0), (1, 1), (2, 2), (5, 5), (6, 5)], 2),
+        ([(3, 0), (4, 6)], 2),
+    ],
+)
+def test_facets_that_share_an_edge_or_a_corner_are_one_zone(cells, zones):
+    cells = np.array(cells)
+    assert count_zones(np.zeros(len(cells), dtype=int), cells, AROUND, 1).tolist() == [zones]
+
+
+def test_places_are_counted_apart():
+    """The last layer of one place is numbered next to the first layer of the following one."""
+    place = np.array([0, 1, 1, 3])
+    cells = np.array([(5, 0), (0, 0), (5, 4), (0, 7)])
+    assert count_zones(place, cells, AROUND, 4).tolist() == [1, 2, 0, 1]

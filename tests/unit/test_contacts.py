@@ -162,10 +162,6 @@ def test_motion_between_the_yarns_and_forces_on_them(contacts, history):
     assert "yarn_moment" not in contacts
 
 
-def test_every_variable_has_a_unit(contacts):
-    assert all("units" in variable.attrs for name, variable in contacts.data_vars.items() if name != "strain")
-
-
 def test_contacts_of_a_knit(knit):
     contacts = extract(knit, synthetic.contact_history(knit))
     centre = (contacts["row"] == 1) & (contacts["column"] == 1)
@@ -175,16 +171,14 @@ def test_contacts_of_a_knit(knit):
     np.testing.assert_allclose(resultants, contacts["force"], atol=1e-15)
 
 
-def test_history_of_another_specimen_is_refused(pair, history):
-    with pytest.raises(DataFileError, match="has 1 crossings and the fabric 2"):
-        extract(pair, history.isel(crossing=[0]))
-
-
-def test_history_without_crossings_is_refused(pair, history):
-    with pytest.raises(DataFileError, match="holds no crossing_force"):
-        extract(pair, history.drop_vars("crossing_force"))
-
-
-def test_contact_points_without_facets_are_refused(pair, history):
-    with pytest.raises(DataFileError, match="no attribute facets_around"):
-        extract(pair, history.drop_attrs())
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda history: history.isel(crossing=[0]), "has 1 crossings and the fabric 2"),
+        (lambda history: history.drop_vars("crossing_force"), "holds no crossing_force"),
+        (lambda history: history.drop_attrs(), "no attribute facets_around"),
+    ],
+)
+def test_other_histories_are_refused(pair, history, change, message):
+    with pytest.raises(DataFileError, match=message):
+        extract(pair, change(history))

@@ -9,7 +9,6 @@ from knitstudy.contacts.kinematics import (
     Axes,
     foot,
     kinematics,
-    nearest_rotation,
     place_on_yarn,
     segment_contraction,
     since_first,
@@ -93,12 +92,6 @@ def test_twist_undoes_swing_and_twist(angle):
     square_to_axis = np.cross(axis, rng.normal(size=(6, 3)))
     rotation = exp(square_to_axis) @ exp(angle * axis)
     np.testing.assert_allclose(twist(rotation, axis), angle, rtol=1e-9, atol=1e-14)
-
-
-def test_nearest_rotation_is_that_of_the_polar_decomposition():
-    rotation = exp([0.5, -1.0, 2.0])
-    stretch = np.array([[1.1, 0.05, 0.0], [0.05, 0.9, -0.02], [0.0, -0.02, 1.3]])
-    np.testing.assert_allclose(nearest_rotation(rotation @ stretch), rotation, atol=1e-14)
 
 
 def test_segments_contract_by_their_chords(knit):

@@ -84,9 +84,9 @@ def test_first_placeholder_of_an_entry_runs_slowest(folder):
     assert names[:4] == ["dns-tie-045", "dns-slip-045", "dns-tie-fine", "dns-slip-fine"]
 
 
-def test_files_are_read_in_the_order_of_their_names(folder):
+def test_files_are_read_in_the_order_of_their_numbers(folder):
     own = "studies: []\nscenes:\n- name: {}\n"
-    path = folder(**{"9-b": own.format("b"), "1-a": own.format("a"), "own": own.format("c")})
+    path = folder(**{"10-b": own.format("b"), "9-a": own.format("a"), "own": own.format("c")})
     names = list(read_families(path))
     assert (names[:2], names[-1]) == (["a", "b"], "c")
     assert read_families(path)["a"].studies == ()
@@ -106,106 +106,33 @@ def test_same_value_twice_is_no_contradiction(folder):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (
-            "[reduced, full]",
-            "[reduced, huge]",
-            "family.yaml, scenes 'dns-{case}-{mesh}': studies: unknown study 'huge'; allowed are",
-        ),
-        ("[reduced, full]", "[full, full]", "studies is ['full', 'full'], with 'full' twice"),
+        ("[reduced, full]", "[reduced, huge]", "family.yaml, scenes 'dns-{case}-{mesh}': studies: unknown"),
         ("studies: [reduced, full]\n", "", "the key 'studies' is missing, in the family as well; [] is for"),
         ("studies: [reduced, full]", "studies: {full: 1}", "studies is {'full': 1} but must be of ci, red"),
         ("studies: [", "studdies: [", "family.yaml: unknown key 'studdies' (did you mean 'studies'?)"),
-        ("keys:\n  knit", "kyes:\n  knit", "family.yaml: unknown key 'kyes' (did you mean 'keys'?)"),
         ("scenes:", "scene:", "family.yaml: unknown key 'scene' (did you mean 'scenes'?)"),
-        (
-            "  knit: plain\n",
-            "  knit: plain\n  knit: other\n",
-            "family.yaml, line 4: the key 'knit' is there tw",
-        ),
+        ("  knit: plain\n", "  knit: plain\n  knit: other\n", "family.yaml, line 4: the key 'knit' is"),
         ("  knit: plain", "  knit: {a: 1}", "the family's keys: knit is {'a': 1} but must be a value"),
         ("  knit: plain", "  name: plain", "name is no key that can be set"),
-        (
-            "  knit: plain",
-            "  knit: '{cas}'",
-            "knit is '{cas}': unknown placeholder 'cas' (did you mean 'case'?)",
-        ),
-        ("  knit: plain", "  knit: 'a{b'", "knit is 'a{b', but braces stand around a placeholder"),
+        ("  knit: plain", "  knit: '{cas}'", "knit is '{cas}': unknown placeholder 'cas' (did you mean"),
         ("  knit: plain", "  load: 3", "load is 3 but is a group of keys, with load.strain in it"),
-        ("  knit: plain", "  knit: &a [*a]", "family.yaml, line 3: write the value out instead of *a"),
-        (
-            "by case: {tie",
-            "by kase: {tie",
-            "load.strain by kase: unknown placeholder 'kase' (did you mean 'case'",
-        ),
-        (
-            "{tie: 0.05, slip: 0.03}",
-            "0.05",
-            "load.strain by case is 0.05 but must be a mapping that gives every",
-        ),
-        (
-            "{tie: 0.05, slip: 0.03}",
-            "{tie: 0.05}",
-            "scene 'dns-slip-fine': the family's keys: load.strain by case has no value for 'slip', only for tie",
-        ),
-        (
-            "  fine: {mesh.size: 2e-4}",
-            "  fine: {interaction: rough}",
-            "scene 'dns-tie-fine': interaction is 'tie' of case 'tie' but 'rough' of mesh 'fine'; neither overr",
-        ),
-        (
-            "  mesh: [",
-            "  keys: {knit: other}\n  mesh: [",
-            "knit is 'plain' of the family's keys but 'other' of its keys",
-        ),
-        (
-            "  fine: {mesh.size: 2e-4}",
-            "  fine:",
-            "a placeholder with a mapping of its choices to the keys that each sets ({} is none), which",
-        ),
-        ("  fine: {mesh.size: 2e-4}", "  fine: {}\n  fine: {}", "line 8: the key 'fine' is there twice"),
+        ("by case: {tie", "by kase: {tie", "load.strain by kase: unknown placeholder 'kase' (did you mean"),
+        ("{tie: 0.05, slip: 0.03}", "0.05", "load.strain by case is 0.05 but must be a mapping that gives"),
+        ("{tie: 0.05, slip: 0.03}", "{tie: 0.05}", "by case has no value for 'slip', only for tie"),
+        ("  fine: {mesh.size: 2e-4}", "  fine: {interaction: rough}", "is 'tie' of case 'tie' but 'rough'"),
+        ("  fine: {mesh.size: 2e-4}", "  fine:", "a placeholder with a mapping of its choices to the keys"),
         ("  fine:", "  all: {}\n  fine:", "mesh 'all' stands for all choices; rename this one"),
-        ("mesh:\n", "name:\n", "name is a key of an entry of scenes, and no placeholder"),
         ("mesh:\n", "case:\n", "family.yaml: case is defined for all families in"),
-        (
-            "mesh:\n",
-            "grid:\n",
-            "scenes 'dns-{case}-{mesh}': unknown key 'mesh'; allowed are name, studies, keys, case, ",
-        ),
-        (
-            '  mesh: [fine, "045"]\n',
-            "",
-            "scenes 'dns-{case}-{mesh}': {mesh} is open; add 'mesh: all', or a list",
-        ),
+        ("mesh:\n", "grid:\n", "scenes 'dns-{case}-{mesh}': unknown key 'mesh'; allowed are name, studies,"),
+        ('  mesh: [fine, "045"]\n', "", "scenes 'dns-{case}-{mesh}': {mesh} is open; add 'mesh: all', or a"),
         ('[fine, "045"]', "[fine, 045]", "line 13: 045 is no plain number: write it in tens, or in quotes"),
-        (
-            '[fine, "045"]',
-            "[fine, 0.45]",
-            "mesh is ['fine', 0.45] but must be all, or of fine, 045, as texts",
-        ),
-        (
-            '[fine, "045"]',
-            "[fine, fime]",
-            "unknown mesh 'fime' (did you mean 'fine'?); allowed are fine, 045",
-        ),
+        ('[fine, "045"]', "[fine, 0.45]", "mesh is ['fine', 0.45] but must be all, or of fine, 045"),
+        ('[fine, "045"]', "[fine, fime]", "unknown mesh 'fime' (did you mean 'fine'?); allowed are"),
         ('[fine, "045"]', "[fine, fine]", "mesh is ['fine', 'fine'], with 'fine' twice"),
         ('[fine, "045"]', "[]", "stands for 0 scenes but must for 1 to"),
-        ("  case: slip\n  studies", "  case: slip\n  study", "unknown key 'study' (did you mean 'studies'?)"),
-        (
-            "name: dns-{case}-{mesh}",
-            "name: dns-{case}",
-            "scene 'dns-tie': is there twice, the first in the family",
-        ),
-        ("name: dns-{case}-{mesh}", "name: {case}-{mesh}", "is not YAML: line 11: "),
-        (
-            "name: dns-{case}-{mesh}",
-            "name: {case}",
-            "is {'case': None} but must be text, in quotes if a brace",
-        ),
-        (
-            "- name: rom-{case}",
-            "- rom-{case}\n- name: rom",
-            "must be a list whose entries begin with '- name: '",
-        ),
+        ("name: dns-{case}-{mesh}", "name: dns-{case}", "scene 'dns-tie': is there twice, the first in the"),
+        ("name: dns-{case}-{mesh}", "name: {case}", "is {'case': None} but must be text, in quotes"),
+        ("- name: rom-{case}", "- rom-{case}\n- name: rom", "must be a list whose entries begin with"),
         ("{mesh.size: 2e-4}", "{mesh.size: 2001-99-99}", "family.yaml: is not YAML: month must be in 1..12"),
         ("{mesh.size: 2e-4}", "{mesh.size: " + 2000 * "[" + 2000 * "]" + "}", "too many lists within lists"),
     ],
@@ -221,7 +148,6 @@ def test_family_that_is_not_allowed(folder, old, new, message):
             {"other": FAMILY},
             "other.yaml, scene 'dns-tie-fine': is there twice, the first in the family 'family'",
         ),
-        ({"other": CASES}, "other.yaml: case is defined for all families in"),
         (
             {"other": "way: {left: {}}"},
             "other.yaml: unknown key 'way'; allowed are studies, keys, scenes, or a pl",
@@ -230,17 +156,10 @@ def test_family_that_is_not_allowed(folder, old, new, message):
             {"cases": "keys: {knit: a}\n" + CASES},
             "cases.yaml: has studies or keys of scenes, but the key 'scenes'",
         ),
-        ({"other": ""}, "other.yaml: must hold a mapping"),
     ],
 )
 def test_families_that_do_not_go_together(folder, files, message):
     assert message in refused(folder(**files))
-
-
-def test_product_that_is_too_large_is_not_begun(folder):
-    choices = "{" + ", ".join(f"c{number}: {{}}" for number in range(200)) + "}"
-    family = f"studies: ci\na: {choices}\nb: {choices}\nscenes:\n- name: x-{{a}}-{{b}}\n  a: all\n  b: all\n"
-    assert "stands for 40000 scenes but must for 1 to 10000" in refused(folder(other=family))
 
 
 def test_folder_that_is_missing_empty_or_has_files_that_are_not_read(tmp_path):
@@ -263,11 +182,3 @@ def test_examples_of_the_readme_are_families(tmp_path):
     assert scenes["dns-tie-course-twenty-nodes"].mesh.element == "quadratic"
     assert scenes["dns-tie-wale-soft"].load.strain == 0.03
     assert list(scenes)[: -len(scenes) + len(load_scenes())] == list(load_scenes())
-
-
-def test_families_are_read_in_the_order_of_their_numbers(tmp_path):
-    for name in ("10-b", "9-a", "own"):
-        (tmp_path / f"{name}.yaml").write_text(
-            f"studies: []\nscenes: [{{name: dns-{name}, keys: {{knit: plain}}}}]\n"
-        )
-    assert list(read_families(tmp_path)) == ["dns-9-a", "dns-10-b", "dns-own"]

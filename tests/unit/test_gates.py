@@ -18,7 +18,7 @@ from knitstudy.loading.history import Recorder, Stations
 from knitstudy.loading.load_path import Motion
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
-from knitstudy.mesh.memory import require_memory
+from knitstudy.mesh.quality import require_memory
 from knitstudy.mesh.section import Section, nodes_for_size
 
 END = 2.0  # m

@@ -8,9 +8,7 @@ import pytest
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.calibrate import (
     UNUSABLE,
-    Candidate,
     first_guess,
-    main,
     read_problem,
     residuals,
     whole_loop,
@@ -31,13 +29,6 @@ def test_quarter_makes_a_loop_with_mirror_and_half_turn():
     quarter = np.random.default_rng(5).normal(size=(5, 3))
     quarter[0, 0], quarter[-1, :2] = 0.0, (3.0, 0.0)
     assert len(symmetries(CatmullRom(whole_loop(quarter, 12.0), [12.0, 0, 0]))) == 2
-
-
-def test_unknowns_are_taken_apart_and_put_together():
-    problem, _ = read_problem(CONFIG)
-    unknowns = first_guess(problem)
-    candidate = Candidate.from_unknowns(unknowns, problem.quarter)
-    np.testing.assert_array_equal(candidate.unknowns(), unknowns)
 
 
 def test_residuals_keep_their_number_where_there_is_no_knit():
@@ -63,11 +54,3 @@ def test_wrong_files_are_named(folder, old, new, named):
     path.write_text(path.read_text().replace(old, new))
     with pytest.raises(ConfigurationError, match=rf"calibration\.yaml.*{named}"):
         read_problem(folder)
-
-
-def test_command_ends_with_one_message_and_leaves_nothing(tmp_path, capsys):
-    assert main(["--config", str(tmp_path)]) == 1
-    message = capsys.readouterr().err
-    assert "calibration.yaml" in message
-    assert "Traceback" not in message
-    assert list(tmp_path.iterdir()) == []

@@ -6,7 +6,7 @@ from scipy.optimize import minimize_scalar
 
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.spline import CatmullRom
-from knitstudy.geometry.survey import approaches, smallest_radius_of_curvature, survey
+from knitstudy.geometry.survey import approaches, smallest_radius_of_curvature
 
 WALE, COURSE = 12.0, 20.0
 
@@ -51,19 +51,9 @@ def test_head_and_the_sinkers_of_the_second_row_above(omega):
     assert found <= brute
 
 
-def test_neighbours_along_the_yarn_do_not_count(omega):
-    for u in approaches(omega, reach=100).parameter:
-        assert abs(u[1] - u[0]) > 0.5
-
-
 def test_gap_does_not_depend_on_the_unit_of_length(omega):
     small = omega.scaled(1e-3)
     np.testing.assert_allclose(1e3 * approaches(small).distance, approaches(omega).distance, rtol=1e-9)
-
-
-def test_reach_leaves_out_what_is_further(omega):
-    near, every = approaches(omega, reach=15), approaches(omega, reach=100)
-    np.testing.assert_allclose(near.distance, every.distance[every.distance < 15 * omega.radius])
 
 
 def test_radius_of_curvature_of_a_circle():
@@ -71,11 +61,3 @@ def test_radius_of_curvature_of_a_circle():
     circle = CatmullRom(3 * np.column_stack([np.cos(t), np.sin(t), 0 * t]), [0, 0, 0])
     # Catmull-Rom tangents are chords: its curvature is too large by some (2 pi/64)^2.
     assert smallest_radius_of_curvature(circle) == pytest.approx(3, rel=0.01)
-
-
-def test_survey_of_a_knit_lists_its_four_crossings_as_the_nearest(plain_scene, knit_of):
-    loop = knit_of(plain_scene).loop
-    measured = survey(loop)
-    assert measured.gap == pytest.approx(measured.distance.min() - 2 * loop.radius, rel=1e-9)
-    assert measured.other_gap > measured.gap
-    assert measured.length == pytest.approx(loop.length, rel=1e-12)

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConfigurationError, GeometryError
-from knitstudy.geometry.lay_out import initial_loop, lay_out, redraw, stretched
+from knitstudy.errors import GeometryError
+from knitstudy.geometry.lay_out import initial_loop, lay_out, redraw
 from knitstudy.study.configuration import load_scene
 
 POINTS = 16
@@ -28,16 +28,6 @@ def varied(scene, ratio, keep):
     return scene.vary({"pattern.course_ratio": ratio, "pattern.keep": keep})
 
 
-def test_stretching_moves_points_with_the_spacings_and_leaves_heights(drawn):
-    wide = stretched(drawn, 1.25, 0.8)
-    np.testing.assert_allclose(wide.control_points, drawn.control_points * [1.25, 0.8, 1.0])
-    assert (wide.wale_spacing, wide.course_spacing) == (
-        1.25 * drawn.wale_spacing,
-        0.8 * drawn.course_spacing,
-    )
-    assert (wide.radius, wide.clearance) == (drawn.radius, drawn.clearance)
-
-
 def test_drawn_shape_stays_in_the_plane_when_rows_stand_closer(drawn, scene):
     settings = SimpleNamespace(**scene.geometry.model_dump() | {"free": ("z",) * POINTS})
     initial, loop, _, _ = redraw(drawn, 0.9, "shape", settings)
@@ -54,10 +44,3 @@ def test_loop_that_cannot_be_made_is_named_with_its_keys_and_a_remedy(scene):
     with pytest.raises(GeometryError, match=named) as refused:
         lay_out(impossible)
     assert "\n" not in str(refused.value)
-
-
-def test_rows_within_a_diameter_are_refused(scene):
-    with pytest.raises(
-        ConfigurationError, match=r"pattern\.course_ratio is 0\.5 but must exceed yarn\.diameter"
-    ):
-        scene.vary({"pattern.course_ratio": 0.5, "pattern.course_spacing": 3.5e-3})

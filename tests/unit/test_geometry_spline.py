@@ -28,14 +28,6 @@ def test_passes_its_control_points_in_every_period(curve):
     )
 
 
-def test_is_the_bezier_curve_of_its_inner_control_points(curve):
-    t = np.linspace(0, 1, 11)
-    bernstein = np.stack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3], axis=1)
-    for k, corners in enumerate(curve.bezier()):
-        inside = slice(0, -1)  # at t = 1 the next segment begins
-        np.testing.assert_allclose(curve.value(k + t[inside]), bernstein[inside] @ corners, atol=EPS)
-
-
 def test_first_derivative_is_continuous_and_second_is_not(curve):
     joints, gap = np.arange(7.0), 1e-9
     np.testing.assert_allclose(curve.d1(joints - gap), curve.d1(joints), atol=1e-7)  # |C''| times the gap
@@ -64,12 +56,6 @@ def test_curvature_of_a_parabola(curve):
     parabola = CatmullRom(np.column_stack([k, k**2, 0 * k]), [7.0, 0.0, 0.0])
     x = np.linspace(-1, 1, 9)
     np.testing.assert_allclose(parabola.curvature(x + 3), 2 / (1 + 4 * x**2) ** 1.5, rtol=EPS)
-
-
-def test_shifted_moves_every_point(curve, u):
-    np.testing.assert_allclose(
-        curve.shifted([1, 2, 3]).value(u) - curve.value(u), [[1, 2, 3]] * 301, atol=EPS
-    )
 
 
 def test_straight_centreline_is_its_arc_length():

@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.errors import MeshError
 from knitstudy.geometry.fabric import plain_knit
-from knitstudy.mesh.mesher import contact_targets, mesh_fabric
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.mesh.quality import scaled_jacobian
 
 GROWTH = 1.2
@@ -95,18 +95,6 @@ def test_the_mesh_scales_with_the_knit(mesh, knit, size, factor):
     )
     np.testing.assert_array_equal(scaled.hexahedra, mesh.hexahedra)
     np.testing.assert_allclose(scaled.nodes / factor, mesh.nodes, atol=EXACT * size, rtol=0)
-
-
-def test_outer_yarns_are_aligned_as_if_they_were_crossed_on_both_sides(knit):
-    targets = contact_targets(knit)
-    assert [aim.arc_length.size for aim in targets] == [8 * knit.cells[0]] * (knit.cells[1] + 1)
-    middle = knit.crossings.point.mean(axis=1)
-    for side in range(2):
-        for yarn, s, point in zip(
-            knit.crossings.yarn[:, side], knit.crossings.arc_length[:, side], middle, strict=True
-        ):
-            nearest = np.abs(targets[yarn].arc_length - s).argmin()
-            np.testing.assert_allclose(targets[yarn].point[nearest], point, atol=1e-12)
 
 
 def test_sizes_that_leave_no_room_between_crossings_are_refused(knit):

@@ -89,10 +89,6 @@ def test_a_refined_mesh_survives_its_file(pair, tmp_path):
     assert "pull" not in mesh_fabric(pair, SIZE, 1.0).to_dataset()
 
 
-def test_refinement_one_is_the_mesh_without(pair):
-    np.testing.assert_array_equal(mesh_fabric(pair, SIZE, 1.2).nodes, mesh_fabric(pair, SIZE, 1.2, 1.0).nodes)
-
-
 def test_crossings_that_are_too_near_are_refused():
     near = np.array([0.0, 5.0])
     with pytest.raises(MeshError, match=r"mesh.refinement: crossings 5 m apart .* too near for 3.*use 1"):

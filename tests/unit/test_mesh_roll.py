@@ -61,13 +61,6 @@ def test_roll_is_constant_over_layers_and_beyond_and_smooth_between():
     assert np.abs(np.diff(slope)).max() <= 6 * 0.4 / 2.8**2 * 0.2
 
 
-def test_no_target_means_no_roll():
-    s, centres, frames = straight()
-    roll = roll_towards(Targets(), s, centres, frames, ANGLES)
-    assert not roll.any()
-    np.testing.assert_array_equal(rolled(frames, roll), frames)
-
-
 def test_rolled_frames_turn_about_the_tangent():
     frames = np.broadcast_to(np.eye(3), (2, 3, 3))
     turned = rolled(frames, np.array([0.0, 0.5 * np.pi]))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.errors import ConvergenceError
+from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.mechanics.increment import PrescribedDisplacement, Rate, Settings
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.model import Memoryless, Response
@@ -54,6 +54,26 @@ def cubic():
 
 
 PULL = PrescribedDisplacement(np.array([0, 3]), np.array([0.0, 3.0]))
+
+
+@pytest.mark.parametrize(
+    ("fixed", "value", "message"),
+    [
+        ([-1, 0], [1.0, 0.0], r"unknown -1 is prescribed, but unknowns are numbered from 0"),
+        ([0, 4], [0.0, 1.0], r"unknown 4 is prescribed, but the model has 4, numbered from 0"),
+        ([0, 3, 3], [0.0, 1.0, 2.0], r"unknown 3 is prescribed twice, as \[1.0\] and \[2.0\]"),
+        ([0, 3], [0.0], r"1 x 1 values are prescribed, but must be one for each of 1 corners and 2 unknowns"),
+    ],
+)
+def test_what_cannot_be_prescribed_is_refused(fixed, value, message):
+    with pytest.raises(ConfigurationError, match=message):
+        list(trace(cubic(), PrescribedDisplacement(np.array(fixed), np.array(value)), Settings(), LU()))
+
+
+def test_an_unknown_may_be_prescribed_twice_alike():
+    twice = PrescribedDisplacement(np.array([0, 3, 3]), np.array([0.0, 3.0, 3.0]))
+    *_, end = trace(cubic(), twice, Settings(increments=1), LU())
+    np.testing.assert_allclose(end.state.x, [0, 1, 2, 3], atol=1e-9)
 
 
 def test_reaches_full_load_in_the_increments_asked_for():

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from synthetic import contact_history, geometry, history, stresses
 
 from knitstudy.contacts import contacts
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.loading.history import FORMS
-from knitstudy.measures.summary import kind_of, summarise
+from knitstudy.measures.summary import summarise
 from knitstudy.mesh.mesher import mesh_fabric
 
 
@@ -50,12 +49,6 @@ def test_history():
     assert found["wall seconds"] == (1.5, "s")
 
 
-def test_unloaded_history_has_no_stiffness():
-    found = said(loaded_history(strain=(0.0,), force=(0.0,)))
-    assert "secant stiffness" not in found
-    assert found["increments"] == (0, "1")
-
-
 def test_geometry_of_a_knit_is_the_optimised_one(knit):
     found = said(geometry(knit))
     assert found["kind"] == ("geometry", "")
@@ -84,13 +77,6 @@ def test_contacts(knit):
     assert found["largest force of a crossing at the end"] == (pytest.approx(largest), "N")
 
 
-def test_other_files_are_refused():
-    with pytest.raises(
-        DataFileError, match=r"must have the variables of one of history, contacts, stresses, mesh, geometry"
-    ):
-        kind_of(xr.Dataset({"temperature": 300.0}))
-
-
 WRONG = {
     "no increments": (lambda d: d.isel(increment=slice(0, 0)), "history: there is no increment in it"),
     "no iterations": (lambda d: d.drop_vars("newton_iterations"), "there is no variable 'newton_iterations'"),
@@ -113,22 +99,6 @@ def test_histories_that_are_laid_out_otherwise_are_refused(case):
     change, said = WRONG[case]
     with pytest.raises(DataFileError, match=said):
         summarise(change(loaded_history()))
-
-
-def test_contacts_without_crossings_are_refused(knit):
-    dataset = contacts.extract(knit, contact_history(knit))
-    with pytest.raises(DataFileError, match="contacts: there is no crossing in it"):
-        summarise(dataset.isel(crossing=slice(0, 0)))
-
-
-def test_geometry_whose_numbers_are_lists_is_refused(knit):
-    dataset = geometry(knit).drop_vars("loops").assign(loops=("some", [3, 3]))
-    with pytest.raises(DataFileError, match="'loops' holds 2 values but must hold one"):
-        summarise(dataset)
-
-
-def test_attributes_that_are_lists_are_shown():
-    assert said(loaded_history(dof=[1, 2]))["dof"] == ("[1, 2]", "1")
 
 
 def test_a_word_where_nothing_touched():

@@ -8,8 +8,9 @@ import scipy.sparse as sp
 from contact_bodies import MODULUS, drive, law, plate, reaction, together
 from hexahedral_block import unknowns
 
-from knitstudy.errors import ConvergenceError
+from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.mechanics.contact.friction import STICK
+from knitstudy.mechanics.contact.indentation import indentation
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
@@ -206,3 +207,12 @@ def test_penetration_is_removed_or_refused():
     assert block.model.contact.smallest_gap(block.model.contact_points(end.state)) > -limit
     with pytest.raises(ConvergenceError, match="penetrate each other"):
         Block(FRICTION, count=2, penetration=Penetration(limit)).trace(press, 2)
+
+
+def test_indentation_of_spline_yarns_is_refused_on_hexahedra():
+    law = indentation(2, 0.9, 3, modulus=MODULUS, poisson=0.4, radius=1.0, friction=FRICTION)
+    bodies = [plate([1, 1, 1], np.ones(3), up=up).moved([0, 0, -up]) for up in (True, False)]
+    with pytest.raises(
+        ConfigurationError, match="surfaces of other elements, which show all of it: use Coulomb"
+    ):
+        together(bodies, law, size=SIZE)

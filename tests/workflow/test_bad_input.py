@@ -66,7 +66,7 @@ def test_run_that_cannot_go_on_keeps_what_had_converged(fresh):
     for _ in range(2):
         message = one_message(fresh.study("ci", "--", "--until", result))
         assert message.startswith("error in simulation pair-slid-90: increment ")
-        assert "yarns penetrate each other by" in message
+        assert "surfaces penetrate each other by" in message
         assert "contact.augmentations" in message
         (kept,) = (fresh.folder / "run" / "simulation").glob("pair-slid-90-*.nc")
         assert message.endswith(f"is in run/simulation/{kept.name}")

@@ -10,6 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+CORE = (ROOT / "docs" / "core.md").read_text(encoding="utf-8")
 PAGES = [ROOT / "README.md", ROOT / "config" / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
@@ -28,6 +29,15 @@ def run(code, folder, environment):
 def test_readme_in_python(fresh, tmp_path):
     (code,) = blocks(README, "python")
     assert re.fullmatch(r"\[0\. +\d+\.\d+ +\d+\.\d+\]\n", run(code, tmp_path, fresh.environment).stdout)
+
+
+def test_core(fresh, tmp_path):
+    """A block that slides is dragged by the friction times its pressure."""
+    (code,) = blocks(CORE, "python")
+    assert len(code.splitlines()) <= 40
+    last = run(code, tmp_path, fresh.environment).stdout.splitlines()[-1]
+    drag, pressure = map(float, re.findall(r"(\d+\.\d) N", last))
+    assert drag == pytest.approx(0.3 * pressure, rel=0.02)
 
 
 def test_tutorial(fresh, tmp_path):

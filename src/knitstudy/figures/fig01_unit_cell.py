@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import bounds, scale_bar, show, triad
 from knitstudy.figures.renderer import MILLIMETRE, Surface, View
-from knitstudy.figures.shapes import sphere, tube
+from knitstudy.figures.shapes import sphere, yarn_tubes
 from knitstudy.figures.style import PAPER, YARNS, figure, panel_letter
 from knitstudy.geometry.fabric import Fabric, plain_knit
 from knitstudy.measures.catalogue import solid
@@ -18,7 +18,7 @@ from knitstudy.measures.centre_cell import loop_of
 
 WIDTH = 130.0  # of the figure [mm]
 VIEW = View.orbit(turn=-24, tilt=14)
-POINTS = 300  # points along a loop
+COLOURS = (YARNS[0], YARNS[2], YARNS[1])  # the middle one of three is blue, as in the paper
 BULGE = 1.7  # radius of a sphere over the yarn's: it must show outside of both yarns that it marks
 STATES = ("before", "after")
 
@@ -31,7 +31,7 @@ STATES = ("before", "after")
 def draw(geometry: xr.Dataset) -> Figure:
     """Draw three yarns of one loop, the middle one with both its neighbours."""
     knits = [plain_knit(loop_of(geometry, state), loops=1, rows=2) for state in STATES]
-    surfaces = [yarns(knit) for knit in knits]
+    surfaces = [yarn_tubes(knit, COLOURS) for knit in knits]
     window = np.array([bounds(each, VIEW) for each in surfaces])
     window = (window[:, 0].min() - 2, window[:, 1].max() + 2, window[:, 2].min() - 2, window[:, 3].max())
     # As high as two panels side by side need.
@@ -44,14 +44,6 @@ def draw(geometry: xr.Dataset) -> Figure:
         _state_numbers(axes, geometry.sel(state=state), float(geometry["radius"]))
     triad(drawing.axes[0], VIEW, 2.0)
     return drawing
-
-
-def yarns(knit: Fabric) -> list[Surface]:
-    """Return the yarns of a knit as tubes: the middle one of three is blue, as in the paper."""
-    return [
-        tube(curve.position(np.linspace(0, curve.length, POINTS)), knit.radius, colour)
-        for curve, colour in zip(knit.centrelines, (YARNS[0], YARNS[2], YARNS[1]), strict=True)
-    ]
 
 
 def overlaps(knit: Fabric) -> list[Surface]:

@@ -10,12 +10,11 @@ from matplotlib.figure import Figure
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import draw_arrow, front_panels
 from knitstudy.figures.renderer import FRONT, MILLIMETRE
-from knitstudy.figures.shapes import tube
+from knitstudy.figures.shapes import yarn_tubes
 from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, panel_letter, tint
 from knitstudy.geometry.fabric import Fabric, Grip
 from knitstudy.measures.catalogue import solid
 
-STEP = 0.15  # distance of the points that yarns are drawn through, in radii
 TIED = {"marker": "s", "s": 20, "facecolor": ACCENT, "edgecolor": PAPER, "label": "tied"}
 FRICTION = {"marker": "o", "s": 25, "facecolor": PAPER, "edgecolor": INK, "label": "contact with friction"}
 HELD = {"color": INK, "linewidth": 3.4, "label": "held"}
@@ -36,14 +35,7 @@ PULL = 2.2  # length of the arrows of the load [mm]
 def draw(geometry: xr.Dataset, course: xr.Dataset, wale: xr.Dataset) -> Figure:
     """Draw the undeformed knit with a mark at every crossing and its grips, in course and in wale tension."""
     knit = Fabric.from_dataset(geometry)
-    surfaces = [
-        tube(
-            curve.position(np.linspace(0, curve.length, round(curve.length / (STEP * knit.radius)))),
-            knit.radius,
-            tint(YARNS[i % len(YARNS)]),
-        )
-        for i, curve in enumerate(knit.centrelines)
-    ]
+    surfaces = yarn_tubes(knit, [tint(colour) for colour in YARNS])
     drawing, panels = front_panels(surfaces, 2, DOUBLE, room=0.7 * PULL, head=6.0)
     place = MILLIMETRE * FRONT.project(knit.crossings.point.mean(axis=1))
     for k, (direction, contacts) in enumerate({"course": course, "wale": wale}.items()):

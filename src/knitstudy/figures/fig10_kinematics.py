@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -33,34 +32,15 @@ ZONES = (
 SIDES = ("yarn of the lower row", "yarn of the upper row")
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """A row of panels.
-
-    Attributes
-    ----------
-    label : str
-        Of the axis, with the unit.
-    of : callable
-        Its values (I, K, 2) in that unit, from the contacts.
-    """
-
-    label: str
-    of: Callable[[xr.Dataset], np.ndarray]
-
-
-QUANTITIES = (
-    Quantity("rotation of\nthe section (°)", lambda contacts: np.degrees(rotation_angle(contacts))),
-    Quantity("shortening between\ncrossings (%)", lambda contacts: PERCENT * closest_neighbour(contacts)),
-    Quantity(
-        "sliding along\nthe yarn (µm)", lambda contacts: MICROMETRE * np.abs(contacts["sliding"].to_numpy())
+QUANTITIES: dict[str, Callable[[xr.Dataset], np.ndarray]] = {
+    "rotation of\nthe section (°)": lambda contacts: np.degrees(rotation_angle(contacts)),
+    "shortening between\ncrossings (%)": lambda contacts: PERCENT * closest_neighbour(contacts),
+    "sliding along\nthe yarn (µm)": lambda contacts: MICROMETRE * np.abs(contacts["sliding"].to_numpy()),
+    "spin of the contact\nabout the yarn (°)": lambda contacts: np.degrees(
+        contacts["contact_spin"].to_numpy()
     ),
-    Quantity(
-        "spin of the contact\nabout the yarn (°)",
-        lambda contacts: np.degrees(contacts["contact_spin"].to_numpy()),
-    ),
-)
-"""From above to below."""
+}
+"""Values (I, K, 2) of each row of panels, from above to below, by the label of the axis."""
 
 
 @FIGURES.add(
@@ -85,11 +65,11 @@ def draw(contacts: xr.Dataset) -> Figure:
     panels = drawing.subplots(len(QUANTITIES), len(SIDES), sharex=True, sharey="row")
     drawing.subplots_adjust(left=0.11, right=0.98, bottom=0.115, top=0.965, wspace=0.08, hspace=0.16)
     strain, crossings = PERCENT * contacts["strain"].to_numpy(), centre_cell(contacts)
-    for quantity, row in zip(QUANTITIES, panels, strict=True):
-        values = quantity.of(contacts)[:, crossings]
+    for (label, quantity), row in zip(QUANTITIES.items(), panels, strict=True):
+        values = quantity(contacts)[:, crossings]
         for side, axes in enumerate(row):
             _draw_side(axes, strain, values[:, :, side])
-        row[0].set_ylabel(quantity.label)
+        row[0].set_ylabel(label)
     drawing.align_ylabels(panels[:, 0])
     for axes, letter, title in zip(panels[0], "ab", SIDES, strict=True):
         panel_letter(axes, letter, title)

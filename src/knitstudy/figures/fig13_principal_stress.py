@@ -94,14 +94,14 @@ def flow(mesh: SweptMesh, stresses: xr.Dataset) -> tuple[list[Surface], PowerNor
     """Return yarns with streaks, and the scale of their colours."""
     yarns = yarn_surfaces(mesh, stresses)
     radius = mesh.radius
-    found = [streaks(yarn, SPACING * radius, AROUND, LENGTH * radius) for yarn in yarns]
+    found = [streaks(yarn) for yarn in yarns]
     place, normal, value = (np.concatenate(each) for each in zip(*found, strict=True))
     value = MEGAPASCAL * value
     norm = PowerNorm(EVEN, 0, float(np.percentile(value, LARGEST)), clip=True)
     share = np.asarray(norm(value))
     shade = np.minimum((share * SHADES).astype(int), SHADES - 1)
     width = radius * (WIDTH[0] + share * (WIDTH[1] - WIDTH[0]))
-    surfaces = [yarn.tube(YARN) for yarn in yarns]
+    surfaces = [tube(yarn.centre, radius, YARN) for yarn in yarns]
     for number in np.unique(shade):
         here = shade == number
         colour = to_hex(colours()((number + 0.5) / SHADES))
@@ -120,33 +120,12 @@ def colours() -> LinearSegmentedColormap:
 
 @dataclass(frozen=True, eq=False)
 class YarnSurface:
-    """The outermost cells of one yarn, deformed.
+    """The outermost cells of one yarn, deformed, in m layers along the yarn and at a angles around."""
 
-    Attributes
-    ----------
-    centre : ndarray, shape (m, 3)
-        Of every layer of cells [m].
-    outwards : ndarray, shape (m, a, 3)
-        Unit vectors to its outermost cells, by angle.
-    stress : ndarray, shape (m, a, 3, 3)
-        Mean Cauchy stress of those [Pa].
-    radius : float
-        [m].
-    """
-
-    centre: np.ndarray
-    outwards: np.ndarray
-    stress: np.ndarray
-    radius: float
-
-    @property
-    def length(self) -> float:
-        """Of the centreline [m]."""
-        return float(np.linalg.norm(np.diff(self.centre, axis=0), axis=1).sum())
-
-    def tube(self, colour: str) -> Surface:
-        """Return the yarn as a surface of one colour."""
-        return tube(self.centre, self.radius, colour)
+    centre: np.ndarray  # (m, 3) of the layers [m]
+    outwards: np.ndarray  # (m, a, 3) unit vectors from there to the cells
+    stress: np.ndarray  # (m, a, 3, 3) mean Cauchy stress of the cells [Pa]
+    radius: float  # [m]
 
     def at(self, layer: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return places (k, 3), normals (k, 3) and stresses (k, 3, 3) at real numbers of layers and angles (k,)."""
@@ -170,14 +149,7 @@ class YarnSurface:
 
 
 def yarn_surfaces(mesh: SweptMesh, stresses: xr.Dataset) -> list[YarnSurface]:
-    """Return the surfaces of all yarns.
-
-    Parameters
-    ----------
-    mesh : SweptMesh
-    stresses : Dataset
-        Of the simulation on that mesh (see docs/files.md).
-    """
+    """Return the surfaces of all yarns of a mesh, with the stresses of the simulation on it."""
     section = mesh.section
     outer = np.flatnonzero(np.isin(section.quads, section.ring).sum(axis=1) >= 2)
     middle = section.points[section.quads[outer]].mean(axis=1)
@@ -195,31 +167,19 @@ def yarn_surfaces(mesh: SweptMesh, stresses: xr.Dataset) -> list[YarnSurface]:
     ]
 
 
-def streaks(
-    yarn: YarnSurface, spacing: float, around: int, length: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return streaks on one yarn: places (k, 2 n + 1, 3) [m], normals to the surface there, and mean values (k,) [Pa].
-
-    Parameters
-    ----------
-    yarn : YarnSurface
-    spacing : float
-        Of their middles along the yarn [m].
-    around : int
-        Streaks around the yarn.
-    length : float
-        [m].
-    """
-    rows = max(2, round(yarn.length / spacing))
+def streaks(yarn: YarnSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return streaks on a yarn: places (k, 2 n + 1, 3) [m], normals to the surface there, and mean values (k,) [Pa]."""
+    length = float(np.linalg.norm(np.diff(yarn.centre, axis=0), axis=1).sum())
+    rows = max(2, round(length / (SPACING * yarn.radius)))
     layer, turn = np.meshgrid(
-        np.linspace(0, len(yarn.centre) - 1, rows), np.arange(around) / around, indexing="ij"
+        np.linspace(0, len(yarn.centre) - 1, rows), np.arange(AROUND) / AROUND, indexing="ij"
     )
     # Every other row stands half a streak further around: no rows of streaks are seen.
-    turn = turn + 0.5 / around * (np.arange(rows) % 2)[:, None]
+    turn = turn + 0.5 / AROUND * (np.arange(rows) % 2)[:, None]
     seed = np.column_stack([layer.ravel(), turn.ravel() * yarn.outwards.shape[1]])
     _, normal, stress = yarn.at(*seed.T)
     start = _tangential(stress, normal)
-    step = 0.5 * length / STEPS
+    step = 0.5 * LENGTH * yarn.radius / STEPS
     ways = [_follow(yarn, seed, sign * start, step) for sign in (-1, 1)]
     place, normal, value = (
         np.concatenate([back[:, ::-1], ahead[:, 1:]], axis=1) for back, ahead in zip(*ways, strict=True)

@@ -14,8 +14,8 @@ from knitstudy.contacts.segments import KINDS
 from knitstudy.errors import GeometryError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import HALO, scale_bar, show, write
-from knitstudy.figures.renderer import FRONT, MILLIMETRE, Surface
-from knitstudy.figures.shapes import tube
+from knitstudy.figures.renderer import FRONT, MILLIMETRE
+from knitstudy.figures.shapes import yarn_tubes
 from knitstudy.figures.style import DOUBLE, INK, MODELS, PAPER, figure, panel_letter
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
@@ -51,7 +51,7 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset, **stresses: xr.Dataset) -> 
     share = height / (height + HEAD + FOOT)
     foot = FOOT / (height + HEAD + FOOT)
     axes = drawing.add_axes((0.01, foot, 0.46, share))
-    show(axes, _yarns(knit, window), FRONT, window)
+    show(axes, yarn_tubes(knit, YARNS), FRONT, window)
     panel_letter(axes, "a", "segments and axes, undeformed cell")
     _draw_zones(axes, contacts, window)
     _draw_segments(axes, contacts, found, knit.radius)
@@ -70,21 +70,6 @@ def _window(knit: Fabric, contacts: xr.Dataset) -> tuple[float, float, float, fl
     (left, bottom), (right, top) = place.min(axis=0) - room, place.max(axis=0) + room
     top += 0.5 * knit.cell[1]
     return tuple(MILLIMETRE * float(edge) for edge in (left, right, bottom, top))
-
-
-def _yarns(knit: Fabric, window: tuple[float, ...]) -> list[Surface]:
-    """Return the pieces of yarns that lie in a window, with room for their ends outside of it."""
-    low, high = np.array([window[0], window[2]]), np.array([window[1], window[3]])
-    surfaces = []
-    for number, centreline in enumerate(knit.centrelines):
-        s = np.linspace(0, centreline.length, round(centreline.length / (0.2 * knit.radius)))
-        place = centreline.position(s)
-        flat = MILLIMETRE * FRONT.project(place)
-        near = np.all((flat > low - 4) & (flat < high + 4), axis=1)
-        for run in np.split(np.arange(len(s)), np.flatnonzero(np.diff(near)) + 1):
-            if near[run[0]] and len(run) > 2:
-                surfaces.append(tube(place[run], knit.radius, YARNS[number % len(YARNS)]))
-    return surfaces
 
 
 def _draw_zones(axes: Axes, contacts: xr.Dataset, window: tuple[float, ...]) -> None:

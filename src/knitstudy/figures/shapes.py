@@ -7,9 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from knitstudy.figures.renderer import Surface
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.mesh.sweep import SweptMesh, rotation_minimising
 
 AROUND = 40  # facets around a tube
+STEP = 0.15  # distance of the points that yarns are drawn through, in radii
 
 
 def tube(centreline: np.ndarray, radius: float, colour: str, opacity: float = 1.0) -> Surface:
@@ -24,6 +26,15 @@ def tube(centreline: np.ndarray, radius: float, colour: str, opacity: float = 1.
     # The caps are rings of radius zero.
     ends = [np.repeat(centreline[[k], None], AROUND, axis=1) for k in (0, -1)]
     return _grid(np.concatenate([ends[0], rings, ends[1]]), colour, opacity)
+
+
+def yarn_tubes(fabric: Fabric, colours: Sequence[str]) -> list[Surface]:
+    """Return the undeformed yarns of a fabric, whose colours follow each other again and again."""
+    surfaces = []
+    for number, curve in enumerate(fabric.centrelines):
+        s = np.linspace(0, curve.length, round(curve.length / (STEP * fabric.radius)))
+        surfaces.append(tube(curve.position(s), fabric.radius, colours[number % len(colours)]))
+    return surfaces
 
 
 def graded_tube(centreline: np.ndarray, radius: float, colours: Sequence[str]) -> list[Surface]:

@@ -257,9 +257,9 @@ class CurvedSection:
         if not np.all(bend <= TIGHTEST):
             worst = int(np.argmax(np.nan_to_num(bend, nan=np.inf)))
             raise GeometryError(
-                f"beam element {worst} is bent to a radius of {self.radius / bend[worst]:.4g} m, and the law of a "
-                f"curved rod is known down to {self.radius / TIGHTEST:.4g} m, {1 / TIGHTEST:g} yarn radii: "
-                "mesh.section_law straight does without it"
+                f"beam element {worst} is bent to a radius of {self.radius / bend[worst]:.4g}, and the law of a "
+                f"curved rod is known down to {self.radius / TIGHTEST:.4g}, {1 / TIGHTEST:g} yarn radii: "
+                "take straight sections, which do without it"
             )
         # Where a rod is straight any normal will do.
         any_normal = np.eye(3)[np.argmin(np.abs(t), axis=1)]

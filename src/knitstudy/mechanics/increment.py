@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.model import Response
 
 # ---- What drives a model along its load path, how accurately, and what every increment leaves
@@ -31,12 +32,48 @@ class PrescribedDisplacement:
         Load factors of the corners, rising to 1; between them, and from zero to the first, the way is straight.
     stops : tuple of float
         Further load factors at which an increment has to end.
+
+    Raises
+    ------
+    ConfigurationError
+        For an unknown with a negative number, values that are not one for each unknown and corner, or an unknown that
+        is prescribed twice with two values.
     """
 
     fixed: np.ndarray
     value: np.ndarray
     corners: tuple[float, ...] = (1.0,)
     stops: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        value = np.atleast_2d(self.value)
+        if value.shape != (len(self.corners), len(self.fixed)):
+            raise ConfigurationError(
+                f"{value.shape[0]} x {value.shape[1]} values are prescribed, but must be one for each of "
+                f"{len(self.corners)} corners and {len(self.fixed)} unknowns"
+            )
+        number, first, same = np.unique(self.fixed, return_index=True, return_inverse=True)
+        if len(number) and number[0] < 0:
+            raise ConfigurationError(f"unknown {number[0]} is prescribed, but unknowns are numbered from 0")
+        twice = (value != value[:, first[same]]).any(axis=0)
+        if twice.any():
+            one, other = value[:, first[same[twice]][0]], value[:, twice][:, 0]
+            raise ConfigurationError(
+                f"unknown {self.fixed[twice][0]} is prescribed twice, as {one.tolist()} and {other.tolist()}"
+            )
+
+    def require_of(self, size: int) -> None:
+        """Refuse unknowns that a model of so many has not.
+
+        Raises
+        ------
+        ConfigurationError
+        """
+        last = int(np.max(self.fixed, initial=-1))
+        if last >= size:
+            raise ConfigurationError(
+                f"unknown {last} is prescribed, but the model has {size}, numbered from 0"
+            )
 
     def at(self, load: float) -> np.ndarray:
         """Return the prescribed changes (k,) at a load factor."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Generator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -36,8 +36,8 @@ ROUNDING = 1e-13
 """Correction over the element size that is nothing but rounding: further ones leave the residual where it is."""
 
 REMEDY = (
-    "Results up to there are kept. More solver.increments, a finer mesh, a contact.normal_stiffness nearer to its "
-    "default or a smaller load.strain may help."
+    "Results up to there are kept. More increments, a finer mesh, a contact stiffness nearer to that of the elements "
+    "or a smaller load may help."
 )
 
 HEADWAY = 0.05
@@ -186,6 +186,35 @@ class _Attempts:
             self._since, self._failed = load, _Spent()
 
 
+@dataclass
+class _Iterate:
+    """A state on its way to equilibrium within one increment.
+
+    `total` is its change (size,) from the beginning, `updates` what `total` was whenever the model settled the state;
+    `iterations` counts from the last time that it did.
+    """
+
+    state: Any
+    total: np.ndarray
+    response: Response
+    residuals: list[float]
+    correction: float = np.inf
+    changed: bool = False
+    updates: list[np.ndarray] = field(default_factory=list)
+    iterations: int = 0
+    still: int = 0
+    tangent_is_stale: bool = True
+
+    @property
+    def residual(self) -> float:
+        return self.residuals[-1]
+
+    @property
+    def idle(self) -> int:
+        """Iterations since the smallest residual."""
+        return self.iterations - int(np.argmin(self.residuals[len(self.residuals) - 1 - self.iterations :]))
+
+
 class _Path:
     """One increment of the load path at a time."""
 
@@ -193,6 +222,7 @@ class _Path:
         self, model: Model, prescribed: PrescribedDisplacement, settings: Settings, solver: LinearSolver
     ) -> None:
         self.model, self.prescribed, self.settings, self.solver = model, prescribed, settings, solver
+        prescribed.require_of(model.size)
         self.free = np.ones(model.size, dtype=bool)
         self.free[prescribed.fixed] = False
         self.elimination: DirichletElimination | None = None
@@ -202,100 +232,32 @@ class _Path:
 
     def increment(self, now: Increment, target: float) -> Increment:
         """Return the converged increment at load factor `target`, or raise _Failed."""
-        model, settings = self.model, self.settings
         self.newton_iterations = self.krylov_iterations = 0
         self.seconds = dict.fromkeys(PHASES, 0.0)
-        change = target - now.load
         self.solver.begin()
-        begun = model.begin(now.state, target, change)
-        rates = () if self.prescribed.turns(now.load) else now.rates[: settings.predictor]
-        state, total, response = self._predicted(now, begun, target, rates)
-        if len(rates) > 1 and not self._residual(response) <= FAR:
-            state, total, response = self._predicted(now, begun, target, rates[:1])
+        at = self._predict(now, target)
+        while not self._accepted(at, now):
+            self._require_headway(at)
+            # A balanced state needs only the proof that its last correction is small: the tangent of the iteration
+            # before serves for that.
+            if at.tangent_is_stale or not self._balanced(at) or self.settings.exact:
+                self._eliminate(self._tangent(at.state))
+                at.tangent_is_stale = False
+            step = self._solve(np.where(self.free, -at.response.force, 0.0), self._forcing(at))
+            self._take(at, self._search(at.state, at.response, step))
+        return self._converged(at, now, target)
+
+    def _predict(self, now: Increment, target: float) -> _Iterate:
+        """Return the state with which the iterations start: on the curve through those before, or on its tangent."""
+        begun = self.model.begin(now.state, target, target - now.load)
+        rates = () if self.prescribed.turns(now.load) else now.rates[: self.settings.predictor]
+        found = self._predicted(now, begun, target, rates)
+        if len(rates) > 1 and not self._residual(found[2]) <= FAR:
+            found = self._predicted(now, begun, target, rates[:1])
+        state, total, response = found
         self._require_finite(response)
-        residuals = [self._residual(response)]
-        updated: list[np.ndarray] = []
-        correction = np.inf
-        tangent_is_stale, still = True, 0
-        changed = response.status is not None
-        settled = 0
-        while True:
-            balanced = residuals[-1] <= settings.residual_tolerance
-            converged = balanced and correction <= settings.correction_tolerance
-            # What the next update changes anyway need not be balanced to the last digit.
-            if converged or (residuals[-1] <= ROUGHLY and not changed):
-                better = model.settle(state)
-                if better is not None:
-                    state, settled = better, self.newton_iterations
-                    updated.append(total.copy())
-                    if len(updated) <= len(now.updates):
-                        step = now.updates[len(updated) - 1]
-                        state, total = model.advance(state, step), total + step
-                    response = self._respond(state, stiffness=False)
-                    self._require_finite(response)
-                    residuals.append(self._residual(response))
-                    correction, tangent_is_stale = np.inf, True
-                    continue
-                if converged:
-                    break
-            done = self.newton_iterations - settled
-            idle = done - int(np.argmin(residuals[len(residuals) - 1 - done :]))
-            if done == settings.iterations or idle >= settings.patience:
-                raise _Failed(
-                    f"after {done} iterations the residual is {residuals[-1]:.2e} "
-                    f"(allowed {settings.residual_tolerance:.1e}) and the correction {correction:.2e} h "
-                    f"(allowed {settings.correction_tolerance:.1e})"
-                )
-            if still >= 2 and not balanced:
-                raise ConvergenceError(
-                    f"rounding keeps the residual at {residuals[-1]:.1e} (allowed {settings.residual_tolerance:.1e}): "
-                    "some stiffness is too large beside the others, or the load next to nothing. Use a "
-                    "contact.normal_stiffness nearer to its default where yarns touch, a larger load.strain or "
-                    "solver.residual_tolerance"
-                )
-            # A balanced state needs only the proof that its last correction is small: the tangent of the
-            # iteration before serves for that.
-            if tangent_is_stale or not balanced or settings.exact:
-                self._eliminate(self._tangent(state))
-                tangent_is_stale = False
-            forcing = self._forcing(residuals, changed)
-            step = self._solve(np.where(self.free, -response.force, 0.0), forcing)
-            before = response
-            taken = self._search(state, response, step)
-            state, response = taken.state, taken.response
-            total += taken.step
-            self.newton_iterations += 1
-            correction = (
-                float(np.max(np.abs(taken.step * model.scale)[self.free], initial=0.0)) / model.length
-            )
-            changed = not response.same_status(before)
-            still = still + 1 if correction <= ROUNDING and not changed else 0
-            if changed:
-                correction, tangent_is_stale = np.inf, True
-            residuals.append(self._residual(response))
-            if not changed and taken.share == 1.0 and residuals[-1] <= 0.3 * settings.residual_tolerance:
-                # Corrections fall as residuals do: what is still to come need not be computed to be known.
-                correction *= min(residuals[-1] / max(residuals[-2], 1e-300), 1.0)
-            log.debug(
-                "iteration %d: residual %.3e, correction %.3e h",
-                len(residuals) - 1,
-                residuals[-1],
-                correction,
-            )
-        return Increment(
-            index=now.index + 1,
-            load=target,
-            state=model.commit(state),
-            response=response,
-            size=change,
-            rates=(Rate(change, total / change), *now.rates)[: settings.predictor],
-            updates=tuple(after - before for before, after in pairwise([*updated, total])),
-            newton_iterations=self.newton_iterations,
-            krylov_iterations=self.krylov_iterations,
-            residual=residuals[-1],
-            correction=correction,
-            residuals=tuple(residuals),
-            timings=self.seconds,
+        return _Iterate(
+            state, total, response, [self._residual(response)], changed=response.status is not None
         )
 
     def _predicted(
@@ -307,27 +269,111 @@ class _Path:
         turning as well; but where it overshoots it presses yarns, which may have no stiffness then.
         """
         # Multipliers start from zero again, so does what they moved.
-        total = self._predict(now, begun, target, rates) - sum(now.updates)
+        total = self._guess(now, begun, target, rates) - sum(now.updates)
         state = self.model.advance(begun, total)
         if len(rates) > 1:
             state = self.model.begin(state, target, target - now.load)
         return state, total, self._respond(state, stiffness=False)
 
-    def _predict(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> np.ndarray:
+    def _guess(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> np.ndarray:
         """First guess (size,) of the change of all unknowns, exact where they are prescribed."""
-        change = target - now.load
         moved = self.prescribed.at(target) - self.prescribed.at(now.load)
-        if not rates:
-            # Moving the driven side alone would crush the elements there: let the tangent spread it.
-            guess = np.zeros(self.model.size)
+        if rates:
+            guess = extrapolated(rates, target - now.load)
             guess[self.prescribed.fixed] = moved
-            response = self._tangent(begun)
-            pull = np.where(self.free, -(response.stiffness @ guess), 0.0)
-            self._eliminate(response)
-            return guess + self._solve(pull, 1e-12 if self.settings.exact else 1e-3)
-        guess = extrapolated(rates, change)
+            return guess
+        # Moving the driven side alone would crush the elements there: let the tangent spread it.
+        guess = np.zeros(self.model.size)
         guess[self.prescribed.fixed] = moved
-        return guess
+        response = self._tangent(begun)
+        pull = np.where(self.free, -(response.stiffness @ guess), 0.0)
+        self._eliminate(response)
+        return guess + self._solve(pull, 1e-12 if self.settings.exact else 1e-3)
+
+    def _balanced(self, at: _Iterate) -> bool:
+        return at.residual <= self.settings.residual_tolerance
+
+    def _accepted(self, at: _Iterate, now: Increment) -> bool:
+        """Return whether a state has converged and its model accepts it as it is; else it has to be balanced further.
+
+        What the next update of the model changes anyway need not be balanced to the last digit.
+        """
+        while True:
+            converged = self._balanced(at) and at.correction <= self.settings.correction_tolerance
+            if not converged and (at.changed or not at.residual <= ROUGHLY):
+                return False
+            settled = self.model.settle(at.state)
+            if settled is None:
+                return converged
+            self._resume(at, settled, now)
+
+    def _resume(self, at: _Iterate, settled: Any, now: Increment) -> None:
+        """Go on from a state that the model has settled, by as much as its like changed in the increment before."""
+        at.state, at.iterations = settled, 0
+        at.updates.append(at.total.copy())
+        if len(at.updates) <= len(now.updates):
+            step = now.updates[len(at.updates) - 1]
+            at.state, at.total = self.model.advance(at.state, step), at.total + step
+        at.response = self._respond(at.state, stiffness=False)
+        self._require_finite(at.response)
+        at.residuals.append(self._residual(at.response))
+        at.correction, at.tangent_is_stale = np.inf, True
+
+    def _require_headway(self, at: _Iterate) -> None:
+        """Raise _Failed where more iterations are of no use, ConvergenceError where no shorter increment helps."""
+        settings = self.settings
+        if at.iterations == settings.iterations or at.idle >= settings.patience:
+            raise _Failed(
+                f"after {at.iterations} iterations the residual is {at.residual:.2e} "
+                f"(allowed {settings.residual_tolerance:.1e}) and the correction {at.correction:.2e} h "
+                f"(allowed {settings.correction_tolerance:.1e})"
+            )
+        if at.still >= 2 and not self._balanced(at):
+            raise ConvergenceError(
+                f"rounding keeps the residual at {at.residual:.1e} (allowed {settings.residual_tolerance:.1e}): some "
+                "stiffness is too large beside the others, or the load next to nothing. Use a contact stiffness nearer "
+                "to that of the elements, a larger load or a larger tolerance of the residual"
+            )
+
+    def _take(self, at: _Iterate, taken: Trial) -> None:
+        """Advance by the part of a step that the line search has found, and measure what is left."""
+        at.changed = not taken.response.same_status(at.response)
+        at.state, at.response = taken.state, taken.response
+        at.total += taken.step
+        at.iterations += 1
+        self.newton_iterations += 1
+        at.correction = self._size(taken.step) / self.model.length
+        at.still = at.still + 1 if at.correction <= ROUNDING and not at.changed else 0
+        at.residuals.append(self._residual(at.response))
+        if at.changed:
+            at.correction, at.tangent_is_stale = np.inf, True
+        elif taken.share == 1.0 and at.residual <= 0.3 * self.settings.residual_tolerance:
+            # Corrections fall as residuals do: what is still to come need not be computed to be known.
+            at.correction *= min(at.residual / max(at.residuals[-2], 1e-300), 1.0)
+        log.debug(
+            "iteration %d: residual %.3e, correction %.3e h",
+            len(at.residuals) - 1,
+            at.residual,
+            at.correction,
+        )
+
+    def _converged(self, at: _Iterate, now: Increment, target: float) -> Increment:
+        change = target - now.load
+        return Increment(
+            index=now.index + 1,
+            load=target,
+            state=self.model.commit(at.state),
+            response=at.response,
+            size=change,
+            rates=(Rate(change, at.total / change), *now.rates)[: self.settings.predictor],
+            updates=tuple(after - before for before, after in pairwise([*at.updates, at.total])),
+            newton_iterations=self.newton_iterations,
+            krylov_iterations=self.krylov_iterations,
+            residual=at.residual,
+            correction=at.correction,
+            residuals=tuple(at.residuals),
+            timings=self.seconds,
+        )
 
     def _respond(self, state: Any, stiffness: bool) -> Response:
         started = time.perf_counter()
@@ -366,26 +412,26 @@ class _Path:
         self.seconds["solve"] += time.perf_counter() - started - self.solver.setup_seconds
         return solution.x
 
-    def _forcing(self, residuals: list[float], changed: bool) -> float:
+    def _forcing(self, at: _Iterate) -> float:
         """Relative accuracy of the linear solve that Newton can use (Eisenstat and Walker 1996, choice 2).
 
         While contact points still change their status, more accuracy would be lost with the next change.
         """
         if self.settings.exact:
             return 1e-12
-        eta = 3e-2 if changed else 1e-3
-        if len(residuals) > 1 and residuals[-1] < residuals[-2]:
-            eta = min(eta, 0.9 * (residuals[-1] / residuals[-2]) ** 2)
+        eta = 3e-2 if at.changed else 1e-3
+        if len(at.residuals) > 1 and at.residual < at.residuals[-2]:
+            eta = min(eta, 0.9 * (at.residual / at.residuals[-2]) ** 2)
         # Nothing is gained by solving further than the increment has to be balanced.
-        floor = 0.1 * self.settings.residual_tolerance / max(residuals[-1], 1e-300)
-        if residuals[-1] <= NEAR and not changed:
+        floor = 0.1 * self.settings.residual_tolerance / max(at.residual, 1e-300)
+        if at.residual <= NEAR and not at.changed:
             # Balance is one good step away: a few more Krylov iterations spare a tangent.
             eta = min(eta, floor)
         return min(max(eta, floor, 1e-8), 1e-1)
 
     def _search(self, state: Any, response: Response, step: np.ndarray) -> Trial:
         """Return how far a step is taken: no farther than a stride."""
-        longest = float(np.max(np.abs(step * self.model.scale)[self.free], initial=0.0))
+        longest = self._size(step)
         cut = min(1.0, self.settings.stride / longest) if longest > 0 else 1.0
         step = cut * step if cut < 1 else step
 
@@ -399,6 +445,10 @@ class _Path:
         if found is None:
             raise _Failed("the line search found no shorter step that lowers the residual")
         return found if cut == 1 else replace(found, share=cut * found.share)
+
+    def _size(self, step: np.ndarray) -> float:
+        """Return the largest displacement of a step."""
+        return float(np.max(np.abs(step * self.model.scale)[self.free], initial=0.0))
 
     def _residual(self, response: Response) -> float:
         unbalanced = float(np.max(np.abs(response.force / self.model.scale)[self.free], initial=0.0))

@@ -54,7 +54,7 @@ class Penetration:
 
     limit: float = np.inf
     augmentations: int = 0
-    remedy: str = "Use a larger contact.normal_stiffness or contact.augmentations"
+    remedy: str = "Use a stiffer contact, or allow more updates"
 
 
 class SolidsInContact(SolidModel):
@@ -126,7 +126,7 @@ class SolidsInContact(SolidModel):
             return None
         if state.augmentations == self.penetration.augmentations:
             raise ConvergenceError(
-                f"yarns penetrate each other by {deepest:.3g} m; allowed is {self.penetration.limit:.3g} m "
+                f"surfaces penetrate each other by {deepest:.3g}; allowed is {self.penetration.limit:.3g} "
                 f"({deepest / self.length:.2%} and {self.penetration.limit / self.length:.2%} of the element size), "
                 f"after {state.augmentations} updates of the contact pressure. {self.penetration.remedy}"
             )

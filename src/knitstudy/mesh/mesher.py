@@ -10,8 +10,13 @@ import xarray as xr
 
 from knitstudy.errors import MeshError
 from knitstudy.geometry.fabric import Fabric, Grip, fabric_of
-from knitstudy.mesh.memory import require_memory_to_mesh
-from knitstudy.mesh.quality import OVERLAP_TOLERANCE, check, check_bending, check_overlap
+from knitstudy.mesh.quality import (
+    OVERLAP_TOLERANCE,
+    check,
+    check_bending,
+    check_overlap,
+    require_memory_to_mesh,
+)
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import UNIFORM, Grading, Spacing
 from knitstudy.mesh.sweep import SweptMesh, Targets, sweep

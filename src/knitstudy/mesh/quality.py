@@ -1,16 +1,16 @@
-"""Gates that a mesh must pass before anything is computed on it, and a summary of its quality."""
+"""Gates that a mesh must pass: memory before it is made, bending, folding and overlap before anything is computed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-import xarray as xr
+import psutil
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
+from knitstudy.mesh.section import nodes_for_size
 from knitstudy.mesh.sweep import Curve, SweptMesh
 
 OVERLAP_TOLERANCE = 0.01
@@ -34,41 +34,17 @@ class BendingCurve(Curve, Protocol):
 
 
 def scaled_jacobian(nodes: np.ndarray, hexahedra: np.ndarray) -> np.ndarray:
-    """Smallest scaled Jacobian of every hexahedron: 1 with right angles at all corners, 0 or less if folded.
+    """Smallest scaled Jacobian (E,) of hexahedra (E, 8) in VTK order: 1 with right angles, 0 or less if folded.
 
     At each corner it is the triple product of the edge vectors over the product of their lengths (Knupp 2000,
     "Achieving finite element mesh quality via optimization of the Jacobian matrix norm and associated
     quantities", part II, International Journal for Numerical Methods in Engineering 48).
-
-    Parameters
-    ----------
-    nodes : ndarray (N, 3)
-        Coordinates.
-    hexahedra : ndarray (E, 8) of int
-        Corner nodes in VTK order.
-
-    Returns
-    -------
-    ndarray (E,)
     """
     return np.concatenate([_scaled_jacobian(edges) for edges in _edges(nodes, hexahedra)])
 
 
-def edge_ratio(mesh: SweptMesh) -> np.ndarray:
-    """Longest edge over shortest edge of every hexahedron (E,)."""
-    return np.concatenate([_edge_ratio(edges) for edges in _edges(mesh.nodes, mesh.hexahedra)])
-
-
 def check(mesh: SweptMesh, curves: Sequence[BendingCurve], overlap: float = OVERLAP_TOLERANCE) -> None:
-    """Pass the mesh through all gates: bending, folding, overlap.
-
-    Parameters
-    ----------
-    mesh : SweptMesh
-    curves : sequence of BendingCurve
-        The centrelines that were swept.
-    overlap : float
-        Share of the diameter by which yarns may overlap.
+    """Pass a mesh of curves through the gates on bending, folding and overlap, allowed up to a share of the diameter.
 
     Raises
     ------
@@ -153,36 +129,6 @@ def check_overlap(curves: Sequence[Curve], radius: float, tolerance: float = OVE
         )
 
 
-def summary(mesh: SweptMesh, bins: int = 20) -> xr.Dataset:
-    """Size and quality of a mesh: counts, extremes, and the histogram of the scaled Jacobian.
-
-    Returns
-    -------
-    Dataset
-        ``scaled_jacobian_edge`` (bins + 1,) and ``elements_in_bin`` (bins,), and scalars: ``nodes``,
-        ``elements``, ``unknowns``, ``slices``, ``scaled_jacobian_min``, ``scaled_jacobian_mean``,
-        ``edge_ratio_max``, ``spacing_min`` and ``spacing_max`` (m).
-    """
-    quality = scaled_jacobian(mesh.nodes, mesh.hexahedra)
-    spacing = np.concatenate([np.diff(mesh.arc_length[a:b]) for a, b in pairwise(mesh.first_slice)])
-    counts, edges = np.histogram(quality, bins=bins, range=(min(0.0, quality.min()), 1.0))
-    scalars = {
-        "nodes": (mesh.nodes.shape[0], "1"),
-        "elements": (mesh.hexahedra.shape[0], "1"),
-        "unknowns": (mesh.nodes.size, "1"),
-        "slices": (mesh.slices, "1"),
-        "scaled_jacobian_min": (quality.min(), "1"),
-        "scaled_jacobian_mean": (quality.mean(), "1"),
-        "edge_ratio_max": (edge_ratio(mesh).max(), "1"),
-        "spacing_min": (spacing.min(), "m"),
-        "spacing_max": (spacing.max(), "m"),
-    }
-    variables = {name: ((), value, {"units": unit}) for name, (value, unit) in scalars.items()}
-    variables["scaled_jacobian_edge"] = (("bin_edge",), edges, {"units": "1"})
-    variables["elements_in_bin"] = (("bin",), counts, {"units": "1"})
-    return xr.Dataset(variables)
-
-
 def _edges(nodes: np.ndarray, hexahedra: np.ndarray) -> Iterator[np.ndarray]:
     """Yield the three edges at every corner of some elements at a time (e, 8, 3, 3), right-handed [m]."""
     for low in range(0, len(hexahedra), AT_ONCE):
@@ -195,13 +141,94 @@ def _scaled_jacobian(edges: np.ndarray) -> np.ndarray:
     return (triple / np.linalg.norm(edges, axis=-1).prod(axis=-1)).min(axis=1)
 
 
-def _edge_ratio(edges: np.ndarray) -> np.ndarray:
-    lengths = np.linalg.norm(edges, axis=-1).reshape(-1, 24)
-    return lengths.max(axis=1) / lengths.min(axis=1)
-
-
 def _stations(curve: Curve, radius: float) -> np.ndarray:
     """Arc lengths in m that are close together compared with the diameter."""
     return np.linspace(
         0.0, curve.length, 1 + int(np.ceil(curve.length * SAMPLES_PER_DIAMETER / (2 * radius)))
     )
+
+
+# ---- Memory
+
+GIBIBYTE = 2**30
+
+
+def require_memory(need: float, key: str, size: float, what: str, power: int, unit: str = "m") -> None:
+    """Refuse a discretisation that takes more memory than is free.
+
+    Parameters
+    ----------
+    need : float
+        Bytes that it takes, estimated.
+    key : str
+        The key that sets its element size.
+    size : float
+        Its value.
+    what : str
+        What takes them, for the message.
+    power : int
+        Memory goes with size to the minus this power; the message says which size would fit.
+    unit : str
+        Of the key.
+
+    Raises
+    ------
+    MeshError
+        If there are fewer bytes available.
+    """
+    free = psutil.virtual_memory().available
+    if need <= free:
+        return
+    fits = 1.05 * size * (need / free) ** (1 / power)
+    raise MeshError(
+        f"{key} is {size:g} {unit}: {what} would take about {need / GIBIBYTE:.3g} GiB of memory, and "
+        f"{free / GIBIBYTE:.3g} GiB are free; use about {fits:.2g} {unit} or more"
+    )
+
+
+BYTES_A_NODE = 250
+"""Of a mesh that is made and checked, beside some 100 MB of a batch; measured were 165 to 215, of 0.07 and 0.1 mm."""
+
+BYTES_AN_UNKNOWN = {8: 2000, 20: 3000}
+"""Of a simulation of tied yarns without their factors, by the nodes of an element; yarns in contact were measured to
+take up to twice as much."""
+
+BYTES_AN_ENTRY = 4
+"""Of those factors, in single precision."""
+
+
+def require_memory_to_mesh(curves: Sequence[Curve], radius: float, size: float, growth: float) -> None:
+    """Refuse a mesh of yarns of a radius [m] that does not fit into memory.
+
+    Raises
+    ------
+    MeshError
+        Saying what it would take, and which size would do.
+    """
+    if not (size > 0 and growth >= 1):
+        raise MeshError(f"mesh.size is {size} m and mesh.growth {growth}: must be positive and at least 1")
+    slices = sum(curve.length for curve in curves) / (growth * size)
+    nodes = slices * nodes_for_size(2 * radius, size)
+    require_memory(nodes * BYTES_A_NODE, "mesh.size", size, f"a mesh of {nodes:.2g} nodes", power=3)
+
+
+def require_memory_to_simulate(unknowns: int, bandwidth: int, size: float, nodes: int = 8) -> None:
+    """Refuse a direct simulation that does not fit into memory.
+
+    Parameters
+    ----------
+    unknowns : int
+    bandwidth : int
+        Largest difference of node numbers in an element: factors of single yarns are bands of it.
+    size : float
+        ``mesh.size`` [m].
+    nodes : int
+        Of an element.
+
+    Raises
+    ------
+    MeshError
+        Saying what it would take, and which size would do.
+    """
+    need = unknowns * (BYTES_AN_UNKNOWN[nodes] + 3.0 * bandwidth * BYTES_AN_ENTRY)
+    require_memory(need, "mesh.size", size, f"a simulation of {unknowns:.2g} unknowns", power=4)

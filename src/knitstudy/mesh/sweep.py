@@ -1,4 +1,4 @@
-"""Rotation-minimising frames along a curve."""
+"""Hexahedra of yarns: cross-sections swept along centrelines in frames that do not twist."""
 
 from __future__ import annotations
 
@@ -26,23 +26,11 @@ from knitstudy.mesh.spacing import (
 
 
 def rotation_minimising(position: np.ndarray, tangent: np.ndarray) -> np.ndarray:
-    """Frames that do not spin about the curve, by double reflection; the first d1 is nearest to z.
+    """Frames (S, 3, 3) that do not spin about a curve: rows d1, d2 and the tangent; the first d1 is nearest to z.
 
     Every frame is the one before it, mirrored first at the plane that halves the chord and then at the plane
     that brings the tangent into place: fourth order in the distance of the points (Wang, Juettler, Zheng and
     Liu 2008, "Computation of rotation minimizing frames", ACM Transactions on Graphics 27(1), algorithm 1).
-
-    Parameters
-    ----------
-    position : ndarray (S, 3)
-        Points along the curve, m.
-    tangent : ndarray (S, 3)
-        Unit tangents.
-
-    Returns
-    -------
-    ndarray (S, 3, 3)
-        Rows d1, d2 and the tangent, right-handed and orthonormal.
     """
     chord = np.diff(position, axis=0)
     first = _reflection(chord)
@@ -71,8 +59,7 @@ def _start(tangent: np.ndarray) -> np.ndarray:
     return normal / np.linalg.norm(normal)
 
 
-# ---- Roll of a yarn's frames about its tangent: facets turn towards given points (the contacts at crossings)
-
+# ---- Roll of frames about the tangent: facets turn towards the contacts at crossings
 
 TIE_DIGITS = 6
 """Digits of a facet step to which two ways round are equally far, so that rounding does not choose."""
@@ -103,30 +90,14 @@ class Targets:
 def roll_towards(
     targets: Targets, arc_length: np.ndarray, centres: np.ndarray, frames: np.ndarray, angles: np.ndarray
 ) -> np.ndarray:
-    """Roll of every slice after which every target lies over the middle line of a facet.
+    """Roll (S,) from d1 towards d2 after which every target lies over the middle line of a facet, rad.
+
+    Slices have arc lengths (S,), centres (S, 3), frames (S, 3, 3) before the roll, and surface nodes at angles (a,).
 
     At the first target the roll is the smallest possible, at every other one the nearest to that before it:
     at most half a facet step more or less, which keeps the twist of the elements between them small. It is
     constant over the layer that a target lies in the middle of, and beyond the outermost ones; in between it
     follows the cubic smooth step. A symmetric yarn gets a symmetric roll.
-
-    Parameters
-    ----------
-    targets : Targets
-        Every one of them in the middle between two slices.
-    arc_length : ndarray (S,)
-        Of the slices, m.
-    centres : ndarray (S, 3)
-        Centres of the slices, m.
-    frames : ndarray (S, 3, 3)
-        Rows d1, d2, tangent of the slices, before the roll.
-    angles : ndarray (a,)
-        Angles of the surface nodes from d1 towards d2, at equal steps, rad.
-
-    Returns
-    -------
-    ndarray (S,)
-        Angles from d1 towards d2, rad.
     """
     if not targets.arc_length.size:
         return np.zeros_like(arc_length)
@@ -153,19 +124,7 @@ def _layers(targets: Targets, arc_length: np.ndarray) -> np.ndarray:
 
 
 def bearings(targets: Targets, arc_length: np.ndarray, centres: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """Angles (T,) at which targets are seen from the middles of layers, where facets have their middles.
-
-    Parameters
-    ----------
-    targets : Targets
-    arc_length, centres, frames : ndarray
-        Of the slices, as in `roll_towards`.
-
-    Returns
-    -------
-    ndarray (T,)
-        From d1 towards d2, rad.
-    """
+    """Angles (T,) at which targets are seen from the middles of layers, where facets have their middles."""
     layer = _layers(targets, arc_length)
     seen = targets.point - 0.5 * (centres[layer] + centres[layer + 1])
     directors = 0.5 * (frames[layer] + frames[layer + 1])[:, :2]  # (T, 2, 3)
@@ -182,10 +141,7 @@ def _smooth_steps(s: np.ndarray, knots: np.ndarray, values: np.ndarray) -> np.nd
     return values[part] + (values[part + 1] - values[part]) * t**2 * (3 - 2 * t)
 
 
-# ---- Solid mesh of yarns: cross-sections swept along centrelines
-
-
-SIDES = ("left", "right")
+# ---- Sections swept along centrelines
 
 
 class Curve(Protocol):
@@ -307,16 +263,8 @@ class SweptMesh:
         return np.asarray(slices)[..., None] * self.section.size + np.arange(self.section.size)
 
     def end_nodes(self, side: str) -> np.ndarray:
-        """Nodes (Y q,) of the first ("left") or last ("right") slices of all yarns.
-
-        Raises
-        ------
-        MeshError
-            If ``side`` is neither "left" nor "right".
-        """
-        if side not in SIDES:
-            raise MeshError(f"side {side!r} is not allowed; one of {', '.join(SIDES)}")
-        ends = self.first_slice[:-1] if side == "left" else self.first_slice[1:] - 1
+        """Nodes (Y q,) of the first ("left") or last ("right") slices of all yarns."""
+        ends = {"left": self.first_slice[:-1], "right": self.first_slice[1:] - 1}[side]
         return self.slice_nodes(ends).ravel()
 
     def surface_nodes(self, yarn: int) -> np.ndarray:

@@ -18,9 +18,9 @@ from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
 from knitstudy.mechanics.elements.hexahedron import InverseMap, shape, shape_gradient
 from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape, quadratic_shape_gradient
 from knitstudy.mechanics.materials import material_of
-from knitstudy.mesh.memory import require_memory_to_simulate
 from knitstudy.mesh.mesher import Grips, grips
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
+from knitstudy.mesh.quality import require_memory_to_simulate
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models import solids
 from knitstudy.models.discretisation import Discretisation, yarn_surfaces

@@ -21,7 +21,7 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.beam import LinearSprings
-from knitstudy.mesh.memory import require_memory
+from knitstudy.mesh.quality import require_memory
 from knitstudy.models import network
 from knitstudy.models.joints import (
     JointPoints,

@@ -19,8 +19,8 @@ from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.patch_compliance import missing
 from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace, locate, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
-from knitstudy.mesh.memory import require_memory
 from knitstudy.mesh.mesher import ACROSS, Grips, check_shape, load_of, sampled_sections
+from knitstudy.mesh.quality import require_memory
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing, place_slices
 from knitstudy.mesh.sweep import Curve, SweptMesh, rotation_minimising, sweep

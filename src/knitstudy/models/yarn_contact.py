@@ -83,10 +83,14 @@ def penetration_of(scene: Scene, law: Coulomb | Indentation, size: float) -> Pen
     if isinstance(law, Indentation):
         return Penetration(
             law.end,
-            remedy="contact.law 'indentation' is not known beyond: use a smaller load, a smaller "
+            remedy="the law of indentation is not known beyond: use a smaller load, a smaller "
             "mesh.crossing_degree, or hexahedra",
         )
-    return Penetration(scene.contact.penetration * size, scene.contact.augmentations)
+    return Penetration(
+        scene.contact.penetration * size,
+        scene.contact.augmentations,
+        "Use a larger contact.normal_stiffness or contact.augmentations",
+    )
 
 
 def free_yarns(

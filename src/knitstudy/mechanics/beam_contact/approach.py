@@ -64,7 +64,7 @@ class Curves:
         if count.min() < 3:
             raise GeometryError(
                 f"yarn {int(np.argmin(count))} has {count.min()} beam nodes: a smooth centreline needs at least 3; "
-                "use a smaller mesh.beam_size"
+                "use shorter beam elements"
             )
         self.arc_length = arc_length
         self.first = np.concatenate([[0], np.cumsum(count)])

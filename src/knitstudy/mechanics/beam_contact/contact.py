@@ -289,7 +289,7 @@ class BeamContact:
             raise ConvergenceError(
                 f"contact at crossing {self.crossing.crossing[k]} has slid half way to the next crossing (yarns "
                 f"{' and '.join(map(str, self.crossing.pairs.yarn[k]))}): a yarn is pulled out of its loop; use a "
-                "smaller load.strain"
+                "smaller load"
             )
         touches = points.status != OPEN
         elastic = np.where(touches[:, None], points.traction / self.friction.tangential, 0.0)

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.errors import ConvergenceError, MeshError
+from knitstudy.errors import ConfigurationError, ConvergenceError, MeshError
+from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.following import Following
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, ContactHistory, ContactPoints, Coulomb, taken
 from knitstudy.mechanics.contact.indentation import Indentation
@@ -75,6 +76,8 @@ class Contact:
     ------
     MeshError
         If undeformed surfaces overlap by more than that.
+    ConfigurationError
+        For a law of indentation on surfaces of other elements than spline yarns.
     """
 
     def __init__(
@@ -89,6 +92,11 @@ class Contact:
         margin: float,
         overlap: float,
     ) -> None:
+        if isinstance(law, Indentation) and not isinstance(surfaces, Cylinders):
+            raise ConfigurationError(
+                "the law of indentation adds what spline yarns do not show of it, but these are surfaces of other "
+                "elements, which show all of it: use Coulomb"
+            )
         self.surfaces, self.law, self.margin = surfaces, law, margin
         self._undeformed = surfaces.carry(nodes)
         self.quadrature = Quadrature.on(surfaces, self._undeformed, points)
@@ -100,8 +108,8 @@ class Contact:
         deepest = -self.smallest_gap(self.points(nodes, nodes, ContactHistory.empty()))
         if deepest > overlap:
             raise MeshError(
-                f"surfaces overlap by {deepest:.3g} m before anything moves; allowed is {overlap:.3g} m. "
-                "Use a larger pattern.clearance or pair.clearance, or a finer mesh.size"
+                f"surfaces overlap by {deepest:.3g} before anything moves; allowed is {overlap:.3g}. Move them "
+                "apart, or use a finer mesh"
             )
 
     def points(self, nodes: np.ndarray, before: np.ndarray, history: ContactHistory) -> ContactPoints:
@@ -228,8 +236,8 @@ class Contact:
             k = np.flatnonzero(lost)[0]
             raise ConvergenceError(
                 f"contact slides over the end of a surface (surface {history.surface[k]}, place "
-                f"{history.xi[k, 0]:.1f} of {self.surfaces.edges(history.surface[k])[0][-1]:.1f}): a yarn is "
-                "pulled out of its loop, or the slip is longer than the surface; use a smaller load or longer yarns"
+                f"{history.xi[k, 0]:.1f} of {self.surfaces.edges(history.surface[k])[0][-1]:.1f}): "
+                "a body is pulled off the other; use a smaller load or longer surfaces"
             )
         touches = points.status != OPEN
         slips = points.status == SLIP

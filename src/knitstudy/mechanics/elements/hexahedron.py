@@ -51,8 +51,8 @@ def jacobians(corners: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray, np
     if np.any(size <= 0):
         worst = int(np.argmin(size))
         raise MeshError(
-            f"element {worst} is folded: its Jacobian is {size[worst]:.3g} m3 and has to be positive; "
-            "refine the mesh or use a smaller yarn.diameter"
+            f"element {worst} is folded: its Jacobian is {size[worst]:.3g} and has to be positive; "
+            "use a finer mesh or a thinner yarn"
         )
     return size, gradient @ inverse(jacobian)[0]
 
@@ -262,10 +262,7 @@ class InverseMap:
         if np.any(reach > FARTHEST):
             worst = int(np.argmax(reach))
             place = ", ".join(f"{value:.6g}" for value in points[worst])
-            raise MeshError(
-                f"the place ({place}) m is too far from yarn {yarn[worst]} to be a part of it: use a smaller "
-                "pattern.clearance or tie.radius"
-            )
+            raise MeshError(f"the place ({place}) is too far from yarn {yarn[worst]} to be a part of it")
         return found, self.shape(natural)
 
     def _nearest(self, elements: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -35,13 +35,14 @@ def require_degree(degree: int) -> None:
     """
     if degree == 1:
         raise MeshError(
-            f"mesh.degree is 1, but must be at least {LEAST_DEGREE}: sections that stay flat and linear cannot widen "
-            "where a bent yarn is compressed, which makes it (1 - nu) / ((1 + nu) (1 - 2 nu)) times too stiff, 2.1 at "
-            "nu = 0.4"
+            f"the degree over the section is 1, but must be at least {LEAST_DEGREE}: sections that stay flat and "
+            "linear cannot widen where a bent yarn is compressed, which makes it (1 - nu) / ((1 + nu) (1 - 2 nu)) "
+            "times too stiff, 2.1 at nu = 0.4"
         )
     if not LEAST_DEGREE <= degree <= disc.LARGEST_DEGREE:
         raise MeshError(
-            f"mesh.degree is {degree}, but must be a whole number from {LEAST_DEGREE} to {disc.LARGEST_DEGREE}"
+            f"the degree over the section is {degree}, but must be a whole number from {LEAST_DEGREE} to "
+            f"{disc.LARGEST_DEGREE}"
         )
 
 
@@ -344,8 +345,8 @@ def locate(
             return x, s
     place = points[moving[0]]
     raise MeshError(
-        f"the place ({place[0]:.6g}, {place[1]:.6g}, {place[2]:.6g}) m is too far from yarn {yarn[moving[0]]} to be "
-        "a part of it: use a smaller pattern.clearance or tie.radius"
+        f"the place ({place[0]:.6g}, {place[1]:.6g}, {place[2]:.6g}) is too far from yarn {yarn[moving[0]]} to be "
+        "a part of it"
     )
 
 

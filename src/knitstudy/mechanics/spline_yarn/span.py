@@ -76,8 +76,8 @@ class Spans:
         if not np.all(size > 0):
             raise MeshError(
                 f"span {int(np.argmin(size)) // self.points} of {count} of the yarns is folded: its Jacobian is "
-                f"{size.min():.3g} m3 and has to be positive; the yarn is bent tighter than its radius, or spans are "
-                "too long for its bends: use a smaller yarn.diameter or mesh.span"
+                f"{size.min():.3g} and has to be positive; the yarn is bent tighter than its radius, or spans are "
+                "too long for its bends: use a thinner yarn or shorter spans"
             )
         self._weight = (weight[..., None] * section).reshape(-1) * size
         self.volume = self._weight.reshape(count, -1).sum(axis=1)
