@@ -14,6 +14,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.spline import Centreline
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material, material_of
 from knitstudy.mechanics.patch_compliance import missing
@@ -22,7 +23,7 @@ from knitstudy.mechanics.spline_yarn.seam import Seam, seam
 from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace, locate
 from knitstudy.mechanics.spline_yarn.span import span_groups
 from knitstudy.mesh.mesher import ACROSS, Grips, sampled_sections
-from knitstudy.mesh.sweep import Curve, rotation_minimising
+from knitstudy.mesh.sweep import rotation_minimising
 from knitstudy.models.discretisation import Discretisation, contact_surfaces
 from knitstudy.models.spline_yarns import PLACES, space_on, yarn_spans
 from knitstudy.study.scene import Scene
@@ -133,7 +134,7 @@ def periodic_map(
 
 
 def wrapped_shape(
-    own: YarnSpace, around: Seam, curve: Curve, radius: float, period: np.ndarray
+    own: YarnSpace, around: Seam, curve: Centreline, radius: float, period: np.ndarray
 ) -> np.ndarray:
     """Return the undeformed nodes (p, 3) of a round yarn that wrap around [m].
 

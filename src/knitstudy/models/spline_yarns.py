@@ -9,6 +9,7 @@ import numpy as np
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric, Grip
+from knitstudy.geometry.spline import Centreline
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.patch_compliance import missing
@@ -17,7 +18,7 @@ from knitstudy.mechanics.spline_yarn.span import span_groups
 from knitstudy.mesh.mesher import ACROSS, Grips, load_of
 from knitstudy.mesh.quality import require_memory
 from knitstudy.mesh.spacing import Spacing, place_slices
-from knitstudy.mesh.sweep import Curve, SweptMesh, rotation_minimising
+from knitstudy.mesh.sweep import SweptMesh, rotation_minimising
 from knitstudy.models.discretisation import Discretisation, contact_surfaces
 from knitstudy.study.scene import Scene
 
@@ -194,7 +195,7 @@ def _require_memory(scene: Scene, space: Space) -> None:
     require_memory(BYTES_A_PAIR * pairs, "mesh.span", scene.mesh.span, what, power=1, unit="yarn radii")
 
 
-def shape(own: YarnSpace, curve: Curve, radius: float) -> np.ndarray:
+def shape(own: YarnSpace, curve: Centreline, radius: float) -> np.ndarray:
     """Return the coefficients (N, 3) of a round yarn along a centreline, with frames that do not twist [m]."""
     low, high = own.spline.spans.T
     share = np.arange(PLACES) / PLACES
