@@ -48,7 +48,7 @@ def domain(plain):
     scenes, histories = {}, {}
     for kind, unknowns in (("tie", 189_513), ("isotropic", 311_913)):
         for cells in (3, 6, 8):
-            name = f"domain-{kind}-{cells}"
+            name = f"domain-hexahedra-{kind}-course-{cells}x{cells}"
             keys = {
                 "name": name,
                 "fidelity": "hexahedra",
@@ -124,14 +124,14 @@ def reference(scenes, uncertainty=0.02):
 
 
 INPUTS = {
-    "base": {},
-    "slippery": {"contact.friction": 0.1},
-    "sticky": {"contact.friction": 1.5},
-    "untied": {"contact.tied_edges": "none"},
-    "wide": {"pattern.clearance": 0.04},
-    "soft": {"load.lateral": "free"},
+    "yarns-{}-course": {},
+    "inputs-friction010-{}-course": {"contact.friction": 0.1},
+    "inputs-friction150-{}-course": {"contact.friction": 1.5},
+    "inputs-untied-{}-course": {"contact.tied_edges": "none"},
+    "inputs-clearance0040-{}-course": {"pattern.clearance": 0.04},
+    "inputs-lateral-free-{}-course": {"load.lateral": "free"},
 }
-"""Inputs that are changed one at a time, by name."""
+"""Inputs that are changed one at a time, by the names of their scenes."""
 
 
 def varied(plain):
@@ -139,7 +139,7 @@ def varied(plain):
     found = {}
     for name, keys in INPUTS.items():
         for kind in ("tie", "rough", "isotropic"):
-            scene = plain.vary({"name": f"{name}-{kind}", "fidelity": "hexahedra", "interaction": kind})
+            scene = plain.vary({"name": name.format(kind), "fidelity": "hexahedra", "interaction": kind})
             if all(scene.value(key) is not None for key in keys):
                 found[scene.name] = scene.vary(keys)
     return found

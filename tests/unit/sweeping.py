@@ -6,7 +6,7 @@ import study
 from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.reference import NEEDED
 from knitstudy.measures.response import LARGEST_U_Z
-from knitstudy.measures.sweeps import swept
+from knitstudy.measures.sweeps import DRAWN
 from knitstudy.study.configuration import load_scenes, load_study
 
 LIFT, SURE = 4e-4, 0.01
@@ -16,7 +16,8 @@ LIFT, SURE = 4e-4, 0.01
 def scenes():
     """Return the scenes of all sweeps of the study by name."""
     known = load_scenes()
-    return {scene.name: scene for scene in swept(known[name] for name in load_study("full"))}
+    drawn = [name.format(kind) for name in DRAWN for kind in ("tie", "isotropic")]
+    return {name: known[name] for name in load_study("full") if name in drawn or name.startswith("sweep-")}
 
 
 def reference(scenes):

@@ -65,7 +65,7 @@ def test_table_of_forces(knit, plain_scene):
     stresses["cell_volume"] = ("cell", np.full(count, AREA * LENGTH / count))
     stresses["cell_place"] = (("cell", "xyz"), np.column_stack([x, 0 * x, 0 * x]))
     stresses.attrs["force"] = STRESS * AREA
-    given = {"geometry": knit.to_dataset(), "fields_stress": {"dns-a": stresses}, "scenes": {"dns-a": scene}}
+    given = {"geometry": knit.to_dataset(), "stresses": {"dns-a": stresses}, "scenes": {"dns-a": scene}}
     (row,) = catalogue.tabulate("cut_forces", **given).to_dict("records")
     assert row["force of the grips [N]"] == STRESS * AREA
     assert row["smallest force through a cut, over it [1]"] == pytest.approx(1, abs=0.03)

@@ -5,7 +5,6 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import cut_cells, middles_of_legs
-from knitstudy.measures.selection import cut_of
 from knitstudy.models.pieces import cut_yarns, problem_of_cut_knit
 
 
@@ -90,13 +89,6 @@ def test_stations_are_places_on_the_yarns_of_the_knit(scene, knit, pieces):
         here = stations.yarn == yarn
         place = knit.centrelines[yarn].position(stations.arc_length[here])
         np.testing.assert_allclose(stations.position[here], place, atol=1e-6 * knit.radius)
-
-
-def test_a_knit_is_compared_with_the_cells_of_its_like(scene):
-    whole = scene.vary({"name": "whole", "specimen": "knit"})
-    cut = scene.vary({"name": "cut", "knit": "cut"})
-    assert cut_of(whole, [whole, cut.vary({"name": "soft", "yarn.youngs_modulus": 1e6}), cut]) == {"cut": cut}
-    assert cut_of(whole.replace("load.direction", "wale"), [cut]) == {}
 
 
 def test_yarns_are_watched_beside_every_tie(scene, knit, pieces):

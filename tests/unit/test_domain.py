@@ -9,10 +9,13 @@ import study
 from knitstudy.figures.fig12_size_and_beams import series_line
 from knitstudy.files import read_table
 from knitstudy.measures.domain import PowerLaw, SumOfPowers, contact_over_ties, force_per_width, series_of
-from knitstudy.measures.selection import roles_of
+from knitstudy.study.configuration import load_scenes, load_study
+from knitstudy.study.scene import LABELS
 from knitstudy.tables import catalogue as tables
 
 PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
+
+SIX = "domain-hexahedra-tie-course-6x6"
 
 
 @pytest.fixture(scope="module")
@@ -20,38 +23,45 @@ def grown(plain_scene):
     return study.domain(plain_scene)
 
 
-def test_a_power_law_is_found_again():
-    cells = np.array([3, 6, 8, 30])
+def test_laws_are_found_again():
+    cells = np.array([3.0, 6.0, 8.0, 30.0])
     law = PowerLaw.through(cells, 5.0 * cells**2.1)
     assert (law.factor, law.exponent) == (pytest.approx(5.0), pytest.approx(2.1))
     assert law.at(10.0) == pytest.approx(5.0 * 10**2.1)
-
-
-def test_a_sum_of_powers_is_found_again():
-    cells = np.array([3.0, 6.0, 8.0, 30.0])
     law = SumOfPowers.through(cells, 5.0 * cells**2 + 2.0 * cells, (2, 1))
     np.testing.assert_allclose(law.factors, [5.0, 2.0])
     assert law.at(10.0) == pytest.approx(520.0)
 
 
-def test_series_differ_in_nothing_but_size(grown):
+def test_series_go_by_their_names_and_have_three_sizes(grown):
     scenes, _ = grown
     series = series_of(scenes.values())
     assert [each.interaction for each in series] == ["tie constraint", "isotropic friction"]
     assert all(each.cells.tolist() == [3, 6, 8] for each in series)
-    softer = scenes | {"domain-tie-6": scenes["domain-tie-6"].replace("yarn.youngs_modulus", 1e9)}
-    assert [each.interaction for each in series_of(softer.values())] == ["isotropic friction"]
-    assert [scene.name for scene in roles_of(scenes.values(), {})["domain"]] == list(scenes)
+    fewer = [scene for name, scene in scenes.items() if name != SIX]
+    assert [each.interaction for each in series_of(fewer)] == ["isotropic friction"]
 
 
-def test_the_first_of_series_that_differ_by_knobs_stands_for_the_model(grown):
-    scenes, _ = grown
-    turned = [
-        scene.replace("solver.increments", 2).replace("name", f"{name}-2") for name, scene in scenes.items()
-    ]
-    every = [*scenes.values(), *turned]
-    assert [each.scenes[0].name for each in series_of(every)] == ["domain-tie-3", "domain-isotropic-3"]
-    assert len(series_of(turned)) == len(series_of(scenes.values()))
+def all_but_size(scene):
+    document = {name: keys for name, keys in scene.to_dict().items() if name not in LABELS}
+    of_size = {"pattern": ("loops", "rows"), "rom": ("contacts_from",)}
+    for section, keys in of_size.items():
+        document[section] = {
+            key: value for key, value in document.get(section, {}).items() if key not in keys
+        }
+    return document
+
+
+def test_series_of_the_study_differ_in_nothing_but_size_and_look_different():
+    scenes = load_scenes()
+    series = series_of(scenes[name] for name in load_study("full"))
+    assert len(series) == 10
+    for each in series:
+        first, *others = map(all_but_size, each.scenes)
+        assert all(other == first for other in others), each.stem
+    lines = [series_line(each) for each in series if each.scenes[0].load.direction == "course"]
+    for what in (["label"], ["color", "linestyle", "marker"]):
+        assert len({tuple(line[key] for key in what) for line in lines}) == len(lines), what
 
 
 def test_contact_over_ties_is_of_equal_sizes(grown):
@@ -62,8 +72,7 @@ def test_contact_over_ties_is_of_equal_sizes(grown):
 
 
 def test_force_is_over_the_width_that_is_pulled(grown):
-    scenes, histories = grown
-    scene, history = scenes["domain-tie-6"], histories["domain-tie-6"]
+    scene, history = grown[0][SIX], grown[1][SIX]
     assert force_per_width(history, scene) == pytest.approx(10.0 / (6 * scene.pattern.course_spacing))
     wale = scene.replace("load.direction", "wale")
     assert force_per_width(history, wale) == pytest.approx(10.0 / (6 * scene.pattern.wale_spacing))
@@ -88,19 +97,3 @@ def test_response_is_compared_with_the_largest_knit(grown):
     tied = table[table["interaction"] == "tie constraint"]
     np.testing.assert_allclose(tied["the same, over that of the largest knit [1]"], [8 / 3, 8 / 6, 1])
     assert tied["mean normal force in the centre cell [N]"].isna().all()
-
-
-def test_no_two_series_look_alike(grown):
-    scenes, _ = grown
-    others = {}
-    for name, scene in scenes.items():
-        yarns = {"name": f"yarns-{name}", "fidelity": "spline_yarns"}
-        loose = {"name": f"loose-{name}", "contact.tied_edges": "none"} if "isotropic" in name else {}
-        flat = {"name": f"rom-{name}", "fidelity": "rom2d", "rom.contacts_from": name}
-        for changed in (yarns, yarns | loose, flat):
-            other = scene.vary(changed)
-            others[other.name] = other
-    lines = [series_line(series) for series in series_of((scenes | others).values())]
-    assert len(lines) == 7
-    for what in (["label"], ["color", "linestyle", "marker"]):
-        assert len({tuple(line[key] for key in what) for line in lines}) == len(lines), what

@@ -1,4 +1,4 @@
-"""Square knits of rising size, what they tend to, and the cell of an endless knit beside them."""
+"""Square knits of rising size, their limit, and the cell of an endless knit beside them."""
 
 import numpy as np
 import pytest
@@ -8,19 +8,16 @@ import xarray as xr
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.measures.domain import series_of
-from knitstudy.measures.endless_knit import between_grips, cell_of, held_over_free, limit, stretches
-from knitstudy.measures.selection import roles_of
+from knitstudy.measures.endless_knit import CELLS, between_grips, held_over_free, limit, stretches
+from knitstudy.study.configuration import load_scenes, load_study
 from knitstudy.tables import catalogue as tables
 
-CELLS = (3, 6, 8)
+SMALL = 1e-4
 
 
 def isotropic(poisson):
     shear = (1 - poisson) / 2
     return np.array([[1, poisson, 0], [poisson, 1, 0], [0, 0, shear]]) / (1 - poisson**2)
-
-
-SMALL = 1e-4
 
 
 def test_grips_of_a_sheet_that_does_not_contract_add_nothing():
@@ -46,7 +43,7 @@ def test_grips_add_as_much_on_finer_elements():
 
 
 def test_a_neck_adds_to_the_force():
-    """What contracts as much as it stretches necks, and its sides turn into the pull."""
+    """A sheet that contracts as much as it stretches necks, and its sides turn into the pull."""
     membrane = np.array([[1.0, 0.3, 0.0], [0.3, 0.3, 0.0], [0.0, 0.0, 0.1]])
     found = [held_over_free(membrane, 1.0, 1.0, strain, elements=8) for strain in (SMALL, 0.025, 0.05)]
     assert np.all(np.diff(found) > 0)
@@ -58,20 +55,17 @@ def test_a_sheet_that_finds_no_equilibrium_is_refused():
         held_over_free(isotropic(0.3), 1.0, 1.0, -1.0, elements=4)
 
 
-def squares(gradients):
-    return np.einsum("kia,kib->kab", gradients, gradients)[..., [0, 1, 0], [0, 1, 1]]
-
-
 def test_stretches_are_those_of_the_polar_decomposition():
     rng = np.random.default_rng(0)
     gradients = np.eye(2) + 0.2 * rng.normal(size=(20, 2, 2))
-    found, slope = stretches(squares(gradients))
+    squares = np.einsum("kia,kib->kab", gradients, gradients)[..., [0, 1, 0], [0, 1, 1]]
+    found, slope = stretches(squares)
     for gradient, strain in zip(gradients, found, strict=True):
         _, stretch = scipy.linalg.polar(gradient)
         expected = [stretch[0, 0] - 1, stretch[1, 1] - 1, 2 * stretch[0, 1]]
         np.testing.assert_allclose(strain, expected, atol=1e-12)
     step = 1e-6 * rng.normal(size=(20, 3))
-    ahead, behind = (stretches(squares(gradients) + sign * step)[0] for sign in (1, -1))
+    ahead, behind = (stretches(squares + sign * step)[0] for sign in (1, -1))
     np.testing.assert_allclose((ahead - behind) / 2, np.einsum("kij,kj->ki", slope, step), atol=1e-12)
 
 
@@ -81,15 +75,15 @@ def test_limit_of_a_knit_whose_edges_are_a_part_of_it():
     corners = 5.0 - 2.0 / cells + 0.9 / cells**2
     middle, uncertain = limit(cells, corners)
     assert middle + uncertain == pytest.approx(5.0), "the parabola finds it"
-    assert uncertain > 0.005, "what is not 1 / n shows as uncertainty"
+    assert uncertain > 0.005, "terms other than 1 / n show as uncertainty"
 
 
 @pytest.fixture(scope="module")
 def knits(plain_scene):
     """Scenes and histories of tied square knits and of the cell, in wale tension."""
     scenes, histories = {}, {}
-    for count in CELLS:
-        name = f"wale-{count}"
+    for count in (3, 6, 8):
+        name = "yarns-tie-wale" if count == 3 else f"domain-yarns-tie-wale-{count}x{count}"
         size = {"knit": f"plain{count}", "pattern.loops": count, "pattern.rows": count}
         keys = {"name": name, "fidelity": "spline_yarns", "interaction": "tie", "load.direction": "wale"}
         scenes[name] = plain_scene.vary(keys | size)
@@ -98,11 +92,11 @@ def knits(plain_scene):
         force = history["force"] / history["force"][-1] * width * (1000.0 - 300.0 / count)
         histories[name] = history.assign(force=force)
     cell = plain_scene.vary(
-        {"name": "cell", "specimen": "cell", "fidelity": "spline_yarns", "interaction": "tie"}
+        {"name": "cell-wale", "specimen": "cell", "fidelity": "spline_yarns", "interaction": "tie"}
         | {"load.deformation": "wale", "load.lateral": "free"}
     )
-    membrane = np.diag([1.0, 1.0, 0.5])  # nothing to contract
-    strain = histories["wale-3"]["strain"].to_numpy()
+    membrane = np.diag([1.0, 1.0, 0.5])  # no contraction
+    strain = histories["yarns-tie-wale"]["strain"].to_numpy()
     history = xr.Dataset(
         {
             "strain": ("increment", strain),
@@ -113,10 +107,10 @@ def knits(plain_scene):
     return scenes, histories, cell, history
 
 
-def test_cell_stands_beside_what_knits_tend_to(knits):
+def test_cell_stands_beside_the_limit_of_knits(knits):
     scenes, histories, cell, history = knits
     table = tables.tabulate(
-        "endless_knit", squares=histories, cells={"cell": history}, scenes=scenes | {"cell": cell}
+        "endless_knit", squares=histories, cells={"cell-wale": history}, scenes=scenes | {"cell-wale": cell}
     )
     last = table.iloc[-1]
     assert last["direction"] == "wale"
@@ -127,28 +121,15 @@ def test_cell_stands_beside_what_knits_tend_to(knits):
     assert len(table) == 2, "its first and its last strain"
 
 
-def test_cell_is_of_the_same_yarns_and_pulled_alike(knits):
-    scenes, _, cell, _ = knits
-    (series,) = series_of(scenes.values())
-    assert cell_of(series, [cell]) is cell
-    for key, value in {
-        "load.deformation": "course",
-        "load.lateral": "fixed",
-        "yarn.poisson_ratio": 0.1,
-        "mesh.crossing_degree": 3,
-    }.items():
-        assert cell_of(series, [cell.replace(key, value)]) is None, key
-
-
-def test_cells_cut_out_are_a_series_of_their_own(knits):
-    scenes, _, cell, _ = knits
-    cut = [
-        scene.vary({"name": f"cut-{name}", "knit": f"cut-{name}", "specimen": "cut_knit"})
-        for name, scene in scenes.items()
-    ]
-    whole, pieces = series_of([*scenes.values(), *cut])
-    assert pieces.model == f"{whole.model}, cells cut out"
-    assert cell_of(pieces, [cell]) is cell
+def test_cells_of_the_study_are_of_the_same_yarns_as_their_knits_and_pulled_alike():
+    scenes = load_scenes()
+    found = {each.stem: each.scenes[0] for each in series_of(scenes[name] for name in load_study("full"))}
+    for stem, name in CELLS.items():
+        knit, cell = found[stem], scenes[name]
+        assert (cell.load.deformation, cell.load.lateral) == (knit.load.direction, "free")
+        assert cell.interaction == knit.interaction == "tie"
+        assert cell.read(("yarn", "tie")) == knit.read(("yarn", "tie"))
+        assert cell.mesh.crossing_degree == knit.mesh.crossing_degree
 
 
 def test_a_sheet_is_as_stiff_as_the_cell_on_its_way(knits):
@@ -161,20 +142,3 @@ def test_a_sheet_is_as_stiff_as_the_cell_on_its_way(knits):
     found = between_grips(stiffer, cell, len(strain) - 1)
     sides = cell.pattern.course_spacing, cell.pattern.wale_spacing
     assert found == pytest.approx(held_over_free(1.5 * tangent, *sides, strain[-1]), rel=1e-6)
-
-
-def test_reduced_models_have_no_cell_beside_them(knits):
-    scenes, _, cell, _ = knits
-    reduced = [
-        scene.vary({"name": f"rom-{name}", "fidelity": "rom3d", "rom.contacts_from": name})
-        for name, scene in scenes.items()
-    ]
-    (series,) = series_of(reduced)
-    assert cell_of(series, [cell]) is None
-
-
-def test_papers_knits_are_those_in_course_tension(knits):
-    scenes, *_ = knits
-    roles = roles_of(scenes.values(), {})
-    assert [scene.name for scene in roles["squares"]] == list(scenes)
-    assert "domain" not in roles

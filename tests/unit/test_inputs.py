@@ -7,6 +7,7 @@ import study
 import synthetic
 
 from knitstudy.contacts.contacts import extract
+from knitstudy.errors import ConfigurationError
 from knitstudy.figures import catalogue as figures
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
@@ -15,7 +16,6 @@ from knitstudy.measures.claims.verdicts import findings, hanging
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import Reference, transferred_uncertainty
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
-from knitstudy.measures.selection import COURSE, roles_of
 from knitstudy.measures.variations import variations
 from knitstudy.tables import catalogue as tables
 
@@ -29,7 +29,7 @@ def scenes(plain_scene):
 
 @pytest.fixture(scope="module")
 def sources(plain_scene, knit, scenes):
-    """What the table and the figure take: the reference holds for the base alone, and everything is as there."""
+    """Sources of table and figure: the reference is of the base alone, and all histories are as there."""
     history = synthetic.contact_history(knit)
     contacts = synthetic.with_kinematics(extract(knit, history))
     return {
@@ -42,30 +42,29 @@ def sources(plain_scene, knit, scenes):
     }
 
 
-def found_with(sources, **factors):
-    """Return findings by key and value, with factors (force, lift) of some histories by their scenes."""
+def changed(sources, factors):
+    """Return histories, some with factors of force and lift by what is changed and the interaction."""
     histories = dict(sources["variations"])
-    for name, (force, lift) in factors.items():
-        kind = sources["scenes"][name.replace("_", "-")].interaction
-        histories[name.replace("_", "-")] = study.in_contact(
-            histories[name.replace("_", "-")], kind, force, lift
-        )
+    for (what, kind), (force, lift) in factors.items():
+        name = f"inputs-{what}-{kind}-course"
+        histories[name] = study.in_contact(histories[name], kind, force, lift)
+    return histories
+
+
+def found_with(sources, factors=None):
+    """Return findings by key and value."""
+    histories, contacts = changed(sources, factors or {}), sources["variations_contacts"]
     names = ("geometry", "paper", "reference")
-    found = findings(
-        sources["scenes"].values(),
-        histories,
-        sources["variations_contacts"],
-        *(sources[name] for name in names),
-    )
+    found = findings(sources["scenes"].values(), histories, contacts, *(sources[name] for name in names))
     return {(each.variation.key, each.variation.value): each for each in found}
 
 
-def test_base_is_what_most_scenes_have_and_one_input_differs(scenes):
-    several = scenes["wide-tie"].vary({"name": "two-changes", "load.lateral": "free"})
-    coarse = scenes["wide-tie"].vary({"name": "coarse", "mesh.size": 0.45e-3})
-    again = scenes["wide-tie"].replace("name", "again")
-    found = variations([*scenes.values(), several, coarse, again])
-    assert [(each.key, each.value) for each in found] == [
+def test_every_value_of_an_input_is_a_variation_of_the_base(scenes):
+    found = variations(scenes.values())
+    named = {
+        (each.key, each.value): {kind: scene.name for kind, scene in each.scenes.items()} for each in found
+    }
+    assert list(named) == [
         ("", None),
         ("contact.friction", 0.1),
         ("contact.friction", 1.5),
@@ -74,67 +73,54 @@ def test_base_is_what_most_scenes_have_and_one_input_differs(scenes):
         ("pattern.clearance", 0.04),
         ("load.lateral", "free"),
     ]
-    named = {
-        (each.key, each.value): {kind: scene.name for kind, scene in each.scenes.items()} for each in found
-    }
-    base = {"tie": "base-tie", "rough": "base-rough", "isotropic": "base-isotropic"}
+    base = {kind: f"yarns-{kind}-course" for kind in ("tie", "rough", "isotropic")}
     assert named["", None] == base
-    assert named["contact.friction", 0.1] == base | {"isotropic": "slippery-isotropic"}
-    assert named["contact.friction", "rough"] == {"isotropic": "base-rough"}
-    assert named["pattern.clearance", 0.04]["tie"] == "wide-tie"
+    assert named["contact.friction", 0.1] == base | {"isotropic": "inputs-friction010-isotropic-course"}
+    assert named["contact.friction", "rough"] == {"isotropic": "yarns-rough-course"}
+    assert named["pattern.clearance", 0.04]["tie"] == "inputs-clearance0040-tie-course"
     assert found[1].varied == ("isotropic",)
     assert found[1].described.standing == "stated"
-
-
-def test_nothing_varied_is_nothing(scenes):
-    assert variations([]) == []
-    assert variations([scenes["base-tie"], scenes["base-rough"]]) == []
-
-
-def test_springs_come_from_unchanged_inputs(scenes):
-    roles = roles_of(scenes.values(), COURSE)
-    assert [scene.name for scene in roles["sprung"]] == ["base-rough", "base-isotropic"]
-    assert {scene.name for scene in roles["variations"]} == set(scenes)
-    assert [scene.name for scene in roles["frictions"]][
-        -1
-    ] == "slippery-isotropic"  # and none beyond Table 1's
+    assert variations([scenes["yarns-tie-course"], scenes["yarns-rough-course"]]) == []
+    same = scenes["yarns-tie-course"].replace("name", "inputs-same-tie-course")
+    with pytest.raises(
+        ConfigurationError, match=r"'inputs-same-tie-course' changes none of contact\.friction"
+    ):
+        variations([*scenes.values(), same])
 
 
 def test_estimate_is_as_uncertain_as_the_discretisation_is_off():
     """10.3 N beside 10 +- 0.1: off by 4 %."""
     known = Reference({(FORCE, 0.05): Estimate(10.0, 0.1), (LARGEST_U_Z, 0.08): Estimate(1e-3, 1e-4)})
     base, history = (synthetic.history(force=(0, 5, end), lift=1e-4) for end in (10.3, 20.0))
-    carried = transferred_uncertainty(known, base, history)
-    assert carried.at(FORCE, 0.05).value == 20.0
-    assert carried.at(FORCE, 0.05).uncertainty == pytest.approx(0.8)
-    assert not carried.at(LARGEST_U_Z, 0.08).known  # neither history gets there
+    transferred = transferred_uncertainty(known, base, history)
+    assert transferred.at(FORCE, 0.05).value == 20.0
+    assert transferred.at(FORCE, 0.05).uncertainty == pytest.approx(0.8)
+    assert not transferred.at(LARGEST_U_Z, 0.08).known  # neither history gets there
     assert not transferred_uncertainty(Reference(), base, history).known
 
 
 def test_base_has_every_verdict_and_nothing_hangs_on_inputs_without_effect(sources):
     found = found_with(sources)
     base = found["", None]
-    assert {claim for claim, each in base.judged.items() if each.verdict == "reproduced"} >= {
-        "K1",
-        "K4",
-        "K5",
-        "K6",
-        "K8",
-    }
+    reproduced = {claim for claim, each in base.judged.items() if each.verdict == "reproduced"}
+    assert reproduced >= {"K1", "K4", "K5", "K6", "K8"}
     assert "K7" not in base.judged
     assert base.values[FORCE, "tie"] == pytest.approx(12.0)
     assert found["pattern.clearance", 0.04].changes[FORCE, "rough"] == pytest.approx(0.0)
     assert set(found["contact.friction", 0.1].changes) == {(FORCE, "isotropic"), (LARGEST_U_Z, "isotropic")}
-    # Rough contact has no fellow to be compared with.
+    # Rough contact is one value of one interaction: nothing to compare it with.
     assert "K5" not in found["contact.friction", "rough"].judged
     assert not any(hanging(found.values()).values())
 
 
 def test_claim_hangs_on_the_input_that_turns_its_verdict(sources):
     """11 N of rough contact and 10 N with friction, each within 2 %: 10 % less is open, 30 % more the other order."""
-    found = found_with(
-        sources, wide_rough=(0.92, 1.0), slippery_isotropic=(1.3, 1.0), soft_isotropic=(1.0, 0.3)
-    )
+    factors = {
+        ("clearance0040", "rough"): (0.92, 1.0),
+        ("friction010", "isotropic"): (1.3, 1.0),
+        ("lateral-free", "isotropic"): (1.0, 0.3),
+    }
+    found = found_with(sources, factors)
     verdicts = {place: each.judged["K5"].verdict for place, each in found.items() if "K5" in each.judged}
     assert verdicts["pattern.clearance", 0.04] == "not decidable"
     assert verdicts["contact.friction", 0.1] == "not reproduced"
@@ -155,8 +141,7 @@ def test_table_has_a_row_a_value(sources):
 
 
 def test_figure_frames_the_verdicts_that_turn(sources):
-    histories = dict(sources["variations"])
-    histories["slippery-isotropic"] = study.in_contact(histories["slippery-isotropic"], "isotropic", 1.3)
+    histories = changed(sources, {("friction010", "isotropic"): (1.3, 1.0)})
     drawn = figures.draw("fig_inputs", **sources | {"variations": histories})
     matrix, force, _ = drawn.axes
     framed = [patch for patch in matrix.patches if patch.get_facecolor()[3] == 0]
@@ -169,11 +154,15 @@ def test_figure_frames_the_verdicts_that_turn(sources):
 
 def test_verdicts_name_the_inputs_that_claims_hang_on(sources):
     """Rough contact as soft as friction with another clearance: the order of forces turns there."""
-    histories = dict(sources["variations"])
-    histories["wide-rough"] = study.in_contact(histories["wide-rough"], "rough", 0.5)
-    claims = read_table(RESOURCES / "paper_claims.csv")
-    changed = dict(sources) | {"variations": histories, "claims": claims, "every": {}}
-    table = tables.tabulate("verdicts", **changed).set_index("id")
+    histories = changed(sources, {("clearance0040", "rough"): (0.5, 1.0)})
+    given = {name: sources[name] for name in ("geometry", "scenes", "paper", "reference")}
+    table = tables.tabulate(
+        "verdicts",
+        **given,
+        claims=read_table(RESOURCES / "paper_claims.csv"),
+        histories=histories,
+        contacts=sources["variations_contacts"],
+    ).set_index("id")
     assert table["hangs on inputs"]["K5"] == "clearance of the yarns"
     assert table["hangs on inputs"]["E1"] == "none of 4"
     assert table["hangs on inputs"]["R1"] == ""

@@ -5,14 +5,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 import study
+import xarray as xr
 
+from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
 from knitstudy.measures.cases import cases_of, label_of
+from knitstudy.measures.discretisation import is_window, made_of, problem_of
 from knitstudy.measures.response import poisson_ratio, tangent_stiffness
-from knitstudy.measures.selection import beams_of
-from knitstudy.measures.windows import is_window
 from knitstudy.study.configuration import load_scenes, load_study
 from knitstudy.tables import catalogue
+from knitstudy.tables.models import WINDOWS, contact_errors, tabulate_windows
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
@@ -86,7 +88,7 @@ def test_models_of_the_study_can_be_told_apart():
 
 
 def test_distances_of_all_models_from_the_reference(every, scenes, reference):
-    sources = {"every": every, "scenes": scenes, "reference": reference}
+    sources = {"models": every, "scenes": scenes, "reference": reference}
     table = catalogue.tabulate("rom_distance", **sources).set_index("model")
     assert table.index.is_unique
     assert len(table) == 4 * 7
@@ -97,30 +99,16 @@ def test_distances_of_all_models_from_the_reference(every, scenes, reference):
     assert of["force over the reference's [1]"] == pytest.approx(1.5)
     assert of["correlation of u_z with DNS [1]"] == pytest.approx(1)
     assert of["amplitude of u_z over the reference's [1]"] == pytest.approx(0.5)
+    # 1.5 times the reference's value is 1.5 / 0.98 times the least that this may be.
+    assert of["uncertainty of that ratio [1]"] == pytest.approx(1.5 / 0.98 - 1.5)
+    assert of["uncertainty of that distance [1]"] == pytest.approx(1.5 / 0.98 - 1.5)
     other_mesh = table.loc["DNS, one-point hexahedra of 0.45 mm; isotropic friction, course"]
     assert other_mesh["L2 distance of force to the reference [1]"] == pytest.approx(0.02)
     assert other_mesh["discretisation"] == "one-point hexahedra of 0.45 mm"
 
 
-def test_distances_carry_the_uncertainty_of_the_reference(every, scenes, reference):
-    """A force that is 1.5 times the reference's is 1.5 / 0.98 times the least that this may be."""
-    sources = {"every": every, "scenes": scenes, "reference": reference}
-    of = catalogue.tabulate("rom_distance", **sources).set_index("model")
-    of = of.loc["3D ROM, printed joints; tie constraint, wale"]
-    assert of["uncertainty of that ratio [1]"] == pytest.approx(1.5 / 0.98 - 1.5)
-    assert of["uncertainty of that distance [1]"] == pytest.approx(1.5 / 0.98 - 1.5)
-
-
-def test_without_a_reference_there_is_no_distance(every, scenes):
-    sources = {"every": every, "scenes": scenes, "reference": study.NO_REFERENCE}
-    table = catalogue.tabulate("rom_distance", **sources)
-    assert len(table) == 4 * 7
-    assert table["L2 distance of force to the reference [1]"].isna().all()
-    assert table["force [N]"].notna().all()
-
-
 def test_beams_say_what_each_ingredient_changes(every, scenes, reference):
-    sources = {"every": every, "scenes": scenes, "reference": reference}
+    sources = {"models": every, "scenes": scenes, "reference": reference}
     table = catalogue.tabulate("beams", **sources).set_index("model")
     assert len(table) == 2 * 5
     hertz = table.loc["beams, point contact, Hertzian; course"]
@@ -128,12 +116,6 @@ def test_beams_say_what_each_ingredient_changes(every, scenes, reference):
     assert hertz["stiffness over that of the first beams [1]"] == pytest.approx(0.8 / 0.9)
     assert table.loc["3D ROM; wale", "force over the reference's [1]"] == pytest.approx(1.2)
     assert np.isnan(table.loc["DNS; wale", "stiffness over that of the first beams [1]"])
-
-
-def test_tables_of_a_study_without_their_models_are_empty(scenes):
-    for name in ("beams", "rom_distance"):
-        sources = {"every": {}, "scenes": scenes, "reference": study.NO_REFERENCE}
-        assert catalogue.tabulate(name, **sources).empty
 
 
 def test_responses_by_hand(every, scenes):
@@ -177,7 +159,6 @@ def test_responses_name_only_keys_that_a_model_reads(every, scenes):
             "tied edges",
             "friction coefficient [1]",
             "section law",
-            "beam contact",
             "beam section",
             "beam ties",
         },
@@ -195,7 +176,7 @@ def test_strain_that_was_not_reached_has_no_force(scenes):
 
 def test_cost_beside_the_papers_for_ties_only(every, scenes, reference):
     paper = read_table(RESOURCES / "paper_tables.csv")
-    sources = {"every": every, "scenes": scenes, "paper": paper, "reference": reference}
+    sources = {"models": every, "scenes": scenes, "paper": paper, "reference": reference}
     table = catalogue.tabulate("table5_cost", **sources).set_index("model")
     assert table.loc["3D ROM; tie constraint, wale", "force over the reference's [1]"] == pytest.approx(1.2)
     assert len(table) == 4 * 3
@@ -207,20 +188,6 @@ def test_cost_beside_the_papers_for_ties_only(every, scenes, reference):
     assert np.isnan(slides["degrees of freedom, paper [1]"])
     assert table.loc["DNS, one-point hexahedra of 0.30 mm; tie constraint, course", "mesh size [m]"] == 0.3e-3
     assert table.loc["2D ROM; tie constraint, wale", "mesh size [m]"] == pytest.approx(2.5e-3)
-
-
-def test_springs_at_a_glance(contacts, scenes):
-    paper = read_table(RESOURCES / "paper_tables.csv")
-    sprung = study.sprung(contacts)
-    table = catalogue.tabulate("springs", sprung_contacts=sprung, paper=paper, scenes=scenes).set_index(
-        "load"
-    )
-    for way, stiffness in study.SPRINGS.items():
-        for axis, value in zip("xyz", stiffness, strict=True):
-            assert table.loc[way, f"k{axis} [N/m]"] == pytest.approx(value)
-            assert table.loc[way, f"k{axis}, paper [N/m]"] == value
-            assert table.loc[way, f"k{axis} negative at crossings [1]"] == 0
-    assert not table["penalty alone"].any()
 
 
 @pytest.mark.parametrize("power", [1, 2])
@@ -278,10 +245,57 @@ def test_poisson_ratio_without_yarns_between_the_grips_is_unknown():
     assert np.isnan(poisson_ratio(study.history(yarns=2), "wale", 3))
 
 
-def test_beams_are_compared_as_finely_as_the_first(scenes):
-    first = scenes["beam-isotropic-course"]
-    pinned = first.vary({"name": "pinned", "beam.tie": "pinned"})
-    coarse = first.vary({"name": "coarse", "mesh.beam_size": 2 * first.mesh.beam_size})
-    quick = first.vary({"name": "quick", "solver.increments": 2 * first.solver.increments})
-    found = beams_of(scenes["dns-isotropic-course"], [first, pinned, coarse, quick])
-    assert [scene.name for scene in found] == [first.name, "pinned"]
+# ---- windows ----
+
+NAME, IN_FULL = "window-tie-course-3x3", WINDOWS["window-tie-course-3x3"]
+
+
+def crossings(columns, force, pressure):
+    """Contacts of crossings by row, column and zone."""
+    names = {
+        name: ("crossing", values) for name, values in zip(("row", "column", "zone"), columns, strict=True)
+    }
+    at_full_load = {
+        "force": (("increment", "crossing", "xyz"), np.asarray(force, dtype=float)[None]),
+        "largest_pressure": (("increment", "crossing"), np.asarray(pressure, dtype=float)[None]),
+    }
+    return xr.Dataset(names | at_full_load)
+
+
+FULL = crossings(([1, 1, 1], [0, 1, 1], [0, 0, 1]), [[9, 9, 9], [3, 0, 4], [0, 2, 0]], [7, 10, 20])
+SHOWN = crossings(([1, 1], [1, 1], [1, 0]), [[0, 2.1, 0], [3, 0, 4]], [19, 10])
+
+
+def test_crossings_of_a_window_are_found_by_row_column_and_zone():
+    assert contact_errors(SHOWN, FULL) == (pytest.approx(0.05), pytest.approx(0.05))
+    tied = FULL.assign(largest_pressure=FULL["largest_pressure"] * np.nan)
+    assert np.isnan(contact_errors(SHOWN, tied)[1])
+    with pytest.raises(DataFileError, match="no crossing of row 1, column 1, zone 1"):
+        contact_errors(SHOWN, FULL.isel(crossing=slice(2)))
+
+
+def test_a_row_for_every_window(plain_scene):
+    def history(force, seconds, unknowns):
+        values = {"force": ("increment", [0.0, force]), "seam_jump": ("increment", [0.0, 1e-9])}
+        return xr.Dataset(values, attrs={"unknowns": unknowns, "wall_seconds": seconds})
+
+    table = tabulate_windows(
+        {NAME: history(9.9, 10.0, 1000), "window-tie-wale-3x3": history(1.0, 1.0, 1)},
+        {NAME: SHOWN},
+        {IN_FULL: history(10.0, 200.0, 4000)},
+        {IN_FULL: FULL},
+        {NAME: plain_scene.vary({"name": NAME, "fidelity": "window"})},
+    )
+    (row,) = table.to_dict("records")
+    assert (row["scene"], row["in full"]) == (NAME, IN_FULL)
+    assert row["force over that in full [1]"] == pytest.approx(0.99)
+    assert row["time in full over this [1]"] == pytest.approx(20)
+    assert row["unknowns in full over these [1]"] == pytest.approx(4)
+
+
+def test_windows_of_the_study_are_compared_with_the_same_knit_in_full():
+    scenes = load_scenes()
+    assert {name for name in load_study("full") if is_window(scenes[name])} == set(WINDOWS)
+    for name, full in WINDOWS.items():
+        assert problem_of(scenes[name]) == problem_of(scenes[full]), name
+        assert made_of(scenes[name]) == made_of(scenes[full]), name

@@ -13,7 +13,6 @@ from knitstudy.files import read_table, write_dataset, write_table
 from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.reference import reference_of, refinement_series_of
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, STRAINS, rms_out_of_plane
-from knitstudy.measures.selection import roles_of
 from knitstudy.stages import kept_tables as kept
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
@@ -34,7 +33,7 @@ def solid(plain_scene):
 def way(solid, element, sizes=SIZES, **keys):
     """Return scenes of one element on several meshes by name, whose increments end at the reference's strains."""
     keys = {"mesh.element": element, "load.stops": list(STRAINS[:-1])} | keys
-    named = {f"{element}-{size:g}".replace(".", "").replace("_", "-"): size for size in sizes}
+    named = {f"reference-{element}-{size:g}".replace(".", "").replace("_", "-"): size for size in sizes}
     return {name: solid.vary(keys | {"name": name, "mesh.size": size}) for name, size in named.items()}
 
 
@@ -49,7 +48,7 @@ def results(knit, scenes, force):
         name: base.assign(force=20 * force(scene.mesh.element, scene.mesh.size) * base["strain"])
         for name, scene in scenes.items()
     }
-    return {"ways": histories, "ways_contacts": dict.fromkeys(scenes, contacts), "scenes": scenes}
+    return {"histories": histories, "contacts": dict.fromkeys(scenes, contacts), "scenes": scenes}
 
 
 @pytest.fixture(scope="module")
@@ -95,11 +94,6 @@ def test_one_way_or_one_mesh_makes_no_reference(knit, solid):
     ):
         alone = results(knit, scenes, lambda element, h: 1.0)
         assert catalogue.tabulate("reference", **alone).empty
-
-
-def test_only_simulations_that_stop_at_its_strains_are_ways(solid):
-    scenes = [*way(solid, "one_point").values(), solid]
-    assert [scene.name for scene in roles_of(scenes, {})["ways"]] == [scene.name for scene in scenes[:-1]]
 
 
 def test_problems_are_told_apart_by_their_physics_alone(plain_scene):
@@ -203,7 +197,7 @@ def test_root_mean_square_does_not_depend_on_stations():
 def copy(tmp_path, sources):
     """What is kept of all simulations of two ways, made by code ab12."""
     path = tmp_path / "reference.csv"
-    kept.keep_values(values_of(sources["ways"], sources["ways_contacts"]), sources["scenes"], path, "ab12")
+    kept.keep_values(values_of(sources["histories"], sources["contacts"]), sources["scenes"], path, "ab12")
     return path
 
 
@@ -219,14 +213,14 @@ def test_values_of_all_simulations_are_kept_beside_it(copy, sources):
     values = read_table(kept.values_beside(copy), needs=("code", "made"))
     assert set(values["scene"]) == set(sources["scenes"])
     force = values[(values["quantity"] == FORCE) & (values["strain [1]"] == 0.05)].set_index("scene")["value"]
-    assert force["one-point-000045"] == pytest.approx(11.7975)
+    assert force["reference-one-point-000045"] == pytest.approx(11.7975)
 
 
 def test_what_was_not_simulated_anew_stays(copy, sources):
     """One mesh of one way is: its rows and the limits change, and these name both codes."""
-    name = "one-point-00003"
-    changed = sources["ways"][name].assign(force=sources["ways"][name]["force"] * 1.01)
-    few = values_of({name: changed}, {name: sources["ways_contacts"][name]})
+    name = "reference-one-point-00003"
+    changed = sources["histories"][name].assign(force=sources["histories"][name]["force"] * 1.01)
+    few = values_of({name: changed}, {name: sources["contacts"][name]})
     before, values = read_table(copy), read_table(kept.values_beside(copy))
     kept.keep_values(few, sources["scenes"], copy, "cd34")
     after, anew = read_table(copy), read_table(kept.values_beside(copy))
@@ -270,7 +264,7 @@ def test_nothing_is_kept_of_nothing(copy, sources):
 
 def test_only_simulations_that_are_up_to_date_are_kept(config, sources, tmp_path):
     """Their digests say so: one of the history and one of the contacts."""
-    history, contacts = (next(iter(sources[name].values())) for name in ("ways", "ways_contacts"))
+    history, contacts = (next(iter(sources[name].values())) for name in ("histories", "contacts"))
     plan, steps = Plan.of(config), [STAGES["simulation"], STAGES["contacts"]]
     scenes = {"dns-a": plan.scenes["dns-a"]}
     assert kept.values_found(scenes, tmp_path, config).empty

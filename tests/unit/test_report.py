@@ -170,7 +170,12 @@ def test_captions_speak_of_models_that_there_are(plain_scene):
     first = scenes["beam-isotropic-course"]
     scenes |= {name: first.vary({"name": name} | keys) for name, keys in more.items()}
     every = study.histories(scenes) | {name: study.history() for name in more}
-    sources = {"every": every, "scenes": scenes, "paper": read_table(RESOURCES / "paper_tables.csv")}
+    sources = {
+        "models": every,
+        "every": every,
+        "scenes": scenes,
+        "paper": read_table(RESOURCES / "paper_tables.csv"),
+    }
     sources["reference"] = study.reference(scenes)
     built = {name: tabulate(name, **sources) for name in BY_MODEL}
     texts = (REPORT / "captions.yaml").read_text()

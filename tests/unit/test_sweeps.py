@@ -32,7 +32,7 @@ def reference(scenes):
 def judged(claim, scenes, reference, slopes, left_out=()):
     kept = {name: scene for name, scene in scenes.items() if not any(part in name for part in left_out)}
     paper = read_table(REFERENCES / "paper_tables.csv")
-    evidence = Evidence(None, kept, paper, reference, sweeps=histories(kept, slopes))
+    evidence = Evidence(None, paper, reference, kept, histories(kept, slopes))
     return RULES[claim].judge(evidence)
 
 
@@ -90,7 +90,7 @@ def test_step_the_other_way_beyond_the_uncertainties_counts_against(scenes, refe
     name = "sweep-wale-c110-isotropic-course"
     found[name] = study.history(lift=0.9 * LIFT, scene=name)
     paper = read_table(REFERENCES / "paper_tables.csv")
-    verdict = RULES["K9"].judge(Evidence(None, scenes, paper, reference, sweeps=found)).verdict
+    verdict = RULES["K9"].judge(Evidence(None, paper, reference, scenes, found)).verdict
     assert verdict == "not decidable"
 
 
@@ -102,7 +102,12 @@ def test_verdict_is_withheld_without_all_readings_or_values(scenes, reference):
 
 
 def test_table_has_a_row_for_every_point(scenes, reference):
-    sources = {"sweeps": histories(scenes, {"shape": 1.0}), "scenes": scenes, "reference": reference}
+    sources = {
+        "sweeps": histories(scenes, {"shape": 1.0}),
+        "drawn": {},
+        "scenes": scenes,
+        "reference": reference,
+    }
     table = tabulate("sweeps", **sources)
     assert set(table["swept"]) == {"course spacing", "yarn diameter"}
     row = table[table["scene"] == "sweep-wale-c125-isotropic-course"].iloc[0]

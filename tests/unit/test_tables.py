@@ -15,7 +15,6 @@ from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact, snapshots
 from knitstudy.measures.cost import element_length
-from knitstudy.measures.history_checks import penetration
 from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.response import transverse_contraction
 from knitstudy.tables import catalogue
@@ -68,7 +67,9 @@ def test_printed_text_is_no_number(paper):
 
 
 def test_angles_of_a_known_honeycomb(paper):
-    table = catalogue.tabulate("table4_angles", contacts=contacts(), paper=paper).set_index("segment")
+    table = catalogue.tabulate("table4_angles", contacts=contacts(), paper=paper, scenes={}).set_index(
+        "segment"
+    )
     interlock, leg = np.degrees(np.arctan([2, 3]))
     np.testing.assert_allclose(table["angle to x [deg]"], [0, interlock, interlock, leg, leg, 0], atol=6e-4)
     np.testing.assert_allclose(table["angle to y [deg]"], 90 - table["angle to x [deg]"], atol=2e-3)
@@ -81,7 +82,7 @@ def test_angles_of_a_known_honeycomb(paper):
 def test_spread_of_angles_shows_one_zone_out_of_place(paper):
     bent = contacts()
     bent["centroid"][0, 0] += 0.5
-    table = catalogue.tabulate("table4_angles", contacts=bent, paper=paper).set_index("kind")
+    table = catalogue.tabulate("table4_angles", contacts=bent, paper=paper, scenes={}).set_index("kind")
     assert table.loc["interlock, left", "spread over equivalent segments [deg]"] > 1
     assert table.loc["head", "spread over equivalent segments [deg]"] == 0
 
@@ -89,7 +90,7 @@ def test_spread_of_angles_shows_one_zone_out_of_place(paper):
 def test_angles_by_stress_stand_below_those_of_the_geometry(paper, plain_scene):
     knit = plain_knit(initial_loop(plain_scene), 3, 3)
     scene = plain_scene.vary({"fidelity": "hexahedra", "mesh.size": 0.3e-3, "load.direction": "wale"})
-    given = {"fields_stress": {"dns-a": synthetic.stresses(knit, "wale", 80, 84)}, "scenes": {"dns-a": scene}}
+    given = {"stresses": {"dns-a": synthetic.stresses(knit, "wale", 80, 84)}, "scenes": {"dns-a": scene}}
     table = catalogue.tabulate("table4_angles", contacts=contacts(), paper=paper, **given)
     assert table["segment"].tolist() == [1, 2, 3, 4, 5, 6] * 2
     ours, theirs = (table[name].tolist()[6:] for name in ("angle to x [deg]", "angle to x, paper [deg]"))
@@ -102,7 +103,7 @@ def test_angles_by_stress_stand_below_those_of_the_geometry(paper, plain_scene):
 
 
 def test_knit_of_one_cell_has_heads_and_interlocks_only(paper):
-    table = catalogue.tabulate("table4_angles", contacts=contacts(1, 1), paper=paper)
+    table = catalogue.tabulate("table4_angles", contacts=contacts(1, 1), paper=paper, scenes={})
     assert table["kind"].tolist() == ["head", "interlock, left", "interlock, right"]
 
 
@@ -139,13 +140,15 @@ def test_unknown_table_names_the_known_ones():
 
 
 def test_missing_result_is_named(paper):
-    with pytest.raises(ConfigurationError, match="table4_angles' needs contacts, paper: contacts is missing"):
+    with pytest.raises(
+        ConfigurationError, match="table4_angles' needs contacts, paper, scenes: contacts, scenes is missing"
+    ):
         catalogue.tabulate("table4_angles", paper=paper)
 
 
 def test_every_claim_has_a_rule(geometry, paper, scenes):
     claims = pd.DataFrame({"id": ["K5"], "where": ["Fig 9a"], "claim": ["an order"]})
-    sources = {"geometry": geometry, "paper": paper, "claims": claims, "scenes": scenes, "every": {}}
+    sources = {"geometry": geometry, "paper": paper, "claims": claims, "scenes": scenes, "histories": {}}
     sources["reference"] = study.NO_REFERENCE
     row = catalogue.tabulate("verdicts", **sources).iloc[0]
     assert (row["verdict"], row["measured"], row["see"]) == (
@@ -212,11 +215,6 @@ def test_contact_beside_table_1(paper, scenes):
     soft = soft.set_index("property")["this study"]
     assert soft["contact stiffness over element stiffness"] == "none"
     assert (soft["modulus of the local indentation"], soft[reached]) == ("8e+08", "2.25e-06")
-
-
-def test_yarns_that_never_came_near_have_no_penetration():
-    history = synthetic.history().assign(smallest_gap=("increment", [np.nan] * 3))
-    assert penetration(history) == 0
 
 
 def test_snapshots_are_the_nearest_increments():

@@ -161,8 +161,6 @@ class Display:
         Place in the report; figures and tables without a place follow by their names.
     texts : mapping of str to str
         Alternative text and captions where ``workflow/report/captions.yaml`` has none.
-    needs, of, optional
-        Roles of `measures.selection`, from before scenes were named.
     """
 
     name: str
@@ -173,21 +171,18 @@ class Display:
     scenes: bool = False
     order: float = inf
     texts: Mapping[str, str] = field(default_factory=dict)
-    needs: tuple[str, ...] = ()
-    of: Mapping[str, Any] = field(default_factory=dict)
-    optional: tuple[str, ...] = ()
 
     @property
     def needed(self) -> tuple[str, ...]:
         """Arguments without which it cannot be made."""
         results = [name for name, each in self.results.items() if not each.optional]
-        return (*self.needs, *results, *self.files, *(("scenes",) if self.scenes else ()))
+        return (*results, *self.files, *(("scenes",) if self.scenes else ()))
 
     @property
     def takes(self) -> tuple[str, ...]:
         """All arguments."""
         optional = [name for name, each in self.results.items() if each.optional]
-        return (*self.needed, *optional, *self.optional)
+        return (*self.needed, *optional)
 
 
 class Catalogue(Registry[Display]):

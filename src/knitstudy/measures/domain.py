@@ -1,4 +1,7 @@
-"""How cost and response of a square knit go with the number of its cells (section 3.3, Fig. 12a, Table 3)."""
+"""Cost and response of square knits against the number of their cells (section 3.3, Fig. 12a, Table 3).
+
+Scenes go by their names, "{stem}-{n}x{n}" with the stems of `SERIES`.
+"""
 
 from __future__ import annotations
 
@@ -11,17 +14,24 @@ import xarray as xr
 
 from knitstudy.measures.discretisation import INTERACTIONS, NAMES, is_cut, is_direct, made_of
 from knitstudy.measures.response import NORMAL, QUANTITIES, largest_out_of_plane
-from knitstudy.measures.windows import is_window
-from knitstudy.study.scene import LABELS, Scene, digest
+from knitstudy.study.scene import Scene
+
+SERIES = {
+    "domain-yarns-tie-course": "yarns-tie-course",
+    "domain-yarns-tie-wale": "yarns-tie-wale",
+    "domain-rom3d-tie-course": "rom3d-tie-course",
+    "domain-rom2d-tie-course": "rom2d-tie-course",
+    "domain-beams-isotropic-course": "beam-hertz-patch-isotropic-course",
+    "domain-hexahedra-tie-course": None,
+    "domain-hexahedra-isotropic-course": None,
+    "domain-yarns-isotropic-course": None,
+    "domain-yarns-untied-course": None,
+    "domain-cut-tie-wale": None,
+}
+"""Series by the stem of their names, with the scene of 3 x 3 cells where it is one of another name."""
 
 FEWEST = 3
 """Sizes that make a series."""
-
-OF_SIZE = ("pattern.loops", "pattern.rows", "rom.contacts_from")
-"""Keys by which the knits of a series differ."""
-
-KNOBS = ("mesh", "solver", "rom")
-"""Sections by which several series may differ that show the same model: how finely, and its variants."""
 
 SMALLEST = 3
 """Cells in a row from which on growth is fitted: a knit of one cell is all edges."""
@@ -33,20 +43,23 @@ class Series:
 
     Attributes
     ----------
+    stem : str
+        One of `SERIES`.
     scenes : tuple of Scene
         From the smallest to the largest.
     """
 
+    stem: str
     scenes: tuple[Scene, ...]
 
     @property
     def cells(self) -> np.ndarray:
-        """Cells (k,) in a row of each."""
+        """Cells (k,) in a row."""
         return np.array([scene.pattern.loops for scene in self.scenes])
 
     @property
     def model(self) -> str:
-        """What it is computed with, in words."""
+        """Model in words."""
         scene = self.scenes[0]
         if is_cut(scene):
             return f"{made_of(scene)}, cells cut out"
@@ -54,7 +67,7 @@ class Series:
 
     @property
     def interaction(self) -> str:
-        """How yarns act on each other, in words."""
+        """Interaction in words."""
         return INTERACTIONS[self.scenes[0].interaction] + (", no row tied" if self.free else "")
 
     @property
@@ -64,17 +77,17 @@ class Series:
         return scene.kind.interaction.touches and scene.value("contact.tied_edges") == "none"
 
     def growth(self, values: Sequence[float]) -> PowerLaw:
-        """Return the law that values (k,), one a scene, follow from `SMALLEST` cells on."""
+        """Return the power law of values (k,) in cells in a row, from `SMALLEST` cells on."""
         large = self.cells >= SMALLEST
         return PowerLaw.through(self.cells[large], np.asarray(values)[large])
 
     def unknowns(self, dof: Sequence[float]) -> SumOfPowers:
-        """Return the law of degrees of freedom (k,) in cells in a row: so many a cell, and some of the edges."""
+        """Return the law of degrees of freedom (k,): a n^2 + b n in cells n in a row."""
         large = self.cells >= SMALLEST
         return SumOfPowers.through(self.cells[large], np.asarray(dof)[large], (2, 1))
 
     def memory(self, dof: Sequence[float], memory: Sequence[float]) -> SumOfPowers:
-        """Return the law of memory (k,) in degrees of freedom (k,): so much for each, and what any model takes."""
+        """Return the law of memory (k,): a d + b in degrees of freedom d (k,)."""
         large = self.cells >= SMALLEST
         return SumOfPowers.through(np.asarray(dof)[large], np.asarray(memory)[large], (1, 0))
 
@@ -88,7 +101,7 @@ class PowerLaw:
 
     @classmethod
     def through(cls, cells: np.ndarray, values: np.ndarray) -> PowerLaw:
-        """Return the law (least squares of logarithms) of values (k,) that are positive."""
+        """Return the law through positive values (k,), by least squares of logarithms."""
         exponent, start = np.polyfit(np.log(cells), np.log(values), 1)
         return cls(float(np.exp(start)), float(exponent))
 
@@ -106,7 +119,7 @@ class SumOfPowers:
 
     @classmethod
     def through(cls, sizes: np.ndarray, values: np.ndarray, exponents: tuple[int, int]) -> SumOfPowers:
-        """Return the law (least squares of relative distances) of values (k,) that are positive at sizes (k,)."""
+        """Return the law through positive values (k,) at sizes (k,), by least squares of relative distances."""
         terms = np.stack([np.asarray(sizes, dtype=float) ** exponent for exponent in exponents], axis=1)
         factors, *_ = np.linalg.lstsq(terms / values[:, None], np.ones(len(values)))
         return cls(tuple(map(float, factors)), exponents)
@@ -119,26 +132,18 @@ class SumOfPowers:
 
 
 def series_of(scenes: Iterable[Scene]) -> list[Series]:
-    """Return the series among scenes, in the order of their first scenes: each of `FEWEST` sizes or more.
-
-    Of several that differ by `KNOBS` alone, as where each knob is turned, the first stands for the model.
-    """
-    groups: dict[str, dict[int, Scene]] = {}
-    for scene in scenes:
-        knit = scene.specimen in ("knit", "cut_knit")
-        square = knit and scene.pattern.loops == scene.pattern.rows
-        if square and not is_window(scene):  # what a window costs is not what a size costs
-            groups.setdefault(_all_but_size(scene), {}).setdefault(scene.pattern.loops, scene)
-    found: dict[str, Series] = {}
-    for group in groups.values():
+    """Return the series (`SERIES`) among scenes, each of `FEWEST` sizes or more."""
+    scenes = list(scenes)
+    found = []
+    for stem, three in SERIES.items():
+        group = [scene for scene in scenes if scene.name == three or scene.name.startswith(f"{stem}-")]
         if len(group) >= FEWEST:
-            series = Series(tuple(group[size] for size in sorted(group)))
-            found.setdefault(_all_but_size(series.scenes[0], but=KNOBS), series)
-    return list(found.values())
+            found.append(Series(stem, tuple(sorted(group, key=lambda scene: scene.pattern.loops))))
+    return found
 
 
 def force_per_width(history: xr.Dataset, scene: Scene, increment: int = -1) -> float:
-    """Return the force of the driven side, at full load or an increment, over the width of knit that it pulls [N/m]."""
+    """Return the force of the driven side over the width that it pulls, at full load or an increment [N/m]."""
     spacing, count = scene.pattern.course_spacing, scene.pattern.rows
     if scene.load.direction == "wale":
         spacing, count = scene.pattern.wale_spacing, scene.pattern.loops
@@ -153,7 +158,7 @@ def seconds_a_newton_iteration(history: xr.Dataset) -> float:
 def contact_over_ties(
     series: Iterable[Series], histories: Mapping[str, xr.Dataset], quantity: str
 ) -> dict[str, dict[int, float]]:
-    """Return what contact costs over ties, by model and cells in a row, for an attribute of histories."""
+    """Return the ratio of friction to ties by model and cells in a row, for an attribute of histories."""
     values: dict[tuple[str, str], dict[int, float]] = {}
     for each in series:
         values[each.model, each.interaction] = {
@@ -165,21 +170,6 @@ def contact_over_ties(
         for (model, interaction), found in values.items()
         if interaction == INTERACTIONS["isotropic"] and (tied := values.get((model, INTERACTIONS["tie"])))
     }
-
-
-def _all_but_size(scene: Scene, but: Sequence[str] = ()) -> str:
-    """Return what tells a scene from others, but for its size and some sections."""
-    document = {
-        name: {key: value for key, value in inside.items() if f"{name}.{key}" not in OF_SIZE}
-        if isinstance(inside, Mapping)
-        else inside
-        for name, inside in scene.to_dict().items()
-        if name not in (*LABELS, *but)
-    }
-    return digest(document)
-
-
-# ---- What a square knit answers at full load, so that knits of different size can be compared: what of them is edge
 
 
 @dataclass(frozen=True)

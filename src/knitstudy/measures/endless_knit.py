@@ -1,8 +1,17 @@
-"""The endless knit: stiffness as a shell, and the force between clamps."""
+"""The endless knit: force between clamps, limit of square knits as they grow, and moduli of the shell.
+
+Between grips an endless knit cannot contract where it is held, and a sheet that is stiffer across than along carries
+that far; in between it necks, which turns its sides into the pull. The sheet is homogeneous and hyperelastic, with the
+energy over area e M e / 2 of the stretches e = U - 1 (polar decomposition F = R U, shear doubled); elements are total
+Lagrangian with nine nodes. docs/notes/periodic_cell.md compares it with knits.
+
+As a shell, N = A e + B k and M = B^T e + D k with the strains of `knitstudy.mechanics.periodic`; the stiffness (6, 6)
+is [[A, B], [B^T, D]], in N/m, N and N m (Jones 1999, Mechanics of Composite Materials, chapters 2 and 4).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,19 +22,10 @@ from scipy.sparse.linalg import spsolve
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.loading.load_path import DIRECTIONS
-from knitstudy.measures.discretisation import is_cut, is_direct, made_of
-from knitstudy.measures.domain import Series
 from knitstudy.study.scene import Scene
 
-# ---- A sheet between grips that hold it across: what they add to its force in free tension, at finite strains
-# Between grips an endless knit is not pulled as its cell is: it cannot contract where it is held, and a sheet that is
-# stiffer across than along carries that far. In between it necks, which turns its sides into the pull. The sheet is
-# homogeneous and hyperelastic: half of e M e is its energy over area, e its stretches less one (U - 1 of the polar
-# decomposition F = R U, shear doubled) and M the forces per width by them. Total Lagrangian elements of nine nodes.
-
-
 ELEMENTS = 24
-"""Elements in either direction: the factor of a square knit is within 2e-4 of that of twice as many."""
+"""Elements in either direction: twice as many change the factor of a square knit by 2e-4."""
 
 ITERATIONS = 20
 
@@ -33,25 +33,24 @@ ACCURACY = 1e-7
 """Largest unbalanced force, over the largest one at the grips."""
 
 STEP = 1e-6
-"""Of the difference quotients that the tangent of the law is; what is found does not hang on it."""
+"""Step of the difference quotients for the tangent of the law."""
 
 
 def held_over_free(
     membrane: np.ndarray, length: float, width: float, strain: float, elements: int = ELEMENTS
 ) -> float:
-    """Return the force of a sheet that grips hold across at both ends, over that of free tension at the same strain.
+    """Return the force of a sheet that grips hold across at both ends, over that in free tension at the same strain.
 
     Parameters
     ----------
     membrane : ndarray, shape (3, 3)
-        Forces per width by strains M [N/m], the first along the pull, the second across; shear is not coupled to them,
-        as in a sheet that is its own mirror image.
+        Forces per width by strains M [N/m], the first along the pull, the second across; without coupling to shear.
     length, width : float
-        Of the sheet, along the pull and across [m].
+        Size of the sheet along the pull and across [m].
     strain : float
-        By which the grips part.
+        Displacement of the grips over the length.
     elements : int
-        In either direction.
+        Elements in either direction.
 
     Raises
     ------
@@ -118,7 +117,7 @@ class _Sheet:
         return np.stack(gradients, axis=-1), np.outer(weight, weight).ravel() * half[0] * half[1]
 
     def pulled(self, membrane: np.ndarray, strain: float) -> float:
-        """Return the force of the grips that part by a strain [N]."""
+        """Return the force of the grips at a strain [N]."""
         count = 2 * self.elements + 1
         driven = np.arange(len(self.nodes) - count, len(self.nodes))
         held = np.concatenate([np.arange(count), driven])
@@ -126,7 +125,7 @@ class _Sheet:
         free = np.setdiff1d(np.arange(2 * len(self.nodes)), gripped)
         place = self.nodes * [1 + strain, 1]
         for _ in range(ITERATIONS):
-            with np.errstate(divide="ignore", invalid="ignore"):  # what is not finite is refused
+            with np.errstate(divide="ignore", invalid="ignore"):  # refused below
                 force, stiffness = self._respond(place, membrane)
             if not np.all(np.isfinite(force)):
                 break
@@ -145,7 +144,7 @@ class _Sheet:
         deformation = np.einsum("eni,gnj->egij", place[nodes], gradient)
         square = np.einsum("egki,egkj->egij", deformation, deformation)[..., [0, 1, 0], [0, 1, 1]]
         stress, tangent = _law(square, membrane)
-        # Of C by the places of the nodes; 12 is there once, as in `stretches`.
+        # Derivative of C by the places of the nodes; 12 is there once, as in `stretches`.
         first, second = deformation[..., None, :, 0], deformation[..., None, :, 1]
         along, across = gradient[None, ..., 0, None], gradient[None, ..., 1, None]
         by_place = np.stack(
@@ -186,25 +185,28 @@ def _slope(square: np.ndarray, membrane: np.ndarray) -> np.ndarray:
     return np.einsum("...i,ij,...jk->...k", strain, membrane, derivative)
 
 
-# ---- What square knits tend to as they grow, beside one cell of an endless knit (docs/notes/periodic_cell.md)
-
+# ---- square knits and one cell ----
 
 MOST = 4
-"""Knits, the largest ones, that a limit is sought through."""
+"""Number of the largest knits through which a limit is sought."""
 
-SAME = ("yarn", "tie")
-"""Sections of a scene that a cell shares with knits of the same yarns."""
+CELLS = {
+    "domain-yarns-tie-course": "cell-course",
+    "domain-yarns-tie-wale": "cell-wale",
+    "domain-cut-tie-wale": "cell-wale",
+}
+"""Scene of one cell of the endless knit, free across, by the series of square knits (`measures.domain.SERIES`)."""
 
 
 def limit(cells: Sequence[int], values: Sequence[float]) -> tuple[float, float]:
-    """Return what values tend to as knits grow, and how far that hangs on the knits and the law it is from.
+    """Return the limit of values as knits grow, and its uncertainty from the choice of knits and law.
 
-    Edges are the 1 / n-th part of a knit, its corners the square of that.
+    Edges are the 1 / n-th part of a knit, corners the square of that.
 
     Parameters
     ----------
     cells, values : sequence, (k,)
-        Cells in a row, from the smallest knit to the largest, and the value of each; three or more.
+        Cells in a row, rising, and the value of each knit; three or more.
 
     Returns
     -------
@@ -218,30 +220,19 @@ def limit(cells: Sequence[int], values: Sequence[float]) -> tuple[float, float]:
     return (min(found) + max(found)) / 2, (max(found) - min(found)) / 2
 
 
-def cell_of(series: Series, cells: Iterable[Scene]) -> Scene | None:
-    """Return the first of cells that is an endless knit of a series of solids, pulled like it and free across."""
-    knit = series.scenes[0]
-    for cell in cells if is_direct(knit) or is_cut(knit) else ():
-        pulled = cell.load.deformation == knit.load.direction and cell.load.lateral == "free"
-        alike = cell.interaction == knit.interaction and made_of(cell) == made_of(knit)
-        if pulled and alike and cell.read(SAME) == knit.read(SAME):
-            return cell
-    return None
-
-
 def between_grips(history: xr.Dataset, scene: Scene, increment: int) -> float:
-    """Return by what the force of a cell grows in a large square knit, whose grips hold it across.
+    """Return the factor by which the force of a cell grows in a large square knit, whose grips hold it across.
 
-    The sheet is as stiff as the cell is on the mean of its way: in free tension it has the cell's force at that strain,
-    and contracts as much.
+    The stiffness of the sheet is the mean of the cell's along its path: in free tension the sheet has the force and the
+    contraction of the cell at that strain.
 
     Parameters
     ----------
     history : Dataset
-        Of a tied cell that is free across.
+        History of a tied cell that is free across.
     scene : Scene
     increment : int
-        At whose strain.
+        Increment at whose strain both are compared.
     """
     axis = DIRECTIONS.index(scene.load.deformation)
     order = [axis, 1 - axis, 2]
@@ -253,9 +244,7 @@ def between_grips(history: xr.Dataset, scene: Scene, increment: int) -> float:
     return held_over_free(membrane, *sides, float(strain[-1]))
 
 
-# ---- An endless knit as a shell: its stiffness in other axes and planes, and the moduli that follow from it
-# N = A e + B k and M = B^T e + D k with the strains of `knitstudy.mechanics.periodic`; the stiffness (6, 6) is [[A, B],
-# [B^T, D]], in N/m, N and N m. Jones 1999, Mechanics of Composite Materials, chapters 2 and 4.
+# ---- shell stiffness and moduli ----
 
 
 def rotated(stiffness: np.ndarray, angle: float) -> np.ndarray:
@@ -277,7 +266,7 @@ def referred(stiffness: np.ndarray, height: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Moduli:
-    """Moduli of a sheet that is free in all other components.
+    """Moduli of a sheet that is free of force in all other components.
 
     Attributes
     ----------

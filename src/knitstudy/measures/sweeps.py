@@ -1,51 +1,57 @@
-"""Sweeps of course spacing and yarn diameter (Fig. 11): how far knits move out of their plane, and how certain that is.
+"""Sweeps of course spacing and yarn diameter (Fig. 11): out-of-plane motion of knits and its uncertainty.
 
-A series is of one reading of what is held fixed (``pattern.keep``), one interaction and one discretisation. Its
-points are off by what their discretisation is, as far as that is known: from the reference of the loop as it is drawn,
-and from polynomials of the next degree at other loops; the largest relative error found counts for all points.
+Scenes go by their names: "sweep-{hold}-{value}-{interaction}-course", with "-p3" or "-hexahedra" for other
+discretisations. ``hold`` is the reading of what is held fixed (``pattern.keep``); a value begins with c (course
+spacing) or d (diameter). Without a value the loop has the drawn spacing and diameter; of the reading "shape", these are
+the knits of Fig. 15. The relative error of a discretisation is known from the reference of the drawn loop and from
+polynomials of the next degree at other loops; the largest one counts for all points.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan
-from typing import Any
 
 import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.lay_out import FOUND
-from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, is_direct
+from knitstudy.measures.discretisation import SOLID_YARNS, discretisation
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import reference_of
 from knitstudy.measures.response import LARGEST_U_Z, largest_out_of_plane
-from knitstudy.study.scene import Scene, digest
+from knitstudy.study.scene import Scene
 
 SPACING, DIAMETER = "pattern.course_ratio", "yarn.diameter"
 """Keys that are swept."""
 
-BESIDE = (
-    "pattern.loops",
-    "pattern.rows",
-    "pattern.clearance",
-    "yarn.youngs_modulus",
-    "yarn.poisson_ratio",
-    "yarn.material",
-)
-"""Keys that no sweep changes."""
+LETTER = {SPACING: "c", DIAMETER: "d"}
 
 FRICTION = 0.76
 """Coefficient of friction of Table 1."""
 
 HELD = {"wale_spacing": "wale spacing held", "length": "yarn in a loop held", "shape": "drawn shape held"}
-"""Readings of what is held fixed, in words, the one that needles give first."""
+"""Readings of what is held fixed, in words; needles hold the wale spacing."""
+
+SWEPT = re.compile(r"sweep-(wale|length|shape)(?:-([cd])\d+)?-(tie|isotropic)-course(?:-(p3|hexahedra))?")
+
+DRAWN = {"yarns-{}-course": None, "yarns-{}-course-p3": "p3", "dns-{}-course": "hexahedra"}
+"""Names of the knits with the drawn loop by interaction, and the end of the names of sweeps with the same yarns."""
+
+NEXT_DEGREE = "-p3"
+
+LOOPS = ("course ratio [1]", "yarn diameter [m]")
+"""Columns of the table of loops that are swept."""
+
+NEEDED = ("held fixed", "outcome", *LOOPS)
 
 
 @dataclass(frozen=True)
 class Point:
-    """One simulation of a sweep: its scene, the swept value, and the largest |u_z| at the end [m]."""
+    """One simulation of a sweep: scene, swept value, and the largest |u_z| at full load [m]."""
 
     scene: Scene
     value: float
@@ -65,9 +71,9 @@ class Sweep:
     ----------
     keep, interaction : str
     made_of : str
-        Of what the yarns are made.
+        Discretisation in words.
     main : bool
-        Whether no other series of that reading and interaction has more points.
+        Whether no other sweep of this reading and interaction has more points.
     points : tuple of Point
     """
 
@@ -78,127 +84,83 @@ class Sweep:
     points: tuple[Point, ...]
 
 
-def swept(scenes: Iterable[Scene]) -> list[Scene]:
-    """Return the scenes of all sweeps, and those of the same discretisations with the loop as it is drawn."""
-    scenes = [scene for scene in scenes if _may_be_swept(scene)]
-    inside = {
-        scene.name for key in (SPACING, DIAMETER) for found in groups(scenes, key) for scene in found.values()
-    }
-    discretisations = {_numerical(scene) for scene in scenes if scene.name in inside}
-    return [
-        scene
-        for scene in scenes
-        if scene.name in inside or (_is_as_drawn(scene) and _numerical(scene) in discretisations)
-    ]
-
-
-def groups(scenes: Iterable[Scene], key: str) -> list[dict[float, Scene]]:
-    """Return scenes that differ in one key and in nothing else that moves them, by its values in rising order.
-
-    Parameters
-    ----------
-    scenes : iterable of Scene
-        Direct simulations of knits in course tension; of equal ones the first is taken.
-    key : str
-        `SPACING` or `DIAMETER`.
-    """
-    found: dict[tuple, dict[float, Scene]] = {}
-    for scene in scenes:
-        other = scene.value(DIAMETER if key == SPACING else SPACING)
-        alike = (_numerical(scene), scene.pattern.keep, scene.geometry.free, other)
-        found.setdefault(alike, {}).setdefault(scene.value(key), scene)
-    return [dict(sorted(values.items())) for values in found.values() if len(values) > 1]
-
-
 def sweeps_of(
     key: str, histories: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
 ) -> list[Sweep]:
-    """Return the series of a sweep in the order of `HELD`.
+    """Return the sweeps of a key in the order of `HELD`, each of two values or more.
 
     Parameters
     ----------
     key : str
         `SPACING` or `DIAMETER`.
     histories : mapping of str to Dataset
-        Of the scenes that `swept` returns, by name.
+        Histories of sweeps and of knits with the drawn loop, by scene.
     scenes : mapping of str to Scene
-        Their scenes.
     reference : DataFrame
         ``resources/reference/reference.csv``.
     """
-    known = [scenes[name] for name in histories]
     moved = {name: largest_out_of_plane(history) for name, history in histories.items()}
-    errors = _relative_errors(known, moved, reference)
+    errors = _relative_errors([scenes[name] for name in histories], moved, reference)
+    groups: dict[tuple, list[Scene]] = {}
+    for name in histories:
+        place = _place(name)
+        if place and place[-1] in (None, LETTER[key]):
+            groups.setdefault((scenes[name].pattern.keep, *place[:-1]), []).append(scenes[name])
     found = []
-    for values in groups(known, key):
-        first = next(iter(values.values()))
-        error = errors.get(_numerical(first), nan)
-        points = tuple(
-            Point(scene, value, Estimate(moved[scene.name], error * moved[scene.name]))
-            for value, scene in values.items()
+    for (keep, interaction, end), group in groups.items():
+        error = errors.get((interaction, end), nan)
+        points = (
+            Point(scene, scene.value(key), Estimate(moved[scene.name], error * moved[scene.name]))
+            for scene in group
         )
-        found.append(Sweep(first.pattern.keep, first.interaction, _made_of(first), False, points))
-    most = {}
-    for each in found:
-        alike = (each.keep, each.interaction)
-        most[alike] = max(most.get(alike, 0), len(each.points))
-    marked = [
-        Sweep(s.keep, s.interaction, s.made_of, len(s.points) == most[s.keep, s.interaction], s.points)
-        for s in found
-    ]
+        points = tuple(sorted(points, key=lambda point: point.value))
+        if len(points) > 1:
+            found.append(Sweep(keep, interaction, _made_of(group[0]), False, points))
+    marked = [replace(each, main=len(each.points) == _most_points(found, each)) for each in found]
     return sorted(marked, key=lambda each: (list(HELD).index(each.keep), not each.main))
 
 
-def _relative_errors(
-    scenes: list[Scene], moved: Mapping[str, float], reference: pd.DataFrame
-) -> dict[tuple, float]:
-    """Return the largest relative error of u_z that is known of every discretisation and interaction."""
-    errors: dict[tuple, float] = {}
-    by_geometry: dict[tuple, list[Scene]] = {}
-    for scene in scenes:
-        true = reference_of(reference, scene).at(LARGEST_U_Z, scene.load.strain)
-        if true.known:
-            off = abs(moved[scene.name] / true.value - 1) + true.uncertainty / true.value
-            _raise(errors, scene, off)
-        if discretisation(scene) == SOLID_YARNS:
-            by_geometry.setdefault((scene.interaction, scene.geometry_key), []).append(scene)
-    for alike in by_geometry.values():
-        *coarser, finest = sorted(alike, key=lambda scene: scene.mesh.crossing_degree)
-        for scene in coarser:
-            if scene.mesh.crossing_degree < finest.mesh.crossing_degree:
-                _raise(errors, scene, abs(moved[finest.name] / moved[scene.name] - 1))
-    return errors
+def _place(name: str) -> tuple[str, str | None, str | None] | None:
+    """Return interaction, end of the name, and letter of the swept value of a scene; None of other scenes."""
+    if parts := SWEPT.fullmatch(name):
+        return parts[3], parts[4], parts[2]
+    for interaction in ("tie", "isotropic"):
+        for drawn, end in DRAWN.items():
+            if name == drawn.format(interaction):
+                return interaction, end, None
+    return None
 
 
-def _raise(errors: dict[tuple, float], scene: Scene, error: float) -> None:
-    errors[_numerical(scene)] = max(errors.get(_numerical(scene), 0.0), error)
-
-
-def _may_be_swept(scene: Scene) -> bool:
-    """Whether a scene is a direct simulation of a knit as in Fig. 11: in course tension, tied or with friction."""
-    return (
-        scene.specimen == "knit"
-        and is_direct(scene)
-        and scene.load.direction == "course"
-        and scene.interaction in ("tie", "isotropic")
-        and scene.value("contact.friction") in (FRICTION, None)
-        and scene.value("contact.tied_edges") in ("outer", None)
+def _most_points(sweeps: Iterable[Sweep], like: Sweep) -> int:
+    return max(
+        len(each.points) for each in sweeps if (each.keep, each.interaction) == (like.keep, like.interaction)
     )
 
 
-def _is_as_drawn(scene: Scene) -> bool:
-    return scene.value(SPACING) == 1 and scene.pattern.keep == "shape"
+def _relative_errors(
+    scenes: Iterable[Scene], moved: Mapping[str, float], reference: pd.DataFrame
+) -> dict[tuple, float]:
+    """Return the largest known relative error of u_z by interaction and end of the names of scenes."""
+    errors: dict[tuple, float] = {}
 
+    def include(interaction: str, end: str | None, error: float) -> None:
+        errors[interaction, end] = max(errors.get((interaction, end), 0.0), error)
 
-def _numerical(scene: Scene) -> tuple[Any, ...]:
-    """Return what simulations share beside the loop: yarn, interaction, size, load, and elements across or degrees."""
-    section = scene.read(("interaction", "load", "tie", "contact", *BESIDE))
-    section["load"].pop("stops", None)
-    return _made_of(scene), scene.interaction, digest(section)
+    for scene in scenes:
+        place = _place(scene.name)
+        if place is None:
+            continue
+        true = reference_of(reference, scene).at(LARGEST_U_Z, scene.load.strain)
+        if true.known:
+            off = abs(moved[scene.name] / true.value - 1) + true.uncertainty / true.value
+            include(*place[:2], off)
+        if (finer := scene.name + NEXT_DEGREE) in moved:
+            include(*place[:2], abs(moved[finer] / moved[scene.name] - 1))
+    return errors
 
 
 def _made_of(scene: Scene) -> str:
-    """Return what yarns are made of: elements in sizes that go with the diameter."""
+    """Return the discretisation in words, with element sizes relative to the diameter."""
     if discretisation(scene) == SOLID_YARNS:
         return f"{SOLID_YARNS} of degree {scene.mesh.crossing_degree}"
     near = scene.value("mesh.refinement") or 1
@@ -206,24 +168,17 @@ def _made_of(scene: Scene) -> str:
     return f"{discretisation(scene)}, {scene.yarn.diameter / scene.mesh.size:.3g} across{finer}"
 
 
-# ---- Loops that cannot be made, from the kept table of `knitstudy.geometry.lay_out`
-
-
-SWEPT = ("course ratio [1]", "yarn diameter [m]")
-NEEDED = ("held fixed", "outcome", *SWEPT)
-
-
 def refused(loops: pd.DataFrame, column: str, scale: float) -> pd.DataFrame:
-    """Return the loops that cannot be made along one sweep: what is held fixed, and the swept value as ``at``.
+    """Return the loops that cannot be made along a sweep: ``held fixed``, and the swept value as ``at``.
 
     Parameters
     ----------
     loops : DataFrame
-        ``resources/reference/loops.csv``.
+        ``resources/reference/loops.csv``, from `knitstudy.geometry.lay_out`.
     column : str
-        One of `SWEPT`; the other one is as drawn.
+        One of `LOOPS`; the other one is as drawn.
     scale : float
-        Factor of its values.
+        Factor of the values.
 
     Raises
     ------
@@ -236,7 +191,7 @@ def refused(loops: pd.DataFrame, column: str, scale: float) -> pd.DataFrame:
             f"the table of loops has no column {missing[0]!r}; make it again with "
             "`python -m knitstudy.geometry.lay_out`"
         )
-    (other,) = (name for name in SWEPT if name != column)
+    (other,) = (name for name in LOOPS if name != column)
     along = loops[loops[other] == loops[other].mode()[0]]
     lost = along[along["outcome"] != FOUND]
     return pd.DataFrame({"held fixed": lost["held fixed"], "at": scale * lost[column]})

@@ -9,16 +9,10 @@ from pathlib import Path
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.measures.catalogue import Catalogue, Results
-from knitstudy.measures.discretisation import is_cut, is_direct
-from knitstudy.measures.selection import Roles
-from knitstudy.measures.windows import is_window
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.plan import Plan, Step
 from knitstudy.stages.table import STAGES, Stage
 from knitstudy.study.scene import Scene, digest
-
-BESIDE = ("contacts", "geometry", "mesh", "stress")
-"""Stages whose results of direct simulations figures and tables take besides their histories."""
 
 REFERENCE = Path("resources/reference")
 
@@ -35,39 +29,6 @@ def reference_files(config: Path) -> dict[str, Path]:
         "loops": REFERENCE / "loops.csv",
         "targets": config / "calibration.yaml",
     }
-
-
-def results_of(roles: Mapping[str, Scene | list[Scene]]) -> dict[str, Step | list[Step]]:
-    """Return the results of scenes by what figures and tables call them.
-
-    Parameters
-    ----------
-    roles : mapping of str to Scene or list of Scene
-        See `measures.selection`.
-
-    Returns
-    -------
-    dict of str to Step or list of Step
-        Histories by the names of the roles; contacts, geometry and mesh of direct simulations under the role's name
-        and theirs, "tie_contacts", without the role where it is "dns"; contacts of windows as what is "shown". Results
-        of a list of scenes are lists.
-    """
-    results: dict[str, Step | list[Step]] = {}
-    for role, found in roles.items():
-        scenes = found if isinstance(found, list) else [found]
-        steps = {role: [(STAGES["simulation"], scene) for scene in scenes]}
-        direct = [scene for scene in scenes if is_direct(scene)]
-        if direct:
-            prefix = "" if role == "dns" else f"{role}_"
-            for stage in map(STAGES.get, BESIDE):
-                if having := [scene for scene in direct if stage.of(scene)]:
-                    steps[f"{prefix}{stage.name}"] = [(stage, scene) for scene in having]
-            steps[f"{prefix}contacts"] += [(STAGES["contacts"], scene) for scene in scenes if is_cut(scene)]
-        shown = [scene for scene in scenes if is_window(scene)]
-        if shown:
-            steps[f"{role}_shown"] = [(STAGES["contacts"], scene) for scene in shown]
-        results |= steps if isinstance(found, list) else {name: each[0] for name, each in steps.items()}
-    return results
 
 
 def stage_for(name: str, scene: Scene) -> Stage | None:
@@ -104,7 +65,6 @@ class Displays:
     ) -> None:
         self.catalogue, self._plan, self._code = catalogue, plan, code
         self._study = {scene.name: scene for scene in study}
-        self._roles = Roles(self._study.values())
         self._label = label
         self._reference = {name: Path(path) for name, path in reference.items()}
 
@@ -114,8 +74,6 @@ class Displays:
         found = {}
         for name, display in self.catalogue.all().items():
             known: dict[str, Source] = dict(self._reference)
-            if display.needs or display.optional:
-                known |= results_of(self._roles.of(display.of))
             for argument, results in display.results.items():
                 steps = self._steps(results)
                 if steps:
@@ -146,7 +104,7 @@ class Displays:
                 f"{results.stage} of {' or '.join(results.names)}"
                 for results in display.results.values()
                 if not results.optional and not self._steps(results)
-            ] or list(display.needs)
+            ]
             raise ConfigurationError(
                 f"{self.catalogue.what} {name!r} needs {', '.join(lacking)}: {self._label} has no such scene"
             )
@@ -172,11 +130,6 @@ class Displays:
             for argument, results in display.results.items():
                 found = [scene for _, scene in self._steps(results)]
                 scenes |= {scene.name if results.several else argument: scene for scene in found}
-        if "scenes" in (*display.needs, *display.optional):
-            for role, found in self._roles.of(display.of).items():
-                if set(display.takes) & results_of({role: found}).keys():
-                    several = isinstance(found, list)
-                    scenes |= {scene.name: scene for scene in found} if several else {role: found}
         return scenes
 
     def digest(self, name: str) -> str:

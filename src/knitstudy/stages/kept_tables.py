@@ -23,7 +23,6 @@ from knitstudy.figures.style import save
 from knitstudy.files import read_result, read_table, replacing, write_table
 from knitstudy.measures.catalogue import Catalogue
 from knitstudy.measures.reference import refinement_series_of
-from knitstudy.measures.selection import ways
 from knitstudy.report.files import read_sources, save_for_screen
 from knitstudy.report.kept_pages import insert_between_marks, summarise, trade_summary
 from knitstudy.stages.code import code_digest
@@ -36,7 +35,7 @@ from knitstudy.study.choice import GROWTH_KEPT, RESOURCES, TRADE_KEPT
 from knitstudy.study.configuration import CONFIG, load_scenes, load_study
 from knitstudy.study.scene import Scene, digest
 from knitstudy.tables.catalogue import TABLES, tabulate
-from knitstudy.tables.reference import limits, values_of
+from knitstudy.tables.reference import REFERENCE_SCENES, limits, values_of
 
 RESULTS = Path("results")
 
@@ -229,7 +228,7 @@ def values_beside(kept: Path) -> Path:
 def code_behind(scenes: Iterable[Scene]) -> str:
     """Return a digest of the code of all simulations among scenes that the reference is made from."""
     modules = {"knitstudy.tables.reference"}
-    for scene in ways(scenes):
+    for scene in REFERENCE_SCENES.scenes({scene.name: scene for scene in scenes}):
         for stage in ("geometry", "mesh", *SIMULATED):
             modules |= set(STAGES[stage].modules(scene))
     return code_digest(*sorted(modules))

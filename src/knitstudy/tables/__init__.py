@@ -1,1 +1,6 @@
-"""Tables, one function each that registers itself in `catalogue`: from results to a DataFrame. No figure."""
+"""Tables: functions from results of named scenes to a DataFrame, registered in `catalogue.TABLES`.
+
+They share the names of their arguments: ``scenes`` are scenes by name; ``paper``, ``reference``, ``claims`` and
+``targets`` are the files of `knitstudy.stages.displays.reference_files`; all others are results, Datasets in the format
+of docs/files.md, or several of them by scene. Columns name their unit in brackets.
+"""

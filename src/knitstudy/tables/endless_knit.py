@@ -1,4 +1,4 @@
-"""The endless knit: one cell, the limit of square knits, and its stiffness as a shell."""
+"""The endless knit: one cell, the limit of square knits beside it, and its stiffness as a shell."""
 
 from __future__ import annotations
 
@@ -10,15 +10,13 @@ import xarray as xr
 
 from knitstudy.exchange.inp import SHELL_ENTRIES, section_matrix, shell_entries
 from knitstudy.loading.load_path import DIRECTIONS
+from knitstudy.measures.catalogue import several
 from knitstudy.measures.discretisation import made_of
-from knitstudy.measures.domain import Series, force_per_width, series_of
-from knitstudy.measures.endless_knit import Moduli, between_grips, cell_of, limit, moduli
+from knitstudy.measures.domain import SERIES, Series, force_per_width, series_of
+from knitstudy.measures.endless_knit import CELLS, Moduli, between_grips, limit, moduli
 from knitstudy.measures.response import increment_at
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
-
-# ---- Forces per width and moduli of an endless knit, from one cell that repeats itself
-
 
 STRAINS = ["course strain [1]", "wale strain [1]", "angle of shear [rad]"]
 
@@ -27,29 +25,35 @@ FORCES = ["course force over width [N/m]", "wale force over width [N/m]", "shear
 AXIS = {"course": 0, "wale": 1, "biaxial": 0, "shear": 2}
 """Strain and force of secant and tangent, by ``load.deformation``: of a biaxial stretch those in course direction."""
 
-UNKNOWN = Moduli(*(5 * [np.nan]))
-"""Of yarns that are not tied: at rest they do not touch."""
-
 CONTRACTS = {"course": (1, 0), "wale": (0, 1)}
 """Strain across, and strain along, of a pull that leaves the other free."""
 
+UNKNOWN = Moduli(*(5 * [np.nan]))
+"""Moduli at rest of yarns that are not tied and do not touch."""
 
-@TABLES.add("cell", "Forces per width of an endless knit", needs=("cells", "scenes"), order=5.8)
+AT_REST = ("knit", "pattern", "yarn", "mesh", "tie")
+"""What the stiffness at rest depends on: cells that share it have the same."""
+
+UNITS = {0: "N/m", 1: "N", 2: "N m"}
+"""Unit of an entry of the shell stiffness by how many of its row and column are bending."""
+
+SQUARES = [f"{stem}-*" for stem in CELLS] + [SERIES[stem] for stem in CELLS if SERIES[stem]]
+"""Names of the square knits that have a cell of the endless knit."""
+
+
+@TABLES.add(
+    "cell",
+    "Forces per width of an endless knit",
+    results={"cells": several("simulation", "cell-*")},
+    scenes=True,
+    order=5.8,
+)
 def tabulate_cells(cells: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
-    """Return one row for every cell.
-
-    Parameters
-    ----------
-    cells : mapping of str to Dataset
-        Histories by scene.
-    scenes : mapping of str to Scene
-        Their scenes by the same names.
-    """
-    return pd.DataFrame([_row_of_cell(scenes[name], history) for name, history in cells.items()])
+    """Return one row for every cell: forces per width at full load, and moduli at rest."""
+    return pd.DataFrame([_row(scenes[name], history) for name, history in cells.items()])
 
 
-def _row_of_cell(scene: Scene, history: xr.Dataset) -> dict:
-    """Return what one cell shows at full load, and its moduli at rest."""
+def _row(scene: Scene, history: xr.Dataset) -> dict:
     kind, free = scene.load.deformation, scene.load.lateral == "free"
     strain = history["cell_strain"].to_numpy()[-1]
     force = history["force_per_width"].to_numpy()[-1]
@@ -77,66 +81,43 @@ def _row_of_cell(scene: Scene, history: xr.Dataset) -> dict:
 
 
 def _slope(history: xr.Dataset, kind: str, free: bool) -> float:
-    """Return the slope of the force along the way of a deformation [N/m]; nan where contact leaves more than one."""
+    """Return the slope of the force along the path of a deformation [N/m]; nan without a tangent."""
     if "tangent_per_width" not in history:
         return np.nan
     tangent, axis = history["tangent_per_width"].to_numpy()[-1], AXIS[kind]
-    # Along the way of a biaxial stretch both strains grow alike.
+    # Both strains of a biaxial stretch grow alike.
     way = np.array([1.0, 1.0, 0.0]) if kind == "biaxial" else np.eye(3)[axis]
     driven = way > 0 if free else np.ones(3, dtype=bool)
-    # By the strains that are prescribed, the others being free of force.
+    # Stiffness by the prescribed strains, with the others free of force.
     stiffness = np.linalg.inv(np.linalg.inv(tangent)[np.ix_(driven, driven)])
     return float((stiffness @ way[driven])[np.flatnonzero(driven).tolist().index(axis)])
-
-
-# ---- What square knits tend to as they grow, and one cell of the endless knit between grips
-
-
-OF_LIMITS = [
-    "direction",
-    "yarns",
-    "strain [1]",
-    "cells in a row [1]",
-    "force over width of the largest knit [N/m]",
-    "limit [N/m]",
-    "uncertainty of the limit [N/m]",
-    "cell",
-    "force over width of the cell [N/m]",
-    "between grips, over free across [1]",
-    "force over width of the cell between grips [N/m]",
-    "the same, over the limit [1]",
-]
 
 
 @TABLES.add(
     "endless_knit",
     "One cell of an endless knit beside tied square knits of rising size",
-    needs=("squares", "cells", "scenes"),
+    results={
+        "squares": several("simulation", *SQUARES, fewest=3),
+        "cells": several("simulation", *CELLS.values()),
+    },
+    scenes=True,
     order=5.85,
 )
 def tabulate_limits(
     squares: Mapping[str, xr.Dataset], cells: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
 ) -> pd.DataFrame:
-    """Return a row for the first and the last strain that all knits of a tied series and its cell were pulled to.
-
-    Parameters
-    ----------
-    squares, cells : mapping of str to Dataset
-        Histories by scene.
-    scenes : mapping of str to Scene
-        Their scenes by the same names.
-    """
-    tied = [cell for name, cell in scenes.items() if name in cells and not cell.kind.interaction.touches]
+    """Return a row for the first and the last strain that all knits of a tied series and its cell reach."""
     rows = []
     for series in series_of(scenes[name] for name in squares):
-        if cell := cell_of(series, tied):
-            rows += _rows_of_limits(series, squares, cell, cells[cell.name])
-    return pd.DataFrame(rows, columns=OF_LIMITS)
+        name = CELLS.get(series.stem)
+        if name in cells:
+            rows += _limits(series, squares, scenes[name], cells[name])
+    return pd.DataFrame(rows)
 
 
-def _rows_of_limits(
+def _limits(
     series: Series, histories: Mapping[str, xr.Dataset], cell: Scene, history: xr.Dataset
-) -> Iterator[tuple]:
+) -> Iterator[dict]:
     paths = [histories[scene.name] for scene in series.scenes]
     shared = [
         strain
@@ -153,75 +134,56 @@ def _rows_of_limits(
         increment = increment_at(history, strain)
         free = float(history["force_per_width"][increment, axis])
         grips = between_grips(history, cell, increment)
-        yield (
-            cell.load.deformation,
-            series.model,
-            strain,
-            ", ".join(map(str, series.cells)),
-            forces[-1],
-            tends_to,
-            uncertain,
-            cell.name,
-            free,
-            grips,
-            grips * free,
-            grips * free / tends_to,
-        )
+        yield {
+            "direction": cell.load.deformation,
+            "yarns": series.model,
+            "strain [1]": strain,
+            "cells in a row [1]": ", ".join(map(str, series.cells)),
+            "force over width of the largest knit [N/m]": forces[-1],
+            "limit [N/m]": tends_to,
+            "uncertainty of the limit [N/m]": uncertain,
+            "cell": cell.name,
+            "force over width of the cell [N/m]": free,
+            "between grips, over free across [1]": grips,
+            "force over width of the cell between grips [N/m]": grips * free,
+            "the same, over the limit [1]": grips * free / tends_to,
+        }
 
 
-# ---- An endless knit as a shell: membrane, coupling and bending stiffness
-
-
-UNITS_OF_ENTRIES = {0: "N/m", 1: "N", 2: "N m"}
-"""By how many of an entry's row and column are of bending."""
-
-AT_REST = ("knit", "pattern", "yarn", "mesh", "tie")
-"""What the stiffness at rest depends on: cells that share it have the same."""
-
-
-@TABLES.add("shell", "An endless knit as a shell", needs=("cells", "scenes"), order=5.9)
+@TABLES.add(
+    "shell",
+    "An endless knit as a shell",
+    results={"cells": several("simulation", "cell-*")},
+    scenes=True,
+    order=5.9,
+)
 def tabulate_shells(cells: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one row for every cell that differs at rest: the symmetric stiffness in the order of Abaqus.
 
     Rows and columns 1 to 3 are the strains in the plane, course, wale and shear, 4 to 6 the curvatures; the plane of
-    reference is z = 0 of the loop.
-
-    Parameters
-    ----------
-    cells : mapping of str to Dataset
-        Histories by scene.
-    scenes : mapping of str to Scene
-        Their scenes by the same names.
+    reference is z = 0 of the loop. Knits in contact, whose yarns do not touch at rest, are no shells.
     """
     first: dict[str, str] = {}
-    for name, scene in scenes.items():
-        if scene.kind.interaction.touches:
-            continue  # before its yarns touch a knit is no shell
-        first.setdefault(str(scene.read(AT_REST)), name)
+    for name in cells:
+        if not scenes[name].kind.interaction.touches:
+            first.setdefault(str(scenes[name].read(AT_REST)), name)
     rows = []
     for name in first.values():
         matrix = section_matrix(cells[name])
+        scale = np.sqrt(np.diag(matrix))
+        eigenvalues = np.linalg.eigvalsh(matrix / np.outer(scale, scale))
         rows.append(
             {
                 "scene": name,
                 "cells": f"{scenes[name].pattern.loops} x {scenes[name].pattern.rows}",
                 "yarns": made_of(scenes[name]),
+                **{
+                    f"{entry} [{UNITS[sum(int(index) > 3 for index in entry[1:])]}]": value
+                    for entry, value in zip(SHELL_ENTRIES, shell_entries(matrix), strict=True)
+                },
+                "least eigenvalue over largest, diagonal scaled to 1 [1]": float(
+                    eigenvalues[0] / eigenvalues[-1]
+                ),
             }
-            | {
-                f"{entry} [{_unit(entry)}]": value
-                for entry, value in zip(SHELL_ENTRIES, shell_entries(matrix), strict=True)
-            }
-            | {"least eigenvalue over largest, diagonal scaled to 1 [1]": _definite(matrix)}
         )
     return pd.DataFrame(rows)
-
-
-def _unit(entry: str) -> str:
-    return UNITS_OF_ENTRIES[sum(int(index) > 3 for index in entry[1:])]
-
-
-def _definite(matrix: np.ndarray) -> float:
-    """Return the least eigenvalue over the largest one, each strain measured so that the diagonal is 1."""
-    scale = np.sqrt(np.diag(matrix))
-    values = np.linalg.eigvalsh(matrix / np.outer(scale, scale))
-    return float(values[0] / values[-1])

@@ -1,14 +1,17 @@
-"""Models beside the reference and beside each other."""
+"""Models beside the reference, interactions beside each other, and windows beside the same knits in full."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import nan
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.cases import COMPARED, Case, cases_of, comparison, is_plain
+from knitstudy.errors import DataFileError
+from knitstudy.measures.cases import COMPARED, MODELS, Case, cases_of, comparison, is_plain
+from knitstudy.measures.catalogue import several, solid
 from knitstudy.measures.discretisation import INTERACTIONS, is_direct, made_of
 from knitstudy.measures.response import (
     at_strain,
@@ -18,87 +21,72 @@ from knitstudy.measures.response import (
     stiffness_at,
     transverse_contraction,
 )
-from knitstudy.measures.selection import ISOTROPIC_COURSE
-from knitstudy.measures.windows import distance, in_full, is_window
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
-# ---- How far models are from the reference: direct simulations on their meshes, and reduced models
+OF_MODELS = ["model", "scene", "discretisation", *COMPARED]
+
+OVER_FIRST = "stiffness over that of the first beams [1]"
+
+OF_BEAMS = [
+    *("model", "scene", *COMPARED, OVER_FIRST),
+    *("increments [1]", "Newton iterations [1]", "time [s]"),
+]
+
+WINDOWS = {
+    "window-tie-course-3x3": "yarns-tie-course",
+    "window-tie-course-6x6": "domain-yarns-tie-course-6x6",
+    "window-tie-course-10x10": "domain-yarns-tie-course-10x10",
+    "window-tie-wale-3x3": "yarns-tie-wale",
+    "window-isotropic-course-3x3": "yarns-isotropic-course",
+    "window-springs-isotropic-course-3x3": "yarns-isotropic-course",
+    "window-springs-isotropic-course-10x10": "domain-yarns-isotropic-course-10x10",
+}
+"""Windows of solid yarns in knits of beams, with the same knit of solid yarns in full."""
 
 
 @TABLES.add(
     "rom_distance",
     "Models and the reference",
-    needs=("every", "scenes", "reference"),
+    results={"models": several("simulation", *MODELS)},
+    files=("reference",),
+    scenes=True,
     order=1,
 )
 def tabulate_models(
-    every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
+    models: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
 ) -> pd.DataFrame:
-    """Return one row a model of each of the four cases, the direct simulation on another mesh among them.
-
-    Parameters
-    ----------
-    every : mapping of str to Dataset
-        Histories of knits by scene (see docs/files.md).
-    scenes : mapping of str to Scene
-        Their scenes by the same names.
-    reference : DataFrame
-        ``resources/reference/reference.csv``.
-    """
-    rows = [row for case in cases_of(every, scenes, reference) for row in _rows_of_models(case)]
-    return pd.DataFrame(rows, columns=OF_MODELS)
-
-
-OF_MODELS = ["model", "scene", "discretisation", *COMPARED]
-
-
-def _rows_of_models(case: Case) -> Iterator[dict]:
-    for model in (case.dns, *case.others, *case.reduced):
-        yield {
+    """Return one row a model of each of the four cases: direct simulations and reduced models."""
+    rows = [
+        {
             "model": f"{case.name_of(model)}; {case.label}",
             "scene": model.scene.name,
             "discretisation": made_of(model.scene) if is_direct(model.scene) else "beams",
             **comparison(model.history, case.dns.history, case.reference),
         }
-
-
-# ---- Beams in contact beside solid yarns (Fig. 12b), and what each ingredient of their contact changes
-
-
-OF_BEAMS = [
-    "model",
-    "scene",
-    *COMPARED,
-    "stiffness over that of the first beams [1]",
-    "increments [1]",
-    "Newton iterations [1]",
-    "time [s]",
-]
+        for case in cases_of(models, scenes, reference)
+        for model in (case.dns, *case.others, *case.reduced)
+    ]
+    return pd.DataFrame(rows, columns=OF_MODELS)
 
 
 @TABLES.add(
     "beams",
     "Beams in contact and solid yarns",
-    needs=("every", "scenes", "reference"),
+    results={"models": several("simulation", *MODELS)},
+    files=("reference",),
+    scenes=True,
     order=8,
 )
 def tabulate_beams(
-    every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
+    models: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
 ) -> pd.DataFrame:
-    """Return one row a model: direct simulation, main 3D reduced model, and beams in contact, by direction.
+    """Return one row a model: direct simulation, main 3D reduced model and beams in contact, by direction (Fig. 12b).
 
-    Parameters
-    ----------
-    every : mapping of str to Dataset
-        Histories of knits by scene (see docs/files.md).
-    scenes : mapping of str to Scene
-        Their scenes by the same names.
-    reference : DataFrame
-        ``resources/reference/reference.csv``.
+    Beams show what each ingredient of their contact changes.
     """
-    rows = [row for case in cases_of(every, scenes, reference) if case.beams for row in _rows_of_beams(case)]
-    return pd.DataFrame(rows, columns=OF_BEAMS)
+    cases = [case for case in cases_of(models, scenes, reference) if case.beams]
+    return pd.DataFrame([row for case in cases for row in _rows_of_beams(case)], columns=OF_BEAMS)
 
 
 def _rows_of_beams(case: Case) -> Iterator[dict]:
@@ -111,37 +99,28 @@ def _rows_of_beams(case: Case) -> Iterator[dict]:
             "model": f"{case.name_of(model)}; {case.direction}",
             "scene": model.scene.name,
             **comparison(history, case.dns.history, case.reference),
-            "stiffness over that of the first beams [1]": (
-                secant_stiffness(history) / base if model in case.beams else np.nan
-            ),
+            OVER_FIRST: secant_stiffness(history) / base if model in case.beams else np.nan,
             "increments [1]": history.sizes["increment"] - 1,
             "Newton iterations [1]": int(history["newton_iterations"].sum()),
             "time [s]": history.attrs["wall_seconds"],
         }
 
 
-# ---- Ties, rough contact and isotropic friction compared: stiffness, out-of-plane motion and contraction (Figs. 8, 9)
-
-
 @TABLES.add(
     "interactions",
     "Ties, rough contact and isotropic friction",
-    needs=("tie", "rough", "isotropic", "geometry"),
-    of=ISOTROPIC_COURSE,
+    results={
+        "tie": solid("simulation", "tie-course"),
+        "rough": solid("simulation", "rough-course"),
+        "isotropic": solid("simulation", "isotropic-course"),
+        "geometry": solid("geometry", "isotropic-course"),
+    },
     order=2,
 )
 def tabulate_interactions(
     tie: xr.Dataset, rough: xr.Dataset, isotropic: xr.Dataset, geometry: xr.Dataset
 ) -> pd.DataFrame:
-    """Return one row an interaction, at the largest strain that all have reached.
-
-    Parameters
-    ----------
-    tie, rough, isotropic : Dataset
-        Histories of direct simulations that differ in nothing else (see docs/files.md).
-    geometry : Dataset
-        Result of the geometry stage, for the yarn's diameter.
-    """
+    """Return one row an interaction (Figs. 8 and 9), at the largest strain that all have reached."""
     histories = {"tie": tie, "rough": rough, "isotropic": isotropic}
     strain = common_strain(histories.values())
     diameter = 2 * float(geometry["radius"])
@@ -168,83 +147,82 @@ def tabulate_interactions(
     return pd.DataFrame(rows)
 
 
-# ---- Windows of solid yarns in knits of beams, beside the same knits of solid yarns in full
-
-
-OF_WINDOWS = [
-    "scene",
-    "in full",
-    "cells of the knit",
-    "cells asked for [1]",
-    "cells of margin [1]",
-    "force over that in full [1]",
-    "largest distance of a contact's force [1]",
-    "largest distance of a contact's pressure [1]",
-    "largest jump of force at a seam [N]",
-    "unknowns [1]",
-    "unknowns in full over these [1]",
-    "time [s]",
-    "time in full over this [1]",
-]
+# ---- windows ----
 
 
 @TABLES.add(
     "windows",
     "Windows of solid yarns, beside the same knits in full",
-    needs=("windows", "windows_contacts", "windows_shown", "scenes"),
+    results={
+        "windows": several("simulation", *WINDOWS),
+        "windows_contacts": several("contacts", *WINDOWS),
+        "full": several("simulation", *WINDOWS.values()),
+        "full_contacts": several("contacts", *WINDOWS.values()),
+    },
+    scenes=True,
     order=5.8,
 )
 def tabulate_windows(
     windows: Mapping[str, xr.Dataset],
     windows_contacts: Mapping[str, xr.Dataset],
-    windows_shown: Mapping[str, xr.Dataset],
+    full: Mapping[str, xr.Dataset],
+    full_contacts: Mapping[str, xr.Dataset],
     scenes: Mapping[str, Scene],
 ) -> pd.DataFrame:
-    """Return one row a window, at full load; pressures are nan where yarns are tied.
+    """Return one row a window, at full load; pressures are nan where yarns are tied."""
+    rows = []
+    for name, ours in windows.items():
+        if (other := WINDOWS[name]) not in full:
+            continue
+        scene, theirs = scenes[name], full[other]
+        force, pressure = contact_errors(windows_contacts[name], full_contacts[other])
+        rows.append(
+            {
+                "scene": name,
+                "in full": other,
+                "cells of the knit": f"{scene.pattern.loops} x {scene.pattern.rows}",
+                "cells asked for [1]": scene.window.cells,
+                "cells of margin [1]": scene.window.margin,
+                "force over that in full [1]": float(ours["force"][-1] / theirs["force"][-1]),
+                "largest distance of a contact's force [1]": force,
+                "largest distance of a contact's pressure [1]": pressure,
+                "largest jump of force at a seam [N]": float(ours["seam_jump"].max()),
+                "unknowns [1]": int(ours.attrs["unknowns"]),
+                "unknowns in full over these [1]": theirs.attrs["unknowns"] / ours.attrs["unknowns"],
+                "time [s]": ours.attrs["wall_seconds"],
+                "time in full over this [1]": theirs.attrs["wall_seconds"] / ours.attrs["wall_seconds"],
+            }
+        )
+    return pd.DataFrame(rows)
 
-    Parameters
-    ----------
-    windows : mapping of str to Dataset
-        Histories of windows and of the simulations that they are held against, by scene.
-    windows_contacts, windows_shown : mapping of str to Dataset
-        Contacts of those simulations, and of the windows.
-    scenes : mapping of str to Scene
-        Their scenes by the same names.
+
+def contact_errors(window: xr.Dataset, full: xr.Dataset) -> tuple[float, float]:
+    """Return the largest relative errors of forces and of largest pressures at the crossings of a window.
+
+    Both are at the last increment; the error of a force is the length of the difference over the force. That of
+    pressures is nan where yarns are tied.
+
+    Raises
+    ------
+    DataFileError
+        If a crossing of the window is not among those of the full simulation.
     """
-    direct = [scenes[name] for name in windows_contacts]
-    return pd.DataFrame(
-        [
-            _row_of_window(
-                scenes[name], in_full(scenes[name], direct), windows, windows_contacts, windows_shown[name]
-            )
-            for name in windows
-            if is_window(scenes[name])
-        ],
-        columns=OF_WINDOWS,
-    )
+    places = {key: k for k, key in enumerate(_crossings(full))}
+    if missing := [key for key in _crossings(window) if key not in places]:
+        raise DataFileError(
+            f"the full simulation has no crossing of row {missing[0][0]}, column {missing[0][1]}, zone {missing[0][2]}"
+        )
+    last, chosen = {"increment": -1}, [places[key] for key in _crossings(window)]
+    window, full = window.isel(last), full.isel(last).isel(crossing=chosen)
+    ours, theirs = (each["force"].to_numpy() for each in (window, full))
+    force = np.linalg.norm(ours - theirs, axis=1) / np.linalg.norm(theirs, axis=1)
+    ours, theirs = (each["largest_pressure"].to_numpy() for each in (window, full))
+    known = np.isfinite(theirs) & (theirs > 0)
+    pressure = np.abs(ours[known] / theirs[known] - 1)
+    return float(force.max()), float(pressure.max()) if known.any() else nan
 
 
-def _row_of_window(
-    scene: Scene,
-    full: Scene,
-    histories: Mapping[str, xr.Dataset],
-    contacts: Mapping[str, xr.Dataset],
-    shown: xr.Dataset,
-) -> tuple:
-    ours, theirs = histories[scene.name], histories[full.name]
-    apart = distance(shown, contacts[full.name])
-    return (
-        scene.name,
-        full.name,
-        f"{scene.pattern.loops} x {scene.pattern.rows}",
-        scene.window.cells,
-        scene.window.margin,
-        float(ours["force"][-1] / theirs["force"][-1]),
-        apart.force,
-        apart.pressure,
-        float(ours["seam_jump"].max()),
-        int(ours.attrs["unknowns"]),
-        theirs.attrs["unknowns"] / ours.attrs["unknowns"],
-        ours.attrs["wall_seconds"],
-        theirs.attrs["wall_seconds"] / ours.attrs["wall_seconds"],
-    )
+def _crossings(contacts: xr.Dataset) -> list[tuple[int, int, int]]:
+    """Return row, column and zone of every crossing."""
+    columns = (contacts[name].to_numpy().astype(int).tolist() for name in ("row", "column", "zone"))
+    return list(zip(*columns, strict=True))

@@ -7,10 +7,9 @@ from collections.abc import Mapping
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.catalogue import solid
 from knitstudy.measures.history_checks import allowed_penetration, penetration
 from knitstudy.measures.paper_values import number
-from knitstudy.measures.selection import ISOTROPIC_COURSE
-from knitstudy.study.model_sections import SolidContact
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
@@ -19,42 +18,53 @@ NOT_SAID, NONE = "not said", "none"
 STATED = ("stiffness ratio (contact / element)", "stick ratio (stick / element)", "friction coefficient")
 """Numbers of Table 1."""
 
+PENALTY = "penalty on smooth surfaces, augmented where penetration is too deep"
+INDENTATION = (
+    "hard contact, in series with the local indentation that polynomials over the section do not show"
+)
+
 
 @TABLES.add(
     "table1_contact",
     "Table 1: contact and friction",
-    needs=("dns", "paper", "scenes"),
-    of=ISOTROPIC_COURSE,
+    results={"dns": solid("simulation", "isotropic-course")},
+    files=("paper",),
+    scenes=True,
     order=3,
 )
 def tabulate(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) -> pd.DataFrame:
-    """Return one property a row.
-
-    Parameters
-    ----------
-    dns : Dataset
-        History of a direct simulation with isotropic friction (see docs/files.md).
-    paper : DataFrame
-        ``resources/reference/paper_tables.csv``.
-    scenes : mapping of str to Scene
-        "dns" is read.
-    """
-    contact = scenes["dns"].contact
+    """Return one property a row."""
+    contact, attrs = scenes["dns"].contact, dns.attrs
     ratio, stick, friction = (number(paper, "1", "contact", quantity) for quantity in STATED)
-    relation, stiffness = _penalty(dns, contact) if "contact_stiffness" in dns.attrs else _indentation(dns)
+    by_penalty = "contact_stiffness" in attrs
     rows = [
-        ("contact-overclosure relation", "1", "hard contact, by a penalty method", relation),
-        ("contact stiffness over element stiffness", "1", ratio, stiffness.get("ratio", NONE)),
-        ("contact stiffness, pressure over gap", "Pa/m", NOT_SAID, stiffness.get("normal", NONE)),
-        ("modulus of the local indentation", "Pa", NONE, stiffness.get("modulus", NONE)),
+        (
+            "contact-overclosure relation",
+            "1",
+            "hard contact, by a penalty method",
+            PENALTY if by_penalty else INDENTATION,
+        ),
+        (
+            "contact stiffness over element stiffness",
+            "1",
+            ratio,
+            contact.normal_stiffness if by_penalty else NONE,
+        ),
+        ("contact stiffness, pressure over gap", "Pa/m", NOT_SAID, attrs.get("contact_stiffness", NONE)),
+        ("modulus of the local indentation", "Pa", NONE, attrs.get("indentation_modulus", NONE)),
         ("friction model", "1", "isotropic Coulomb", "isotropic Coulomb, convected slip"),
-        ("stick stiffness over element stiffness", "1", stick, stiffness.get("stick ratio", NONE)),
-        ("stick stiffness, traction over slip", "Pa/m", NOT_SAID, stiffness.get("stick", NONE)),
+        (
+            "stick stiffness over element stiffness",
+            "1",
+            stick,
+            contact.tangential_stiffness if by_penalty else NONE,
+        ),
+        ("stick stiffness, traction over slip", "Pa/m", NOT_SAID, attrs.get("stick_stiffness", NONE)),
         (
             "stick over normal stiffness of the local indentation",
             "1",
             NONE,
-            stiffness.get("stick over normal", NONE),
+            attrs.get("stick_over_normal", NONE),
         ),
         ("friction coefficient", "1", friction, contact.friction),
         (
@@ -72,25 +82,6 @@ def tabulate(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) 
     return pd.DataFrame(
         [(name, unit, _text(theirs), _text(ours)) for name, unit, theirs, ours in rows],
         columns=["property", "unit", "paper", "this study"],
-    )
-
-
-def _penalty(dns: xr.Dataset, contact: SolidContact) -> tuple[str, dict[str, float]]:
-    return "penalty on smooth surfaces, augmented where penetration is too deep", {
-        "ratio": contact.normal_stiffness,
-        "normal": dns.attrs["contact_stiffness"],
-        "stick ratio": contact.tangential_stiffness,
-        "stick": dns.attrs["stick_stiffness"],
-    }
-
-
-def _indentation(dns: xr.Dataset) -> tuple[str, dict[str, float]]:
-    return (
-        "hard contact, in series with the local indentation that polynomials over the section do not show",
-        {
-            "modulus": dns.attrs["indentation_modulus"],
-            "stick over normal": dns.attrs["stick_over_normal"],
-        },
     )
 
 

@@ -1,13 +1,14 @@
-"""Table 3: what models cost as the domain grows, beside the paper's numbers, and how they grow."""
+"""Table 3: cost and response of square knits of rising size, beside the paper's numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.catalogue import SQUARES, several
 from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.discretisation import is_direct
 from knitstudy.measures.domain import Series, domain_response, seconds_a_newton_iteration, series_of
@@ -15,103 +16,57 @@ from knitstudy.measures.paper_values import number_if_printed
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
-UNKNOWNS, MEMORY, SECONDS = "degrees of freedom [1]", "memory growth [MB]", "time of a Newton iteration [s]"
-
 KILOBYTE = 1e3
 
-COLUMNS = [
-    "model",
-    "interaction",
-    "cells in a row [1]",
-    "scene",
-    UNKNOWNS,
-    "degrees of freedom, paper [1]",
-    MEMORY,
-    "memory, paper [MB]",
-    "memory over its law [1]",
-    "memory of an unknown [kB]",
-    SECONDS,
-    "time of a path [s]",
-    "Newton iterations [1]",
-    "increments [1]",
-]
+UNKNOWNS, MEMORY = "degrees of freedom, paper [1]", "memory, paper [MB]"
 
-GROWTH = [
-    "model",
-    "interaction",
-    "cells in a row [1]",
-    "exponent of degrees of freedom [1]",
-    "exponent of memory growth [1]",
-    "exponent of the time of a Newton iteration [1]",
-    "exponent of the time of a path [1]",
-    "memory growth of 30 x 30 cells, by its law [MB]",
+COLUMNS = [
+    *("model", "interaction", "cells in a row [1]", "scene", "degrees of freedom [1]", UNKNOWNS),
+    *("memory growth [MB]", MEMORY, "memory over its law [1]", "memory of an unknown [kB]"),
+    *("time of a Newton iteration [s]", "time of a path [s]", "Newton iterations [1]", "increments [1]"),
 ]
 
 LARGEST = 30
 """Cells in a row of the paper's largest knit."""
 
+KNITS = several("simulation", *SQUARES, fewest=12)
+"""Knits in course tension; fewer than 12 scenes are not all series of Table 3."""
+
 
 @TABLES.add(
     "table3_domain_size",
     "Table 3: cost of square knits of rising size",
-    needs=("domain", "scenes", "paper"),
+    results={"domain": KNITS},
+    files=("paper",),
+    scenes=True,
     order=5,
 )
 def tabulate(
     domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], paper: pd.DataFrame
 ) -> pd.DataFrame:
-    """Return one row for every size of every series.
-
-    Parameters
-    ----------
-    domain : mapping of str to Dataset
-        Histories by scene.
-    scenes : mapping of str to Scene
-        Their scenes by the same names.
-    paper : DataFrame
-        ``resources/reference/paper_tables.csv``.
-    """
-    rows = [row for series in series_of(scenes.values()) for row in _rows(series, domain, paper)]
-    return pd.DataFrame(rows, columns=COLUMNS)
-
-
-@TABLES.add(
-    "domain_growth",
-    "Growth of cost with the size of the domain",
-    needs=("domain", "scenes"),
-    order=5.5,
-)
-def tabulate_growth(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
-    """Return one row for every series: how unknowns, memory and time grow.
-
-    Parameters
-    ----------
-    domain, scenes
-        As of `tabulate`.
-    """
+    """Return one row for every size of every series."""
     rows = []
-    for series in series_of(scenes.values()):
+    for series in series_of(scenes[name] for name in domain):
         dof, memory, seconds = _costs(series, domain)
-        laws = [series.growth(values) for values in (dof, memory, seconds)]
-        rows.append(
-            {
+        law = series.memory(dof, memory)
+        for place, (cells, scene) in enumerate(zip(series.cells, series.scenes, strict=True)):
+            history = domain[scene.name]
+            row = {
                 "model": series.model,
                 "interaction": series.interaction,
-                "cells in a row [1]": ", ".join(map(str, series.cells)),
-                "exponent of degrees of freedom [1]": laws[0].exponent,
-                "exponent of memory growth [1]": laws[1].exponent,
-                "exponent of the time of a Newton iteration [1]": laws[2].exponent,
-                "exponent of the time of a path [1]": series.growth(_seconds(series, domain)).exponent,
-                "memory growth of 30 x 30 cells, by its law [MB]": series.memory(dof, memory).at(
-                    series.unknowns(dof).at(LARGEST)
-                ),
+                "cells in a row [1]": int(cells),
+                "scene": scene.name,
+                "degrees of freedom [1]": int(dof[place]),
+                "memory growth [MB]": memory[place],
+                "memory over its law [1]": memory[place] / law.at(dof[place]),
+                "memory of an unknown [kB]": memory[place] * MEGABYTE / KILOBYTE / dof[place],
+                "time of a Newton iteration [s]": seconds[place],
+                "time of a path [s]": history.attrs["wall_seconds"],
+                "Newton iterations [1]": int(history["newton_iterations"].sum()),
+                "increments [1]": history.sizes["increment"] - 1,
             }
-        )
-    return pd.DataFrame(rows, columns=GROWTH)
-
-
-def _seconds(series: Series, domain: Mapping[str, xr.Dataset]) -> list[float]:
-    return [float(domain[scene.name].attrs["wall_seconds"]) for scene in series.scenes]
+            rows.append(row | (_of_paper(scene, paper) if is_direct(scene) else {}))
+    return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def _costs(series: Series, domain: Mapping[str, xr.Dataset]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -124,94 +79,73 @@ def _costs(series: Series, domain: Mapping[str, xr.Dataset]) -> tuple[np.ndarray
     )
 
 
-def _rows(series: Series, domain: Mapping[str, xr.Dataset], paper: pd.DataFrame) -> Iterator[dict]:
-    dof, memory, seconds = _costs(series, domain)
-    law = series.memory(dof, memory)
-    for place, (cells, scene) in enumerate(zip(series.cells, series.scenes, strict=True)):
-        history = domain[scene.name]
-        row = {
-            "model": series.model,
-            "interaction": series.interaction,
-            "cells in a row [1]": int(cells),
-            "scene": scene.name,
-            UNKNOWNS: int(dof[place]),
-            MEMORY: memory[place],
-            "memory over its law [1]": memory[place] / law.at(dof[place]),
-            "memory of an unknown [kB]": memory[place] * MEGABYTE / KILOBYTE / dof[place],
-            SECONDS: seconds[place],
-            "time of a path [s]": history.attrs["wall_seconds"],
-            "Newton iterations [1]": int(history["newton_iterations"].sum()),
-            "increments [1]": history.sizes["increment"] - 1,
-        }
-        yield row | (_of_paper(scene, paper) if is_direct(scene) else {})
-
-
 def _of_paper(scene: Scene, paper: pd.DataFrame) -> dict:
     size = f"c{scene.pattern.loops}w{scene.pattern.rows}"
     if scene.interaction == "tie":
-        return {
-            "degrees of freedom, paper [1]": number_if_printed(
-                paper, "fig12a", f"{size} tie", "degrees of freedom"
-            )
-        }
+        return {UNKNOWNS: number_if_printed(paper, "fig12a", f"{size} tie", "degrees of freedom")}
     return {
-        "degrees of freedom, paper [1]": number_if_printed(paper, "3", size, "degrees of freedom"),
-        "memory, paper [MB]": number_if_printed(paper, "3", size, "memory"),
+        UNKNOWNS: number_if_printed(paper, "3", size, "degrees of freedom"),
+        MEMORY: number_if_printed(paper, "3", size, "memory"),
     }
 
 
-# ---- How the response of a square knit depends on its size
-
-
-RESPONSE = [
-    "model",
-    "interaction",
-    "cells in a row [1]",
-    "scene",
-    "strain [1]",
-    "force over width [N/m]",
-    "the same, over that of the largest knit [1]",
-    "largest |u_z| [m]",
-    "mean normal force in the centre cell [N]",
-    "the same, over that of the largest knit's [1]",
-]
+@TABLES.add(
+    "domain_growth",
+    "Growth of cost with the size of the domain",
+    results={"domain": KNITS},
+    scenes=True,
+    order=5.5,
+)
+def tabulate_growth(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+    """Return one row for every series: how unknowns, memory and time grow."""
+    rows = []
+    for series in series_of(scenes[name] for name in domain):
+        dof, memory, seconds = _costs(series, domain)
+        paths = [float(domain[scene.name].attrs["wall_seconds"]) for scene in series.scenes]
+        largest = series.memory(dof, memory).at(series.unknowns(dof).at(LARGEST))
+        rows.append(
+            {
+                "model": series.model,
+                "interaction": series.interaction,
+                "cells in a row [1]": ", ".join(map(str, series.cells)),
+                "exponent of degrees of freedom [1]": series.growth(dof).exponent,
+                "exponent of memory growth [1]": series.growth(memory).exponent,
+                "exponent of the time of a Newton iteration [1]": series.growth(seconds).exponent,
+                "exponent of the time of a path [1]": series.growth(paths).exponent,
+                "memory growth of 30 x 30 cells, by its law [MB]": largest,
+            }
+        )
+    return pd.DataFrame(rows)
 
 
 @TABLES.add(
     "domain_response",
     "Response of square knits of rising size",
-    needs=("domain", "domain_contacts", "scenes"),
+    results={"domain": KNITS, "domain_contacts": several("contacts", *SQUARES)},
+    scenes=True,
     order=5.7,
 )
 def tabulate_response(
     domain: Mapping[str, xr.Dataset], domain_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
 ) -> pd.DataFrame:
-    """Return one row for every size of every series.
-
-    Parameters
-    ----------
-    domain, domain_contacts : mapping of str to Dataset
-        Histories by scene, and contacts of the direct simulations among them.
-    scenes : mapping of str to Scene
-        Their scenes by the same names.
-    """
+    """Return one row for every size of every series; contacts are those of the direct simulations."""
     rows = []
-    for series in series_of(scenes.values()):
+    for series in series_of(scenes[name] for name in domain):
         found = [domain_response(scene, domain, domain_contacts) for scene in series.scenes]
         largest = found[-1]
         rows += [
-            (
-                series.model,
-                series.interaction,
-                int(cells),
-                scene.name,
-                float(domain[scene.name]["strain"][-1]),
-                response.force,
-                response.force / largest.force,
-                response.out_of_plane,
-                response.normal,
-                response.normal / largest.normal,
-            )
+            {
+                "model": series.model,
+                "interaction": series.interaction,
+                "cells in a row [1]": int(cells),
+                "scene": scene.name,
+                "strain [1]": float(domain[scene.name]["strain"][-1]),
+                "force over width [N/m]": response.force,
+                "the same, over that of the largest knit [1]": response.force / largest.force,
+                "largest |u_z| [m]": response.out_of_plane,
+                "mean normal force in the centre cell [N]": response.normal,
+                "the same, over that of the largest knit's [1]": response.normal / largest.normal,
+            }
             for cells, scene, response in zip(series.cells, series.scenes, found, strict=True)
         ]
-    return pd.DataFrame(rows, columns=RESPONSE)
+    return pd.DataFrame(rows)

@@ -1,4 +1,4 @@
-"""Table 4: angles to the axes of the six segments, of the honeycomb by geometry and of those by principal stress."""
+"""Table 4: angles of the six segments to the axes, by geometry and by principal stress; stresses of the segments."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, of_case, several, solid
 from knitstudy.measures.discretisation import INTERACTIONS, made_of
 from knitstudy.measures.paper_values import numbers
 from knitstudy.measures.segments import (
@@ -20,14 +21,15 @@ from knitstudy.measures.segments import (
     honeycomb_segments,
     stress_angles,
 )
-from knitstudy.measures.selection import TIED_COURSE
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
 AXES = "xyz"
 
+COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")
+
 DECIMALS = 3
-"""Of angles in degrees: the paper prints none; closest points are found to about 1e-5 degrees."""
+"""Decimals of angles in degrees: the paper prints none; closest points are found to about 1e-5 degrees."""
 
 REPORTED = {
     "head": "segment 1 angles to x y z",
@@ -37,49 +39,46 @@ REPORTED = {
     "leg, right": "segment 4 and 5 angles to x y z",
     "sinker": "segment 6 angles to x y z",
 }
-"""Where the paper prints the angles of the honeycomb by geometry."""
+"""Names of the angles of the honeycomb by geometry in the paper's numbers."""
+
+CUTS = (0.3, 0.4, 0.5, 0.6, 0.7)
+"""Cuts over the length of the knit along the load: slabs around them lie between the grips."""
+
+_SOLIDS = tuple(name for case in CASES for name in of_case(case, (*SOLIDS, *OTHER_SOLIDS)))
 
 
 @TABLES.add(
     "table4_angles",
     "Table 4: angles of the honeycombs' segments",
-    needs=("contacts", "paper"),
-    of=TIED_COURSE,
-    optional=("fields_stress", "scenes"),
+    results={
+        "contacts": solid("contacts", "tie-course"),
+        "stresses": several("stress", *_SOLIDS, optional=True),
+    },
+    files=("paper",),
+    scenes=True,
     order=6,
 )
 def tabulate(
     contacts: xr.Dataset,
     paper: pd.DataFrame,
-    fields_stress: Mapping[str, xr.Dataset] | None = None,
+    stresses: Mapping[str, xr.Dataset] | None = None,
     scenes: Mapping[str, Scene] | None = None,
 ) -> pd.DataFrame:
     """Return the angles of each kind of segment, and the paper's.
 
     Lines between contact zones are averaged over the knit, axes of the maximum principal stress over the segments that
-    end in its centre cell.
-
-    Parameters
-    ----------
-    contacts : Dataset
-        Contacts of a direct simulation (see docs/files.md).
-    paper : DataFrame
-        ``resources/reference/paper_tables.csv``.
-    fields_stress : mapping of str to Dataset, optional
-        Stresses of direct simulations, by scene.
-    scenes : mapping of str to Scene, optional
-        Their scenes.
+    end in the centre cell.
     """
     rows = [
         _row("geometry", kind, angles_to_axes(vectors), numbers(paper, "4", "rom2d", REPORTED[kind]))
         for kind, vectors in honeycomb_segments(contacts).items()
     ]
-    for name, stresses in (fields_stress or {}).items():
-        rows += _by_stress(scenes[name], stresses, paper)
-    found = pd.DataFrame(rows)
-    order = {honeycomb: place for place, honeycomb in enumerate(dict.fromkeys(found["honeycomb"]))}
+    for name, found in (stresses or {}).items():
+        rows += _by_stress(scenes[name], found, paper)
+    table = pd.DataFrame(rows)
+    order = {honeycomb: place for place, honeycomb in enumerate(dict.fromkeys(table["honeycomb"]))}
     return (
-        found.assign(place=found["honeycomb"].map(order))
+        table.assign(place=table["honeycomb"].map(order))
         .sort_values(["place", "segment"], ignore_index=True)
         .drop(columns="place")
     )
@@ -117,48 +116,31 @@ def _row(honeycomb: str, kind: str, angle: np.ndarray, theirs: np.ndarray) -> di
     return row
 
 
-# ---- Stresses averaged over the six segments of the centre cell (section 3.4)
-
-
-COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")
-
-XYZ = "xyz"
-
-
 @TABLES.add(
     "segment_stress",
     "Stress averaged over the segments of the centre cell",
-    needs=("fields_stress", "scenes"),
-    of=TIED_COURSE,
+    results={"stresses": several("stress", *_SOLIDS)},
+    scenes=True,
     order=6.5,
 )
-def tabulate_stress(fields_stress: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
-    """Return principal values and components of the mean Cauchy stress at full load, a row a segment.
-
-    Parameters
-    ----------
-    fields_stress : mapping of str to Dataset
-        Stresses of direct simulations by scene (see docs/files.md).
-    scenes : mapping of str to Scene
-        Their scenes.
-    """
-    rows = []
-    for name, stresses in fields_stress.items():
-        whole = stresses.sel(extent="whole")
-        for kind, number in SEGMENT.items():
-            for segment in central(stresses, kind):
-                rows.append(
-                    {
-                        "segment": number,
-                        "kind": kind,
-                        "scene": name,
-                        "discretisation": made_of(scenes[name]),
-                        "row": int(stresses["segment_row"][segment]),
-                        "column": int(stresses["segment_column"][segment]),
-                        **_stress(whole.isel(segment=segment)),
-                    }
-                )
-    return pd.DataFrame(rows)
+def tabulate_stress(stresses: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+    """Return one row a segment: principal values and components of the mean Cauchy stress at full load."""
+    return pd.DataFrame(
+        [
+            {
+                "segment": number,
+                "kind": kind,
+                "scene": name,
+                "discretisation": made_of(scenes[name]),
+                "row": int(found["segment_row"][segment]),
+                "column": int(found["segment_column"][segment]),
+                **_stress(found.sel(extent="whole").isel(segment=segment)),
+            }
+            for name, found in stresses.items()
+            for kind, number in SEGMENT.items()
+            for segment in central(found, kind)
+        ]
+    )
 
 
 def _stress(segment: xr.Dataset) -> dict[str, float]:
@@ -168,44 +150,27 @@ def _stress(segment: xr.Dataset) -> dict[str, float]:
     return {
         "deformed volume [m3]": float(segment["segment_volume"]),
         **{f"principal stress {i + 1} [Pa]": value for i, value in enumerate(principal)},
-        **{f"angle of 1 to {axis} [deg]": angle for axis, angle in zip(XYZ, angles, strict=True)},
-        **{f"stress {name} [Pa]": stress[XYZ.index(name[0]), XYZ.index(name[1])] for name in COMPONENTS},
+        **{f"angle of 1 to {axis} [deg]": angle for axis, angle in zip(AXES, angles, strict=True)},
+        **{f"stress {name} [Pa]": stress[AXES.index(name[0]), AXES.index(name[1])] for name in COMPONENTS},
     }
-
-
-# ---- Forces through the knit from stresses, beside those of the grips
-
-
-CUTS = (0.3, 0.4, 0.5, 0.6, 0.7)
-"""Shares of the knit along the load: slabs about them lie between the grips."""
 
 
 @TABLES.add(
     "cut_forces",
     "Forces from averaged stresses and of the grips",
-    needs=("geometry", "fields_stress", "scenes"),
-    of=TIED_COURSE,
+    results={"geometry": solid("geometry", "tie-course"), "stresses": several("stress", *_SOLIDS)},
+    scenes=True,
     order=6.6,
 )
 def tabulate_cut_forces(
-    geometry: xr.Dataset, fields_stress: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
+    geometry: xr.Dataset, stresses: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
 ) -> pd.DataFrame:
-    """Return one row a simulation.
-
-    Parameters
-    ----------
-    geometry : Dataset
-        Result of the geometry stage.
-    fields_stress : mapping of str to Dataset
-        Stresses of direct simulations by scene (see docs/files.md).
-    scenes : mapping of str to Scene
-        Their scenes.
-    """
+    """Return one row a simulation: the forces through the knit from stresses, beside those of the grips."""
     knit = Fabric.from_dataset(geometry)
     rows = []
-    for name, stresses in fields_stress.items():
-        grips = stresses.attrs["force"]
-        through = [cut_force(stresses, share) / grips for share in CUTS]
+    for name, found in stresses.items():
+        grips = found.attrs["force"]
+        through = [cut_force(found, share) / grips for share in CUTS]
         rows.append(
             {
                 "scene": name,
@@ -213,7 +178,7 @@ def tabulate_cut_forces(
                 "force of the grips [N]": grips,
                 "smallest force through a cut, over it [1]": min(through),
                 "largest force through a cut, over it [1]": max(through),
-                "force by the pieces of the centre cells, over it [1]": cell_force(stresses, knit) / grips,
+                "force by the pieces of the centre cells, over it [1]": cell_force(found, knit) / grips,
             }
         )
     return pd.DataFrame(rows)

@@ -1,4 +1,4 @@
-"""Table 5: what the three models cost with ties and with isotropic friction, beside the paper's numbers for ties."""
+"""Table 5: cost of the models with ties and with isotropic friction, beside the paper's numbers for ties."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.cases import OVER_REFERENCE, UNCERTAIN, Case, Simulation, cases_of, label_of
+from knitstudy.measures.cases import MODELS, OVER_REFERENCE, UNCERTAIN, Case, Simulation, cases_of, label_of
+from knitstudy.measures.catalogue import several
 from knitstudy.measures.cost import MEGABYTE, element_length
 from knitstudy.measures.discretisation import discretisation
 from knitstudy.measures.paper_values import REPORTED, number, reported
@@ -16,60 +17,37 @@ from knitstudy.tables.catalogue import TABLES
 
 BEAM = "beam, 2 nodes, 1 point"
 
+COLUMNS = [
+    *("model", "scene", "element", "element, paper", "mesh size [m]", "mesh size, paper [m]"),
+    *("degrees of freedom [1]", "degrees of freedom, paper [1]", "DNS's degrees of freedom over these [1]"),
+    *("memory growth [MB]", "memory peak [MB]", "memory, paper [MB]", "increments [1]"),
+    *("Newton iterations [1]", "time [s]", "DNS's time over this [1]"),
+    *(OVER_REFERENCE, UNCERTAIN[OVER_REFERENCE]),
+]
+
 
 @TABLES.add(
     "table5_cost",
     "Table 5: cost of the models",
-    needs=("every", "paper", "scenes", "reference"),
+    results={"models": several("simulation", *MODELS)},
+    files=("paper", "reference"),
+    scenes=True,
     order=7,
 )
 def tabulate(
-    every: Mapping[str, xr.Dataset],
+    models: Mapping[str, xr.Dataset],
     paper: pd.DataFrame,
     scenes: Mapping[str, Scene],
     reference: pd.DataFrame,
 ) -> pd.DataFrame:
-    """Return size, memory and time of the main models of each case.
+    """Return size, memory and time of the main models of each case, with their distance from the reference.
 
-    Memory growth is the largest resident memory above that of the process just before the simulation. The
-    degrees of freedom are counted as the paper does, before ties and joints are eliminated. "DNS" of the ratios is
-    that of the paper's element where a case has it, and else the main one.
-
-    Parameters
-    ----------
-    every : mapping of str to Dataset
-        Histories of knits by scene (see docs/files.md).
-    paper : DataFrame
-        ``resources/reference/paper_tables.csv``.
-    scenes : mapping of str to Scene
-        Their scenes by the same names.
-    reference : DataFrame
-        ``resources/reference/reference.csv``: what cost is to be seen beside.
+    Memory growth is the largest resident memory above that of the process just before the simulation. Degrees of
+    freedom are counted as in the paper, before ties and joints are eliminated. Ratios are to the direct simulation with
+    the paper's element where a case has it, else to the main one.
     """
-    rows = [row for case in cases_of(every, scenes, reference) for row in _rows(case, paper)]
+    rows = [row for case in cases_of(models, scenes, reference) for row in _rows(case, paper)]
     return pd.DataFrame(rows, columns=COLUMNS)
-
-
-COLUMNS = [
-    "model",
-    "scene",
-    "element",
-    "element, paper",
-    "mesh size [m]",
-    "mesh size, paper [m]",
-    "degrees of freedom [1]",
-    "degrees of freedom, paper [1]",
-    "DNS's degrees of freedom over these [1]",
-    "memory growth [MB]",
-    "memory peak [MB]",
-    "memory, paper [MB]",
-    "increments [1]",
-    "Newton iterations [1]",
-    "time [s]",
-    "DNS's time over this [1]",
-    OVER_REFERENCE,
-    UNCERTAIN[OVER_REFERENCE],
-]
 
 
 def _rows(case: Case, paper: pd.DataFrame) -> Iterator[dict]:
@@ -86,7 +64,6 @@ def _row(fidelity: str, model: Simulation, first: Simulation, case: Case, paper:
     printed = (
         case.interaction == "tie" and case.direction == "course" and (fidelity != "dns" or model is first)
     )
-    theirs = _reported(paper, fidelity) if printed else {}
     values = {
         "model": f"{label_of(model.scene)}; {case.label}",
         "scene": model.scene.name,
@@ -103,11 +80,10 @@ def _row(fidelity: str, model: Simulation, first: Simulation, case: Case, paper:
         OVER_REFERENCE: ratio.value,
         UNCERTAIN[OVER_REFERENCE]: ratio.uncertainty,
     }
-    return values | theirs
+    return values | (_reported(paper, REPORTED[fidelity]) if printed else {})
 
 
-def _reported(paper: pd.DataFrame, fidelity: str) -> dict:
-    case = REPORTED[fidelity]
+def _reported(paper: pd.DataFrame, case: str) -> dict:
     return {
         "element, paper": reported(paper, "5", case, "mesh size")["note"],
         "mesh size, paper [m]": number(paper, "5", case, "mesh size"),

@@ -1,4 +1,4 @@
-"""What accuracy costs: every point that was measured, what each accuracy costs least, and knobs that buy nothing."""
+"""What accuracy costs: points of error and cost, the cheapest model for an accuracy, and the effect of single knobs."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.catalogue import is_whole_knit, several
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS, UNITS
 from knitstudy.measures.trade import ACCURACIES, nothing, points_of, rungs, sentence
@@ -16,7 +17,7 @@ from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
 CASE = ["question", "interaction", "direction", "cells [1]"]
-"""Points of one front share these."""
+"""Columns that the points of one front share."""
 
 ERROR, UNCERTAIN, AT_MOST = "error [1]", "uncertainty of that error [1]", "error at most [1]"
 
@@ -26,52 +27,22 @@ SECONDS, MEMORY = "seconds [s]", "memory growth [MB]"
 
 COLUMNS = [
     *CASE,
-    "model",
-    "varied",
-    "to",
-    CALLED,
-    "quantity",
-    "strain [1]",
-    "unit",
-    "value",
-    "reference",
-    "uncertainty of the reference",
-    "error is to",
-    ERROR,
-    UNCERTAIN,
-    AT_MOST,
-    SECONDS,
-    "seconds of its sources [s]",
-    "seconds are of the",
-    MEMORY,
-    "unknowns [1]",
-    "on the front",
-    "scene",
+    *("model", "varied", "to", CALLED, "quantity", "strain [1]", "unit", "value", "reference"),
+    *("uncertainty of the reference", "error is to", ERROR, UNCERTAIN, AT_MOST, SECONDS),
+    *("seconds of its sources [s]", "seconds are of the", MEMORY, "unknowns [1]", "on the front", "scene"),
 ]
 
 SAID = [*CASE, "accuracy [1]", CALLED, "scene", AT_MOST, SECONDS, MEMORY, "sentence"]
 
 RUNGS = [
     *CASE,
-    "points [1]",
-    "on the front [1]",
-    "under 1 s",
-    "under 30 s",
-    "within 2 %",
-    "cheapest [s]",
-    "smallest error at most [1]",
+    *("points [1]", "on the front [1]", "under 1 s", "under 30 s", "within 2 %"),
+    *("cheapest [s]", "smallest error at most [1]"),
 ]
 
 KNOBS = [
-    "model",
-    "interaction",
-    "varied",
-    "to",
-    "points [1]",
-    "largest change of an error [1]",
-    "seconds over the main model's [1]",
-    "memory over the main model's [1]",
-    "verdict",
+    *("model", "interaction", "varied", "to", "points [1]", "largest change of an error [1]"),
+    *("seconds over the main model's [1]", "memory over the main model's [1]", "verdict"),
 ]
 
 TOGETHER = (
@@ -85,15 +56,20 @@ SAME = 1e-3
 """Change of an error below which a knob has changed nothing [1]."""
 
 CHEAPER, DEARER = 0.8, 1.25
-"""Ratio of seconds from which on a knob has made a difference to these: the same run twice differs by a tenth."""
+"""Ratios of seconds from which on a knob is cheaper or dearer: the same run twice differs by a tenth."""
 
-NEEDS = ("every", "every_contacts", "scenes", "reference")
+RESULTS = {
+    "every": several("simulation", "*", where=is_whole_knit),
+    "every_contacts": several("contacts", "*", where=is_whole_knit),
+}
 
 
 @TABLES.add(
     "trade",
     "What accuracy costs: all points",
-    needs=NEEDS,
+    results=RESULTS,
+    files=("reference",),
+    scenes=True,
     order=20,
 )
 def tabulate(
@@ -102,17 +78,7 @@ def tabulate(
     scenes: Mapping[str, Scene],
     reference: pd.DataFrame,
 ) -> pd.DataFrame:
-    """Return one row a simulation and question.
-
-    Parameters
-    ----------
-    every, every_contacts : mapping of str to Dataset
-        Histories of knits, and contacts of the direct simulations among them, by scene (see docs/files.md).
-    scenes : mapping of str to Scene
-        Their scenes by the same names.
-    reference : DataFrame
-        ``resources/reference/reference.csv``.
-    """
+    """Return one row a simulation and question; contacts are those of the direct simulations."""
     points = points_of(every, every_contacts, scenes, reference)
     rows = pd.DataFrame([_row(point, every[point.scene.name]) for point in points], columns=COLUMNS)
     return with_fronts(rows)
@@ -121,22 +87,26 @@ def tabulate(
 @TABLES.add(
     "trade_sentences",
     "What an accuracy costs least",
-    needs=NEEDS,
+    results=RESULTS,
+    files=("reference",),
+    scenes=True,
     order=21,
 )
 def tabulate_sentences(**sources) -> pd.DataFrame:
-    """Return one row a front and accuracy: what to take; see `tabulate` for the arguments."""
+    """Return one row a front and accuracy: the model to take; see `tabulate` for the arguments."""
     return sentences(tabulate(**sources))
 
 
 @TABLES.add(
     "trade_rungs",
     "What fronts of accuracy and price reach",
-    needs=NEEDS,
+    results=RESULTS,
+    files=("reference",),
+    scenes=True,
     order=22,
 )
 def tabulate_rungs(**sources) -> pd.DataFrame:
-    """Return one row a front: how many points, and which rungs it has; see `tabulate` for the arguments."""
+    """Return one row a front: the number of points, and its rungs; see `tabulate` for the arguments."""
     rows = []
     for case, points in tabulate(**sources).groupby(CASE, sort=False):
         on = points[points["on the front"]]
@@ -148,7 +118,9 @@ def tabulate_rungs(**sources) -> pd.DataFrame:
 @TABLES.add(
     "trade_knobs",
     "What single knobs of models buy",
-    needs=NEEDS,
+    results=RESULTS,
+    files=("reference",),
+    scenes=True,
     order=23,
 )
 def tabulate_knobs(**sources) -> pd.DataFrame:
@@ -168,29 +140,22 @@ def sentences(table: pd.DataFrame, accuracies: Iterable[float] = ACCURACIES) -> 
     """Return one row a front and accuracy from the rows of `tabulate`."""
     rows = []
     for case, points in table.groupby(CASE, sort=False):
-        words = QUESTIONS[case[0]].words
+        words, records = QUESTIONS[case[0]].words, points.to_dict("records")
         for accuracy in accuracies:
-            found = cheapest(
-                points.to_dict("records"), accuracy, lambda row: row[SECONDS], lambda row: row[AT_MOST]
-            )
-            best = found or nearest(points.to_dict("records"), lambda row: row[AT_MOST])
-            name = best[CALLED]
+            found = cheapest(records, accuracy, lambda row: row[SECONDS], lambda row: row[AT_MOST])
+            best = found or nearest(records, lambda row: row[AT_MOST])
             said = (
-                sentence(words, accuracy, name, best[SECONDS], best[MEMORY], best[AT_MOST])
+                sentence(words, accuracy, best[CALLED], best[SECONDS], best[MEMORY], best[AT_MOST])
                 if found
-                else nothing(words, accuracy, name, best[AT_MOST])
+                else nothing(words, accuracy, best[CALLED], best[AT_MOST])
             )
-            rows.append(
-                dict(zip(CASE, case, strict=True))
-                | {"accuracy [1]": accuracy}
-                | {key: best[key] for key in SAID if key in best}
-                | {"sentence": said}
-            )
+            row = dict(zip(CASE, case, strict=True)) | {key: best[key] for key in SAID if key in best}
+            rows.append(row | {"accuracy [1]": accuracy, "sentence": said})
     return pd.DataFrame(rows, columns=SAID)
 
 
 def knobs(table: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a model and single knob from the rows of `tabulate`; of ties as they are, not for contact."""
+    """Return one row a model and single knob from the rows of `tabulate`, without ties in place of contact."""
     table = table[~table["model"].str.startswith(TIES)]
     main = {_place(row): row for row in table.to_dict("records") if not row["varied"]}
     pairs: dict[tuple, list[tuple[dict, dict]]] = {}

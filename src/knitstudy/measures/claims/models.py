@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from fnmatch import fnmatchcase
 
 import numpy as np
 
 from knitstudy.measures.cases import Case, Simulation, is_plain
+from knitstudy.measures.catalogue import CASES
 from knitstudy.measures.claims.evidence import (
     AFTER,
     NOT_RUN,
@@ -19,6 +21,8 @@ from knitstudy.measures.claims.evidence import (
     Judgement,
     Rule,
     at_full_strain,
+    not_run,
+    rule,
     verdict,
 )
 from knitstudy.measures.cost import MEGABYTE, memory_growth
@@ -33,14 +37,16 @@ from knitstudy.measures.response import (
     out_of_plane_correlation,
     rms_out_of_plane,
 )
-from knitstudy.measures.selection import CASES
 from knitstudy.models.springs import springs
+
+RULES: dict[str, Rule] = {}
+"""By claim."""
 
 MUCH_CLOSER = 0.5
 """Claim R1: "much closer" is at most half the distance."""
 
 SAME_SHAPE, SAME_SIZE = 0.8, 2.0
-"""Claim R2: least correlation of u_z, and the factor that amplitudes may differ by."""
+"""Claim R2: least correlation of u_z, and the factor by which amplitudes may differ."""
 
 NONE_AT_ALL = 0.01
 """Claim R2: share of the reference's largest |u_z| that counts as no out-of-plane motion."""
@@ -48,14 +54,27 @@ NONE_AT_ALL = 0.01
 BY_FAR = 2.0
 """Claim R4: kz over the larger of kx and ky from which on it is the largest by far; the paper's least is 2.6."""
 
-IN_WORDS = {True: "holds", False: "does not hold", None: "cannot be decided"}
+PENALTIES = "dns-isotropic-{}-penalty*"
+"""Claim R4: names of simulations with penalties alone, of several contact stiffnesses, by direction."""
 
 AS_MUCH, LITTLE = 0.9, 0.05
 """Claims R5 and R6: share of the savings to be reached; share of the DNS's memory that is little."""
 
+IN_WORDS = {True: "holds", False: "does not hold", None: "cannot be decided"}
 
+# ---- force and motion (Figs. 15 and 16) ----
+
+
+@rule(
+    RULES,
+    "R1",
+    f"relative L2 distance of F(strain) to the reference: 3D at most {MUCH_CLOSER:g} times 2D, in four cases",
+    UNRECORDED,
+    ("fig15_force_strain", "rom_distance"),
+    OF_REFERENCE,
+)
 def judge_forces(evidence: Evidence) -> Judgement:
-    """R1: the force of the 3D model is much closer to the true one than that of the 2D model, in all four cases."""
+    """R1: the force of the 3D model is much closer to the reference than that of the 2D model, in all four cases."""
 
     def judge(case: Case) -> tuple[str, bool | None]:
         near, far = (case.main[name].history for name in ("rom3d", "rom2d"))
@@ -66,11 +85,21 @@ def judge_forces(evidence: Evidence) -> Judgement:
         return said, case.reference.nearer(near, far, MUCH_CLOSER)
 
     judged = _in_cases(evidence, judge, "relative L2 distance of F(strain) to the reference: ")
-    return replace(judged, note=_noted(judged, f"much closer: {MUCH_CLOSER:g} times the distance or less"))
+    return _noted(judged, f"much closer: {MUCH_CLOSER:g} times the distance or less")
 
 
+@rule(
+    RULES,
+    "R2",
+    f"in four cases: u_z of the 3D ROM correlates with the DNS's from {SAME_SHAPE:g} on, its root mean square lies "
+    f"within a factor of {SAME_SIZE:g} of the reference's, and the 2D ROM's largest |u_z| is {NONE_AT_ALL:.0%} of "
+    "the reference's at most",
+    UNRECORDED,
+    ("fig16_out_of_plane",),
+    OF_REFERENCE,
+)
 def judge_out_of_plane(evidence: Evidence) -> Judgement:
-    """R2: u_z of the 3D model is the true one in size and the DNS's in shape; the 2D model has none, in all cases."""
+    """R2: u_z of the 3D model has the reference's size and the DNS's shape; the 2D model has none, in all cases."""
 
     def judge(case: Case) -> tuple[str, bool | None]:
         dns, rom3d, rom2d = (model.history for model in (case.dns, case.main["rom3d"], case.main["rom2d"]))
@@ -88,9 +117,18 @@ def judge_out_of_plane(evidence: Evidence) -> Judgement:
 
     judged = _in_cases(evidence, judge, "u_z along the centrelines, 3D ROM: ")
     bars = f"correlation with DNS from {SAME_SHAPE:g}, amplitude within a factor of {SAME_SIZE:g} of the reference's"
-    return replace(judged, note=_noted(judged, f"2D ROM: its largest |u_z| over the reference's; {bars}"))
+    return _noted(judged, f"2D ROM: its largest |u_z| over the reference's; {bars}")
 
 
+@rule(
+    RULES,
+    "R3",
+    "in course tension, of which Fig. 16 is: largest |u_z| with friction over that with ties exceeds 1 in the 3D "
+    "ROM and in the reference",
+    AFTER,
+    ("fig16_out_of_plane",),
+    OF_REFERENCE,
+)
 def judge_motion_order(evidence: Evidence) -> Judgement:
     """R3: the 3D model moves further out of its plane with friction than with ties, and so does the reference.
 
@@ -99,9 +137,7 @@ def judge_motion_order(evidence: Evidence) -> Judgement:
     cases = {(case.interaction, case.direction): case for case in _with_models(evidence, ("rom3d",))}
     directions = [way for way in ("course", "wale") if ("tie", way) in cases and ("isotropic", way) in cases]
     if "course" not in directions:
-        return Judgement(
-            "", NOT_RUN, "the study has no 3D ROM with ties and with isotropic friction in course tension"
-        )
+        return not_run("the study has no 3D ROM with ties and with isotropic friction in course tension")
     compared = [cases[kind, way] for way in directions for kind in ("tie", "isotropic")]
     if lacks := _without_reference(compared):
         return lacks
@@ -121,22 +157,40 @@ def judge_motion_order(evidence: Evidence) -> Judgement:
         "Fig. 16 is of course tension, which decides"
         + (f"; in wale tension it {IN_WORDS[more['wale']]}" if "wale" in more else ""),
     )
-    histories = [model.history for case in compared for model in (case.dns, case.main["rom3d"])]
-    return at_full_strain(evidence, judged, histories, cases["isotropic", directions[0]].dns.scene.name)
+    models = [model for case in compared for model in (case.dns, case.main["rom3d"])]
+    return _at_full_strain(evidence, judged, models, cases["isotropic", directions[0]].dns)
 
 
+def _over_ties(slides: Case, tie: Case) -> Estimate:
+    """Return the reference's largest |u_z| with friction over that with ties, at the largest strain with both."""
+    strains = set(slides.reference.strains(LARGEST_U_Z)) & set(tie.reference.strains(LARGEST_U_Z))
+    if not strains:
+        return UNKNOWN
+    one, other = (case.reference.at(LARGEST_U_Z, max(strains)) for case in (slides, tie))
+    off = one.uncertainty / one.value + other.uncertainty / other.value
+    return Estimate(one.value / other.value, off * one.value / other.value)
+
+
+# ---- springs (Table 2) ----
+
+
+@rule(
+    RULES,
+    "R4",
+    f"averaged springs: kz {BY_FAR:g} times the others or more, kx > ky in course and ky > kx in wale tension",
+    UNRECORDED,
+    ("table2_springs",),
+    "by contact stiffness, beside the values; signs alone decide what does not hold",
+)
 def judge_springs(evidence: Evidence) -> Judgement:
     """R4: of the averaged springs kz is the largest by far; kx > ky in course tension, ky > kx in wale tension."""
     cases = [case for case in evidence.cases if case.interaction == "isotropic"]
-    found = {
-        case.direction: evidence.sprung[case.dns.scene.name]
-        for case in cases
-        if case.dns.scene.name in evidence.sprung
-    }
-    if not found:
-        return Judgement("", NOT_RUN, "the study has no direct simulation with isotropic friction")
+    cases = [case for case in cases if case.dns.scene.name in evidence.contacts]
+    if not cases:
+        return not_run("the study has no direct simulation with isotropic friction")
     said, holds = [], []
-    for way, contacts in found.items():
+    for case in cases:
+        contacts, way = evidence.contacts[case.dns.scene.name], case.direction
         kx, ky, kz = springs(contacts, "interface").averaged
         normal, tangential = springs(contacts, "interface", "contact").averaged / 1e3
         larger = kx > ky if way == "course" else ky > kx
@@ -150,35 +204,42 @@ def judge_springs(evidence: Evidence) -> Judgement:
         verdict(all(holds)),
         f"by far: {BY_FAR:g} times the others",
     )
-    if all(holds) and len(found) < 2:
+    if all(holds) and len(cases) < 2:
         judged = replace(judged, verdict=NOT_RUN, note=f"{judged.note}; of one direction only")
-    histories = [case.dns.history for case in cases if case.direction in found]
-    return at_full_strain(evidence, judged, histories, cases[0].dns.scene.name)
+    return _at_full_strain(evidence, judged, [case.dns for case in cases], cases[0].dns)
 
 
 def _by_penalty(evidence: Evidence, direction: str) -> str:
-    """Name kz and the stiffness normal to contact by the contact stiffness of simulations with penalties alone."""
+    """Return kz and the stiffness normal to contact with penalties alone, by the contact stiffness, in words."""
     found = {}
-    for name, contacts in evidence.sprung.items():
-        scene = evidence.scenes[name]
-        if scene.value("contact.augmentations") == 0 and scene.load.direction == direction:
-            kz, normal = (
-                springs(contacts, "interface").averaged[2],
-                springs(contacts, "interface", "contact").averaged[0],
-            )
-            found[scene.contact.normal_stiffness] = f"{kz / 1e3:.3g} and {normal / 1e3:.3g}"
+    for name, contacts in evidence.contacts.items():
+        if fnmatchcase(name, PENALTIES.format(direction)):
+            kz = springs(contacts, "interface").averaged[2]
+            normal = springs(contacts, "interface", "contact").averaged[0]
+            stiffness = evidence.scenes[name].contact.normal_stiffness
+            found[stiffness] = f"{kz / 1e3:.3g} and {normal / 1e3:.3g}"
     listed = ", ".join(f"{found[stiffness]} with {stiffness:g} E / h" for stiffness in sorted(found))
     return f" (penalties alone, kz and normal: {listed})" if listed else ""
 
 
+# ---- cost (Table 5) ----
+
+
+@rule(
+    RULES,
+    "R5",
+    f"the 3D ROM saves {AS_MUCH:.0%} of the paper's factors in degrees of freedom and memory growth or more, and "
+    f"the 2D ROM's memory differs from the 3D ROM's by {LITTLE:.0%} of the DNS's at most",
+    UNRECORDED,
+    ("table5_cost",),
+    OF_COSTS,
+)
 def judge_cost(evidence: Evidence) -> Judgement:
-    """R5: what the reduced models save with ties, at the paper's mesh size."""
-    case = _case(evidence, "tie", "course", ("rom3d", "rom2d"))
+    """R5: savings of the reduced models with ties, at the paper's mesh size."""
+    case = _case(evidence, "tie", ("rom3d", "rom2d"))
     if case is None or case.by_hexahedra is None:
-        return Judgement(
-            "",
-            NOT_RUN,
-            "the study has not all models of ties in course tension, the paper's element among them",
+        return not_run(
+            "the study has not all models of ties in course tension, the paper's element among them"
         )
     direct = case.by_hexahedra
     printed = {
@@ -204,19 +265,23 @@ def judge_cost(evidence: Evidence) -> Judgement:
     )
     size, wanted = direct.scene.mesh.size, _reported(evidence, "dns", "mesh size")
     if not np.isclose(size, wanted):
-        return Judgement(
-            measured, NOT_RUN, f"elements of {1e3 * size:g} mm, the paper's of {1e3 * wanted:g} mm; {note}"
-        )
+        return not_run(f"elements of {1e3 * size:g} mm, the paper's of {1e3 * wanted:g} mm; {note}", measured)
     return Judgement(measured, verdict(reproduced), note)
 
 
+@rule(
+    RULES,
+    "R6",
+    f"DNS over 3D ROM in degrees of freedom, memory growth and time: {AS_MUCH:.0%} of what it is with ties or more",
+    UNRECORDED,
+    ("table5_cost",),
+    OF_COSTS,
+)
 def judge_cost_with_friction(evidence: Evidence) -> Judgement:
     """R6: with isotropic friction the 3D model saves as much as with ties; over the paper's element if both have it."""
-    tie, slides = (_case(evidence, kind, "course", ("rom3d",)) for kind in ("tie", "isotropic"))
+    tie, slides = (_case(evidence, kind, ("rom3d",)) for kind in ("tie", "isotropic"))
     if tie is None or slides is None:
-        return Judgement(
-            "", NOT_RUN, "the study has no 3D ROM with ties and with isotropic friction in course tension"
-        )
+        return not_run("the study has no 3D ROM with ties and with isotropic friction in course tension")
     direct = [slides.by_hexahedra, tie.by_hexahedra]
     if None in direct or made_of(direct[0].scene) != made_of(direct[1].scene):
         direct = [slides.dns, tie.dns]
@@ -229,15 +294,38 @@ def judge_cost_with_friction(evidence: Evidence) -> Judgement:
     holds = all(mine >= AS_MUCH * theirs for mine, theirs in zip(saved, with_ties, strict=True))
     judged = Judgement(measured, verdict(holds), f"as much: {AS_MUCH:.0%} of each or more")
     models = [*direct, tie.main["rom3d"], slides.main["rom3d"]]
-    return at_full_strain(evidence, judged, [model.history for model in models], slides.dns.scene.name)
+    return _at_full_strain(evidence, judged, models, slides.dns)
 
 
+def _savings(direct: Simulation, case: Case) -> tuple[float, float, float]:
+    """Return degrees of freedom, growth of memory and time of a direct simulation over those of the 3D model."""
+    dns, rom = (model.history.attrs for model in (direct, case.main["rom3d"]))
+    memory = dns["memory_growth"] / memory_growth(case.main["rom3d"].history)
+    return dns["dof"] / rom["dof"], memory, dns["wall_seconds"] / rom["wall_seconds"]
+
+
+def _reported(evidence: Evidence, fidelity: str, quantity: str) -> float:
+    return number(evidence.paper, "5", REPORTED[fidelity], quantity)
+
+
+# ---- beams in contact (Fig. 12b) ----
+
+
+@rule(
+    RULES,
+    "B1",
+    "force of beams in contact at one point, with rigid sections, over the reference's: below 1 by more than the "
+    "uncertainty",
+    UNRECORDED,
+    ("fig12_size_and_beams", "beams"),
+    OF_REFERENCE,
+)
 def judge_beams(evidence: Evidence) -> Judgement:
     """B1: beams in contact at one point of a crossing, with rigid sections, are softer than solids."""
-    case = _case(evidence, "isotropic", "course", ())
+    case = _case(evidence, "isotropic", ())
     plain = [model for model in case.beams if is_plain(model.scene)] if case else []
     if not plain:
-        return Judgement("", NOT_RUN, "the study has no beams in contact beside solids in course tension")
+        return not_run("the study has no beams in contact beside solids in course tension")
     if lacks := _without_reference([case]):
         return lacks
     models = {"DNS": case.dns} | {model.label: model for model in case.beams}
@@ -248,83 +336,17 @@ def judge_beams(evidence: Evidence) -> Judgement:
         verdict(ratios[plain[0].label].below(1.0)),
         f"judged by {plain[0].label}",
     )
-    histories = [case.dns.history, *(model.history for model in case.beams)]
-    return at_full_strain(evidence, judged, histories, case.dns.scene.name)
+    return _at_full_strain(evidence, judged, [case.dns, *case.beams], case.dns)
 
 
-MODEL_RULES = {
-    "R1": Rule(
-        judge_forces,
-        f"relative L2 distance of F(strain) to the reference: 3D at most {MUCH_CLOSER:g} times 2D, in four cases",
-        UNRECORDED,
-        ("fig15_force_strain", "rom_distance"),
-        OF_REFERENCE,
-    ),
-    "R2": Rule(
-        judge_out_of_plane,
-        f"in four cases: u_z of the 3D ROM correlates with the DNS's from {SAME_SHAPE:g} on, its root mean square lies "
-        f"within a factor of {SAME_SIZE:g} of the reference's, and the 2D ROM's largest |u_z| is {NONE_AT_ALL:.0%} of "
-        "the reference's at most",
-        UNRECORDED,
-        ("fig16_out_of_plane",),
-        OF_REFERENCE,
-    ),
-    "R3": Rule(
-        judge_motion_order,
-        "in course tension, of which Fig. 16 is: largest |u_z| with friction over that with ties exceeds 1 in the 3D "
-        "ROM and in the reference",
-        AFTER,
-        ("fig16_out_of_plane",),
-        OF_REFERENCE,
-    ),
-    "R4": Rule(
-        judge_springs,
-        f"averaged springs: kz {BY_FAR:g} times the others or more, kx > ky in course and ky > kx in wale tension",
-        UNRECORDED,
-        ("table2_springs",),
-        "by contact stiffness, beside the values; signs alone decide what does not hold",
-    ),
-    "R5": Rule(
-        judge_cost,
-        f"the 3D ROM saves {AS_MUCH:.0%} of the paper's factors in degrees of freedom and memory growth or more, and "
-        f"the 2D ROM's memory differs from the 3D ROM's by {LITTLE:.0%} of the DNS's at most",
-        UNRECORDED,
-        ("table5_cost",),
-        OF_COSTS,
-    ),
-    "R6": Rule(
-        judge_cost_with_friction,
-        f"DNS over 3D ROM in degrees of freedom, memory growth and time: {AS_MUCH:.0%} of what it is with ties or more",
-        UNRECORDED,
-        ("table5_cost",),
-        OF_COSTS,
-    ),
-    "B1": Rule(
-        judge_beams,
-        "force of beams in contact at one point, with rigid sections, over the reference's: below 1 by more than the "
-        "uncertainty",
-        UNRECORDED,
-        ("fig12_size_and_beams", "beams"),
-        OF_REFERENCE,
-    ),
-}
-
-
-def _over_ties(slides: Case, tie: Case) -> Estimate:
-    """Return the reference's largest |u_z| with friction over that with ties, at the largest strain that both know."""
-    strains = set(slides.reference.strains(LARGEST_U_Z)) & set(tie.reference.strains(LARGEST_U_Z))
-    if not strains:
-        return UNKNOWN
-    one, other = (case.reference.at(LARGEST_U_Z, max(strains)) for case in (slides, tie))
-    off = one.uncertainty / one.value + other.uncertainty / other.value
-    return Estimate(one.value / other.value, off * one.value / other.value)
+# ---- cases ----
 
 
 def _in_cases(evidence: Evidence, judge: Callable[[Case], tuple[str, bool | None]], begin: str) -> Judgement:
-    """Judge every case with both reduced models; what holds in fewer cases than all does not decide."""
-    cases = list(_with_models(evidence, ("rom3d", "rom2d")))
+    """Judge every case with both reduced models; what holds in some cases only is not reproduced."""
+    cases = _with_models(evidence, ("rom3d", "rom2d"))
     if not cases:
-        return Judgement("", NOT_RUN, "the study has no direct simulation with both reduced models")
+        return not_run("the study has no direct simulation with both reduced models")
     if lacks := _without_reference(cases):
         return lacks
     judged = [judge(case) for case in cases]
@@ -338,18 +360,14 @@ def _in_cases(evidence: Evidence, judge: Callable[[Case], tuple[str, bool | None
     result = Judgement(measured, verdict(all_hold(held)), note)
     if result.verdict == REPRODUCED and len(cases) < len(CASES):
         result = replace(result, verdict=NOT_RUN)
-    histories = [model.history for case in cases for model in (case.dns, *case.main.values())]
-    return at_full_strain(evidence, result, histories, cases[0].dns.scene.name)
+    models = [model for case in cases for model in (case.dns, *case.main.values())]
+    return _at_full_strain(evidence, result, models, cases[0].dns)
 
 
 def _without_reference(cases: Iterable[Case]) -> Judgement | None:
     """Return the judgement where there is no reference of a case, or None."""
     lacking = [case.label for case in cases if not case.reference.known]
-    return Judgement("", NOT_RUN, f"there is no reference of {', '.join(lacking)}") if lacking else None
-
-
-def _noted(judgement: Judgement, note: str) -> str:
-    return "; ".join(filter(None, [judgement.note, note]))
+    return not_run(f"there is no reference of {', '.join(lacking)}") if lacking else None
 
 
 def _with_models(evidence: Evidence, fidelities: Iterable[str]) -> list[Case]:
@@ -357,20 +375,19 @@ def _with_models(evidence: Evidence, fidelities: Iterable[str]) -> list[Case]:
     return [case for case in evidence.cases if set(fidelities) <= set(case.main)]
 
 
-def _case(evidence: Evidence, interaction: str, direction: str, fidelities: Iterable[str]) -> Case | None:
-    """Return one case with reduced models of some fidelities, None where a study lacks it."""
+def _case(evidence: Evidence, interaction: str, fidelities: Iterable[str]) -> Case | None:
+    """Return the case of an interaction in course tension with some reduced models, None where a study lacks it."""
     cases = _with_models(evidence, fidelities)
     return next(
-        (case for case in cases if (case.interaction, case.direction) == (interaction, direction)), None
+        (case for case in cases if (case.interaction, case.direction) == (interaction, "course")), None
     )
 
 
-def _savings(direct: Simulation, case: Case) -> tuple[float, float, float]:
-    """Return degrees of freedom, growth of memory and time of a direct simulation over those of the 3D model."""
-    dns, rom = (model.history.attrs for model in (direct, case.main["rom3d"]))
-    memory = dns["memory_growth"] / memory_growth(case.main["rom3d"].history)
-    return dns["dof"] / rom["dof"], memory, dns["wall_seconds"] / rom["wall_seconds"]
+def _noted(judgement: Judgement, note: str) -> Judgement:
+    return replace(judgement, note="; ".join(filter(None, [judgement.note, note])))
 
 
-def _reported(evidence: Evidence, fidelity: str, quantity: str) -> float:
-    return number(evidence.paper, "5", REPORTED[fidelity], quantity)
+def _at_full_strain(
+    evidence: Evidence, judged: Judgement, models: Iterable[Simulation], direct: Simulation
+) -> Judgement:
+    return at_full_strain(evidence, judged, [model.scene.name for model in models], direct.scene.name)

@@ -1,4 +1,4 @@
-"""All rules by claim, and what claims come to at other values of inputs."""
+"""All rules by claim, and claims judged at other values of inputs."""
 
 from __future__ import annotations
 
@@ -11,36 +11,21 @@ import xarray as xr
 
 from knitstudy.measures.claims import contact, fabric, models
 from knitstudy.measures.claims.evidence import NOT_RUN, OPEN, Evidence, Judgement, Rule
-from knitstudy.measures.reference import TRANSFERRED, Reference, reference_of, transferred_uncertainty
+from knitstudy.measures.reference import TRANSFERRED, reference_of, transferred_uncertainty
 from knitstudy.measures.response import QUANTITIES
 from knitstudy.measures.variations import Variation, variations
 from knitstudy.study.scene import Scene
 
-# ---- All rules by which claims are judged
-
-
-RULES: dict[str, Rule] = {
-    **fabric.UNIT_CELL_RULES,
-    **contact.CONTACT_RULES,
-    **contact.KINEMATICS_RULES,
-    **models.MODEL_RULES,
-    **fabric.STRESS_RULES,
-    **fabric.SIZE_RULES,
-    **fabric.SWEEP_RULES,
-}
-"""By the claim's id."""
-
-
-# ---- Claims judged at other values of inputs: what one changed input does to force, motion and verdicts
-
+RULES: dict[str, Rule] = fabric.RULES | contact.RULES | models.RULES
+"""By claim."""
 
 CLAIMS = ("K1", "K2", "K3", "K4", "K5", "K6", "K8", "K11", "E1")
-"""What histories and contacts of a knit in course tension can decide. K7 is K5 at all coefficients of friction."""
+"""Claims that histories and contacts of a knit in course tension decide. K7 is K5 at all coefficients of friction."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What comes out at one value of one input.
+    """Responses and judgements at one value of one input.
 
     Attributes
     ----------
@@ -48,11 +33,11 @@ class Finding:
     values : mapping of (str, str) to float
         By quantity and interaction, at full strain, in its unit; of scenes that are not the base's.
     changes : mapping of (str, str) to float
-        The same over the base's, less one.
+        Relative change from the base.
     judged : mapping of str to Judgement
         By claim, as far as the scenes decide it.
     turned : tuple of str
-        Claims whose verdict is not the base's, where the base decides.
+        Claims with another verdict than the base's, where the base decides.
     """
 
     variation: Variation
@@ -70,18 +55,18 @@ def findings(
     paper: pd.DataFrame,
     reference: pd.DataFrame,
 ) -> list[Finding]:
-    """Return what comes out with every value of every input (`measures.variations`), the base first.
+    """Return the findings at every value of every input (`measures.variations`), the base first.
 
-    The reference knows the base alone. So the base, too, is judged by its own histories, with the uncertainty that
-    they have for it (`measures.reference`): verdicts differ for nothing but the input.
+    The reference knows the base alone. All are therefore judged by their own histories, with the uncertainty of their
+    discretisation at the base (`transferred_uncertainty`), so that verdicts differ by the input only.
 
     Parameters
     ----------
     scenes : iterable of Scene
     histories, contacts : mapping of str to Dataset
-        Of all of them, by scene.
+        Results by scene.
     geometry : Dataset
-        Of one of them, for the diameter of the yarn: it is the same in all.
+        Geometry of one of them, for the diameter of the yarn, which is the same in all.
     paper, reference : DataFrame
         ``resources/reference/paper_tables.csv`` and ``reference.csv``.
     """
@@ -93,19 +78,29 @@ def findings(
     untied = next((each for each in found if (each.key, each.value) == ("contact.tied_edges", "none")), None)
     result: list[Finding] = []
     for each in found:
-        estimates = {
-            kind: transferred_uncertainty(
-                known[kind], histories[base.scenes[kind].name], histories[scene.name]
-            )
-            for kind, scene in each.scenes.items()
-        }
         compared = dict(each.scenes)
         if each is base and untied and "isotropic" in untied.scenes:
             compared["untied"] = untied.scenes["isotropic"]
-        judged = _judged(compared, histories, contacts, geometry, paper, reference, estimates)
+        evidence = Evidence(
+            geometry,
+            paper,
+            reference,
+            {scene.name: scene for scene in compared.values()},
+            histories,
+            contacts,
+            direct={kind: scene.name for kind, scene in compared.items()},
+            estimates={
+                kind: transferred_uncertainty(
+                    known[kind], histories[base.scenes[kind].name], histories[scene.name]
+                )
+                for kind, scene in each.scenes.items()
+            },
+        )
+        judged = {claim: RULES[claim].judge(evidence) for claim in CLAIMS}
+        judged = {claim: of for claim, of in judged.items() if of.verdict != NOT_RUN}
         first = result[0] if result else None
         values = {
-            (quantity, kind): _at_full_strain(histories[each.scenes[kind].name], quantity)
+            (quantity, kind): _at_end(histories[each.scenes[kind].name], quantity)
             for quantity in TRANSFERRED
             for kind in each.varied or base.scenes
         }
@@ -124,7 +119,7 @@ def findings(
 
 
 def hanging(found: Iterable[Finding]) -> dict[str, tuple[str, ...]]:
-    """Return by input the claims whose verdict is not the base's at one of its values."""
+    """Return by input the claims with another verdict than the base's at one of its values."""
     hang: dict[str, dict[str, None]] = {}
     for each in found:
         if each.variation.key:
@@ -132,34 +127,11 @@ def hanging(found: Iterable[Finding]) -> dict[str, tuple[str, ...]]:
     return {key: tuple(claim for claim in CLAIMS if claim in claims) for key, claims in hang.items()}
 
 
-def _judged(
-    compared: Mapping[str, Scene],
-    histories: Mapping[str, xr.Dataset],
-    contacts: Mapping[str, xr.Dataset],
-    geometry: xr.Dataset,
-    paper: pd.DataFrame,
-    reference: pd.DataFrame,
-    estimates: Mapping[str, Reference],
-) -> dict[str, Judgement]:
-    """Judge the claims that some scenes, by what `Evidence` calls them, can decide."""
-    evidence = Evidence(
-        geometry,
-        compared,
-        paper,
-        reference,
-        direct={name: histories[scene.name] for name, scene in compared.items()},
-        contacts={name: contacts[scene.name] for name, scene in compared.items() if scene.name in contacts},
-        estimates=estimates,
-    )
-    judged = {claim: RULES[claim].judge(evidence) for claim in CLAIMS}
-    return {claim: each for claim, each in judged.items() if each.verdict != NOT_RUN}
-
-
 def _differs(one: Judgement, other: Judgement | None) -> bool:
     return other is not None and other.verdict != OPEN and one.verdict != other.verdict
 
 
-def _at_full_strain(history: xr.Dataset, quantity: str) -> float:
+def _at_end(history: xr.Dataset, quantity: str) -> float:
     """Return a quantity of a history at its largest strain."""
     _, values = QUANTITIES[quantity]
     return float(np.asarray(values(history, history))[-1])

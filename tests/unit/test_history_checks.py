@@ -1,0 +1,160 @@
+"""Checks of histories by hand, the faults of one that has ended, and the tables of direct simulations."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+from synthetic import history
+
+from knitstudy.loading.history import FORMS
+from knitstudy.measures.history_checks import (
+    DEEPEST,
+    faults,
+    hourglass_share,
+    is_unloaded,
+    ledger_gap,
+    penetration,
+    unbalanced_contact,
+)
+from knitstudy.tables import catalogue
+
+WORK = 1e-3
+"""External work at full load [J]."""
+
+
+def energies(**shares):
+    """Return the energies of three increments over their work: internal energy but for some shares."""
+    share = {form: shares.get(form, 0.0) for form in FORMS}
+    share |= {"external": 1.0, "internal": shares.get("internal", 1.0 - sum(shares.values()))}
+    return WORK * np.linspace(0, 1, 3)[:, None] ** 2 * np.array([share[form] for form in FORMS])
+
+
+@pytest.fixture
+def whole():
+    """Function that returns a sound history but for some changes."""
+
+    def made(load=(0.0, 0.5, 1.0), residual=1e-9, energy=None, **columns):
+        dataset = history().assign(
+            load=("increment", np.array(load)),
+            residual=("increment", np.full(3, residual)),
+            reaction=(("increment", "xyz"), np.zeros((3, 3))),
+            energy=(("increment", "form"), energies() if energy is None else energy),
+            **{name: ("increment", np.array(values)) for name, values in columns.items()},
+        )
+        return dataset.assign_coords(form=list(FORMS))
+
+    return made
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        ({}, []),
+        ({"load": (0.0, 0.5, 0.9)}, ["ends at load factor 0.9"]),
+        ({"residual": 2e-6}, ["residual 2.00e-06"]),
+        ({"energy": energies(internal=0.94)}, ["ledger open by 6.0%"]),
+    ],
+)
+def test_values_outside_of_their_limits_are_faults(whole, plain_scene, made, said):
+    assert faults(whole(**made), plain_scene) == said
+
+
+@pytest.mark.parametrize("name", ["force", "residual", "load"])
+def test_values_that_are_no_numbers_are_faults(whole, plain_scene, name):
+    dataset = whole()
+    dataset[name][-1] = np.nan
+    assert faults(dataset, plain_scene) == [f"{name} holds what is no number"]
+
+
+def test_hourglass_modes_are_found_where_elements_have_them(whole, plain_scene):
+    dataset = whole(energy=energies(hourglass=0.06))
+    assert faults(dataset, plain_scene) == []  # networks have none, and no limit
+    solid = plain_scene.vary({"fidelity": "hexahedra"})
+    assert faults(dataset, solid) == ["hourglass energy 6.4%"]
+
+
+def test_penetration_is_compared_with_the_limit_of_contact(whole, plain_scene):
+    deep = whole(smallest_gap=(1e-5, -1e-6, -2e-5))
+    assert faults(deep.assign_attrs(penetration_limit=3e-5), plain_scene) == []
+    (said,) = faults(deep.assign_attrs(penetration_limit=1e-5), plain_scene)
+    assert said == "penetration 2.00e-05 m, allowed 1.00e-05 m"
+    assert faults(deep, plain_scene) == []  # beams: by their radius alone
+    through = whole(smallest_gap=(0.0, 0.0, -1.01 * DEEPEST * plain_scene.yarn.radius))
+    assert faults(through, plain_scene)[0].startswith("penetration ")
+    apart = whole(smallest_gap=(np.nan, np.nan, np.nan))
+    assert (faults(apart, plain_scene), penetration(apart)) == ([], 0)
+
+
+def test_a_ledger_of_rounding_errors_is_no_fault(whole, plain_scene):
+    open_one = whole(energy=1e-15 * energies(internal=0.5))
+    assert is_unloaded(open_one, plain_scene)
+    assert faults(open_one, plain_scene) == []
+
+
+def test_forces_of_contact_are_in_balance(whole):
+    force = np.zeros((3, 2, 3))
+    force[-1] = [[0, 0, 1.0], [0, 0, -1.0]]
+    dims = ("increment", "yarn_number", "xyz")
+    assert unbalanced_contact(whole().assign(yarn_force=(dims, force))) == 0.0
+    force[-1, 0, 2] = 1.2
+    assert unbalanced_contact(whole().assign(yarn_force=(dims, force))) == pytest.approx(0.2 / 2.2)
+    assert unbalanced_contact(whole().assign(yarn_force=(dims, 0 * force))) == 0.0
+
+
+# ---- tables ----
+
+SCENES = {"dns": SimpleNamespace(solver=SimpleNamespace(residual_tolerance=1e-6, correction_tolerance=1e-6))}
+
+
+@pytest.fixture
+def direct():
+    """Three increments: external work 0, 1, 4 J; internal 0.03, 0.99, 3.9 J; hourglass 0.02, 0.03, 0.06 J."""
+    energy = np.zeros((3, len(FORMS)))
+    energy[:, FORMS.index("external")] = [0.0, 1.0, 4.0]
+    energy[:, FORMS.index("internal")] = [0.03, 0.99, 3.9]
+    energy[:, FORMS.index("hourglass")] = [0.02, 0.03, 0.06]
+    return xr.Dataset(
+        {
+            "energy": (("increment", "form"), energy),
+            "tied_area": ("crossing", [1e-7, 3e-7]),
+            "residual": ("increment", [0.0, 2e-7, 1e-8]),
+            "correction": ("increment", [0.0, 1e-9, 3e-7]),
+            "newton_iterations": ("increment", [0, 4, 3]),
+            "krylov_iterations": ("increment", [0, 40, 30]),
+        },
+        coords={"form": list(FORMS)},
+        attrs={"tie_nodes": 8, "linear_setups": 2},
+    )
+
+
+def test_table_of_a_direct_simulation(direct):
+    assert ledger_gap(direct) == pytest.approx(0.05 / 4)  # |0 - 0.03 - 0.02| is the largest gap
+    # The first increment does not count: its 0.03 J are less than 1% of 3.9 J.
+    assert hourglass_share(direct) == pytest.approx(0.03 / 0.99)
+    table = catalogue.tabulate("simulation", dns=direct, scenes=SCENES).set_index("quantity")
+    assert table.loc["Newton iterations", "value"] == 7
+    assert table.loc["Krylov iterations", "value"] == 70
+    assert table.loc["largest residual over mean internal force", ["value", "bar"]].tolist() == [2e-7, 1e-6]
+    assert table.loc["tied area of a crossing, largest", "value"] == 3e-7
+    assert set(table["unit"]) == {"1", "m2"}
+
+
+def test_table_of_contact_adds_penetration_and_dissipation(direct):
+    energy = direct["energy"].copy(deep=True)
+    energy.loc[{"form": "friction"}] = [0.0, 0.05, 0.4]
+    energy.loc[{"form": "stabilisation"}] = [0.01, 0.0297, 0.039]
+    contact = direct.assign(
+        energy=energy,
+        smallest_gap=("increment", [1e-5, -3e-6, -1e-6]),
+        augmentations=("increment", [0, 2, 1]),
+    ).assign_attrs(penetration_limit=3e-6)
+    table = catalogue.tabulate("simulation_contact", dns=contact, scenes=SCENES).set_index("quantity")
+    assert table.loc["deepest penetration", ["value", "bar"]].tolist() == [3e-6, 3e-6]
+    law = contact.assign_attrs(indentation_deepest=1e-4, penetration_limit=np.inf)
+    soft = catalogue.tabulate("simulation_contact", dns=law, scenes=SCENES).set_index("quantity")
+    assert soft.loc["deepest local indentation", ["value", "bar"]].tolist() == [3e-6, 1e-4]
+    assert table.loc["augmentations", "value"] == 3
+    assert table.loc["friction over external work at full load", "value"] == pytest.approx(0.1)
+    assert table.loc["largest stabilisation over internal energy", "value"] == pytest.approx(0.03)
+    assert table.loc["stabilisation over internal energy at full load", "value"] == pytest.approx(0.01)
