@@ -20,19 +20,11 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.exchange import inp, vtu
 from knitstudy.files import fault_of
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mesh import mesher
-from knitstudy.models import (
-    beams_in_contact,
-    cell,
-    pieces,
-    reduced_models,
-    solid_yarns,
-    stress,
-    window,
-)
+from knitstudy.models import stress
+from knitstudy.models.simulate import MODELS, simulate
 from knitstudy.stages.memory import expected_memory, machine_memory
 from knitstudy.study.scene import Scene
 
@@ -162,28 +154,12 @@ HAVE_CONTACTS = ("dns", "cut_knit", "window")
 
 # ---- Simulation: one model of each scene ----
 
-SIMULATORS = {
-    "dns": solid_yarns.simulate,
-    "rom": reduced_models.simulate,
-    "beams": beams_in_contact.simulate,
-    "cut_knit": pieces.simulate_cut_knit,
-    "cell": cell.simulate,
-    "window": window.simulate,
-}
-
-
-def simulate(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY, **needed: xr.Dataset) -> xr.Dataset:
-    """Return the history of a scene by its model."""
-    return SIMULATORS[scene.kind.stage](scene, geometry, run=run, **needed)
-
 
 def _model_code(scene: Scene) -> tuple[str, ...]:
-    """Return the modules of the model of a scene, of its elements, its material and its contact."""
-    found = [SIMULATORS[scene.kind.stage].__module__]
+    """Return the modules of the model of a scene, of its elements and its material."""
+    found = [MODELS[scene.fidelity].__module__]
     if _is_solid(scene):
         found += [MATERIALS.module(scene.yarn.material)]
-        found += [scene.kind.fidelity.solids] if scene.kind.fidelity.solids else []
-        found += [scene.kind.interaction.solids] if scene.kind.interaction.touches else []
         found += [ELEMENTS.module(scene.mesh.element)] if scene.value("mesh.element") else []
     return tuple(found)
 
