@@ -39,7 +39,7 @@ OF_SIZE = ("pattern.loops", "pattern.rows", "pair.length", "mesh.size", "mesh.cr
 
 KIND = ("specimen", "fidelity", "interaction")
 
-PHYSICS = (*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver")
+MODEL_KEYS = (*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver")
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,7 @@ def _export(
     path_pattern: str,
     function: Callable,
     output: str,
-    reads: tuple[str, ...] = PHYSICS,
+    reads: tuple[str, ...] = MODEL_KEYS,
     of: Callable[[Scene], bool] = has_mesh,
     needs: Callable[[Scene, Named], Needs] = _solids,
 ) -> Stage:
@@ -267,7 +267,7 @@ _STAGES = (
         name="simulation",
         path_pattern="simulation/{scene}.nc",
         function=simulate,
-        reads=(*PHYSICS, "gates", "rom", "beam", "window"),
+        reads=(*MODEL_KEYS, "gates", "rom", "beam", "window"),
         outputs=("fields",),
         of=lambda scene: True,
         needs=_model_needs,
@@ -287,7 +287,7 @@ _STAGES = (
         name="stress",
         path_pattern="stress/{scene}.nc",
         function=stress.stress,
-        reads=PHYSICS,
+        reads=MODEL_KEYS,
         of=lambda scene: has_mesh(scene) and scene.specimen == "knit" and "fields" in scene.outputs,
         needs=_fields,
         code=lambda scene: (stress.__name__, *_model_code(scene)),
@@ -298,7 +298,7 @@ _STAGES = (
         name="deformed_vtu",
         path_pattern="simulation/{scene}.vtu",
         function=vtu.write_deformed,
-        reads=PHYSICS,
+        reads=MODEL_KEYS,
         of=has_mesh,
         needs=_fields,
         wanted=lambda scene: {"fields", "vtu"} <= set(scene.outputs),
