@@ -25,7 +25,7 @@ from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.centre_cell import closest_neighbour, rotation_angle
 from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models import honeycomb
+from knitstudy.models import network_2d
 from knitstudy.models.joints import contacts_of_crossings
 
 PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
@@ -324,7 +324,7 @@ def test_unit_cell_says_and_marks_what_penetrates(drawn, pictures):
 def test_honeycomb_shows_every_beam_and_zone(drawn, knit, results):
     (axes,) = drawn("fig04_honeycomb").axes
     beams = next(each for each in axes.collections if isinstance(each, LineCollection))
-    network = honeycomb.planar_network(knit, results("")["contacts"])
+    network = network_2d.planar_network(knit, results("")["contacts"])
     assert len(beams.get_segments()) == len(network.ends)
     np.testing.assert_allclose(beams.get_segments()[0], 1e3 * network.nodes[network.ends[0], :2])
     sizes = [len(each.get_offsets()) for each in axes.collections if not isinstance(each, LineCollection)]

@@ -8,7 +8,7 @@ from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mechanics.materials.isotropic import Hencky, StVenantKirchhoff
 from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models import solid_yarns as dns
+from knitstudy.models.simulate import solve
 
 
 @pytest.fixture
@@ -56,11 +56,8 @@ def pull(plain_scene, knit_of):
             keys = {"mesh.size": 0.6e-3, "gates.elements_across": 2.0, "solver.hourglass": 0.01} | keys
         scene = plain_scene.vary(keys)
         knit = knit_of(scene)
-        return float(
-            dns.run(scene, mesh_fabric(knit, scene.value("mesh.size") or scene.yarn.radius), knit)["force"][
-                -1
-            ]
-        )
+        mesh = mesh_fabric(knit, scene.value("mesh.size") or scene.yarn.radius)
+        return float(solve(scene, knit, mesh=mesh)["force"][-1])
 
     return pull
 

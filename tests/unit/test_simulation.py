@@ -138,7 +138,7 @@ def test_results_of_other_code_are_replaced(config, made, tmp_path, monkeypatch)
     scene = load_scene("rom3d-own", config)
     simulate(scene, tmp_path, config=config)
     made.clear()
-    code = "models.reduced_models"
+    code = "models.network_3d"
     monkeypatch.setattr(
         "knitstudy.stages.plan.code_digest", lambda module, *others: "edited" if code in module else module
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,7 +16,7 @@ from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.grids import Grid, circular_chords, circular_stretch
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.spline_yarn.space import Space
+from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
 from knitstudy.mesh.mesher import Grips
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
@@ -116,6 +115,8 @@ class Discretisation:
     missing : callable, optional
         Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one yarn's
         alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement shows it all.
+    space : Space, optional
+        Of polynomials and splines.
     """
 
     mesh: SweptMesh
@@ -135,6 +136,7 @@ class Discretisation:
     connectivity: np.ndarray | None = None
     rings: Rings | None = None
     missing: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
+    space: Space | None = None
 
     def sampled(self, values: np.ndarray) -> np.ndarray:
         """Return what the nodes (N, ...) give at the nodes of `mesh` (M, ...)."""
@@ -143,17 +145,6 @@ class Discretisation:
     def nodes_of(self, yarn: int) -> np.ndarray:
         """Return the nodes of a yarn, ascending."""
         return np.flatnonzero(self.yarn == yarn)
-
-
-def discretised(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
-    """Return the yarns of a scene, divided as its fidelity says.
-
-    Raises
-    ------
-    MeshError
-        If elements are too large for the yarn, or too many for the memory.
-    """
-    return import_module(scene.kind.fidelity.solids).discretise(scene, mesh, specimen)
 
 
 # ---- Cells of contact on the surfaces of solid yarns without hexahedra: small near crossings, few elsewhere
@@ -211,3 +202,16 @@ def _require_apart(stations: np.ndarray, window: float, radius: float) -> None:
             f"two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, less than contact.window, "
             f"{window / radius:.2f}: what each indents would count twice; use a smaller contact.window"
         )
+
+
+# ---- Shapes of yarns as splines
+
+PLACES = 8
+"""Places a span at which the shape of a yarn is fitted."""
+
+
+def fitted_places(own: YarnSpace) -> np.ndarray:
+    """Return the arc lengths (k,) at which the shape of a yarn is fitted, its end included [m]."""
+    low, high = own.spline.spans.T
+    share = np.arange(PLACES) / PLACES
+    return np.append((low[:, None] + (high - low)[:, None] * share).ravel(), high[-1])

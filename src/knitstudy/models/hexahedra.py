@@ -8,8 +8,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.contacts.facets import Rings
+from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_elements_across
+from knitstudy.loading.history import Meter
+from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
 from knitstudy.mechanics.elements.hexahedron import InverseMap, shape, shape_gradient
@@ -19,6 +22,7 @@ from knitstudy.mesh.mesher import Grips, grips
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
 from knitstudy.mesh.quality import require_memory_to_simulate
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.models import solids
 from knitstudy.models.discretisation import Discretisation, yarn_surfaces
 from knitstudy.study.scene import Scene
 
@@ -66,7 +70,7 @@ def _lumped() -> np.ndarray:
 LUMPED = _lumped()
 
 
-def divide_quadratic(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
+def divide_quadratic(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
     """Return the yarns of a scene as quadratic hexahedra, one for each of a swept mesh.
 
     Raises
@@ -74,7 +78,7 @@ def divide_quadratic(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discret
     MeshError
         If one is folded.
     """
-    quadratic = quadratic_mesh(mesh, specimen.centrelines)
+    quadratic = quadratic_mesh(mesh, fabric.centrelines)
     return Discretisation(
         mesh=quadratic.corners,
         nodes=quadratic.nodes,
@@ -86,7 +90,7 @@ def divide_quadratic(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discret
         volume=partial(_volume, len(quadratic.nodes)),
         surfaces=Grids(_grids(quadratic)),
         rings=Rings.of_rows(quadratic.arc_lengths),
-        ends=_ends(quadratic, grips(quadratic.corners, scene, specimen)),
+        ends=_ends(quadratic, grips(quadratic.corners, scene, fabric)),
         locate=InverseMap(
             quadratic.nodes, quadratic.elements, quadratic.yarn, quadratic_shape, quadratic_shape_gradient
         ).locate,
@@ -146,11 +150,31 @@ def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:
     return sp.csr_matrix((values, (rows, columns)), shape=(count, count))
 
 
-# ---- Solid yarns of hexahedra: linear ones here, quadratic ones in `quadratic_hexahedra`
+# ---- The model: linear hexahedra here, quadratic ones above
 
 
-def discretise(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
-    """Return the yarns of a scene as hexahedra.
+def build(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Problem:
+    """Return a scene with yarns of hexahedra as a problem.
+
+    Raises
+    ------
+    ConfigurationError
+        If the fabric is endless or its yarns are arcs of others.
+    MeshError
+        If elements are too large for the yarn or folded, the simulation does not fit into memory, a crossing cannot be
+        tied, or yarns overlap.
+    """
+    if len(fabric.periods) or fabric.arcs is not None:
+        raise ConfigurationError(
+            f"scene {scene.name!r}: specimen is {scene.specimen}, which hexahedra cannot model; use spline_yarns"
+        )
+    meter = Meter()
+    yarns = solids.assemble(scene, fabric, discretise(scene, fabric, mesh))
+    return solids.problem(scene, fabric, yarns, meter)
+
+
+def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Discretisation:
+    """Return the yarns of a scene as hexahedra that are fit to be simulated.
 
     Raises
     ------
@@ -158,13 +182,13 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisatio
         If elements are too large for the yarn, or too many for the memory.
     """
     require_elements_across(scene)
-    parts = divide(scene, mesh, specimen)
+    parts = divide(scene, mesh, fabric)
     each = parts.connectivity.shape[1]
     require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size, each)
     return parts
 
 
-def divide(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
+def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
     """Return the yarns of a scene as hexahedra, whether or not they are fit to be simulated.
 
     Raises
@@ -173,7 +197,7 @@ def divide(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
         If one is folded.
     """
     if ELEMENTS.find(scene.mesh.element).nodes == NODES:
-        return divide_quadratic(scene, mesh, specimen)
+        return divide_quadratic(scene, mesh, fabric)
     station = np.repeat(np.arange(mesh.slices), mesh.section.size)
     return Discretisation(
         mesh=mesh,
@@ -186,7 +210,7 @@ def divide(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
         volume=partial(_volume_hexahedra, len(mesh.nodes)),
         surfaces=Grids(yarn_surfaces(mesh)),
         rings=Rings.of_rows(mesh.stations),
-        ends=grips(mesh, scene, specimen),
+        ends=grips(mesh, scene, fabric),
         locate=InverseMap(
             mesh.nodes, mesh.hexahedra, mesh.yarn_of_slice[station], shape, shape_gradient
         ).locate,

@@ -10,6 +10,7 @@ import xarray as xr
 from scipy.optimize import elementwise
 
 from knitstudy.errors import ConfigurationError, DataFileError, GeometryError
+from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.columns import CONTACTS
@@ -54,6 +55,12 @@ class JointPoints:
     arc_length: np.ndarray
     point: np.ndarray
     centroid: np.ndarray
+
+    @classmethod
+    def at_crossings(cls, crossings: Crossings, chosen: np.ndarray) -> JointPoints:
+        """Return the closest points of chosen crossings as C, and their middles as P."""
+        point = crossings.point[chosen]
+        return cls(crossings.yarn[chosen], crossings.arc_length[chosen], point, point.mean(axis=1))
 
 
 def joint_points(knit: Fabric, contacts: xr.Dataset) -> JointPoints:

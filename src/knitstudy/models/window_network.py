@@ -16,7 +16,6 @@ from knitstudy.loading.history import Stations
 from knitstudy.mechanics.beam_contact.approach import Curves
 from knitstudy.mechanics.beam_contact.contact import BeamContact, TouchingBeams, hertz
 from knitstudy.mechanics.beam_model import BeamModel
-from knitstudy.models import network as rom3d
 from knitstudy.models.beam_pairs import point_pairs
 from knitstudy.models.joints import (
     LARGEST,
@@ -27,6 +26,7 @@ from knitstudy.models.joints import (
     patch_stiffness,
 )
 from knitstudy.models.network import Network
+from knitstudy.models.network_3d import spatial_network
 from knitstudy.models.springs import springs
 from knitstudy.study.scene import Scene
 
@@ -164,17 +164,12 @@ def surroundings(scene: Scene, knit: Fabric, window: Window, contacts: xr.Datase
     """
     crossings = knit.crossings
     outside = np.setdiff1d(np.arange(len(crossings.row)), window.crossing)
-    points = JointPoints(
-        crossings.yarn[outside],
-        crossings.arc_length[outside],
-        crossings.point[outside],
-        crossings.point[outside].mean(axis=1),
-    )
+    points = JointPoints.at_crossings(crossings, outside)
     stops = knit.grip_ends(scene.load.direction)
     for yarn, cuts in window.cuts.items():
         stops = stops | {yarn: np.concatenate([stops.get(yarn, np.empty(0)), cuts])}
     joints = _joints(scene, knit, points, outside, contacts)
-    whole = rom3d.spatial_network(knit, points, scene.mesh.beam_size, joints=joints, stops=stops)
+    whole = spatial_network(knit, points, scene.mesh.beam_size, joints=joints, stops=stops)
     return _without_arcs(whole, window)
 
 

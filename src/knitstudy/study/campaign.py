@@ -1,13 +1,12 @@
 """A campaign: scenes at the ends of what their keys may be, one thing at a time and all together at random.
 
-What there is to try stands in ``config/extremes.yaml``. A scene of a campaign need not be one: a value that no scene
-may have is part of the question, and `Trial.scene` says so when it is asked.
+``config/extremes.yaml`` says what is tried. A trial need not be a valid scene: a value that no scene may have is part
+of the question, and `Trial.scene` refuses it.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,11 +15,11 @@ import numpy as np
 from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.registry import unknown_choice
+from knitstudy.registry import find, unknown_choice
 from knitstudy.study.configuration import CONFIG, FAMILIES, load_scenes
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.keys import Section, key, validated
-from knitstudy.study.kinds import Labels, all_sections
+from knitstudy.study.kinds import Labels, all_sections, role_of
 from knitstudy.study.scene import Scene
 
 FILE = "extremes.yaml"
@@ -34,18 +33,13 @@ TOGETHER = "together"
 DIGITS = 3
 """Digits of a value that was drawn."""
 
-
-def _scaled(unit: str, of: Callable[[Scene], float]) -> Callable[[Scene, float], Scene]:
-    return lambda scene, value: scene.scaled(**{unit: value / of(scene)})
-
-
 QUANTITIES: Mapping[str, Callable[[Scene, Any], Scene]] = {
     "across": lambda scene, value: scene.replace("mesh.size", scene.yarn.diameter / value),
     "degree": lambda scene, value: scene.vary({"mesh.degree": value, "mesh.crossing_degree": value}),
-    "diameter": _scaled("length", lambda scene: scene.yarn.diameter),
-    "stiffness": _scaled("stiffness", lambda scene: scene.yarn.youngs_modulus),
+    "diameter": lambda scene, value: scene.scaled(length=value / scene.yarn.diameter),
+    "stiffness": lambda scene, value: scene.scaled(stiffness=value / scene.yarn.youngs_modulus),
 }
-"""What is not a key but sets some, in the order in which they follow the keys of a trial."""
+"""Quantities that set several keys, in the order in which they follow the keys of a trial."""
 
 APPLIES = {"across": "mesh.size", "degree": "mesh.degree", "diameter": "yarn", "stiffness": "yarn"}
 """The key or section that a scene must have for a quantity to say something of it."""
@@ -92,19 +86,7 @@ class Declared(Section):
 
 @dataclass(frozen=True)
 class Trial:
-    """One scene that is tried.
-
-    Attributes
-    ----------
-    name : str
-        Group, base and number in the group.
-    group : str
-        Of the campaign.
-    base : Scene
-        That some keys are changed of.
-    changes : mapping of str to value
-        Keys and `QUANTITIES`.
-    """
+    """One scene that is tried: a base with some keys and `QUANTITIES` changed."""
 
     name: str
     group: str
@@ -112,25 +94,13 @@ class Trial:
     changes: Mapping[str, Any]
 
     @property
-    def label(self) -> str:
-        """The name as a file has it."""
-        return re.sub(r"[^a-z0-9]+", "-", self.name.lower())
-
-    @property
     def model(self) -> str:
         """Name of the base without what all of them begin with."""
         return self.base.name.removeprefix(BASE)
 
     def scene(self) -> Scene:
-        """Return the scene.
-
-        Raises
-        ------
-        ConfigurationError
-            Where no scene may be so.
-        """
-        keys = {name: value for name, value in self.changes.items() if name not in QUANTITIES}
-        scene = self.base.vary(keys) if keys else self.base
+        """Return the scene; ConfigurationError where no scene may be so."""
+        scene = self.base.vary({name: each for name, each in self.changes.items() if name not in QUANTITIES})
         for name, change in QUANTITIES.items():
             if name in self.changes:
                 scene = change(scene, self.changes[name])
@@ -166,45 +136,35 @@ def load_campaign(config: Path = CONFIG) -> Campaign:
     path = Path(config) / FILE
     declared = validated(Declared, read_yaml(path), str(path))
     scenes = load_scenes(config)
+    bases = {name.removeprefix(BASE): scene for name, scene in scenes.items() if name.startswith(BASE)}
     trials = []
     for group, inside in declared.alone.items():
         where = f"{path}: alone: {group}"
         alone = validated(Alone, inside, where)
-        for base in _bases(alone.of, scenes, where):
+        for name in alone.of:
+            base = find(f"scene of {FAMILIES}", bases, name, where)
             for number, changes in enumerate(alone.changes(), 1):
                 _require_known(changes, where)
-                trials.append(Trial(_name(group, base, number), group, base, changes))
+                trials.append(Trial(f"{group} {name} {number}", group, base, changes))
     where = f"{path}: {TOGETHER}"
     together = validated(Together, declared.together, where)
-    _require_known(dict.fromkeys(name for keys in together.keys for name in keys.split()), where)
-    for index, base in enumerate(_bases(together.of, scenes, where)):
+    _require_known([name for keys in together.keys for name in keys.split()], where)
+    for index, name in enumerate(together.of):
+        base = find(f"scene of {FAMILIES}", bases, name, where)
         for number in range(1, together.scenes + 1):
             # Its own generator: one scene more changes no other.
             changes = _drawn(np.random.default_rng((declared.seed, index, number)), together, base, where)
-            trials.append(Trial(_name(TOGETHER, base, number), TOGETHER, base, changes))
+            trials.append(Trial(f"{TOGETHER} {name} {number}", TOGETHER, base, changes))
     return Campaign(tuple(trials), declared.limit, declared.cheap)
 
 
-def _name(group: str, base: Scene, number: int) -> str:
-    return f"{group} {base.name.removeprefix(BASE)} {number}"
-
-
-def _bases(names: tuple[str, ...], scenes: Mapping[str, Scene], where: str) -> list[Scene]:
-    bases = {name.removeprefix(BASE): scene for name, scene in scenes.items() if name.startswith(BASE)}
-    for name in names:
-        if name not in bases:
-            message = unknown_choice(f"unknown scene of {FAMILIES}", name, name, sorted(bases))
-            raise ConfigurationError(f"{where}: {message}")
-    return [bases[name] for name in names]
-
-
-def _require_known(changes: Mapping[str, Any], where: str) -> None:
+def _require_known(changes: Iterable[str], where: str) -> None:
     """Refuse a key of no scene: a value may be wrong on purpose, a name may not."""
-    known = {f"{section}.{name}" for section, fields in all_sections().items() for name in fields}
-    known |= QUANTITIES.keys() | Labels.model_fields.keys()
     for name in changes:
-        if name not in known:
-            raise ConfigurationError(f"{where}: {unknown_choice('unknown key', name, name, sorted(known))}")
+        if name not in QUANTITIES and role_of(name) is None:
+            keys = {f"{section}.{each}" for section, fields in all_sections().items() for each in fields}
+            known = sorted({*QUANTITIES, *Labels.model_fields, *keys})
+            raise ConfigurationError(f"{where}: {unknown_choice('unknown key', name, name, known)}")
 
 
 def _drawn(random: np.random.Generator, together: Together, base: Scene, where: str) -> dict[str, Any]:
@@ -214,20 +174,15 @@ def _drawn(random: np.random.Generator, together: Together, base: Scene, where: 
         names = keys.split()
         # Drawn whether it is used or not: what is drawn next does not depend on the base.
         used, value = random.random() < together.changed, _between(random, between, f"{where}: {keys}")
-        if used and _has(base, APPLIES.get(names[0], names[0])):
+        if used and base.kind.has(APPLIES.get(names[0], names[0])):
             changes |= dict.fromkeys(names, value)
-    if base.interaction == "tie" or changes.get("interaction") == "rough":
-        changes.pop("interaction" if base.interaction == "tie" else "contact.friction", None)
-    if base.kind.fidelity.sources:  # those of a reduced model are loaded as it is
+    if base.interaction == "tie":
+        changes.pop("interaction", None)
+    elif changes.get("interaction") == "rough":
+        changes.pop("contact.friction", None)
+    if base.kind.fidelity.sources:  # a reduced model is loaded as the simulation behind it
         changes.pop("load.direction", None)
     return changes
-
-
-def _has(scene: Scene, key: str) -> bool:
-    """Whether a scene has a label, a section or a key, which may be a property elsewhere."""
-    section, _, name = key.partition(".")
-    inside = scene.sections.get(section)
-    return key in Labels.model_fields if inside is None else name in {"", *type(inside).model_fields}
 
 
 def _between(random: np.random.Generator, between: Any, where: str) -> Any:

@@ -38,8 +38,9 @@ TITLE = f"""\
 Written by `{COMMAND}` from `src/knitstudy/study`; what is changed here is lost.
 
 A scene has the sections of its kind and no others: those of its specimen, those of its yarn, and those that its
-fidelity asks for with its interaction. A key of another kind is refused by name. All values are in SI units; what a
-standing means says [config/README.md](../config/README.md).
+fidelity asks for with its interaction. A key of another kind is refused by name. All values are in SI units.
+[config/README.md](../config/README.md) says what a standing means. A key without a default here has it in
+[config/defaults.yaml](../config/defaults.yaml), or must be set.
 """
 
 
@@ -120,9 +121,18 @@ def _section_text(prefix: str, described: dict[str, type[Section]]) -> str:
     for name, section in described.items():
         unit, *about = (getattr(describe(section, name), column) for column in COLUMNS)
         having = _having(prefix.rstrip("."), name)
-        rows.append((f"`{prefix}{name}`", unit, allowed_values(section, name), having, *about))
-    columns = ("key", "unit", "allowed", "scenes", "role", "standing", "source", "checked")
+        allowed, default = allowed_values(section, name), _default(section, name)
+        rows.append((f"`{prefix}{name}`", unit, allowed, default, having, *about))
+    columns = ("key", "unit", "allowed", "default", "scenes", "role", "standing", "source", "checked")
     return f"{said}\n\n{_table(columns, rows)}"
+
+
+def _default(section: type[Section], name: str) -> str:
+    """Return the default in the field of a key; nothing where it stands in ``defaults.yaml`` or there is none."""
+    field = section.model_fields[name]
+    if field.is_required():
+        return ""
+    return "null" if field.default is None else str(field.default if field.default != () else "[]")
 
 
 def _having(section: str, name: str) -> str:

@@ -1,4 +1,13 @@
-"""The planar honeycomb of beams."""
+"""The 2D network: straight beams in the plane from contact zone to contact zone (section 3.4 of the paper, Fig. 4).
+
+A node in a contact zone is shared by both yarns. Between the lower and the upper zone of one side of an interlock both
+yarns run along the same segment, which has the section of one yarn (or of both, as a variant). All crossings are shared
+nodes, whatever the interaction.
+
+The feet of the bottom yarn and the heads of the top yarn meet no other yarn. Their corners stand where the contact
+zones of the next row would be: the zones of the outermost row of interlocks, one course away. The ends of yarns lie in
+the cut through the centres of the sinkers, on the line through the zones that the sinker would join.
+"""
 
 from __future__ import annotations
 
@@ -10,19 +19,19 @@ import xarray as xr
 from knitstudy.contacts.segments import KINDS
 from knitstudy.errors import ConfigurationError, GeometryError
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.loading.history import Stations
+from knitstudy.loading.history import Meter, Stations
+from knitstudy.loading.solve import Problem
+from knitstudy.models import network
 from knitstudy.models.network import Network
+from knitstudy.models.network_3d import contacts_of
+from knitstudy.study.scene import Scene
 
-# ---- The planar honeycomb whose segments lie along the maximum principal stress (section 3.4, Fig. 14, Table 4)
+# ---- Honeycomb whose segments lie along the maximum principal stress (Fig. 14, Table 4)
 # The paper sets "the same distance between contact zones along the x-axis and y-axis" and positions the segments by
 # angles. A honeycomb repeats from row to row, so an interlock leads as far along x as a leg leads back: with the
-# distances along x kept, any two angles of interlock and leg close it, and the heights follow,
-#
-#     h = |dx| tan(angle to x),
-#
-# while with lengths kept it would not close. Heads and sinkers lie along x: they join zones of one height, left
-# and right
-# mirror each other, and an axis of a stress that is its own mirror image lies along x or y.
+# distances along x kept, any two angles of interlock and leg close it, with the heights h = |dx| tan(angle to x); with
+# lengths kept it would not close. Heads and sinkers lie along x: they join zones of one height, left and right mirror
+# each other, and an axis of a stress that is its own mirror image lies along x or y.
 #
 # Directions are those of the deformed knit, as the paper prints them, averaged over the segments that end in the centre
 # cell.
@@ -122,15 +131,44 @@ def moved(knit: Fabric, contacts: xr.Dataset, found: Heights) -> xr.Dataset:
     return contacts.assign(centroid=(contacts["centroid"].dims, centroid, contacts["centroid"].attrs))
 
 
-# ---- Two-dimensional reduced model, Fig. 4: straight beams in the plane from contact zone to contact zone
-# A node in a contact zone is shared by both yarns. Between the lower and the upper zone of one side of an
-# interlock both yarns run along the same segment, which has the section of one yarn (or of both, as a
-# variant).
-#
-# The feet of the bottom yarn and the heads of the top yarn meet no other yarn. Their corners stand where the
-# contact zones of the next row would be: the zones of the outermost row of interlocks, one course away. The
-# yarn's ends lie in the cut through the sinker's centres, on the line through the zones that the sinker would
-# link.
+def build(
+    scene: Scene, fabric: Fabric, contacts: xr.Dataset | None = None, stresses: xr.Dataset | None = None
+) -> Problem:
+    """Return a scene with the 2D network as a problem.
+
+    Parameters
+    ----------
+    scene : Scene
+    fabric : Fabric
+    contacts : Dataset, optional
+        Contacts of the simulation that ``rom.contacts_from`` names; if left out, the geometry predicts them.
+    stresses : Dataset, optional
+        Stresses of the simulation that ``rom.stress_from`` names.
+
+    Raises
+    ------
+    ConfigurationError
+        If the scene names stresses that are not given.
+    DataFileError
+        If the contacts are those of another fabric.
+    GeometryError
+        If the stresses make no honeycomb.
+    """
+    meter = Meter()
+    return network.problem(scene, fabric, assemble(scene, fabric, contacts, stresses), meter)
+
+
+def assemble(
+    scene: Scene, fabric: Fabric, contacts: xr.Dataset | None = None, stresses: xr.Dataset | None = None
+) -> Network:
+    """Return the network of a scene; arguments and errors as of `build`."""
+    contacts = contacts_of(scene, fabric, contacts)
+    if (scene.rom.stress_from is None) != (stresses is None):
+        raise ConfigurationError(
+            f"rom.stress_from of scene {scene.name} is {scene.rom.stress_from or 'empty'}, and stresses are "
+            f"{'not ' if stresses is None else ''}given: they must be where it names a dns scene, and only there"
+        )
+    return planar_network(fabric, contacts, 1, scene.rom.section == "doubled", stresses)
 
 
 def planar_network(
