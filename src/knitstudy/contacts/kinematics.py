@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knitstudy.geometry.crossings import Crossings, YarnCurve
+from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.spline import Centreline
 from knitstudy.mechanics.rotation import log
 from knitstudy.mesh.sweep import SweptMesh
 
@@ -258,7 +259,7 @@ FOOT_STEPS = 40
 """Largest number of steps to a foot: each leaves of the error the distance over the radius of curvature."""
 
 
-def foot(curve: YarnCurve, place: np.ndarray, start: np.ndarray) -> np.ndarray:
+def foot(curve: Centreline, place: np.ndarray, start: np.ndarray) -> np.ndarray:
     """Return the arc lengths (k,) of the points of a curve nearest to places (k, 3), from a start (k,) [m].
 
     The places must be nearer to the curve than its radius of curvature.

@@ -6,6 +6,8 @@ with C1 continuity (Catmull and Rom 1974). It is linear in its control points, w
 gradients cheap.
 """
 
+from copy import copy
+
 import numpy as np
 
 from knitstudy.errors import GeometryError
@@ -97,11 +99,6 @@ class CatmullRom:
         np.add.at(matrix, (np.arange(len(index))[:, None], k), weights)
         return matrix, (weights * turns).sum(axis=1)[:, None] * self.advance
 
-    def bezier(self):
-        """Control points of the Bezier segments of one period: (P, 4, 3), m."""
-        before, start, end, after = np.moveaxis(self.points(np.arange(self.period)[:, None] + STENCIL), 1, 0)
-        return np.stack([start, start + (end - before) / 6, end - (after - start) / 6, end], axis=1)
-
     def segment_lengths(self):
         """Arc length of every Bezier segment of one period: (P,), m."""
         u = np.arange(self.period)[:, None] + GAUSS_POINTS
@@ -151,12 +148,12 @@ def stencil(u, order):
 
 
 class Centreline:
-    """Centreline of one yarn as a curve of its arc length, from the left sinker centre to the right one.
+    """Centreline of one yarn as a curve of its arc length, from its left end to its right one.
 
     Parameters
     ----------
     curve : CatmullRom
-        Its control point 0 is the sinker centre where the yarn is cut. [m]
+        The yarn begins at its control point 0.
     loops : int
         Number of periods that the yarn is long.
     like : Centreline, optional
@@ -166,18 +163,26 @@ class Centreline:
     ----------
     length : float
         Arc length of the yarn. [m]
+    start : float
+        Where the yarn begins, of a part of another one, along that. [m]
     """
 
     def __init__(self, curve, loops, like=None):
         self.curve = curve
-        self.loops = loops
         self._lengths = _Lengths(curve, loops) if like is None else like._lengths
-        self.length = float(self._lengths.knots[-1])
+        self.start, self.length = 0.0, float(self._lengths.knots[-1])
+
+    def part(self, start, end):
+        """The yarn between two arc lengths of this one, with arc lengths of its own: Centreline."""
+        part = copy(self)
+        part.start, part.length = self.start + start, end - start
+        return part
 
     @property
     def span(self):
         """The curve's parameters at both ends."""
-        return 0.0, float(self.loops * self.curve.period)
+        low, high = self.parameter(np.array([0.0, self.length]))
+        return float(low), float(high)
 
     def position(self, s):
         """Points at the arc lengths s: (k,) -> (k, 3), m."""
@@ -194,7 +199,7 @@ class Centreline:
 
     def arc_length(self, u):
         """Arc length from the left end to the curve's parameter u: (k,) -> (k,), m."""
-        return self._lengths.to(np.asarray(u, dtype=float))
+        return self._lengths.to(np.asarray(u, dtype=float)) - self.start
 
     def parameter(self, s):
         """The curve's parameter u at the arc lengths s: (k,) -> (k,).
@@ -204,7 +209,7 @@ class Centreline:
         GeometryError
             When an arc length lies outside the yarn.
         """
-        return self._lengths.parameter(np.asarray(s, dtype=float))
+        return self._lengths.parameter(self.start + np.asarray(s, dtype=float))
 
 
 class _Lengths:
