@@ -140,7 +140,8 @@ def test_results_of_other_code_are_replaced(config, made, tmp_path, monkeypatch)
     made.clear()
     code = "models.network_3d"
     monkeypatch.setattr(
-        "knitstudy.stages.plan.code_digest", lambda *modules, **said: "edited" if code in modules[0] else modules[0]
+        "knitstudy.stages.plan.code_digest",
+        lambda *modules, **said: "edited" if code in modules[0] else modules[0],
     )
     simulate(scene, tmp_path, config=config)
     first = {name for name, _ in made}
