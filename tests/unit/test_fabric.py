@@ -8,7 +8,6 @@ import pytest
 from knitstudy.errors import DataFileError, GeometryError
 from knitstudy.geometry.closest import closest_approach, crossings_in_plane, windows
 from knitstudy.geometry.fabric import (
-    Arc,
     Fabric,
     Grip,
     cut_cells,
@@ -50,7 +49,7 @@ def straight(start, end):
     """A straight yarn between two points, as an arc of a curve that goes on."""
     step = (np.asarray(end, dtype=float) - start) / 4
     line = Centreline(CatmullRom(start + np.arange(6)[:, None] * step, 6 * step), 1)
-    return Arc(line, 0.0, float(4 * np.linalg.norm(step)))
+    return line.part(0.0, 4 * np.linalg.norm(step))
 
 
 def test_crossings_of_any_curves_are_common_perpendiculars():
