@@ -1,4 +1,4 @@
-"""What may be asked of a knit, and which quantities answer it by which model."""
+"""Questions about a knit, and the quantities that answer them by each model."""
 
 from __future__ import annotations
 
