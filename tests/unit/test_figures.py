@@ -119,6 +119,8 @@ def results(knit, plain_scene, touching, pairs):
         for kind in ("", "pinned-", "hertz-")
     }
     own = {
+        "fig15_force_strain": tied
+        | {model: every[f"{model}-tie-course"] for model in ("dns", "rom3d", "rom2d")},
         "fig03_interactions": friction | of_knits,
         "fig06_joints": tied | {"rom3d": synthetic.history_of(knit)},
         "fig09_interactions": interactions,

@@ -20,18 +20,10 @@ makes 1e-14 of it."""
 
 @dataclass(frozen=True)
 class BeamState:
-    """Configuration of N nodes.
+    """Configuration of N nodes."""
 
-    Attributes
-    ----------
-    position : ndarray, shape (N, 3)
-        Positions [m].
-    rotation : ndarray, shape (N, 3, 3)
-        Rotations from the reference, where they are the identity.
-    """
-
-    position: np.ndarray
-    rotation: np.ndarray
+    position: np.ndarray  # (N, 3), positions [m]
+    rotation: np.ndarray  # (N, 3, 3), rotations from the reference, where they are the identity
 
 
 class BeamModel(Memoryless):
@@ -71,7 +63,7 @@ class BeamModel(Memoryless):
         self.nodes = np.asarray(nodes, dtype=float)
         self.springs = springs or LinearSprings.none()
         self.beams = len(ends)
-        # Beams first, then springs: both are pairs of points.
+        # beams first, then springs: both are pairs of points.
         self.ends = np.concatenate([ends, self.springs.ends])
         beam_offsets = np.zeros((self.beams, 2, 3)) if offsets is None else offsets
         self.offsets = np.concatenate([beam_offsets, self.springs.offsets])
@@ -84,7 +76,7 @@ class BeamModel(Memoryless):
         self.length = float(np.mean(self.elements.length))
         self.radius = float(radius)
         self.scale = np.tile(np.repeat([1.0, self.radius], 3), len(self.nodes))
-        # Where nothing resists yet, rounding is no measure of a residual.
+        # where nothing resists yet, rounding is no measure of a residual.
         axis = self.elements.axis
         along = np.einsum("ei,eij,ej->e", axis, self.elements.law[:, :3, :3], axis)
         self._least_force = UNLOADED * float(along.mean())

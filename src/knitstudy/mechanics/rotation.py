@@ -69,17 +69,10 @@ class Halfway:
     """The scalars of the maps above for k rotation vectors, and their derivatives over the angle.
 
     ``d(a) = da Th . dTh`` and so on; derivatives are evaluated where they are asked for.
-
-    Attributes
-    ----------
-    square : ndarray, shape (k,)
-        The angles' squares [rad2].
-    a, b, g : ndarray, shape (k,)
-        See the module.
     """
 
-    square: np.ndarray
-    a: np.ndarray
+    square: np.ndarray  # (k,), the angles' squares [rad2]
+    a: np.ndarray  # these: (k,), see the module
     b: np.ndarray
     g: np.ndarray
 
@@ -123,7 +116,7 @@ class Halfway:
         return da * m_Th + dg * dot * outer + g * (dot * np.eye(3) + np.swapaxes(m_Th, 1, 2))
 
 
-# ---- Element ends that a rigid arm ties to a node: x_end = x_node + R_node o, with the node's spin
+# Element ends that a rigid arm ties to a node: x_end = x_node + R_node o, with the node's spin
 # The arm is eliminated: the element's forces F, M at its end act on the node as F and M + r x F with r =
 # R_node o.
 
@@ -160,7 +153,7 @@ def stiffness_at_nodes(stiffness: np.ndarray, force: np.ndarray, arm: np.ndarray
     ends = ((0, slice(0, 3), slice(3, 6)), (1, slice(6, 9), slice(9, 12)))
     for end, shift, spin in ends:  # a spin w of the node moves the end by w x r = -r^ w
         at_nodes[:, :, spin] -= at_nodes[:, :, shift] @ lever[:, end]
-    # The arm turns under the force: d(r x F) = (w x r) x F = F^ r^ w.
+    # the arm turns under the force: d(r x F) = (w x r) x F = F^ r^ w.
     turning = hat(force[:, 0::2]) @ lever
     for end, shift, spin in ends:
         at_nodes[:, spin] += lever[:, end] @ at_nodes[:, shift]

@@ -20,16 +20,10 @@ _HERMITE = np.array([[1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]]
 
 @dataclass(frozen=True, eq=False)
 class Stencil:
-    """Points (k,) of curves as weighted sums of stations.
+    """Points (k,) of curves as weighted sums of stations."""
 
-    Attributes
-    ----------
-    stations : ndarray of int, shape (k, 4)
-    value, first, second : ndarray, shape (k, 4)
-        Weights of the position and of its derivatives with respect to arc length [1, 1/m, 1/m2].
-    """
-
-    stations: np.ndarray
+    stations: np.ndarray  # int (k, 4)
+    # these: (k, 4), weights of the position and of its derivatives with respect to arc length [1, 1/m, 1/m2]
     value: np.ndarray
     first: np.ndarray
     second: np.ndarray
@@ -69,7 +63,7 @@ class Curves:
         self.arc_length = arc_length
         self.first = np.concatenate([[0], np.cumsum(count)])
         self.length = arc_length[self.first[1:] - 1]
-        # One rising coordinate for all yarns, so that one search serves them.
+        # one rising coordinate for all yarns, so that one search serves them.
         self._origin = np.concatenate([[0.0], np.cumsum(2 * self.length)])[:-1]
         self._knots = self._origin[yarn] + arc_length
         self._weights = self._hermite_weights()
@@ -129,18 +123,10 @@ A, B = 0, 1
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """Pieces of yarn that may touch.
+    """Pieces of yarn that may touch."""
 
-    Attributes
-    ----------
-    yarn : ndarray of int, shape (k, 2)
-        Of sides A and B.
-    bounds : ndarray, shape (k, 2, 2)
-        First and last arc length of the piece on either side [m].
-    """
-
-    yarn: np.ndarray
-    bounds: np.ndarray
+    yarn: np.ndarray  # int (k, 2), of sides A and B
+    bounds: np.ndarray  # (k, 2, 2), first and last arc length of the piece on either side [m]
 
     def __getitem__(self, chosen: np.ndarray) -> Pairs:
         return Pairs(self.yarn[chosen], self.bounds[chosen])
@@ -148,32 +134,16 @@ class Pairs:
 
 @dataclass(frozen=True, eq=False)
 class Approach:
-    """Closest points of k pairs.
+    """Closest points of k pairs."""
 
-    Attributes
-    ----------
-    s : ndarray, shape (k, 2)
-        Their arc lengths [m].
-    found : ndarray of bool, shape (k,)
-        False where a point stands at the bound of its piece.
-    stencil : tuple of Stencil
-        Of side A and side B.
-    point, tangent, bend : ndarray, shape (k, 2, 3)
-        Position [m] and its derivatives with respect to arc length.
-    distance : ndarray, shape (k,)
-        |r| [m].
-    normal : ndarray, shape (k, 3)
-        r / |r|, from A to B.
-    """
-
-    s: np.ndarray
-    found: np.ndarray
-    stencil: tuple[Stencil, Stencil]
-    point: np.ndarray
+    s: np.ndarray  # (k, 2), their arc lengths [m]
+    found: np.ndarray  # bool (k,), false where a point stands at the bound of its piece
+    stencil: tuple[Stencil, Stencil]  # of side A and side B
+    point: np.ndarray  # these: (k, 2, 3), position [m] and its derivatives with respect to arc length
     tangent: np.ndarray
     bend: np.ndarray
-    distance: np.ndarray
-    normal: np.ndarray
+    distance: np.ndarray  # (k,), |r| [m]
+    normal: np.ndarray  # (k, 3) r / |r|, from A to B
 
     def __getitem__(self, chosen: np.ndarray) -> Approach:
         names = ("s", "found", "point", "tangent", "bend", "distance", "normal")
@@ -268,20 +238,12 @@ class Change:
     """Derivatives of an approach with respect to z = (e_A, a_A, e_B, a_B, d), 15 columns.
 
     e = DX and a = DX,_s are the motion of a curve at fixed arc length; d is left to the friction.
-
-    Attributes
-    ----------
-    s : ndarray, shape (k, 2, 15)
-    apart : ndarray, shape (k, 3, 15)
-        Of r.
-    gap : ndarray, shape (k, 15)
-    normal : ndarray, shape (k, 3, 15)
     """
 
-    s: np.ndarray
-    apart: np.ndarray
-    gap: np.ndarray
-    normal: np.ndarray
+    s: np.ndarray  # (k, 2, 15)
+    apart: np.ndarray  # (k, 3, 15), of r
+    gap: np.ndarray  # (k, 15)
+    normal: np.ndarray  # (k, 3, 15)
 
     @classmethod
     def of(cls, here: Approach) -> Change:

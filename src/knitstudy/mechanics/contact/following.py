@@ -28,18 +28,10 @@ CORNERS = np.array(list(np.ndindex(2, 2, 2)), dtype=bool)
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Affine maps, and how far places may be from where these take them.
+    """Affine maps, and how far places may be from where these take them."""
 
-    Attributes
-    ----------
-    shrink : ndarray, shape (b,)
-        Smallest stretch of every map.
-    way : ndarray, shape (b,)
-        Largest distance [m] of a place from where its map takes it.
-    """
-
-    shrink: np.ndarray
-    way: np.ndarray
+    shrink: np.ndarray  # (b,), smallest stretch of every map
+    way: np.ndarray  # (b,), largest distance [m] of a place from where its map takes it
 
     def least(self, gap: np.ndarray | float, number: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Return the least gaps [m] that gaps [m] of maps (k,) can have become; what is farther moves no nearer."""
@@ -124,7 +116,7 @@ class Neighbourhoods:
         place, way = self._seen(now, then)
         if self._motion(place, way).least(margin).min() < 0:
             return False
-        # What was too far apart for one neighbourhood follows the map of the whole.
+        # what was too far apart for one neighbourhood follows the map of the whole.
         whole = _Maps.of(_moments(place, way).sum(axis=0, keepdims=True))
         rest = _farthest(way - whole.at(np.zeros(len(place), dtype=np.int64), place)).max(keepdims=True)
         return bool(Motion(whole.shrink, self._surfaces.overshoot * rest).least(self._apart)[0] >= 0)
@@ -163,44 +155,23 @@ def _farthest(way: np.ndarray) -> np.ndarray:
     return np.sqrt(np.einsum("kni,kni->kn", way, way).max(axis=1))
 
 
-# ---- Pairs that may touch, from one configuration to the next: searched for as seldom as motion allows
+# Pairs that may touch, from one configuration to the next: searched for as seldom as motion allows
 # What is kept here only saves time: no answer depends on what was asked before.
 
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """Pairs of one search: what was asked about, what is known of them, and until when they are all.
+    """Pairs of one search: what was asked about, what is known of them, and until when they are all."""
 
-    Attributes
-    ----------
-    source : ContactHistory
-        The history asked about.
-    before : ndarray, shape (M, 3)
-        Where carriers were then [m].
-    history : ContactHistory
-        Of all pairs; what was open is filled in when it is asked for.
-    angle : ndarray, shape (c,)
-        Between their lines then; nan until it is asked for.
-    searched : ndarray, shape (M, 3)
-        Where carriers were at the search [m].
-    least : ndarray, shape (c,)
-        What the gaps were at least where carriers were seen last [m].
-    seen : ndarray, shape (M, 3)
-        Where that was [m].
-    neighbourhoods : Neighbourhoods
-    box : ndarray of int, shape (c,)
-        Which of them pairs lie in.
-    """
-
-    source: ContactHistory
-    before: np.ndarray
-    history: ContactHistory
-    angle: np.ndarray
-    searched: np.ndarray
-    least: np.ndarray
-    seen: np.ndarray
+    source: ContactHistory  # the history asked about
+    before: np.ndarray  # (M, 3), where carriers were then [m]
+    history: ContactHistory  # of all pairs; what was open is filled in when it is asked for
+    angle: np.ndarray  # (c,), between their lines then; nan until it is asked for
+    searched: np.ndarray  # (M, 3), where carriers were at the search [m]
+    least: np.ndarray  # (c,), what the gaps were at least where carriers were seen last [m]
+    seen: np.ndarray  # (M, 3), where that was [m]
     neighbourhoods: Neighbourhoods
-    box: np.ndarray
+    box: np.ndarray  # int (c,), which of them pairs lie in
 
 
 class Following:
@@ -267,7 +238,7 @@ class Following:
         again = kept is not None and kept.source is history and np.array_equal(kept.before, before)
         if again and kept.neighbourhoods.keeps_apart(carriers, kept.searched, self._margin):
             return kept
-        # What was found for trial states, however wild, is forgotten.
+        # what was found for trial states, however wild, is forgotten.
         found = self._search.find(carriers, self._margin)
         arc = self._search.arc(history.surface, history.xi[:, 0])
         same = same_pair(found.point, found.surface, found.arc, history, arc)
@@ -278,7 +249,7 @@ class Following:
         stays, new = np.flatnonzero(stays), np.flatnonzero(same < 0)
         every = joined(taken(history, stays), _open(found, new, history.dissipated))
         least = np.append(least[stays], found.least[new])
-        # In one order, so that sums are the same whenever was searched, after a restart too.
+        # in one order, so that sums are the same whenever was searched, after a restart too.
         order = np.lexsort((every.xi[:, 0], every.surface, every.point))
         every = taken(every, order)
         neighbourhoods = Neighbourhoods(self._search.surfaces, carriers, self._search.reach)

@@ -21,7 +21,7 @@ PASS_SHARE = 0.5
 """Each of the two surfaces' points carries half of the contact stiffness."""
 
 
-# ---- Contact of smooth surfaces: Gauss points of each against the other, both ways with half the stiffness each
+# Contact of smooth surfaces: Gauss points of each against the other, both ways with half the stiffness each
 # Two passes leave no bias of master and slave. The points' history holds what friction remembers: where a point last
 # stuck on the other surface, in convected coordinates, so that a rotation of both changes nothing. It is updated only
 # when an increment has converged. References: Wriggers, Computational Contact Mechanics (2006), chapters 5 and 6;
@@ -30,25 +30,14 @@ PASS_SHARE = 0.5
 
 @dataclass(frozen=True, eq=False)
 class ContactResponse:
-    """Forces of contact in one configuration.
-
-    Attributes
-    ----------
-    points : ContactPoints
-    node_force : ndarray, shape (N, 3)
-        Internal force at all nodes [N].
-    energy : dict of str to float
-        "penalty": stored in penetration and elastic slip; "friction": dissipated since the start [J].
-    stiffness : bsr matrix, shape (3 N, 3 N), or None
-    symmetric : bsr matrix, shape (3 N, 3 N), or None
-        Its symmetric positive part, of the same pattern.
-    """
+    """Forces of contact in one configuration."""
 
     points: ContactPoints
-    node_force: np.ndarray
+    node_force: np.ndarray  # (N, 3), internal force at all nodes [N]
+    # "penalty": stored in penetration and elastic slip; "friction": dissipated since the start [J]
     energy: dict[str, float]
-    stiffness: sp.bsr_matrix | None = None
-    symmetric: sp.bsr_matrix | None = None
+    stiffness: sp.bsr_matrix | None = None  # (3 N, 3 N)
+    symmetric: sp.bsr_matrix | None = None  # (3 N, 3 N), its symmetric positive part, of the same pattern
 
 
 class Contact:
@@ -180,7 +169,7 @@ class Contact:
         rate = (-ends[1] / span**2)[:, None] * moved
         slip = share[:, None] * moved
         if self.law.directional:
-            # Stiffness that is gained carries nothing at first; what is lost takes its share of the traction along.
+            # stiffness that is gained carries nothing at first; what is lost takes its share of the traction along.
             carried = np.where(fresh[:, None], 0.0, history.xi - history.anchor)
             kept = np.minimum(self.law.at(history.gap, angle).tangential / local.tangential, 1.0)
             slip -= (1 - kept)[:, None] * carried
@@ -276,7 +265,7 @@ class Contact:
             every,
             multiplier=_put(every.multiplier, number, -points.pressure),
             anchor=_put(every.anchor, number, anchor),
-            # Positive from now on, so that the anchor stays where the point touched first.
+            # positive from now on, so that the anchor stays where the point touched first.
             pressure=_put(every.pressure, number, np.where(fresh, np.finfo(float).tiny, history.pressure)),
         )
         self._following.go_on(every, augmented)

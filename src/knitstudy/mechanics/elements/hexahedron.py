@@ -111,8 +111,7 @@ def gradient_stiffness(
     np.matmul(gradient, half.reshape(e, 3 * q, 9 * b), out=out.reshape(e, gradient.shape[1], 9 * b))
 
 
-# ---- Hexahedron with one integration point and hourglass control
-
+# Hexahedron with one integration point and hourglass control
 
 HOURGLASS = np.stack(
     [
@@ -172,7 +171,7 @@ class OnePointHexahedron:
         mode = gamma @ displacement  # (e, 4, 3)
         force = gradient @ np.swapaxes(first, 1, 2)
         force += np.swapaxes(hourglass[:, None, None] * gamma, 1, 2) @ mode
-        # An element turned inside out has no energy in terms of E: let the load path see it.
+        # an element turned inside out has no energy in terms of E: let the load path see it.
         force[determinant(deformation) <= 0] = np.nan
         blocks = None
         if stiffness:
@@ -196,8 +195,7 @@ class OnePointHexahedron:
         return (HOURGLASS - linear) / np.sqrt(8)
 
 
-# ---- Which point of an isoparametric element lies at a place: the inverse of its map, by Newton's method in batches
-
+# Which point of an isoparametric element lies at a place: the inverse of its map, by Newton's method in batches
 
 CANDIDATES = 8
 """Elements that are tried for a point, nearest centres first."""
@@ -216,23 +214,12 @@ Functions = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class InverseMap:
-    """Material points of all yarns, by their places.
+    """Material points of all yarns, by their places."""
 
-    Attributes
-    ----------
-    nodes : ndarray, shape (N, 3)
-        [m]
-    elements : ndarray of int, shape (E, a)
-    yarn : ndarray of int, shape (N,)
-        Of every node.
-    shape, gradient : callable
-        Of the elements.
-    """
-
-    nodes: np.ndarray
-    elements: np.ndarray
-    yarn: np.ndarray
-    shape: Functions
+    nodes: np.ndarray  # (N, 3) [m]
+    elements: np.ndarray  # int (E, a)
+    yarn: np.ndarray  # int (N,), of every node
+    shape: Functions  # this and the next: of the elements
     gradient: Functions
 
     def locate(self, points: np.ndarray, yarn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -310,7 +297,7 @@ def natural_coordinates(
         jacobian = np.swapaxes(own[far], 1, 2) @ gradient(here[far])  # dX_i / dxi_j
         with np.errstate(divide="ignore", invalid="ignore"):
             step = np.einsum("kij,kj->ki", inverse(jacobian)[0], apart[far])
-        # Far outside of an element its map can fold; steps of bounded length come back from there.
+        # far outside of an element its map can fold; steps of bounded length come back from there.
         natural[moving] = here[far] + np.clip(np.nan_to_num(step), -1, 1)
     natural[moving] = np.nan
     return natural
