@@ -78,20 +78,9 @@ class CatmullRom:
         return self.control_points[k] + turns[..., None] * self.advance
 
     def operator(self, u, order=0):
-        """The curve, or a derivative of it, as a linear map of the control points.
+        """A derivative (order 0 to 2) at u (k,) as a linear map of the control points: matrix (k, P), offset (k, 3).
 
-        Parameters
-        ----------
-        u : ndarray (k,)
-        order : int
-            Order of the derivative, 0 to 2.
-
-        Returns
-        -------
-        matrix : ndarray (k, P)
-        offset : ndarray (k, 3)
-            ``matrix @ control_points + offset`` is the derivative at u; the offset stems from the advance.
-            [m]
+        ``matrix @ control_points + offset`` is the derivative; the offset stems from the advance.
         """
         index, weights = stencil(u, order)
         turns, k = np.divmod(index, self.period)
@@ -122,19 +111,7 @@ class CatmullRom:
 
 
 def stencil(u, order):
-    """Indices and weights of the control points that a point of the curve is made of.
-
-    Parameters
-    ----------
-    u : array_like (...)
-    order : int
-        Order of the derivative with respect to u, 0 to 2.
-
-    Returns
-    -------
-    index : ndarray of int (..., 4)
-    weights : ndarray (..., 4)
-    """
+    """Indices and weights (..., 4) of the control points that a derivative (order 0 to 2) at u (...) is made of."""
     u = np.asarray(u, dtype=float)
     segment = np.floor(u)
     t = u - segment

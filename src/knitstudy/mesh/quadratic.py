@@ -132,13 +132,7 @@ class QuadraticMesh:
 
 
 def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Centreline]) -> QuadraticMesh:
-    """Return the mesh of quadratic hexahedra with the elements of a swept mesh.
-
-    Parameters
-    ----------
-    mesh : SweptMesh
-    curves : sequence of Centreline
-        The centrelines that were swept.
+    """Return the mesh of quadratic hexahedra with the elements of a swept mesh, from the curves that were swept.
 
     Raises
     ------

@@ -352,8 +352,7 @@ def sweep(
     Raises
     ------
     MeshError
-        If there is no centreline, the radius or a spacing is not positive, there are not as many targets as
-        centrelines, or targets are too close together for the spacing or the grading.
+        If an argument is not allowed, or targets are too close together for the spacing or the grading.
     """
     if not centrelines:
         raise MeshError("no centrelines to mesh; at least 1 yarn")
