@@ -17,6 +17,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter
 from knitstudy.loading.load_path import Motion
@@ -30,7 +31,7 @@ from knitstudy.mechanics.spline_yarn.seam import Seam, seam
 from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
 from knitstudy.mechanics.spline_yarn.span import span_groups
 from knitstudy.mesh.mesher import Grips
-from knitstudy.mesh.sweep import Curve, rotation_minimising
+from knitstudy.mesh.sweep import rotation_minimising
 from knitstudy.models import solids
 from knitstudy.models.discretisation import Discretisation, fitted_places
 from knitstudy.models.solids import SolidYarns
@@ -180,9 +181,6 @@ class CellObserver:
         return columns, points
 
 
-# ---- Yarns that wrap around
-
-
 def wrapped_nodes(space: Space, fabric: Fabric) -> np.ndarray:
     """Return the undeformed nodes (N, 3) of all yarns of an endless fabric, the image of the first included [m]."""
     around, start, lattice = _wrapped(space, fabric)
@@ -253,7 +251,7 @@ def periodic_map(
 
 
 def wrapped_shape(
-    own: YarnSpace, around: Seam, curve: Curve, radius: float, period: np.ndarray
+    own: YarnSpace, around: Seam, curve: Centreline, radius: float, period: np.ndarray
 ) -> np.ndarray:
     """Return the undeformed nodes (p, 3) of a round yarn that wrap around [m].
 

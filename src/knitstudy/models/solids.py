@@ -24,7 +24,7 @@ from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Set
 from knitstudy.mechanics.linear import LinearSolver
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.linear.krylov import Krylov
-from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, InTurn, KnitStructure, ThreeScale
+from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, KnitStructure, ThreeScale
 from knitstudy.mechanics.model import Stabilisation, transformation
 from knitstudy.mechanics.solid import SolidModel, SolidState
 from knitstudy.mechanics.solids_in_contact import SolidsInContact
@@ -302,5 +302,5 @@ def linear_solver(name: str, yarns: SolidYarns, prescribed: PrescribedDisplaceme
         return LU()
     layout = structure(yarns, prescribed)
     small = name == "auto" and yarns.model.size <= DIRECT_UNKNOWNS
-    solver = Krylov(AlgebraicMultigrid(layout) if name == "amg" else ThreeScale(layout), truncates=not small)
-    return InTurn(solver) if small else solver
+    preconditioner = AlgebraicMultigrid(layout) if name == "amg" else ThreeScale(layout)
+    return Krylov(preconditioner, truncates=not small, direct=LU() if small else None)

@@ -12,6 +12,7 @@ import numpy as np
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric, Grip
+from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.history import Meter
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.elements import ElementGroup
@@ -23,7 +24,7 @@ from knitstudy.mesh.mesher import ACROSS, Grips, check_shape, load_of, sampled_s
 from knitstudy.mesh.quality import require_memory
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing, place_slices
-from knitstudy.mesh.sweep import Curve, SweptMesh, rotation_minimising, sweep
+from knitstudy.mesh.sweep import SweptMesh, rotation_minimising, sweep
 from knitstudy.models import endless, solids
 from knitstudy.models.discretisation import Discretisation, contact_surfaces, fitted_places
 from knitstudy.study.scene import Scene
@@ -197,7 +198,7 @@ def _require_memory(scene: Scene, space: Space) -> None:
     require_memory(BYTES_A_PAIR * pairs, "mesh.span", scene.mesh.span, what, power=1, unit="yarn radii")
 
 
-def shape(own: YarnSpace, curve: Curve, radius: float) -> np.ndarray:
+def shape(own: YarnSpace, curve: Centreline, radius: float) -> np.ndarray:
     """Return the coefficients (N, 3) of a round yarn along a centreline, with frames that do not twist [m]."""
     s = fitted_places(own)
     centre = curve.position(s)

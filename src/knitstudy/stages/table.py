@@ -20,6 +20,7 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.exchange import inp, vtu
 from knitstudy.files import fault_of
 from knitstudy.geometry.lay_out import lay_out
+from knitstudy.mechanics.contact import friction
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mesh import mesher
@@ -65,6 +66,8 @@ class Stage:
     code : callable, optional
         Names of the modules whose code, with all that they import, makes the result of a scene. By default the module
         of the function.
+    unused : callable
+        Names of modules that these import, but that no number of a scene depends on.
     outputs : tuple of str
         Entries of the scene's outputs that its result depends on.
     wanted : callable
@@ -82,6 +85,7 @@ class Stage:
     of: Callable[[Scene], bool]
     needs: Callable[[Scene, Named], Needs] = lambda scene, named: {}
     code: Callable[[Scene], tuple[str, ...]] | None = None
+    unused: Callable[[Scene], tuple[str, ...]] = lambda scene: ()
     outputs: tuple[str, ...] = ()
     wanted: Callable[[Scene], bool] = lambda scene: True
     long: bool = False
@@ -162,6 +166,11 @@ def _model_code(scene: Scene) -> tuple[str, ...]:
         found += [MATERIALS.module(scene.yarn.material)]
         found += [ELEMENTS.module(scene.mesh.element)] if scene.value("mesh.element") else []
     return tuple(found)
+
+
+def _unused_code(scene: Scene) -> tuple[str, ...]:
+    """Return the law of friction, where yarns are tied."""
+    return () if scene.kind.interaction.touches else (friction.__name__,)
 
 
 def _is_solid(scene: Scene) -> bool:
@@ -272,6 +281,7 @@ _STAGES = (
         of=lambda scene: True,
         needs=_model_needs,
         code=_model_code,
+        unused=_unused_code,
         long=True,
         memory=_model_memory,
     ),
@@ -291,6 +301,7 @@ _STAGES = (
         of=lambda scene: has_mesh(scene) and scene.specimen == "knit" and "fields" in scene.outputs,
         needs=_fields,
         code=lambda scene: (stress.__name__, *_model_code(scene)),
+        unused=_unused_code,
         memory=lambda scene: 1000 + expected_memory(scene) // 2,
     ),
     _export("mesh_vtu", "mesh/{scene}.vtu", vtu.write_mesh, "vtu", reads=("mesh.element",)),
