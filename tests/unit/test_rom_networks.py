@@ -47,32 +47,20 @@ class TestHoneycomb:
         np.testing.assert_array_equal(np.sort(zone[shared] // 2, axis=1), np.tile([0, 1], (18, 1)))
         assert np.all(network_2d.planar_network(knit, contacts).yarns_side_by_side == 1)
 
-    def test_division_keeps_the_lines_and_follows_the_yarns(self, knit, contacts):
-        whole, divided = (
-            network_2d.planar_network(knit, contacts),
-            network_2d.planar_network(knit, contacts, elements=3),
-        )
-        assert len(divided.ends) == 3 * len(whole.ends)
-        for network in (whole, divided):
-            stations = network.stations
-            same = np.diff(stations.yarn) == 0
-            assert np.all(np.diff(stations.arc_length)[same] > 0)
-            linked = {tuple(sorted(pair)) for pair in network.ends.tolist()}
-            steps = np.column_stack([network.station_node[:-1], network.station_node[1:]])[same]
-            assert {tuple(sorted(pair)) for pair in steps.tolist()} == linked
-        length = [np.linalg.norm(np.diff(element_points(n), axis=1), axis=-1).sum() for n in (whole, divided)]
-        assert length[0] == pytest.approx(length[1], rel=1e-12)
+    def test_stations_follow_the_yarns(self, knit, contacts):
+        network = network_2d.planar_network(knit, contacts)
+        stations = network.stations
+        same = np.diff(stations.yarn) == 0
+        assert np.all(np.diff(stations.arc_length)[same] > 0)
+        linked = {tuple(sorted(pair)) for pair in network.ends.tolist()}
+        steps = np.column_stack([network.station_node[:-1], network.station_node[1:]])[same]
+        assert {tuple(sorted(pair)) for pair in steps.tolist()} == linked
 
     def test_ends_lie_in_the_cuts(self, knit, contacts):
         network = network_2d.planar_network(knit, contacts)
         width = knit.cells[0] * knit.cell[0]
         np.testing.assert_allclose(network.nodes[network.end_nodes("left"), 0], 0, atol=1e-15)
         np.testing.assert_allclose(network.nodes[network.end_nodes("right"), 0], width, rtol=1e-12)
-
-    @pytest.mark.parametrize("elements", [0, -1, 1.5])
-    def test_no_elements_are_refused(self, knit, contacts, elements):
-        with pytest.raises(ConfigurationError, match="whole numbers from 1"):
-            network_2d.planar_network(knit, contacts, elements)
 
 
 class TestSpatial:

@@ -12,7 +12,7 @@ from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
-from knitstudy.models import network_2d, network_3d
+from knitstudy.models import network_3d
 from knitstudy.models.joints import contacts_of_crossings, joint_points
 from knitstudy.models.network import grips, problem, tension
 from knitstudy.models.simulate import build, solve
@@ -184,20 +184,3 @@ def test_force_of_the_three_dimensional_model_converges_with_element_size(plain_
     ]
     change = np.abs(np.diff(force))
     assert np.polyfit(np.log(sizes[:-1]), np.log(change), 1)[0] == pytest.approx(2.0, abs=0.3)
-
-
-def test_force_of_the_honeycomb_converges_with_elements_a_segment(plain_scene, knit, contacts):
-    """Second order; the slenderness compensation keeps one element a segment, the paper's count, near."""
-    scene = plain_scene.replace("solver.increments", 1).replace("load.strain", 0.002)
-    counts = np.array([1, 2, 4, 8, 16])
-    force = [
-        float(
-            solve_load_path(
-                problem(scene, knit, network_2d.planar_network(knit, contacts, int(count)), Meter())
-            )["force"][-1]
-        )
-        for count in counts
-    ]
-    change = np.abs(np.diff(force))
-    assert -np.polyfit(np.log(counts[1:-1]), np.log(change[1:]), 1)[0] == pytest.approx(2.0, abs=0.2)
-    assert force[0] == pytest.approx(force[-1], rel=0.15)

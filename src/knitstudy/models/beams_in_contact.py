@@ -111,9 +111,6 @@ def _penalty(scene: Scene) -> float:
     return scene.beam.stiffness * scene.yarn.youngs_modulus * scene.yarn.radius
 
 
-# ---- What happens at every crossing of beams in contact, increment by increment
-
-
 class CrossingRecord:
     """Forces, displacements, gaps and slip at crossings.
 
@@ -191,9 +188,6 @@ class CrossingRecord:
             for side, each in enumerate(self._stencil)
         ]
         return np.stack(sides, axis=1) - self._rest[:, None]
-
-
-# ---- Beams in contact under load: the loop and the history of the solids
 
 
 UNSEEN = 0.02

@@ -1,4 +1,7 @@
-"""Solid yarns in general: nodes, surfaces, and which weighted sum of nodes every place is."""
+"""Discretisations of solid yarns: nodes, elements and surfaces, and which weighted sum of nodes every place is.
+
+Ties, contact, observers and solvers know nothing else of `hexahedra` and `spline_yarns`.
+"""
 
 from __future__ import annotations
 
@@ -20,8 +23,6 @@ from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
 from knitstudy.mesh.mesher import Grips
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
-
-# ---- The yarn surface as a smooth tube of the true radius around its centreline
 
 
 def project_on_tube(centreline: Centreline, points: np.ndarray, guess: np.ndarray) -> np.ndarray:
@@ -51,9 +52,6 @@ def project_on_tube(centreline: Centreline, points: np.ndarray, guess: np.ndarra
     return u
 
 
-# ---- Surfaces of yarns of hexahedra: smooth through the nodes of their meshes
-
-
 def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
     """Return the surface of every yarn; its polygon is inflated, the contact surface has the true radius."""
     inflated = mesh.radius * float(np.linalg.norm(mesh.section.points[mesh.section.ring], axis=1).mean())
@@ -65,9 +63,6 @@ def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
         grid = Grid(mesh.surface_nodes(yarn), offset=inflated - mesh.radius, stretch=stretch, chords=chords)
         grids.append(grid)
     return grids
-
-
-# ---- What solid yarns are divided into, for all that must not know: nodes, of which every place is a weighted sum
 
 
 Locate = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -147,9 +142,6 @@ class Discretisation:
         return np.flatnonzero(self.yarn == yarn)
 
 
-# ---- Cells of contact on the surfaces of solid yarns without hexahedra: small near crossings, few elsewhere
-
-
 COARSE = 3.0
 """Length of cells away from crossings, over that near them."""
 
@@ -203,8 +195,6 @@ def _require_apart(stations: np.ndarray, window: float, radius: float) -> None:
             f"{window / radius:.2f}: what each indents would count twice; use a smaller contact.window"
         )
 
-
-# ---- Shapes of yarns as splines
 
 PLACES = 8
 """Places a span at which the shape of a yarn is fitted."""

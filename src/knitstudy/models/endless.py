@@ -181,9 +181,6 @@ class CellObserver:
         return columns, points
 
 
-# ---- Yarns that wrap around
-
-
 def wrapped_nodes(space: Space, fabric: Fabric) -> np.ndarray:
     """Return the undeformed nodes (N, 3) of all yarns of an endless fabric, the image of the first included [m]."""
     around, start, lattice = _wrapped(space, fabric)

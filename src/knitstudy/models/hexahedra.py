@@ -1,4 +1,4 @@
-"""Yarns of hexahedra."""
+"""Solid yarns of hexahedra: linear ones of a swept mesh (section 2.3), and quadratic ones of the same mesh."""
 
 from __future__ import annotations
 
@@ -26,8 +26,6 @@ from knitstudy.models import solids
 from knitstudy.models.discretisation import Discretisation, yarn_surfaces
 from knitstudy.study.scene import Scene
 
-# ---- Elements of hexahedra, of the kind and the material that a scene names
-
 
 def hexahedral_elements(
     scene: Scene, connectivity: np.ndarray, nodes: np.ndarray
@@ -51,9 +49,6 @@ def hexahedral_elements(
     material = material_of(yarn)
     kind = ELEMENTS.find(scene.mesh.element)
     return (ElementGroup(connectivity, kind.build(nodes[connectivity], material, scene.solver.hourglass)),)
-
-
-# ---- Solid yarns of quadratic hexahedra
 
 
 __all__ = ["NODES", "divide"]
@@ -148,9 +143,6 @@ def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:
     columns = np.concatenate([free, mesh.faces.ravel()])
     values = np.concatenate([np.ones(len(free)), np.tile(FACE_CENTRE, len(mesh.face_centres))])
     return sp.csr_matrix((values, (rows, columns)), shape=(count, count))
-
-
-# ---- The model: linear hexahedra here, quadratic ones above
 
 
 def build(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Problem:

@@ -1,4 +1,14 @@
-"""Ties of solid yarns: two patches that move as one."""
+"""Ties of solid yarns: the mean and the linear moments of two yarns' displacement are joined on a disc.
+
+At every tied crossing nine springs hold the relative displacement u of the upper yarn to the lower one,
+
+    1/2 k_0 |mean u|^2 + 1/2 k_1 (|mean 2 xi u / a|^2 + |mean 2 eta u / a|^2),
+
+with xi, eta on a disc of radius a, which lies in the tangent plane midway between the closest points of the yarns.
+Each yarn is continued to the disc along its own radius: from its surface by the difference over a depth of one disc
+radius. That is a weighted sum of the yarn's nodes, exact for affine motions. It stays bounded as elements become small;
+a continuation by the gradient at the surface does not, and the tie would become softer without end (docs/theory.md).
+"""
 
 from __future__ import annotations
 
@@ -15,14 +25,6 @@ from knitstudy.errors import MeshError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.mechanics.patch_compliance import moments, polar_rule
 from knitstudy.models.discretisation import Discretisation, project_on_tube
-
-# ---- Discs between crossing yarns, and what both yarns say of the points of a disc
-# A disc lies in the tangent plane midway between the closest points of two centrelines, in the small gap that is left
-# between the yarns. A point of it belongs to neither; each yarn is continued to it along its own radius: from the
-# yarn's
-# surface by the difference that it shows over a depth of one disc radius. That is a weighted sum of the yarn's nodes,
-# exact for affine motions, and it stays bounded as elements become small, which a continuation by the gradient at the
-# surface does not: the patch would become softer without end.
 
 
 @dataclass(frozen=True)
@@ -108,14 +110,6 @@ def _sums(parts: Discretisation, points: np.ndarray, yarn: np.ndarray, factor: n
     matrix = sp.csr_matrix((values, found.ravel(), rows), shape=(len(points), len(parts.nodes)))
     matrix.sum_duplicates()
     return matrix
-
-
-# ---- Ties of a physical size: discs on which the mean and the linear moments of two yarns' displacement are joined
-# Nine equations a crossing, as springs that hold the relative displacement u of the upper yarn to the lower one,
-#
-#     1/2 k_0 |mean u|^2 + 1/2 k_1 (|mean 2 xi u / a|^2 + |mean 2 eta u / a|^2),
-#
-# xi, eta on a disc of radius a. Formulation: docs/theory.md.
 
 
 STIFFNESS = 100.0

@@ -1,4 +1,7 @@
-"""The network of beams around a window."""
+"""The cells of a window, whose yarns are solid, and the network of beams around them.
+
+Yarns are cut where they become solid. At all other crossings they are joined, or in contact at the closest points.
+"""
 
 from __future__ import annotations
 
@@ -29,8 +32,6 @@ from knitstudy.models.network import Network
 from knitstudy.models.network_3d import spatial_network
 from knitstudy.models.springs import springs
 from knitstudy.study.scene import Scene
-
-# ---- Which cells of a knit a window takes in, and which arcs of yarns are solid for it
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,9 +144,6 @@ def _arcs(knit: Fabric, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(yarns), np.concatenate(arcs)
 
 
-# ---- The knit around a window as a network of beams: yarns cut where they become solid, joined at all other crossings
-
-
 def surroundings(scene: Scene, knit: Fabric, window: Window, contacts: xr.Dataset | None) -> Network:
     """Return the network around a window; it has a node at every cut, and no elements in the solid arcs.
 
@@ -251,9 +249,6 @@ def _without_arcs(network: Network, window: Window) -> Network:
     )
 
 
-# ---- Beams around a window in contact with each other, each with friction at the closest points of every crossing
-
-
 STICK = 10.0
 """Stiffness against elastic slip over E R, as of beams in contact (`beam.stiffness`)."""
 
@@ -300,7 +295,7 @@ def chains(network: Network) -> np.ndarray:
 
 def _on_chains(crossings: Crossings, chosen: np.ndarray, stations: Stations, chain: np.ndarray) -> Crossings:
     """Return chosen crossings (k,) with chains instead of yarns; arc lengths stay those of the yarns."""
-    part = Crossings(**{name: getattr(crossings, name)[chosen] for name in Crossings.__dataclass_fields__})
+    part = crossings.chosen(chosen)
     # Places of all stations on one axis, yarn after yarn, as the network has them.
     longest = 2 * stations.arc_length.max()
     places = longest * stations.yarn + stations.arc_length
