@@ -6,7 +6,8 @@ import pytest
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.mechanics.increment import Increment
 from knitstudy.models.beam_pairs import Gaps
-from knitstudy.models.beams_in_contact import UNSEEN, beam_knit, require_seen, run
+from knitstudy.models.beams_in_contact import UNSEEN, beam_knit, require_seen
+from knitstudy.models.simulate import solve
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +30,7 @@ def cell(beam_scene, knit_of):
 
 @pytest.fixture(scope="module")
 def history(beam_scene, cell):
-    return run(beam_scene, cell)
+    return solve(beam_scene, cell)
 
 
 def test_history_holds_what_the_scene_asked_for(beam_scene, cell, history):
@@ -62,7 +63,7 @@ def test_work_is_stored_or_lost(history):
 
 
 def test_hertz_is_softer_than_the_penalty(beam_scene, cell, history):
-    force = run(beam_scene.replace("beam.section", "hertz"), cell)["force"][-1]
+    force = solve(beam_scene.replace("beam.section", "hertz"), cell)["force"][-1]
     assert 0.5 * history["force"][-1] < force < history["force"][-1]
 
 
@@ -106,11 +107,6 @@ def test_what_beams_do_not_offer_is_refused(beam_scene, key, value):
         ConfigurationError, match=rf"'beam': {key.partition('.')[0]}.* is no key of a scene whose"
     ):
         beam_scene.replace(key, value)
-
-
-def test_solid_scene_is_refused(beam_scene, cell):
-    with pytest.raises(AttributeError, match="the scene has no section 'beam', only pattern"):
-        run(beam_scene.replace("fidelity", "hexahedra"), cell)
 
 
 def test_penetration_that_contact_does_not_see_is_refused(beam_scene, cell):

@@ -123,7 +123,7 @@ def test_several_scenes_of_a_role_are_lists(scenes, tmp_path):
     assert figures.files("fig02_interfaces", "out") == {}
     shown = figures.files("fig15_force_strain", "out")
     assert len(shown.pop("every")) == 4 * 7
-    assert shown == {"reference": files["reference"].as_posix()}
+    assert set(shown) == {"dns", "rom3d", "rom2d", "reference"}
     tables = displays(TABLES, scenes, files)
     assert tables.files("table4_angles", "out") == {
         "contacts": "out/contacts/dns-tie-course.nc",

@@ -15,8 +15,8 @@ def names(*modules):
 
 
 def test_modules_behind_the_simulation_without_carriers_of_data():
-    found = names("knitstudy.models.solid_yarns")
-    assert {"models/solid_yarns.py", "mechanics/newton.py", "mechanics/__init__.py"} <= found
+    found = names("knitstudy.models.hexahedra")
+    assert {"models/hexahedra.py", "mechanics/newton.py", "mechanics/__init__.py"} <= found
     assert not {name for name in found if name.startswith(("figures/", "cli/", "study/", "stages/"))}
     assert not {"errors.py", "registry.py", "__init__.py"} & found
 

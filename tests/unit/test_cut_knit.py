@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import cut_cells, middles_of_legs
-from knitstudy.models.pieces import cut_yarns, problem_of_cut_knit
+from knitstudy.models.simulate import build
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def test_no_crossing_is_lost(knit, pieces):
 
 def moved(scene, pieces, way):
     """Return the displacement of all sections of all pieces when the driven nodes alone move."""
-    parts = cut_yarns(scene, pieces).parts
+    parts = build(scene, pieces).observers[0].yarns.parts
     u = np.zeros(parts.nodes.shape)
     u[parts.ends.driven] = parts.unity[parts.ends.driven, None] * way
     u[parts.ends.held] = np.nan
@@ -84,7 +84,7 @@ def test_grips_in_wale_tension_hold_the_cut_legs(scene, pieces):
 
 
 def test_stations_are_places_on_the_yarns_of_the_knit(scene, knit, pieces):
-    stations = problem_of_cut_knit(scene, pieces).stations
+    stations = build(scene, pieces).stations
     for yarn in range(knit.cells[1] + 1):
         here = stations.yarn == yarn
         place = knit.centrelines[yarn].position(stations.arc_length[here])
@@ -94,16 +94,16 @@ def test_stations_are_places_on_the_yarns_of_the_knit(scene, knit, pieces):
 def test_yarns_are_watched_beside_every_tie(scene, knit, pieces):
     """Several arches are tied to one yarn: going by rows, most of them would not be looked at."""
     touching = scene.vary({"interaction": "isotropic", "contact.tied_edges": "outer", "contact.points": 2})
-    yarns = cut_yarns(touching, pieces)
+    yarns = build(touching, pieces).observers[0].yarns
     nodes = yarns.parts.nodes
-    apart = yarns.touching.beside.smallest_gap(nodes)
+    apart = yarns.contact.beside.smallest_gap(nodes)
     assert 0 < apart < knit.radius
     last_arch = yarns.parts.nodes_of(2)
     towards = np.outer(yarns.parts.unity[last_arch], [0.0, 0.0, 0.2 * knit.radius])
     for sign in (1, -1):
         there = nodes.copy()
         there[last_arch] += sign * towards
-        if yarns.touching.beside.smallest_gap(there) < apart - 0.05 * knit.radius:
+        if yarns.contact.beside.smallest_gap(there) < apart - 0.05 * knit.radius:
             break
     else:
         pytest.fail("an arch that is moved into its neighbour is not seen")

@@ -7,20 +7,22 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.files import read_dataset
 from knitstudy.loading.restart import Run
 from knitstudy.models import beams_in_contact as beams
-from knitstudy.models import reduced_models as rom
+from knitstudy.models.simulate import solve
 
 
 @pytest.fixture(scope="module")
 def reduced(plain_scene, knit, contacts):
     """Function that loads a reduced model."""
     scene = plain_scene.replace("mesh.beam_size", 3e-3)
-    return lambda **files: rom.run(scene, knit, contacts, how=Run(**files))
+    return lambda **files: solve(scene, knit, contacts=contacts, run=Run(**files))
 
 
 @pytest.fixture(scope="module")
 def planar(plain_scene, knit, contacts):
     """Function that loads a planar model."""
-    return lambda **files: rom.run(plain_scene.replace("fidelity", "rom2d"), knit, contacts, how=Run(**files))
+    return lambda **files: solve(
+        plain_scene.replace("fidelity", "rom2d"), knit, contacts=contacts, run=Run(**files)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +44,7 @@ def touching(plain_scene, knit_of):
             "solver.increments": 4,
         }
     )
-    return lambda **files: beams.run(scene, knit_of(scene), Run(**files))
+    return lambda **files: solve(scene, knit_of(scene), Run(**files))
 
 
 def interrupted(run, restart, after):

@@ -7,7 +7,6 @@ import scipy.sparse as sp
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.linear.krylov import Krylov
-from knitstudy.mechanics.linear.three_scale import InTurn
 
 COUNT = 60
 
@@ -100,7 +99,7 @@ def test_a_singular_matrix_is_an_error():
 @pytest.mark.parametrize(("factor", "failures"), [(1.0, 0), (-1.0, 1)])
 def test_lu_solves_what_iterations_do_not(factor, failures):
     matrix = factor * parts()[0]
-    solver, rhs = InTurn(Krylov(Jacobi())), np.random.default_rng(1).normal(size=COUNT)
+    solver, rhs = Krylov(Jacobi(), direct=LU()), np.random.default_rng(1).normal(size=COUNT)
     solver.use(matrix)
     found = solver.solve(rhs, 1e-10)
     assert solver.failures == failures

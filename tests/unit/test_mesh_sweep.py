@@ -150,20 +150,9 @@ def test_a_mesh_survives_its_file(two_yarns, tmp_path):
     assert again.hexahedra.dtype == np.int32
 
 
-@pytest.mark.parametrize(
-    ("damage", "message"),
-    [
-        (lambda d: d.drop_vars("frames"), "missing frames"),
-        (lambda d: d.isel(node=slice(0, -5)), "nodes has the shape"),
-        (lambda d: d.isel(element=slice(0, 10)), "hexahedra has the shape"),
-        (lambda d: d.assign(nodes=d.nodes * np.nan), "not finite"),
-        (lambda d: d.assign(hexahedra=d.hexahedra + 100), "hexahedra name nodes"),
-        (lambda d: d.assign(first_slice=d.first_slice[::-1]), "first_slice"),
-    ],
-)
-def test_damaged_datasets_are_refused(two_yarns, damage, message):
-    with pytest.raises(DataFileError, match=message):
-        SweptMesh.from_dataset(damage(two_yarns.to_dataset()))
+def test_a_mesh_without_frames_is_refused(two_yarns):
+    with pytest.raises(DataFileError, match="missing frames"):
+        SweptMesh.from_dataset(two_yarns.to_dataset().drop_vars("frames"))
 
 
 @pytest.mark.parametrize(

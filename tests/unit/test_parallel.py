@@ -12,7 +12,7 @@ from knitstudy.mechanics.linear import direct as banded
 from knitstudy.mechanics.linear.krylov import Rows
 from knitstudy.mechanics.solid import SolidState
 from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models.solid_yarns import assemble_yarns
+from knitstudy.models.simulate import build
 
 
 @pytest.mark.parametrize(("value", "count"), [("1", 1), (" 3 ", 3), ("2,2", 2), ("4, 1", 4)])
@@ -62,14 +62,20 @@ def test_the_first_error_ends_it(monkeypatch, count):
 
 @pytest.mark.parametrize("element", ["one_point", "quadratic"])
 def test_forces_and_tangents_do_not_depend_on_threads(monkeypatch, plain_scene, knit_of, element):
-    keys = {"pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.9e-3, "mesh.element": element}
+    keys = {
+        "pattern.loops": 1,
+        "pattern.rows": 1,
+        "mesh.size": 0.9e-3,
+        "tie.radius": 0.3,
+        "mesh.element": element,
+    }
     scene = plain_scene.vary({"fidelity": "hexahedra", "gates.elements_across": 2.0} | keys)
     knit = knit_of(scene)
     mesh = mesh_fabric(knit, scene.mesh.size)
 
     def response(count):
         monkeypatch.setenv(VARIABLE, count)
-        model = assemble_yarns(scene, mesh, knit).model
+        model = build(scene, knit, mesh=mesh).observers[0].yarns.model
         shift = 1e-5 * np.random.default_rng(0).normal(size=(model.size // 3, 3))
         return [model.respond(SolidState(scale * shift), stiffness=True) for scale in (0.5, 1.0)][1]
 

@@ -10,8 +10,9 @@ from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.mechanics.patch_compliance import moments, polar_rule
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models.discretisation import discretised, project_on_tube
-from knitstudy.models.ties import STIFFNESS, Discs, tie_of, tie_patches
+from knitstudy.models import hexahedra
+from knitstudy.models.discretisation import project_on_tube
+from knitstudy.models.ties import STIFFNESS, Discs, tie_crossings
 from knitstudy.study.configuration import load_scene
 
 MODULUS = 1.3e9
@@ -29,12 +30,12 @@ def pair(scene):
 
 @pytest.fixture(scope="module")
 def parts(scene, pair):
-    return discretised(scene, mesh_fabric(pair, scene.mesh.size, scene.mesh.growth), pair)
+    return hexahedra.discretise(scene, pair, mesh_fabric(pair, scene.mesh.size, scene.mesh.growth))
 
 
 @pytest.fixture(scope="module")
 def tie(scene, parts, pair):
-    return tie_of(scene, parts, pair)
+    return tie_crossings(parts, pair, np.ones(1, dtype=bool), 0.183, MODULUS)
 
 
 @pytest.mark.parametrize("rings", [1, 3, 5])
@@ -112,7 +113,7 @@ def test_equations_hold_the_same_moments(tie, parts):
 
 
 def test_nothing_tied_is_no_tie(parts, pair):
-    none = tie_patches(parts, pair, np.zeros(1, dtype=bool), 0.183, MODULUS)
+    none = tie_crossings(parts, pair, np.zeros(1, dtype=bool), 0.183, MODULUS)
     assert none.links is None
     assert not len(none.joined)
     assert np.isnan(none.area).all()
@@ -123,7 +124,7 @@ def test_nothing_tied_is_no_tie(parts, pair):
 def test_what_the_yarns_cannot_show_makes_the_tie_softer(parts, pair):
     own = 1 / (STIFFNESS * MODULUS * pair.radius)
     soft = replace(parts, missing=lambda yarn, place, radius: np.tile([2 * own, 5 * own], (len(yarn), 1)))
-    tie = tie_patches(soft, pair, np.ones(1, dtype=bool), 0.183, MODULUS)
+    tie = tie_crossings(soft, pair, np.ones(1, dtype=bool), 0.183, MODULUS)
     np.testing.assert_allclose(1 / tie.stiffness, [[5 * own, 11 * own, 11 * own]])
 
 
@@ -133,23 +134,23 @@ def test_discs_that_overlap_are_refused(knit_of, plain_scene):
     coarse = {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
     scene = plain_scene.vary({**coarse, "gates.elements_across": 2})
     knit = knit_of(scene)
-    parts = discretised(scene, mesh_fabric(knit, scene.mesh.size, 1.0), knit)
+    parts = hexahedra.discretise(scene, knit, mesh_fabric(knit, scene.mesh.size, 1.0))
     with pytest.raises(MeshError, match=r"tie.radius is .* radii apart: use less than half of that"):
-        tie_patches(parts, knit, np.ones(4, dtype=bool), 2.5, MODULUS)
+        tie_crossings(parts, knit, np.ones(4, dtype=bool), 2.5, MODULUS)
 
 
 def test_discs_over_the_end_of_a_yarn_are_refused(parts, pair):
     with pytest.raises(
         MeshError, match=r"tie.radius is 9 radii, but crossing 0 lies .* from the end of yarn 0"
     ):
-        tie_patches(parts, pair, np.ones(1, dtype=bool), 9.0, MODULUS)
+        tie_crossings(parts, pair, np.ones(1, dtype=bool), 9.0, MODULUS)
 
 
 def test_discs_narrower_than_elements_can_show_are_refused(parts, pair):
     with pytest.raises(MeshError, match=r"tie.radius is 0.1 radii, .* less than 0.125: use that at least"):
-        tie_patches(parts, pair, np.ones(1, dtype=bool), 0.1, MODULUS)
+        tie_crossings(parts, pair, np.ones(1, dtype=bool), 0.1, MODULUS)
     shown = replace(parts, missing=lambda yarn, place, radius: np.zeros((len(yarn), 2)))
-    assert tie_patches(shown, pair, np.ones(1, dtype=bool), 0.1, MODULUS).links is not None
+    assert tie_crossings(shown, pair, np.ones(1, dtype=bool), 0.1, MODULUS).links is not None
 
 
 def test_projection_finds_the_nearest_point_of_a_centreline(plain_scene, knit_of):

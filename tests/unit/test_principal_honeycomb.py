@@ -8,10 +8,10 @@ from knitstudy.errors import ConfigurationError, GeometryError
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.segments import angles_to_axes, honeycomb_segments
-from knitstudy.models import honeycomb
-from knitstudy.models import reduced_models as run
-from knitstudy.models.honeycomb import heights_by_stress, moved, zone_places
+from knitstudy.models import network_2d
 from knitstudy.models.joints import contacts_of_crossings
+from knitstudy.models.network_2d import heights_by_stress, moved, zone_places
+from knitstudy.models.simulate import build, solve
 
 INTERLOCK, LEG = 40.0, 55.0
 
@@ -58,7 +58,7 @@ def test_knit_of_one_row_is_refused(plain_scene):
 
 def test_rows_beyond_the_edges_are_as_high(knit, contacts):
     stresses = synthetic.stresses(knit, "course", INTERLOCK, LEG)
-    network = honeycomb.planar_network(knit, contacts, stresses=stresses)
+    network = network_2d.planar_network(knit, contacts, stresses=stresses)
     course = heights_by_stress(knit, contacts, stresses).course
     assert network.height == pytest.approx(3 * course)
     levels = np.unique(np.round(network.nodes[:, 1] / course, 6) % 1)
@@ -69,7 +69,7 @@ def test_strain_refers_to_the_height_of_the_honeycomb(knit, contacts, plain_scen
     stresses = synthetic.stresses(knit, "course", INTERLOCK, LEG)
     keys = {"rom.honeycomb": "principal_stress", "rom.stress_from": "dns-a", "rom.contacts_from": "dns-a"}
     scene = plain_scene.vary({"fidelity": "rom2d", "load.direction": "wale"} | keys)
-    history = run.run(scene.vary({"solver.increments": 1}), knit, contacts, stresses=stresses)
+    history = solve(scene.vary({"solver.increments": 1}), knit, contacts=contacts, stresses=stresses)
     height = 3 * heights_by_stress(knit, contacts, stresses).course
     assert float(history["displacement"][-1]) == pytest.approx(scene.load.strain * height, rel=1e-9)
     assert float(history["strain"][-1]) == pytest.approx(scene.load.strain, rel=1e-9)
@@ -80,7 +80,7 @@ def test_stresses_are_given_where_the_scene_names_them_and_only_there(knit, cont
     with pytest.raises(
         ConfigurationError, match=r"rom\.stress_from of scene .* is empty, and stresses are given"
     ):
-        run.problem(scene, knit, contacts, stresses=synthetic.stresses(knit, "course", INTERLOCK, LEG))
+        build(scene, knit, contacts=contacts, stresses=synthetic.stresses(knit, "course", INTERLOCK, LEG))
 
 
 @pytest.mark.parametrize("keys", [{"rom.honeycomb": "principal_stress"}, {"rom.stress_from": "dns-a"}])

@@ -6,7 +6,7 @@ import pytest
 from knitstudy.geometry.fabric import head_arcs, sinker_arcs
 from knitstudy.loading.load_path import Motion
 from knitstudy.models.network import grips, tension
-from knitstudy.models.reduced_models import assemble, run
+from knitstudy.models.simulate import build, solve
 
 
 @pytest.fixture(scope="session")
@@ -22,7 +22,7 @@ def gripped(network, knit):
 
 @pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])
 def test_arcs_of_the_outer_yarns_are_gripped_from_end_to_end(scene, knit, contacts, fidelity):
-    network = assemble(scene.replace("fidelity", fidelity), knit, contacts)
+    network = build(scene.replace("fidelity", fidelity), knit, contacts=contacts).observers[0].network
     arc_length, yarn = network.stations.arc_length, network.stations.yarn
     for part, number, arcs in zip(
         gripped(network, knit), (0, knit.cells[1]), (sinker_arcs(knit), head_arcs(knit)), strict=True
@@ -41,7 +41,7 @@ def test_arcs_of_the_outer_yarns_are_gripped_from_end_to_end(scene, knit, contac
 
 def test_corners_of_missing_rows_are_gripped_in_the_plane(scene, knit, contacts):
     """Two corners at every sinker of the bottom yarn and at every head of the top yarn, and the ends of the bottom."""
-    network = assemble(scene.replace("fidelity", "rom2d"), knit, contacts)
+    network = build(scene.replace("fidelity", "rom2d"), knit, contacts=contacts).observers[0].network
     held, driven = (np.unique(network.station_node[part]) for part in gripped(network, knit))
     assert len(held) == 2 * 3 + 2
     assert len(driven) == 2 * 3
@@ -51,7 +51,7 @@ def test_corners_of_missing_rows_are_gripped_in_the_plane(scene, knit, contacts)
 
 @pytest.mark.parametrize(("lateral", "given"), [("fixed", [0, 1, 2, 3, 4, 5]), ("free", [1, 3, 5])])
 def test_driven_arcs_move_along_y(scene, knit, contacts, lateral, given):
-    network = assemble(scene, knit, contacts)
+    network = build(scene, knit, contacts=contacts).observers[0].network
     ends = grips(network, knit, "wale")
     drive = tension(ends, Motion(np.array([[0, 2e-3, 0]]), (1.0,), (), axis=1, length=1.0), lateral)
     value = np.full(6 * len(network.nodes), np.nan)
@@ -68,7 +68,7 @@ def test_driven_arcs_move_along_y(scene, knit, contacts, lateral, given):
 
 @pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])
 def test_history_in_wale_tension(scene, knit, contacts, fidelity):
-    history = run(scene.replace("fidelity", fidelity), knit, contacts)
+    history = solve(scene.replace("fidelity", fidelity), knit, contacts=contacts)
     np.testing.assert_allclose(history["strain"][-1], 0.05, rtol=1e-12)
     np.testing.assert_allclose(history["displacement"][-1], 0.05 * 3 * knit.cell[1], rtol=1e-12)
     np.testing.assert_array_equal(history["force"], history["reaction"].sel(xyz="y"))

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError, GeometryError
-from knitstudy.models import honeycomb
-from knitstudy.models import network as rom3d
+from knitstudy.models import network_2d, network_3d
 from knitstudy.models.joints import contacts_of_crossings, joint_points
 
 
@@ -20,7 +19,7 @@ def element_points(network):
 
 class TestHoneycomb:
     def test_zones_free_corners_and_ends_are_its_nodes(self, knit, contacts):
-        network = honeycomb.planar_network(knit, contacts)
+        network = network_2d.planar_network(knit, contacts)
         zones, feet, heads, ends = 4 * 3 * 3, 4 * 3, 4 * 3, 2 * 4
         assert network.beam_nodes == len(network.nodes) == zones + feet + heads + ends
         np.testing.assert_allclose(network.nodes[:zones, :2], contacts["centroid"][:, :2])
@@ -29,56 +28,44 @@ class TestHoneycomb:
     @pytest.mark.parametrize(("loops", "rows"), [(1, 1), (2, 1), (1, 3)])
     def test_any_size_has_the_segments_of_its_yarns(self, plain_scene, knit_of, loops, rows):
         knit = knit_of(plain_scene.replace("pattern.loops", loops).replace("pattern.rows", rows))
-        network = honeycomb.planar_network(knit, contacts_of_crossings(knit))
+        network = network_2d.planar_network(knit, contacts_of_crossings(knit))
         # A yarn has 8 corners a loop and 2 ends; the 2 loops rows segments inside interlocks count once.
         assert len(network.ends) == (rows + 1) * (8 * loops + 1) - 2 * loops * rows
         assert np.isin(np.arange(len(network.nodes)), network.ends).all()
 
     def test_heads_and_sinkers_lie_along_x(self, knit, contacts):
-        network = honeycomb.planar_network(knit, contacts)
+        network = network_2d.planar_network(knit, contacts)
         chord = np.diff(element_points(network), axis=1)[:, 0]
         along_x = np.abs(chord[:, 1]) < 1e-9 * np.abs(chord[:, 0])
         assert along_x.sum() == 4 * (3 + 4)  # every yarn: 3 heads, 2 sinkers and 2 halves of sinkers
 
     def test_only_segments_inside_interlocks_carry_two_yarns(self, knit, contacts):
-        network = honeycomb.planar_network(knit, contacts, doubled=True)
+        network = network_2d.planar_network(knit, contacts, doubled=True)
         zone = np.tile(contacts["zone"].to_numpy(), 2)
         shared = network.ends[network.yarns_side_by_side == 2]
         assert len(shared) == 2 * 3 * 3
         np.testing.assert_array_equal(np.sort(zone[shared] // 2, axis=1), np.tile([0, 1], (18, 1)))
-        assert np.all(honeycomb.planar_network(knit, contacts).yarns_side_by_side == 1)
+        assert np.all(network_2d.planar_network(knit, contacts).yarns_side_by_side == 1)
 
-    def test_division_keeps_the_lines_and_follows_the_yarns(self, knit, contacts):
-        whole, divided = (
-            honeycomb.planar_network(knit, contacts),
-            honeycomb.planar_network(knit, contacts, elements=3),
-        )
-        assert len(divided.ends) == 3 * len(whole.ends)
-        for network in (whole, divided):
-            stations = network.stations
-            same = np.diff(stations.yarn) == 0
-            assert np.all(np.diff(stations.arc_length)[same] > 0)
-            linked = {tuple(sorted(pair)) for pair in network.ends.tolist()}
-            steps = np.column_stack([network.station_node[:-1], network.station_node[1:]])[same]
-            assert {tuple(sorted(pair)) for pair in steps.tolist()} == linked
-        length = [np.linalg.norm(np.diff(element_points(n), axis=1), axis=-1).sum() for n in (whole, divided)]
-        assert length[0] == pytest.approx(length[1], rel=1e-12)
+    def test_stations_follow_the_yarns(self, knit, contacts):
+        network = network_2d.planar_network(knit, contacts)
+        stations = network.stations
+        same = np.diff(stations.yarn) == 0
+        assert np.all(np.diff(stations.arc_length)[same] > 0)
+        linked = {tuple(sorted(pair)) for pair in network.ends.tolist()}
+        steps = np.column_stack([network.station_node[:-1], network.station_node[1:]])[same]
+        assert {tuple(sorted(pair)) for pair in steps.tolist()} == linked
 
     def test_ends_lie_in_the_cuts(self, knit, contacts):
-        network = honeycomb.planar_network(knit, contacts)
+        network = network_2d.planar_network(knit, contacts)
         width = knit.cells[0] * knit.cell[0]
         np.testing.assert_allclose(network.nodes[network.end_nodes("left"), 0], 0, atol=1e-15)
         np.testing.assert_allclose(network.nodes[network.end_nodes("right"), 0], width, rtol=1e-12)
 
-    @pytest.mark.parametrize("elements", [0, -1, 1.5])
-    def test_no_elements_are_refused(self, knit, contacts, elements):
-        with pytest.raises(ConfigurationError, match="whole numbers from 1"):
-            honeycomb.planar_network(knit, contacts, elements)
-
 
 class TestSpatial:
     def test_length_of_elements_and_count_of_nodes(self, knit, points):
-        network = rom3d.spatial_network(knit, points, size=0.5e-3)
+        network = network_3d.spatial_network(knit, points, size=0.5e-3)
         length = sum(centreline.length for centreline in knit.centrelines)
         assert network.beam_nodes == pytest.approx(length / 0.5e-3, rel=0.01)
         assert len(network.nodes) == network.beam_nodes - 36
@@ -86,7 +73,7 @@ class TestSpatial:
         assert 0.35e-3 < chord.min() < chord.max() < 0.65e-3
 
     def test_stations_are_points_of_the_centrelines_and_all_points_C(self, knit, points):
-        network = rom3d.spatial_network(knit, points, size=2e-3)
+        network = network_3d.spatial_network(knit, points, size=2e-3)
         stations = network.stations
         for number, centreline in enumerate(knit.centrelines):
             on = stations.yarn == number
@@ -97,7 +84,7 @@ class TestSpatial:
             assert np.abs(stations.arc_length[on][:, None] - mine).min(axis=0).max() < 1e-12
 
     def test_both_points_C_hang_on_a_node_at_P(self, knit, points):
-        network = rom3d.spatial_network(knit, points, size=2e-3)
+        network = network_3d.spatial_network(knit, points, size=2e-3)
         carried = network.nodes[network.station_node] + network.station_offset
         np.testing.assert_allclose(carried, network.stations.position, atol=1e-17)
         joints = np.flatnonzero(np.bincount(network.station_node) == 2)
@@ -109,13 +96,13 @@ class TestSpatial:
             assert abs(pair[0] - pair[1]) == 1
 
     def test_ends_are_the_ends_of_the_yarns(self, knit, points):
-        network = rom3d.spatial_network(knit, points, size=2e-3)
+        network = network_3d.spatial_network(knit, points, size=2e-3)
         for side, s in (("left", 0.0), ("right", knit.centrelines[0].length)):
             expected = [centreline.position(np.array([s]))[0] for centreline in knit.centrelines]
             np.testing.assert_allclose(network.nodes[network.end_nodes(side)], expected, atol=1e-15)
 
     def test_curvature_is_that_of_the_centrelines(self, knit, points):
-        network = rom3d.spatial_network(knit, points, size=0.25e-3)
+        network = network_3d.spatial_network(knit, points, size=0.25e-3)
         stations, centreline = network.stations, knit.centrelines[1]
         first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
         mine = stations.yarn[first] == 1
@@ -134,13 +121,13 @@ class TestSpatial:
 
     def test_unknown_joint_and_size_are_refused(self, knit, points):
         with pytest.raises(ConfigurationError, match=r"rom\.joint is 'glued'"):
-            rom3d.spatial_network(knit, points, 1e-3, joint="glued")
+            network_3d.spatial_network(knit, points, 1e-3, joint="glued")
         with pytest.raises(ConfigurationError, match=r"mesh\.beam_size is 0"):
-            rom3d.spatial_network(knit, points, 0.0)
+            network_3d.spatial_network(knit, points, 0.0)
 
     def test_two_joints_at_one_point_are_refused(self, knit, points):
         arc_length = points.arc_length.copy()
         arc_length[2, 0] = arc_length[0, 0]
         twice = type(points)(points.yarn, arc_length, points.point, points.centroid)
         with pytest.raises(GeometryError, match="yarn 0 has two joints"):
-            rom3d.spatial_network(knit, twice, 1e-3)
+            network_3d.spatial_network(knit, twice, 1e-3)

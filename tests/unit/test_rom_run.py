@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.models.reduced_models import run
+from knitstudy.models.simulate import solve
 
 
 @pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])
 def test_history_holds_what_the_scene_asked_for(plain_scene, knit, contacts, fidelity):
     scene = plain_scene.replace("mesh.beam_size", 3e-3).replace("fidelity", fidelity)
-    history = run(scene, knit, contacts)
+    history = solve(scene, knit, contacts=contacts)
     np.testing.assert_allclose(history["strain"], np.linspace(0, 0.05, 5), rtol=1e-12)
     assert history.attrs["fidelity"] == fidelity
     assert history.attrs["dof"] > history.attrs["unknowns"] > 0
@@ -28,7 +28,7 @@ def test_ties_need_no_simulation(plain_scene, knit, contacts, joint):
     scene = plain_scene.vary(keys | {"tie.radius": 0.3, "rom.contacts_from": None})
     area = np.pi * (0.3 * scene.yarn.radius) ** 2
     measured = contacts.assign(area=contacts["area"] * 0 + area, tied=contacts["area"] * 0 + 1)
-    assert float(run(scene, knit)["force"][-1]) == float(run(scene, knit, measured)["force"][-1])
+    assert float(solve(scene, knit)["force"][-1]) == float(solve(scene, knit, contacts=measured)["force"][-1])
 
 
 def test_joints_that_yield_are_softer_than_pins(plain_scene, knit, contacts):
@@ -36,7 +36,7 @@ def test_joints_that_yield_are_softer_than_pins(plain_scene, knit, contacts):
     area = np.pi * (0.4 * scene.yarn.radius) ** 2
     tied = contacts.assign(area=contacts["area"] * 0 + area, tied=contacts["area"] * 0 + 1)
     pinned, patch = (
-        float(run(scene.replace("rom.joint", joint), knit, tied)["force"][-1])
+        float(solve(scene.replace("rom.joint", joint), knit, contacts=tied)["force"][-1])
         for joint in ("pinned", "patch")
     )
     assert 0.8 * pinned < patch < 0.99 * pinned
@@ -47,12 +47,7 @@ def test_joints_that_yield_need_ties_of_a_size(plain_scene, knit, contacts, size
     area = np.pi * (size * plain_scene.yarn.radius) ** 2
     tied = contacts.assign(area=contacts["area"] * 0 + area, tied=contacts["area"] * 0 + 1)
     with pytest.raises(DataFileError, match=r"ties have a radius .* but rom\.joint 'patch' needs"):
-        run(plain_scene.replace("rom.joint", "patch"), knit, tied)
-
-
-def test_solid_scene_is_refused(plain_scene, knit, contacts):
-    with pytest.raises(AttributeError, match="the scene has no section 'rom', only pattern"):
-        run(plain_scene.replace("fidelity", "hexahedra"), knit, contacts)
+        solve(plain_scene.replace("rom.joint", "patch"), knit, contacts=tied)
 
 
 def test_iterative_solver_is_refused(plain_scene):
@@ -62,11 +57,11 @@ def test_iterative_solver_is_refused(plain_scene):
 
 def test_contacts_of_another_knit_are_refused(plain_scene, knit, contacts):
     with pytest.raises(DataFileError, match="35 crossings that are not the 36"):
-        run(plain_scene, knit, contacts.isel(crossing=slice(35)))
+        solve(plain_scene, knit, contacts=contacts.isel(crossing=slice(35)))
 
 
 def test_contact_without_centroid_is_refused(plain_scene, knit, contacts):
     centroid = contacts["centroid"].copy()
     centroid[5] = np.nan
     with pytest.raises(DataFileError, match="row 0, column 1, zone 1 has no centroid"):
-        run(plain_scene, knit, contacts.assign(centroid=centroid))
+        solve(plain_scene, knit, contacts=contacts.assign(centroid=centroid))

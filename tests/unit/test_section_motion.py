@@ -11,7 +11,7 @@ from knitstudy.contacts.kinematics import LAYERS, nodes_around, section_motion
 from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models import solid_yarns as dns
+from knitstudy.models.simulate import build, solve
 
 SIZE = 0.45e-3
 
@@ -91,10 +91,10 @@ def test_history_of_a_simulation_holds_the_motion_of_sections(plain_scene):
     scene = scene.vary({"outputs": ["fields"], "solver.increments": 1, "gates.elements_across": 4})
     pair = yarn_pair(0.9e-3, 90.0, scene.pair.length, 0.01)
     mesh = mesh_fabric(pair, SIZE, 2.0)
-    history = dns.run(scene, mesh, pair)
+    history = solve(scene, pair, mesh=mesh)
     assert history["section_gradient"].dims == ("increment", "crossing", "side", "xyz", "undeformed_xyz")
     assert not history["section_displacement"][0].any()
-    nodes = dns.assemble_yarns(scene, mesh, pair).parts.nodes
+    nodes = build(scene, pair, mesh=mesh).observers[0].yarns.parts.nodes
     motion = section_motion(pair.crossings, mesh, nodes, history["node_displacement"].to_numpy())
     np.testing.assert_allclose(history["section_gradient"][-1], motion.gradient, rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(

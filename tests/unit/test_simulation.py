@@ -138,14 +138,15 @@ def test_results_of_other_code_are_replaced(config, made, tmp_path, monkeypatch)
     scene = load_scene("rom3d-own", config)
     simulate(scene, tmp_path, config=config)
     made.clear()
-    code = "models.reduced_models"
+    code = "models.network_3d"
     monkeypatch.setattr(
-        "knitstudy.stages.plan.code_digest", lambda module, *others: "edited" if code in module else module
+        "knitstudy.stages.plan.code_digest",
+        lambda *modules, **said: "edited" if code in modules[0] else modules[0],
     )
     simulate(scene, tmp_path, config=config)
     first = {name for name, _ in made}
     made.clear()
-    monkeypatch.setattr("knitstudy.stages.plan.code_digest", lambda module, *others: module)
+    monkeypatch.setattr("knitstudy.stages.plan.code_digest", lambda *modules, **said: modules[0])
     simulate(scene, tmp_path, config=config)
     assert "simulation" in first
     assert made == [("simulation", "rom3d-own")]

@@ -6,7 +6,7 @@ import synthetic
 
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.models.joints import Joints, contacts_of_crossings, joint_points, spring_joints
-from knitstudy.models.reduced_models import assemble, run
+from knitstudy.models.simulate import build, solve
 from knitstudy.models.springs import springs
 
 STIFFNESS = np.array([80e3, 60e3, 900e3])
@@ -114,7 +114,9 @@ def test_given_springs_stand_where_yarns_touch(scene, knit, touching):
     """Whatever the contacts say of stiffness, and where no average is defined."""
     printed = [84.5e3, 67.6e3, 952.1e3]
     backwards = with_values(touching, "force", -touching["force"].to_numpy())
-    springs = assemble(scene.replace("rom.stiffness", printed), knit, backwards).springs
+    springs = (
+        build(scene.replace("rom.stiffness", printed), knit, contacts=backwards).observers[0].network.springs
+    )
     np.testing.assert_allclose(springs.stiffness, np.tile(np.diag(printed), (12, 1, 1)))
 
 
@@ -133,13 +135,13 @@ def test_contacts_without_forces_are_refused(contacts, touching):
 def test_springs_and_points_of_the_model_follow_the_contacts(scene, knit, touching, joint):
     """What moves in the contacts moves in the model, and nothing else does."""
     scene = scene.replace("rom.joint", joint).replace("rom.springs", "zones")
-    before = assemble(scene, knit, touching)
+    before = build(scene, knit, contacts=touching).observers[0].network
     force = touching["force"].to_numpy().copy()
     force[-1, 14] *= [2.0, 3.0, 4.0]
     centroid = touching["centroid"].to_numpy().copy()
     centroid[14] += [5e-5, -3e-5, 4e-5]
     moved = with_values(with_values(touching, "force", force), "centroid", centroid)
-    after = assemble(scene, knit, moved)
+    after = build(scene, knit, contacts=moved).observers[0].network
 
     number = int(np.flatnonzero(np.flatnonzero(before.joints.sprung) == 14)[0])
     ratio = np.divide(*(np.diagonal(model.springs.stiffness, axis1=1, axis2=2) for model in (after, before)))
@@ -155,11 +157,11 @@ def test_springs_and_points_of_the_model_follow_the_contacts(scene, knit, touchi
 
 
 def test_force_of_the_model_follows_the_contacts(scene, knit, touching):
-    pulled = run(scene, knit, touching)
-    soft = run(scene, knit, with_values(touching, "force", 0.1 * touching["force"].to_numpy()))
+    pulled = solve(scene, knit, contacts=touching)
+    soft = solve(scene, knit, contacts=with_values(touching, "force", 0.1 * touching["force"].to_numpy()))
     centroid = touching["centroid"].to_numpy() + np.array([0.0, 0.0, 5e-5])
-    moved = run(scene, knit, with_values(touching, "centroid", centroid))
-    tied = run(scene.replace("interaction", "tie"), knit, touching)
+    moved = solve(scene, knit, contacts=with_values(touching, "centroid", centroid))
+    tied = solve(scene.replace("interaction", "tie"), knit, contacts=touching)
     forces = [float(history["force"][-1]) for history in (soft, pulled, tied)]
     assert forces[0] < 0.99 * forces[1] < 0.99 * forces[2]
     assert abs(float(moved["force"][-1]) / forces[1] - 1) > 1e-4
@@ -169,33 +171,37 @@ def test_force_of_the_model_follows_the_contacts(scene, knit, touching):
 def test_open_crossings_have_no_joint(scene, knit, touching):
     zones = touching["zones"].to_numpy().copy()
     zones[:, 12:14] = 0
-    history = run(scene, knit, with_values(touching, "zones", zones))
+    history = solve(scene, knit, contacts=with_values(touching, "zones", zones))
     assert history.attrs["open_crossings"] == 2
     assert np.isnan(history["joint_stiffness"][12:14]).all()
-    network = assemble(scene, knit, with_values(touching, "zones", zones))
+    network = build(scene, knit, contacts=with_values(touching, "zones", zones)).observers[0].network
     assert len(network.springs.ends) == 10
     assert len(network.nodes) == network.beam_nodes - 24
 
 
 def test_springs_from_elsewhere_must_be_asked_for(scene, knit, touching):
     with pytest.raises(ConfigurationError, match=r"rom\.springs_from of scene plain-rom3d is empty"):
-        run(scene, knit, touching, springs_from=touching)
+        solve(scene, knit, contacts=touching, springs=touching)
     with pytest.raises(
         ConfigurationError, match="is dns-wale, and contacts of another dns scene are not given"
     ):
-        run(scene.replace("rom.springs_from", "dns-wale"), knit, touching)
+        solve(scene.replace("rom.springs_from", "dns-wale"), knit, contacts=touching)
 
 
 def test_planar_model_needs_no_springs(scene, knit):
     planar = scene.replace("fidelity", "rom2d")
     plain = contacts_of_crossings(knit)
-    assert len(assemble(planar, knit, plain).springs.ends) == 0
-    doubled = assemble(planar.replace("rom.section", "doubled"), knit, plain)
+    assert len(build(planar, knit, contacts=plain).observers[0].network.springs.ends) == 0
+    doubled = build(planar.replace("rom.section", "doubled"), knit, contacts=plain).observers[0].network
     assert (doubled.yarns_side_by_side == 2).sum() == 18
 
 
 def test_axes_of_the_springs_are_those_of_the_scene(scene, knit, touching):
-    stiffness = assemble(scene.replace("rom.axes", "contact"), knit, touching).springs.stiffness
+    stiffness = (
+        build(scene.replace("rom.axes", "contact"), knit, contacts=touching)
+        .observers[0]
+        .network.springs.stiffness
+    )
     normal = touching["normal"].to_numpy()[12:24]
     along = np.einsum("kij,kj->ki", stiffness, normal)
     level = np.abs(stiffness).max()

@@ -13,7 +13,8 @@ from knitstudy.loading.restart import Checkpoint, Run
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
-from knitstudy.models.window import mixed_knit, problem
+from knitstudy.models.simulate import build
+from knitstudy.models.window import mixed_knit
 from knitstudy.models.window_network import chains, cut_nodes, surroundings, touching_beams, window_of
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
@@ -48,7 +49,7 @@ def touching(scene):
 def slid(touching, knit_of):
     """The knit of that scene and its history."""
     knit = knit_of(touching)
-    return knit, solve_load_path(problem(touching, knit))
+    return knit, solve_load_path(build(touching, knit))
 
 
 def test_the_middle_cell_is_the_window_of_no_keys(scene, knit):
@@ -229,15 +230,15 @@ def test_a_window_that_was_interrupted_goes_on(touching, slid, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        solve_load_path(problem(touching, knit), Run(restart=restart, progress=interrupt))
+        solve_load_path(build(touching, knit), Run(restart=restart, progress=interrupt))
     assert restart.exists()
-    continued = solve_load_path(problem(touching, knit), Run(restart=restart))
+    continued = solve_load_path(build(touching, knit), Run(restart=restart))
     assert continued["force"].to_numpy() == pytest.approx(whole["force"].to_numpy(), rel=1e-8)
     assert continued.attrs["fidelity"] == "window"
 
 
 def test_restart_files_keep_what_beams_in_contact_remember(scene, knit, tmp_path):
-    started = problem(scene.vary({"interaction": "isotropic", "mesh.beam_size": 2e-3}), knit)
+    started = build(scene.vary({"interaction": "isotropic", "mesh.beam_size": 2e-3}), knit)
     state = started.model.start()
     history = state.beams.history
     history = replace(history, slip=history.slip + 1e-5, dissipated=2.0)

@@ -15,12 +15,8 @@ from knitstudy.stages.code import code_digest
 PHYSICS = (
     "knitstudy.geometry.lay_out",
     "knitstudy.mesh.mesher",
-    "knitstudy.models.solid_yarns",
-    "knitstudy.models.reduced_models",
-    "knitstudy.models.beams_in_contact",
+    "knitstudy.models.simulate",
     "knitstudy.contacts.contacts",
-    "knitstudy.models.stress",
-    "knitstudy.models.stress",
     "knitstudy.models.stress",
 )
 """Stages whose code the table speaks of."""

@@ -17,7 +17,7 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.restart import Run
 from knitstudy.mesh.mesher import mesh_scene
-from knitstudy.models import solid_yarns as dns
+from knitstudy.models.simulate import solve
 from knitstudy.study.configuration import load_scene
 
 
@@ -30,7 +30,7 @@ def knit_and_mesh(scene):
 def pull(scene):
     """History of a scene."""
     knit, mesh = knit_and_mesh(scene)
-    return dns.run(scene, mesh, knit)
+    return solve(scene, knit, mesh=mesh)
 
 
 def pull_apart(folder, threads, name, *options):
@@ -59,7 +59,7 @@ def main(name, history, checkpoint, *options):
             os.kill(os.getpid(), signal.SIGKILL)
 
     knit, mesh = knit_and_mesh(scene)
-    write_dataset(dns.run(scene, mesh, knit, Run(restart=Path(checkpoint), progress=watch)), history)
+    write_dataset(solve(scene, knit, Run(restart=Path(checkpoint), progress=watch), mesh=mesh), history)
 
 
 if __name__ == "__main__":

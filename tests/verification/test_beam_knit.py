@@ -12,8 +12,9 @@ from knitstudy.measures.response import FORCE
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
-from knitstudy.models.beams_in_contact import CrossingRecord, beam_knit, run
+from knitstudy.models.beams_in_contact import CrossingRecord, beam_knit
 from knitstudy.models.network import grips, tension
+from knitstudy.models.simulate import solve
 from knitstudy.stages.displays import REFERENCE
 from knitstudy.study.configuration import load_scene
 
@@ -32,7 +33,7 @@ def loop_knit(scenes):
 
 def test_knit_of_beams_in_contact_comes_to_five_per_cent(scenes, loop_knit, verify):
     scene = scenes["course"]
-    history = run(scene, loop_knit)
+    history = solve(scene, loop_knit)
     assert float(history["strain"][-1]) == pytest.approx(0.05)
     verify.at_most(
         "knit of beams in contact, course: largest residual", float(history["residual"].max()), 1e-6
@@ -57,7 +58,7 @@ def test_ties_that_yield_bring_beams_to_the_reference(loop_knit, direction, veri
     scene = scene.vary({"mesh.beam_size": 1e-3, "solver.increments": 4})
     table = read_table(REFERENCE / "reference.csv")
     force = reference_of(table, load_scene(f"yarns-isotropic-{direction}")).at(FORCE, 0.05)
-    history = run(scene, loop_knit)
+    history = solve(scene, loop_knit)
     case = f"beams in contact, ties that yield, {direction}: force at 5 %"
     verify.within(case, float(history["force"][-1]), force.value, 0.03)
     gap = history["crossing_gap"][-1].to_numpy()[history["crossing_tied"].to_numpy() == 1]

@@ -20,7 +20,7 @@ from knitstudy.mechanics.materials.isotropic import StVenantKirchhoff
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models import solid_yarns as dns
+from knitstudy.models.simulate import solve
 from knitstudy.study.configuration import load_scene
 
 pytestmark = [
@@ -95,5 +95,5 @@ def test_a_tied_knit_of_c3d20r(cell, tmp_path):
     deck = dataclasses.replace(specimen_deck(scene, knit, mesh), tolerance=1e-7)
     write_inp(deck, tmp_path / "knit.inp", "calculix")
     theirs = calculix.run(tmp_path / "knit.inp").force[-1, 0]
-    ours = float(dns.run(scene, mesh, knit)["force"][-1])
+    ours = float(solve(scene, knit, mesh=mesh)["force"][-1])
     assert ours == pytest.approx(theirs, rel=1e-3)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.models.reduced_models import run
+from knitstudy.models.simulate import solve
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.simulate import simulate
 from knitstudy.study.configuration import load_scene
@@ -22,7 +22,7 @@ def yarns():
 def beams(plain_scene, knit, contacts):
     """History of a spatial network to a strain."""
     scene = plain_scene.replace("fidelity", "rom3d")
-    return lambda strain: run(scene.replace("load.strain", strain), knit, contacts)
+    return lambda strain: solve(scene.replace("load.strain", strain), knit, contacts=contacts)
 
 
 @pytest.mark.parametrize("model", ["yarns", "beams"])

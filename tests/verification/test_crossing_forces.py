@@ -6,7 +6,7 @@ import pytest
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models import solid_yarns as dns
+from knitstudy.models.simulate import solve
 from knitstudy.study.configuration import load_scene
 
 
@@ -15,7 +15,7 @@ def history():
     """Two crossed yarns pressed so deep that the penalty alone would let them in too far."""
     scene = load_scene("pair-pressed-90").replace("mesh.size", 0.25e-3).replace("solver.increments", 6)
     pair = Fabric.from_dataset(lay_out(scene))
-    return dns.run(scene, mesh_fabric(pair, scene.mesh.size, scene.mesh.growth), pair)
+    return solve(scene, pair, mesh=mesh_fabric(pair, scene.mesh.size, scene.mesh.growth))
 
 
 def test_crossing_force_is_what_the_yarn_feels(history, verify):

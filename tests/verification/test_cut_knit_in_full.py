@@ -8,8 +8,7 @@ import pytest
 from knitstudy.geometry.fabric import Grip, cut_cells
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mesh.mesher import sampled_sections
-from knitstudy.models import solid_yarns as dns
-from knitstudy.models.pieces import problem_of_cut_knit
+from knitstudy.models.simulate import build, solve
 
 
 @pytest.fixture
@@ -24,7 +23,7 @@ def gripped_to_the_cuts(knit_of):
             for yarn, arc in ((0, arcs.arc[arcs.yarn == rows]), (rows, arcs.arc[arcs.yarn == 0]))
         )
         gripped = replace(knit, grips={"wale": (held, driven)})
-        return dns.run(scene, sampled_sections(knit), gripped)
+        return solve(scene, gripped, mesh=sampled_sections(knit))
 
     return simulate
 
@@ -46,7 +45,7 @@ def test_wale_tension_of_a_row(plain_scene, knit_of, gripped_to_the_cuts, verify
     )
     whole = gripped_to_the_cuts(scene)
     cut = scene.replace("specimen", "cut_knit")
-    pieces = solve_load_path(problem_of_cut_knit(cut, cut_cells(knit_of(cut).loop, *knit_of(cut).cells)))
+    pieces = solve_load_path(build(cut, cut_cells(knit_of(cut).loop, *knit_of(cut).cells)))
     name = f"cells cut out of a knit, wale tension, {interaction}"
     verify.within(
         f"{name}: force over that of yarns gripped to the cuts",

@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.geometry.closest import refine
 from knitstudy.geometry.lay_out import initial_loop, lay_out
-from knitstudy.geometry.optimise import cost_function
+from knitstudy.geometry.optimise import CostFunction
 from knitstudy.geometry.spline import CatmullRom
 from knitstudy.study.configuration import load_knits
 
@@ -17,7 +17,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def cost(scene):
-    return cost_function(initial_loop(scene).in_radii(), scene.geometry)
+    return CostFunction(initial_loop(scene).in_radii(), scene.geometry)
 
 
 @pytest.mark.parametrize("term", ["distance", "continuous", "join", "length", "value"])

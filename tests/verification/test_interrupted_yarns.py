@@ -7,7 +7,7 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.restart import Run
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models import solid_yarns as dns
+from knitstudy.models.simulate import build
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scene
 
@@ -18,7 +18,7 @@ def begin(request):
     scene = load_scene(request.param).vary({"solver.increments": 6})
     geometry = STAGES["geometry"].function(scene)
     mesh = STAGES["mesh"].function(scene, geometry)
-    return lambda: dns.problem(scene, SweptMesh.from_dataset(mesh), Fabric.from_dataset(geometry))
+    return lambda: build(scene, Fabric.from_dataset(geometry), mesh=SweptMesh.from_dataset(mesh))
 
 
 def test_what_goes_on_is_what_was_never_interrupted(begin, tmp_path, verify):

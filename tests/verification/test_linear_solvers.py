@@ -8,7 +8,8 @@ from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.model import DirichletElimination
 from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models import solid_yarns as dns
+from knitstudy.models.simulate import build
+from knitstudy.models.solids import linear_solver
 
 
 @pytest.fixture(scope="module")
@@ -17,8 +18,8 @@ def cell(plain_scene, knit_of):
         {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
     )
     knit = knit_of(scene)
-    yarns = dns.assemble_yarns(scene, mesh_fabric(knit, scene.mesh.size), knit)
-    return yarns, dns.problem_of(yarns, scene, knit)
+    problem = build(scene, knit, mesh=mesh_fabric(knit, scene.mesh.size))
+    return problem.observers[0].yarns, problem
 
 
 def tangent(problem, displacement=0.0):
@@ -46,7 +47,7 @@ def test_agrees_with_lu(cell, name, verify):
     yarns, problem = cell
     matrix, rhs = tangent(problem)
     exact = solution(LU(), matrix, rhs).x
-    found = solution(dns.linear_solver(name, yarns, problem.prescribed), matrix, rhs)
+    found = solution(linear_solver(name, yarns, problem.prescribed), matrix, rhs)
     residual = np.linalg.norm(rhs - matrix @ found.x) / np.linalg.norm(rhs)
     verify.at_most(f"{name}: true relative residual, 1e-10 asked for", residual, 1.01e-10)
     error = np.abs(found.x - exact).max() / np.abs(exact).max()
@@ -56,13 +57,13 @@ def test_agrees_with_lu(cell, name, verify):
 def test_three_scales_need_few_iterations(cell, verify):
     yarns, problem = cell
     matrix, rhs = tangent(problem)
-    solver = dns.linear_solver("three_scale", yarns, problem.prescribed)
+    solver = linear_solver("three_scale", yarns, problem.prescribed)
     verify.at_most("three scales: iterations to 1e-10", solution(solver, matrix, rhs).iterations, 30, "few")
 
 
 def test_an_old_preconditioner_serves_a_new_matrix(cell):
     yarns, problem = cell
-    solver = dns.linear_solver("three_scale", yarns, problem.prescribed)
+    solver = linear_solver("three_scale", yarns, problem.prescribed)
     solution(solver, *tangent(problem))
     matrix, rhs = tangent(problem, displacement=1e-6)
     later = solution(solver, matrix, rhs)
@@ -73,7 +74,7 @@ def test_an_old_preconditioner_serves_a_new_matrix(cell):
 def test_the_preconditioner_is_symmetric(cell):
     yarns, problem = cell
     matrix, _ = tangent(problem)
-    preconditioner = dns.linear_solver("three_scale", yarns, problem.prescribed).preconditioner
+    preconditioner = linear_solver("three_scale", yarns, problem.prescribed).preconditioner
     preconditioner.update(matrix)
     a, b = np.random.default_rng(1).normal(size=(2, problem.model.size))
     a[problem.prescribed.fixed] = b[problem.prescribed.fixed] = 0

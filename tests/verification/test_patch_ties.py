@@ -7,8 +7,8 @@ from pull import knit_and_mesh
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mesh.mesher import sampled_sections
-from knitstudy.models import solid_yarns as dns
 from knitstudy.models import spline_yarns as polynomial_yarns
+from knitstudy.models.simulate import solve
 from knitstudy.study.configuration import load_scene
 
 SMALL = {
@@ -30,13 +30,13 @@ def force_of_solid_yarns(scene, **degrees):
         {"fidelity": "spline_yarns"} | {f"mesh.{key}": value for key, value in degrees.items()}
     )
     knit = Fabric.from_dataset(lay_out(chosen))
-    return float(dns.run(chosen, sampled_sections(knit), knit)["force"][-1])
+    return float(solve(chosen, knit, mesh=sampled_sections(knit))["force"][-1])
 
 
 def force_of_hexahedra(scene, size, **changes):
     chosen = scene.vary({"mesh.size": size, "gates.elements_across": 2} | changes)
     knit, mesh = knit_and_mesh(chosen)
-    return float(dns.run(chosen, mesh, knit)["force"][-1])
+    return float(solve(chosen, knit, mesh=mesh)["force"][-1])
 
 
 @pytest.fixture(scope="module")

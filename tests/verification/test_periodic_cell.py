@@ -17,9 +17,9 @@ from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.periodic import PeriodicModel
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.spline_yarn.seam import seam
-from knitstudy.models.cell import FIXED, Cell, assemble, problem
-from knitstudy.models.periodic_yarns import PeriodicYarns, periodic_map, wrapped_shape
-from knitstudy.models.spline_yarns import space_on, yarn_spans
+from knitstudy.models.endless import FIXED, Cell, assemble, periodic_map, wrapped_shape
+from knitstudy.models.simulate import build
+from knitstudy.models.spline_yarns import discretise
 from knitstudy.study.configuration import load_scene
 
 PLAIN, STILL = np.eye(3), np.zeros(3)
@@ -39,7 +39,7 @@ def knit(scene):
 
 @pytest.fixture(scope="module")
 def cell(scene, knit):
-    return assemble(scene, knit)
+    return assemble(scene, knit, discretise(scene, knit))
 
 
 @pytest.fixture(scope="module")
@@ -49,12 +49,12 @@ def at_rest(cell):
 
 @pytest.fixture(scope="module")
 def pulled(scene, knit):
-    return solve_load_path(problem(scene, knit))
+    return solve_load_path(build(scene, knit))
 
 
 def stretched(cell, strains, increments=2):
     """Return the state of a cell at strains (3,) in the plane, and the forces per width there."""
-    model, lengths = cell.model, cell.yarns.lattice.lengths
+    model, lengths = cell.model, cell.lattice.lengths
     fixed = np.concatenate([FIXED, model.lattice])
     value = np.concatenate([np.zeros(len(FIXED)), strains * lengths])
     settings = Settings(increments=increments, residual_tolerance=1e-9, exact=True)
@@ -65,17 +65,17 @@ def stretched(cell, strains, increments=2):
 def moved(cell, scene, knit, turn=PLAIN, shift=STILL):
     """Return the cell after its yarns and its lattice have been turned and shifted in the plane."""
     yarns, parts = cell.yarns, cell.yarns.parts
-    lattice = replace(yarns.lattice, vectors=yarns.lattice.vectors @ turn.T)
-    space = space_on(scene, yarn_spans(scene, knit))
+    lattice = replace(cell.lattice, vectors=cell.lattice.vectors @ turn.T)
+    space = parts.space
     around = seam(space.yarns[0])
-    start = wrapped_shape(space.yarns[0], around, knit.centrelines[0], knit.radius, yarns.lattice.vectors[0])
+    start = wrapped_shape(space.yarns[0], around, knit.centrelines[0], knit.radius, cell.lattice.vectors[0])
     start = start @ turn.T + np.multiply.outer(around.unity, shift)
     spread, jumps = periodic_map(space, around, start, lattice)
     nodes = parts.nodes @ turn.T + np.multiply.outer(parts.unity, shift)
     every = sp.identity(len(nodes), format="csr")
-    solids = SolidModel(nodes, parts.groups(nodes), parts.size, every, links=cell.tie.links)
+    solids = SolidModel(nodes, parts.groups(nodes), parts.size, every, links=yarns.ties.links)
     unknowns = sp.csr_matrix(sp.hstack([spread, jumps[:, :3] / lattice.lengths]))
-    return Cell(PeriodicYarns(parts, spread, jumps, lattice), PeriodicModel(solids, unknowns), cell.tie)
+    return Cell(replace(yarns, model=solids), PeriodicModel(solids, unknowns), spread, jumps, lattice)
 
 
 def turn_by(angle):
@@ -98,7 +98,8 @@ def test_a_knit_that_is_its_own_mirror_image_has_no_coupling_of_shear_and_tensio
 @pytest.mark.parametrize(("loops", "rows"), [(2, 1), (1, 2), (2, 2)])
 def test_a_cell_of_several_is_the_same_knit(scene, at_rest, loops, rows):
     several = scene.vary({"pattern.loops": loops, "pattern.rows": rows})
-    found = assemble(several, fabric_of(several, lay_out(several))).stiffness()
+    fabric = fabric_of(several, lay_out(several))
+    found = assemble(several, fabric, discretise(several, fabric)).stiffness()
     # Rounding, of what LU leaves of the soft modes.
     np.testing.assert_allclose(found, at_rest, rtol=1e-7, atol=1e-9 * at_rest.max())
 
@@ -111,7 +112,8 @@ def test_where_the_yarn_is_cut_is_of_no_account(scene, at_rest):
     points[:half, 0] += width
     beginning_at_heads = np.roll(points, -half, axis=0) - [0.5 * width, 0, 0]
     heads = scene.vary({"pattern.control_points": beginning_at_heads.tolist()})
-    found = assemble(heads, fabric_of(heads, lay_out(heads))).stiffness()
+    fabric = fabric_of(heads, lay_out(heads))
+    found = assemble(heads, fabric, discretise(heads, fabric)).stiffness()
     np.testing.assert_allclose(np.diag(found), np.diag(at_rest), rtol=2e-3)
 
 
@@ -189,8 +191,8 @@ def test_what_is_free_carries_nothing_and_work_is_stored(pulled):
 
 
 def test_held_across_it_is_stiffer_by_what_contraction_is_worth(at_rest, scene, knit):
-    held = solve_load_path(problem(scene.vary({"load.lateral": "fixed", "load.strain": 1e-4}), knit))
-    free = solve_load_path(problem(scene.vary({"load.strain": 1e-4}), knit))
+    held = solve_load_path(build(scene.vary({"load.lateral": "fixed", "load.strain": 1e-4}), knit))
+    free = solve_load_path(build(scene.vary({"load.strain": 1e-4}), knit))
     ratio = float(held["force"][-1] / free["force"][-1])
     poisson = at_rest[0, 1] ** 2 / (at_rest[0, 0] * at_rest[1, 1])
     assert ratio == pytest.approx(1 / (1 - poisson), rel=1e-3)  # 0.01 % strain: linear within that
@@ -206,7 +208,7 @@ def touching(scene):
 
 @pytest.fixture(scope="module")
 def rubbed(touching, knit):
-    return solve_load_path(problem(touching, knit))
+    return solve_load_path(build(touching, knit))
 
 
 def test_yarns_that_touch_are_led_to_each_other_and_then_held_by_contact_alone(rubbed):
@@ -222,6 +224,6 @@ def test_yarns_that_touch_are_led_to_each_other_and_then_held_by_contact_alone(r
 
 def test_a_cell_of_several_rubs_as_one_does(touching, rubbed):
     several = touching.vary({"pattern.loops": 2})
-    found = solve_load_path(problem(several, fabric_of(several, lay_out(several))))
+    found = solve_load_path(build(several, fabric_of(several, lay_out(several))))
     # Course and wale force; where points lie on the yarns is the same, but for what rounding makes of their status.
     np.testing.assert_allclose(found["force_per_width"][-1, :2], rubbed["force_per_width"][-1, :2], rtol=1e-3)

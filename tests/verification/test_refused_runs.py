@@ -12,7 +12,7 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.restart import Run
 from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models import solid_yarns as dns
+from knitstudy.models.simulate import solve
 from knitstudy.study.configuration import load_scene
 
 
@@ -65,7 +65,7 @@ def test_what_had_converged_is_kept(case, tmp_path):
     seen = []
     files = {"restart": tmp_path / "run.npz", "partial": tmp_path / "run.nc"}
     with pytest.raises(ConvergenceError, match=message) as refused:
-        dns.run(scene, mesh, specimen, Run(**files, progress=lambda load, place: seen.append(load)))
+        solve(scene, specimen, Run(**files, progress=lambda load, place: seen.append(load)), mesh=mesh)
     kept = read_dataset(files["partial"])
     assert str(refused.value).endswith(
         f"The history up to load factor {seen[-1]:.4g} is in {files['partial']}"
@@ -78,7 +78,7 @@ def test_what_had_converged_is_kept(case, tmp_path):
 
     again = []
     with pytest.raises(ConvergenceError, match=message):
-        dns.run(scene, mesh, specimen, Run(**files, progress=lambda load, place: again.append(load)))
+        solve(scene, specimen, Run(**files, progress=lambda load, place: again.append(load)), mesh=mesh)
     # What had converged is not computed again, and still there.
     assert all(load >= seen[-1] for load in again)
     assert read_dataset(files["partial"])["load"][len(seen) - 1] == seen[-1]
@@ -91,7 +91,7 @@ def test_a_remedy_makes_the_run_whole(tmp_path):
     partial = tmp_path / "run.nc"
     partial.write_text("of an earlier run")
     run = Run(partial=partial)
-    history = dns.run(scene, mesh, specimen, run)
+    history = solve(scene, specimen, run, mesh=mesh)
     run.forget()
     assert not partial.exists()
     assert "incomplete" not in history.attrs
@@ -113,7 +113,7 @@ def test_local_indentation_is_not_taken_beyond_its_law(tmp_path):
     mesh = mesh_fabric(specimen, scene.yarn.radius, 1.0)
     message = r"penetrate each other by .* the law of indentation is not known beyond.* smaller mesh.crossing_degree"
     with pytest.raises(ConvergenceError, match=message):
-        dns.run(scene, mesh, specimen, Run(partial=tmp_path / "run.nc"))
+        solve(scene, specimen, Run(partial=tmp_path / "run.nc"), mesh=mesh)
     kept = read_dataset(tmp_path / "run.nc")
     assert -kept["smallest_gap"].min() <= kept.attrs["indentation_deepest"]
 
@@ -126,7 +126,7 @@ def test_a_state_that_hourglass_control_carries_is_in_no_restart_file(tmp_path):
     files = {"restart": tmp_path / "run.npz", "partial": tmp_path / "run.nc"}
     for _ in range(2):
         with pytest.raises(ConvergenceError, match=r"hourglass energy is .* of the internal energy"):
-            dns.run(scene, mesh, specimen, Run(**files))
+            solve(scene, specimen, Run(**files), mesh=mesh)
 
 
 def test_yarns_that_overlap_at_the_start(tmp_path):
@@ -137,7 +137,7 @@ def test_yarns_that_overlap_at_the_start(tmp_path):
     overlapping = replace(mesh, nodes=mesh.nodes - nearer * np.outer(upper, [0, 0, 1]))
     message = r"surfaces overlap by 1\.\d+e-05 before anything moves; allowed is 6e-06.*finer mesh"
     with pytest.raises(MeshError, match=message):
-        dns.run(scene, overlapping, specimen, Run(tmp_path / "run.npz", tmp_path / "run.nc"))
+        solve(scene, specimen, Run(tmp_path / "run.npz", tmp_path / "run.nc"), mesh=overlapping)
     assert not list(tmp_path.iterdir())
 
 
@@ -176,14 +176,17 @@ def test_what_is_wrong_is_refused_unless_asked_for(case, tmp_path):
     changes, message, asked = WRONG[case]
     scene, mesh, specimen = pair(changes)
     with pytest.raises(ConvergenceError, match=message):
-        dns.run(scene, mesh, specimen, Run(tmp_path / "run.npz", tmp_path / "run.nc"))
+        solve(scene, specimen, Run(tmp_path / "run.npz", tmp_path / "run.nc"), mesh=mesh)
     assert read_dataset(tmp_path / "run.nc").attrs["incomplete"]
-    history = dns.run(scene.vary(asked), mesh, specimen)
+    history = solve(scene.vary(asked), specimen, mesh=mesh)
     assert history["load"][-1] == 1
 
 
 def test_increments_that_are_too_coarse_for_the_ledger_are_halved():
-    fine, coarse = (dns.run(*pair(PRESSED | {"solver.increments": count})) for count in (24, 2))
+    fine, coarse = (
+        solve(scene, specimen, mesh=mesh)
+        for scene, mesh, specimen in (pair(PRESSED | {"solver.increments": count}) for count in (24, 2))
+    )
     assert 2 < coarse.sizes["increment"] - 1 < 24
     assert coarse["load"][-1] == 1
     energy = coarse["energy"][-1]
@@ -195,7 +198,7 @@ def test_elements_that_are_too_large_for_the_yarn_are_refused():
     scene, mesh, specimen = pair({"gates.elements_across": None})
     message = r"mesh\.size is 0\.0006 m, 3 elements across.*gates\.elements_across asks for 7: use 0\.000257 m or less"
     with pytest.raises(MeshError, match=message):
-        dns.run(scene, mesh, specimen)
+        solve(scene, specimen, mesh=mesh)
 
 
 def test_a_simulation_that_does_not_fit_into_memory_is_refused(monkeypatch):
@@ -204,4 +207,4 @@ def test_a_simulation_that_does_not_fit_into_memory_is_refused(monkeypatch):
     with pytest.raises(
         MeshError, match=r"mesh\.size is 0\.0006 m: a simulation of .* unknowns would take about"
     ):
-        dns.run(scene, mesh, specimen)
+        solve(scene, specimen, mesh=mesh)

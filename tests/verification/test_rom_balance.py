@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from dead_loads import balance
 
+from knitstudy.loading.history import Meter
 from knitstudy.loading.load_path import load_path
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.beam import Section
@@ -11,11 +12,10 @@ from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
-from knitstudy.models import honeycomb
-from knitstudy.models import network as rom3d
+from knitstudy.models import network_3d
 from knitstudy.models.joints import contacts_of_crossings, joint_points
-from knitstudy.models.network import grips, tension
-from knitstudy.models.reduced_models import assemble, problem_of, run
+from knitstudy.models.network import grips, problem, tension
+from knitstudy.models.simulate import build, solve
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def sprung_contacts(contacts):
 
 def pulled(scene, knit, contacts, joint):
     """Return network, model and final state of the three-dimensional model at 5% strain."""
-    network = rom3d.spatial_network(knit, joint_points(knit, contacts), 2e-3, joint)
+    network = network_3d.spatial_network(knit, joint_points(knit, contacts), 2e-3, joint)
     model = network.model(scene.yarn, scene.mesh.section_law)
     drive = tension(grips(network, knit, "course"), load_path(scene, knit), "fixed")
     *_, last = trace(model, drive, Settings(increments=4, residual_tolerance=1e-10), LU())
@@ -79,7 +79,7 @@ def test_spring_joints_leave_just_the_couples_that_are_accounted_for(
     """Springs at P leave a couple of second order in their stretch, between the points C one of first order."""
     scene = plain_scene.replace("interaction", "isotropic").replace("load.direction", direction)
     scene = scene.replace("rom.joint", joint).replace("mesh.beam_size", 2e-3).replace("rom.axes", "global")
-    network = assemble(scene, knit, sprung_contacts)
+    network = build(scene, knit, contacts=sprung_contacts).observers[0].network
     model = network.model(scene.yarn, scene.mesh.section_law)
     ends = grips(network, knit, direction)
     *_, last = trace(
@@ -96,7 +96,7 @@ def test_spring_joints_leave_just_the_couples_that_are_accounted_for(
     verify.at_most(f"spring joints, {joint}, {direction}: moments less their couples", error, 1e-9)
     size = np.linalg.norm(model.couples(last.state), axis=1).sum() / level_of_moment
     assert size < 2e-3 if joint == "rigid" else size > 2e-2
-    recorded = solve_load_path(problem_of(network, scene, knit))
+    recorded = solve_load_path(problem(scene, knit, network, Meter()))
     np.testing.assert_allclose(recorded["joint_couple_magnitude"][-1] / level_of_moment, size, rtol=1e-4)
     np.testing.assert_allclose(recorded["joint_couple"][-1], couple, atol=1e-6 * level_of_moment)
 
@@ -153,7 +153,9 @@ def test_arms_are_the_limit_of_stiff_beams():
 @pytest.mark.parametrize("joint", ["rigid", "printed"])
 def test_work_of_the_reactions_is_stored(plain_scene, knit, contacts, joint):
     """Trapezoidal work misses the stored energy by the curvature of the force over 4 increments."""
-    history = run(plain_scene.replace("rom.joint", joint).replace("mesh.beam_size", 2e-3), knit, contacts)
+    history = solve(
+        plain_scene.replace("rom.joint", joint).replace("mesh.beam_size", 2e-3), knit, contacts=contacts
+    )
     energy = history["energy"].isel(increment=-1)
     stored = float(energy.sel(form="internal"))
     assert float(energy.sel(form="external")) == pytest.approx(stored, rel=2e-3)
@@ -167,8 +169,8 @@ def test_units_leave_the_dimensionless_force_alone(
     base = plain_scene.replace("mesh.beam_size", 2e-3).replace("fidelity", fidelity)
     scene = base.scaled(length=length, stiffness=stiffness)
     scaled_knit = knit_of(scene)
-    force = run(scene, scaled_knit, contacts_of_crossings(scaled_knit))["force"].to_numpy()
-    expected = run(base, knit, contacts)["force"].to_numpy()
+    force = solve(scene, scaled_knit, contacts=contacts_of_crossings(scaled_knit))["force"].to_numpy()
+    expected = solve(base, knit, contacts=contacts)["force"].to_numpy()
     error = np.abs(force / (stiffness * length**2) - expected).max() / expected.max()
     verify.at_most(f"units, {fidelity}: lengths x {length:g}, moduli x {stiffness:g}: force", error, 1e-6)
 
@@ -177,23 +179,8 @@ def test_force_of_the_three_dimensional_model_converges_with_element_size(plain_
     """Second order: chords for arcs and one-point integration both err with the square of the size."""
     sizes = np.array([2e-3, 1e-3, 0.5e-3, 0.25e-3])
     scene = plain_scene.replace("solver.increments", 1).replace("load.strain", 0.002)
-    force = [float(run(scene.replace("mesh.beam_size", h), knit, contacts)["force"][-1]) for h in sizes]
-    change = np.abs(np.diff(force))
-    assert np.polyfit(np.log(sizes[:-1]), np.log(change), 1)[0] == pytest.approx(2.0, abs=0.3)
-
-
-def test_force_of_the_honeycomb_converges_with_elements_a_segment(plain_scene, knit, contacts):
-    """Second order; the slenderness compensation keeps one element a segment, the paper's count, near."""
-    scene = plain_scene.replace("solver.increments", 1).replace("load.strain", 0.002)
-    counts = np.array([1, 2, 4, 8, 16])
     force = [
-        float(
-            solve_load_path(problem_of(honeycomb.planar_network(knit, contacts, int(count)), scene, knit))[
-                "force"
-            ][-1]
-        )
-        for count in counts
+        float(solve(scene.replace("mesh.beam_size", h), knit, contacts=contacts)["force"][-1]) for h in sizes
     ]
     change = np.abs(np.diff(force))
-    assert -np.polyfit(np.log(counts[1:-1]), np.log(change[1:]), 1)[0] == pytest.approx(2.0, abs=0.2)
-    assert force[0] == pytest.approx(force[-1], rel=0.15)
+    assert np.polyfit(np.log(sizes[:-1]), np.log(change), 1)[0] == pytest.approx(2.0, abs=0.3)

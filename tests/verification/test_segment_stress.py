@@ -11,16 +11,17 @@ from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.solid import cauchy_stress, principal_axes
 from knitstudy.mesh.mesher import mesh as mesh_stage
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models import solid_yarns as dns
-from knitstudy.models.discretisation import discretised
+from knitstudy.models import hexahedra, spline_yarns
+from knitstudy.models.simulate import simulate
 from knitstudy.models.stress import hexahedral_cell_stress as hexahedral
 from knitstudy.models.stress import spline_cell_stress as polynomial
 from knitstudy.models.stress import stress
-from knitstudy.models.ties import tie_of
 from knitstudy.study.configuration import load_scene
 
 SMALL = 1e-5
 """Largest strain of the closed forms: what is not linear in it turns no axis by more than this."""
+
+DISCRETISE = {"hexahedra": hexahedra.discretise, "spline_yarns": spline_yarns.discretise}
 
 DISCRETISED = {
     "one_point": ({"fidelity": "hexahedra", "mesh.element": "one_point"}, hexahedral),
@@ -44,7 +45,7 @@ class Yarn:
         geometry = lay_out(scene)
         self.specimen = Fabric.from_dataset(geometry)
         self.mesh = SweptMesh.from_dataset(mesh_stage(scene, geometry))
-        self.parts = discretised(scene, self.mesh, self.specimen)
+        self.parts = DISCRETISE[scene.fidelity](scene, self.specimen, self.mesh)
         self.radius = self.specimen.radius
         centreline = self.specimen.centrelines[0].position(np.array([0.0]))[0]
         self.level = centreline[2]
@@ -137,10 +138,8 @@ def test_uniform_stretch_of_a_knit(kind):
     geometry = lay_out(scene)
     mesh = mesh_stage(scene, geometry)
     specimen = Fabric.from_dataset(geometry)
-    parts = discretised(scene, SweptMesh.from_dataset(mesh), specimen)
+    parts = DISCRETISE[scene.fidelity](scene, specimen, SweptMesh.from_dataset(mesh))
     nodes = parts.nodes
-    if kind == "one_point":
-        nodes = tie_of(scene, parts, specimen).nodes
     moved = nodes @ (STRETCH - np.eye(3)).T
     history = xr.Dataset(
         {
@@ -172,7 +171,7 @@ def pulled(request, full):
     scene = load_scene(f"yarns-tie-{request.param}").vary(keys)
     geometry = lay_out(scene)
     mesh = mesh_stage(scene, geometry)
-    history = dns.simulate(scene, geometry, mesh)
+    history = simulate(scene, geometry, mesh)
     return request.param, Fabric.from_dataset(geometry), stress(scene, geometry, mesh, history)
 
 

@@ -12,7 +12,7 @@ from knitstudy.files import read_dataset
 from knitstudy.measures.history_checks import hourglass_share, ledger_gap
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.newton import trace
-from knitstudy.models import solid_yarns as dns
+from knitstudy.models.simulate import build, solve
 from knitstudy.study.configuration import load_scene
 
 
@@ -64,13 +64,13 @@ def test_hourglass_energy(history, verify):
 def test_hourglass_control_that_carries_load_is_an_error(cell):
     knit, mesh = knit_and_mesh(cell)
     with pytest.raises(ConvergenceError, match=r"increment 1: hourglass energy is \d+.* solver.hourglass"):
-        dns.run(changed(cell, solver__hourglass=0.5, solver__increments=2), mesh, knit)
+        solve(changed(cell, solver__hourglass=0.5, solver__increments=2), knit, mesh=mesh)
 
 
 def test_newton_converges_quadratically(cell, verify):
     """With exact tangents and exact solves the number of digits doubles, up to rounding."""
     knit, mesh = knit_and_mesh(cell)
-    problem = dns.problem(changed(cell, solver__linear="lu"), mesh, knit)
+    problem = build(changed(cell, solver__linear="lu"), knit, mesh=mesh)
     settings = Settings(increments=1, residual_tolerance=1e-9, correction_tolerance=1e-6, exact=True)
     *_, end = trace(problem.model, problem.prescribed, settings, problem.solver)
     # Residuals at rounding say nothing about the method.
@@ -85,7 +85,7 @@ def test_tie_follows_rigid_rotations(cell, verify):
     from knitstudy.mechanics.solid import SolidState
 
     knit, mesh = knit_and_mesh(cell)
-    yarns = dns.assemble_yarns(cell, mesh, knit)
+    yarns = build(cell, knit, mesh=mesh).observers[0].yarns
     rotation = exp(np.array([0.4, -1.2, 0.9]))
     nodes = yarns.parts.nodes[yarns.retained]
     force = yarns.model.respond(SolidState(nodes @ rotation.T - nodes), stiffness=False).force

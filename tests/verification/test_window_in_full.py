@@ -6,8 +6,7 @@ import pytest
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.newton import trace
 from knitstudy.mesh.mesher import sampled_sections
-from knitstudy.models import solid_yarns as dns
-from knitstudy.models.window import problem
+from knitstudy.models.simulate import build, solve
 
 STRAIN = 0.01
 
@@ -24,8 +23,8 @@ def forces(history, crossings):
 
 def test_centre_cell_of_nine(pulled, knit, verify):
     """Forces of the ties in the centre cell are those of the full simulation, and so is the force of the grips."""
-    full = dns.run(pulled.replace("fidelity", "spline_yarns"), sampled_sections(knit), knit)
-    window = solve_load_path(problem(pulled, knit))
+    full = solve(pulled.replace("fidelity", "spline_yarns"), knit, mesh=sampled_sections(knit))
+    window = solve_load_path(build(pulled, knit))
     chosen = np.flatnonzero(window["window_crossing"])
     ours, theirs = forces(window, chosen), forces(full, chosen)
     error = np.linalg.norm(ours - theirs, axis=1) / np.linalg.norm(theirs, axis=1)
@@ -42,8 +41,8 @@ def test_cell_that_is_window_as_a_whole(pulled, knit_of, verify):
     """With nothing but the ends of yarns left to beams, a cell resists as solid yarns do."""
     scene = pulled.vary({"pattern.loops": 1, "pattern.rows": 1})
     knit = knit_of(scene)
-    full = dns.run(scene.replace("fidelity", "spline_yarns"), sampled_sections(knit), knit)
-    window = solve_load_path(problem(scene, knit))
+    full = solve(scene.replace("fidelity", "spline_yarns"), knit, mesh=sampled_sections(knit))
+    window = solve_load_path(build(scene, knit))
     verify.within(
         "window, one tied cell: force of the grips",
         float(window["force"][-1]),
@@ -55,7 +54,7 @@ def test_cell_that_is_window_as_a_whole(pulled, knit_of, verify):
 def test_tangent_where_solids_and_beams_touch(pulled, knit, verify):
     """Along random ways the tangent is the derivative of the forces, with contact on both sides of the seams."""
     scene = pulled.vary({"interaction": "isotropic", "mesh.beam_size": 1.5e-3, "contact.points": 3})
-    set_up = problem(scene, knit)
+    set_up = build(scene, knit)
     *_, last = trace(set_up.model, set_up.prescribed, set_up.settings, set_up.solver)
     model = set_up.model
     # On the way again: where an increment starts, what slips is between sticking and slipping.

@@ -3,6 +3,7 @@
 import os
 import shlex
 import sys
+from functools import cache
 from pathlib import Path
 
 # Snakemake puts the interpreter into a shell command as it is: a checkout whose path has a space needs the quotes.
@@ -56,3 +57,76 @@ def scenes_with(stage):
 def wanted(scenes):
     """Return what a study consists of, beside its figures and tables."""
     return [f"{RESULTS}/{path}" for path in PLAN.wanted(scenes)]
+
+
+# ---- Stages
+
+
+def made(rule, name):
+    """Return the function of the file that a rule takes under a name; no file where its scene needs none."""
+
+    def path(wildcards):
+        try:
+            needs = PLAN.needs(STAGES[rule], scene_of(wildcards))
+        except KnitstudyError as error:
+            stop(error)
+        if name not in needs:
+            return []
+        stage, scene = needs[name]
+        return f"{RESULTS}/{stage.path(scene)}"
+
+    return path
+
+
+def outdated(rule):
+    """Return the function of the mark of a job's result, where there is one."""
+
+    def mark(wildcards):
+        path = OUTDATED / STAGES[rule].path(scene_of(wildcards))
+        return [str(path)] if path.is_file() else []
+
+    return mark
+
+
+def labels(wildcards):
+    """Return the name and the kind of a scene."""
+    scene = scene_of(wildcards)
+    names = ("name", "knit", "specimen", "fidelity", "interaction")
+    return {name: getattr(scene, name) for name in names} | {"outputs": []}
+
+
+def reads(rule):
+    """Return the function that says what a job reads of its scene."""
+    return lambda wildcards: STAGES[rule].document(scene_of(wildcards))
+
+
+def digest(rule):
+    """Return the function of the digest of a result that does not carry one itself."""
+    return lambda wildcards: PLAN.digest(STAGES[rule], scene_of(wildcards))
+
+
+def memory(rule):
+    """Return the function of a job's memory, at most what there is: the stage itself refuses what does not fit."""
+    return lambda wildcards: min(STAGES[rule].memory(scene_of(wildcards)), machine_memory())
+
+
+# ---- Trials of the campaign of extremes
+
+
+@cache
+def trials():
+    """Return the trials of the campaign by their labels."""
+    from knitstudy.study.campaign import load_campaign
+
+    try:
+        return {trial.label: trial for trial in load_campaign(CONFIG).trials}
+    except KnitstudyError as error:
+        stop(error)
+
+
+def digest_of_trial(wildcards):
+    """Return the digest of a row."""
+    from knitstudy.stages.extremes import digest_of
+    from knitstudy.study.campaign import load_campaign
+
+    return digest_of(trials()[wildcards.trial], load_campaign(CONFIG))

@@ -1,5 +1,4 @@
 # What figures, tables and the report of a study are made from. Their modules are imported only where one is asked for.
-from functools import cache
 
 
 @cache

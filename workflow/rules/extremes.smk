@@ -1,25 +1,5 @@
 # The campaign of extremes (config/extremes.yaml): one job a trial, which leaves a row however the trial ends.
 # Nothing of it belongs to a study; `make extremes` asks for the table.
-from functools import cache
-
-
-@cache
-def trials():
-    """Return the trials of the campaign by their labels."""
-    from knitstudy.study.campaign import load_campaign
-
-    try:
-        return {trial.label: trial for trial in load_campaign(CONFIG).trials}
-    except KnitstudyError as error:
-        stop(error)
-
-
-def digest_of_trial(wildcards):
-    """Return the digest of a row."""
-    from knitstudy.stages.extremes import digest_of
-    from knitstudy.study.campaign import load_campaign
-
-    return digest_of(trials()[wildcards.trial], load_campaign(CONFIG))
 
 
 rule trial:

@@ -3,54 +3,6 @@
 # is up to date after all, since only times of files have changed, leaves the result as it is.
 
 
-def made(rule, name):
-    """Return the function of the file that a rule takes under a name; no file where its scene needs none."""
-
-    def path(wildcards):
-        try:
-            needs = PLAN.needs(STAGES[rule], scene_of(wildcards))
-        except KnitstudyError as error:
-            stop(error)
-        if name not in needs:
-            return []
-        stage, scene = needs[name]
-        return f"{RESULTS}/{stage.path(scene)}"
-
-    return path
-
-
-def outdated(rule):
-    """Return the function of the mark of a job's result, where there is one."""
-
-    def mark(wildcards):
-        path = OUTDATED / STAGES[rule].path(scene_of(wildcards))
-        return [str(path)] if path.is_file() else []
-
-    return mark
-
-
-def labels(wildcards):
-    """Return the name and the kind of a scene."""
-    scene = scene_of(wildcards)
-    names = ("name", "knit", "specimen", "fidelity", "interaction")
-    return {name: getattr(scene, name) for name in names} | {"outputs": []}
-
-
-def reads(rule):
-    """Return the function that says what a job reads of its scene."""
-    return lambda wildcards: STAGES[rule].document(scene_of(wildcards))
-
-
-def digest(rule):
-    """Return the function of the digest of a result that does not carry one itself."""
-    return lambda wildcards: PLAN.digest(STAGES[rule], scene_of(wildcards))
-
-
-def memory(rule):
-    """Return the function of a job's memory, at most what there is: the stage itself refuses what does not fit."""
-    return lambda wildcards: min(STAGES[rule].memory(scene_of(wildcards)), machine_memory())
-
-
 rule geometry:
     input:
         outdated=outdated("geometry"),

@@ -19,26 +19,23 @@ from knitstudy.study.scene import Scene
 
 # ---- Contact zones: groups of surface facets that touch and hang together
 
-
 NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 """Half of the eight cells around a cell (along, around); the other half are those that have it as neighbour."""
 
 
 def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -> np.ndarray:
-    """Return the number of zones (places,) at every place.
+    """Return the number of zones (places,) at every place, such as the sides of crossings at increments.
 
     Facets whose edges or corners meet belong to one zone. Those of different places never do.
 
     Parameters
     ----------
     place : ndarray of int, shape (p,)
-        From 0 to ``places`` - 1: what is counted apart, such as the sides of crossings at increments.
+        From 0 to ``places`` - 1.
     cell : ndarray of int, shape (p, 2)
         Layer along the yarn and facet around it of every touching point; one facet may be there several times.
     around : int
         Facets around a yarn: the last one is followed by the first.
-    places : int
-        Number of places.
     """
     if not len(place):
         return np.zeros(places, dtype=np.int64)
@@ -197,14 +194,7 @@ def touching_points(
 ) -> dict[str, np.ndarray]:
     """Return the columns of all points that touch, by the names that `loading.columns` has after ``contact_``.
 
-    Parameters
-    ----------
-    contact : Contact
-    points : ContactPoints
-        Of a converged increment, after its history was brought up to date.
-    facets : CrossingFacets
-    rings : Rings
-        Of the surfaces.
+    The points are those of a converged increment, after its history was brought up to date.
     """
     quadrature, history = contact.quadrature, points.history
     active = np.flatnonzero(history.status != OPEN)
@@ -255,10 +245,11 @@ def tied_crossings(scene: Scene, crossings: Crossings) -> np.ndarray:
     tension.
     """
     if not scene.kind.interaction.touches:
-        return np.ones(len(crossings.row), dtype=bool)
-    if scene.specimen == "pair" or scene.contact.tied_edges == "none":
-        return np.zeros(len(crossings.row), dtype=bool)
-    along = crossings.row if scene.load.direction == "course" else crossings.column
+        return np.ones(len(crossings), dtype=bool)
+    direction = scene.value("load.direction")
+    if direction is None or scene.contact.tied_edges == "none":
+        return np.zeros(len(crossings), dtype=bool)
+    along = crossings.row if direction == "course" else crossings.column
     return (along == along.min()) | (along == along.max())
 
 

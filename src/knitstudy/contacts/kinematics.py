@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knitstudy.geometry.crossings import Crossings, YarnCurve
+from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.spline import Centreline
 from knitstudy.mechanics.rotation import log
 from knitstudy.mesh.sweep import SweptMesh
 
@@ -206,13 +207,8 @@ def angle_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 def segment_contraction(crossings: Crossings, displacement: np.ndarray) -> np.ndarray:
     """Return by how much the chords from each crossing to its neighbours on the yarn shrink, (I, K, 2, 2).
 
-    The last axis is the neighbour before it and the one after it; nan where there is none.
-
-    Parameters
-    ----------
-    crossings : Crossings
-    displacement : ndarray, shape (I, K, 2, 3)
-        Of the centrelines' points at the crossings [m].
+    The last axis is the neighbour before it and the one after it; nan where there is none. The displacement
+    (I, K, 2, 3) is that of the centrelines' points at the crossings [m].
     """
     yarn = crossings.yarn.ravel()
     order = np.lexsort((crossings.arc_length.ravel(), yarn))
@@ -230,14 +226,7 @@ def place_on_yarn(fabric: Fabric, axes: Axes, place: np.ndarray) -> tuple[np.nda
     """Return where places near crossings lie on their undeformed yarns: along [m] and around them [rad].
 
     Both (I, K, 2) count from the crossing and the line of its closest points. Along the yarn the axes turn with the
-    tangent, the shortest way.
-
-    Parameters
-    ----------
-    fabric : Fabric
-    axes : Axes
-    place : ndarray, shape (I, K, 2, 3)
-        On or near the undeformed yarns; nan is allowed and is passed on [m].
+    tangent, the shortest way. Places (I, K, 2, 3) [m] that are nan stay nan.
     """
     crossings = fabric.crossings
     along, around = np.full((2, *place.shape[:-1]), np.nan)
@@ -258,7 +247,7 @@ FOOT_STEPS = 40
 """Largest number of steps to a foot: each leaves of the error the distance over the radius of curvature."""
 
 
-def foot(curve: YarnCurve, place: np.ndarray, start: np.ndarray) -> np.ndarray:
+def foot(curve: Centreline, place: np.ndarray, start: np.ndarray) -> np.ndarray:
     """Return the arc lengths (k,) of the points of a curve nearest to places (k, 3), from a start (k,) [m].
 
     The places must be nearer to the curve than its radius of curvature.

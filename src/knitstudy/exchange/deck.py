@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.contacts.facets import tied_pieces
+from knitstudy.contacts.facets import tied_crossings, tied_pieces
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.load_path import load_path
@@ -22,7 +22,7 @@ from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.materials import Material, material_of
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.hexahedra import divide
-from knitstudy.models.ties import STIFFNESS, tie_of
+from knitstudy.models.ties import STIFFNESS, tie_crossings
 from knitstudy.models.yarn_contact import penalties
 
 if TYPE_CHECKING:
@@ -171,9 +171,9 @@ def require_deck(scene: Scene) -> None:
 def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     """Return the deck of a scene of hexahedra."""
     parts = divide(scene, mesh, specimen)
-    tie = tie_of(scene, parts, specimen)
+    tied = tied_crossings(scene, specimen.crossings)
+    tie = tie_crossings(parts, specimen, tied, scene.tie.radius, scene.yarn.youngs_modulus)
     mesh, crossings = parts.mesh, specimen.crossings
-    tied = np.isfinite(tie.area)
     free = tied_pieces(mesh.stations, crossings, tied) < 0
     touching = np.unique(crossings.yarn[~tied], axis=0)
     reach = CONTACT_REACH * mesh.radius + _travel(scene)
@@ -261,7 +261,7 @@ def _yarn_elements(mesh: SweptMesh, yarn: int) -> slice:
 
 
 def _title(scene: Scene, specimen: Fabric) -> str:
-    if scene.specimen == "pair":
+    if scene.value("load.path"):
         return f"{scene.name}: two yarns at {scene.pair.angle:g} degrees, {scene.interaction}"
     loops, rows = specimen.cells
     return f"{scene.name}: {loops} x {rows} knit, {scene.interaction}, {scene.load.direction} tension"

@@ -16,7 +16,7 @@ from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, SINGLE, YARNS, t
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models import honeycomb
+from knitstudy.models import network_2d
 from knitstudy.models.network import Network
 
 
@@ -32,7 +32,7 @@ from knitstudy.models.network import Network
 def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the honeycomb over the undeformed mesh, with the contact zones that are its joints."""
     solid = SweptMesh.from_dataset(mesh)
-    network = honeycomb.planar_network(Fabric.from_dataset(geometry), contacts)
+    network = network_2d.planar_network(Fabric.from_dataset(geometry), contacts)
     surfaces = [yarn_of_mesh(solid, i, tint(YARNS[i % len(YARNS)])) for i in range(solid.yarns)]
     drawing, (axes,) = front_panels(surfaces, 1, 1.5 * SINGLE)
     _draw_network(axes, network)

@@ -21,7 +21,7 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.segments import SEGMENT, central
-from knitstudy.models.honeycomb import heights_by_stress, zone_places
+from knitstudy.models.network_2d import heights_by_stress, zone_places
 
 TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}  # colours of the axes in course and in wale tension
 YARNS = ("#D8D4CC", "#EFECE6")  # of neighbouring yarns, below what is drawn over them

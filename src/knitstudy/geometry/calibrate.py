@@ -25,7 +25,7 @@ from scipy.optimize import least_squares
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
 from knitstudy.files import replacing
 from knitstudy.geometry.loop import Loop, symmetric_motions, symmetries
-from knitstudy.geometry.optimise import CONTACT_TOLERANCE, cost_function, optimise
+from knitstudy.geometry.optimise import CONTACT_TOLERANCE, CostFunction, optimise
 from knitstudy.geometry.survey import approaches, check_yarns, honeycomb_angles, survey
 
 CURVATURE_SAMPLES = 12
@@ -166,7 +166,7 @@ def residuals(unknowns, problem):
     try:
         candidate = Candidate.from_unknowns(unknowns, problem.quarter)
         loop = candidate.loop(problem)
-        cost = cost_function(candidate.loop(problem, problem.flattening), problem.settings)
+        cost = CostFunction(candidate.loop(problem, problem.flattening), problem.settings)
         found = cost.approach(loop.control_points)
         return np.concatenate(
             [
@@ -292,12 +292,7 @@ def main(arguments=None):
 
 
 def read_problem(folder):
-    """The calibration that a configuration folder describes: Problem, and the radius of the yarn [m].
-
-    Parameters
-    ----------
-    folder : Path
-        With calibration.yaml (targets and search) and defaults.yaml (clearance, weights and samples).
+    """The calibration that calibration.yaml and defaults.yaml of a folder describe: Problem, radius of the yarn [m].
 
     Raises
     ------

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from knitstudy.geometry.closest import PLANE_SAMPLES, ROUNDING, plane_crossings, refine
-from knitstudy.geometry.spline import CatmullRom
+from knitstudy.geometry.spline import CatmullRom, Centreline
 
 SAMPLES = 20
 """Samples a Bezier segment among which the closest ones start Newton's method."""
@@ -23,29 +23,6 @@ REACH = 3.0
 
 SAME = 1e-6
 """Length over the radius within which two places on a yarn are one."""
-
-
-class YarnCurve(Protocol):
-    """Centreline of a yarn: a part of a periodic curve, with arc lengths."""
-
-    curve: CatmullRom
-    length: float
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """The curve's parameters u at both ends."""
-
-    def position(self, s: np.ndarray) -> np.ndarray:
-        """Points (k, 3) at arc lengths (k,) [m]."""
-
-    def tangent(self, s: np.ndarray) -> np.ndarray:
-        """Unit tangents (k, 3) at arc lengths (k,) [m]."""
-
-    def parameter(self, s: np.ndarray) -> np.ndarray:
-        """The curve's parameters (k,) at arc lengths (k,) [m]."""
-
-    def arc_length(self, u: np.ndarray) -> np.ndarray:
-        """Arc lengths (k,) [m] at the curve's parameters (k,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +81,7 @@ def metre(long_name: str) -> dict[str, str]:
 
 
 def find_crossings(
-    curves: Sequence[YarnCurve], radius: float, copy_of: np.ndarray, shift: np.ndarray
+    curves: Sequence[Centreline], radius: float, copy_of: np.ndarray, shift: np.ndarray
 ) -> Crossings:
     """Return the crossings of yarns of a radius [m], also of a yarn with itself.
 
@@ -112,7 +89,7 @@ def find_crossings(
 
     Parameters
     ----------
-    curves : sequence of YarnCurve
+    curves : sequence of Centreline
     radius : float
     copy_of : ndarray of int (Y,)
         The yarn that each yarn is a moved copy of. Copies share their places: pairs that stand alike are looked at
@@ -142,7 +119,7 @@ def find_crossings(
 
 
 def _closest(
-    first: YarnCurve, second: YarnCurve, u: np.ndarray, places: Sequence[np.ndarray | None]
+    first: Centreline, second: Centreline, u: np.ndarray, places: Sequence[np.ndarray | None]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return parameters (k, 2) and distances (k,) of closest points near crossings in the plane at parameters (k, 2).
 
@@ -174,7 +151,7 @@ class _Polyline:
     high: np.ndarray
 
     @classmethod
-    def of(cls, curve: YarnCurve) -> _Polyline:
+    def of(cls, curve: Centreline) -> _Polyline:
         low, high = curve.span
         inner = np.arange(np.floor(low * PLANE_SAMPLES) + 1, np.ceil(high * PLANE_SAMPLES)) / PLANE_SAMPLES
         u = np.concatenate([[low], inner, [high]])
@@ -206,7 +183,7 @@ def _apart(places: np.ndarray, least: float) -> np.ndarray:
     return places[np.diff(places, prepend=-np.inf) > least]
 
 
-def _windows(u: np.ndarray, places: np.ndarray, curve: YarnCurve) -> np.ndarray:
+def _windows(u: np.ndarray, places: np.ndarray, curve: Centreline) -> np.ndarray:
     """Return parameters (k, 2): half way to the neighbours among all places of a curve."""
     middles = np.concatenate([curve.span[:1], 0.5 * (places[1:] + places[:-1]), curve.span[1:]])
     at = np.searchsorted(places, u - 10 * ROUNDING)
@@ -225,7 +202,7 @@ def _closest_samples(first: CatmullRom, second: CatmullRom, windows: np.ndarray)
     return start
 
 
-def _of_pair(first: YarnCurve, second: YarnCurve, u: np.ndarray) -> Crossings:
+def _of_pair(first: Centreline, second: Centreline, u: np.ndarray) -> Crossings:
     """Return the crossings of two yarns, numbered 0 and 1, at parameters (k, 2) of their curves."""
     count, curves = len(u), (first, second)
     point = np.stack([each.curve.value(u[:, side]) for side, each in enumerate(curves)], axis=1)

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import DataFileError, GeometryError
-from knitstudy.geometry.crossings import SAME, Crossings, YarnCurve, find_crossings, metre
+from knitstudy.geometry.crossings import SAME, Crossings, find_crossings, metre
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.spline import CatmullRom, Centreline
 
@@ -49,53 +49,6 @@ class Grip:
         s = np.asarray(arc_length)[:, None]
         here = (np.asarray(yarn)[:, None] == self.yarn) & (s >= self.arc[:, 0] - rounding)
         return (here & (s <= self.arc[:, 1] + rounding)).any(axis=1)
-
-
-@dataclass(frozen=True, eq=False)
-class Arc:
-    """A part of a centreline, with arc lengths of its own.
-
-    Attributes
-    ----------
-    line : Centreline
-    start, length : float
-        Where it begins, and how long it is. [m]
-    """
-
-    line: YarnCurve
-    start: float
-    length: float
-
-    @property
-    def curve(self) -> CatmullRom:
-        """Curve of the whole centreline, whose parameters `parameter` returns."""
-        return self.line.curve
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """The curve's parameters at both ends."""
-        low, high = self.line.parameter(np.array([self.start, self.start + self.length]))
-        return float(low), float(high)
-
-    def position(self, s: np.ndarray) -> np.ndarray:
-        """Return points (k, 3) at arc lengths (k,) of this arc. [m]"""
-        return self.line.position(self.start + s)
-
-    def tangent(self, s: np.ndarray) -> np.ndarray:
-        """Return unit tangents (k, 3)."""
-        return self.line.tangent(self.start + s)
-
-    def curvature(self, s: np.ndarray) -> np.ndarray:
-        """Return curvatures (k,). [1/m]"""
-        return self.line.curve.curvature(self.parameter(s))
-
-    def parameter(self, s: np.ndarray) -> np.ndarray:
-        """Return parameters (k,) of the curve."""
-        return self.line.parameter(self.start + s)
-
-    def arc_length(self, u: np.ndarray) -> np.ndarray:
-        """Return arc lengths (k,) of this arc at parameters (k,) of the curve. [m]"""
-        return self.line.arc_length(u) - self.start
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +90,7 @@ class Fabric:
         Of the yarns. [m]
     clearance : float
         Gap aimed at where yarns cross, in radii.
-    centrelines : tuple of YarnCurve
+    centrelines : tuple of Centreline
         Of all Y yarns.
     crossings : Crossings
     grips : mapping of str to pair of Grip
@@ -168,7 +121,7 @@ class Fabric:
     made_of: Mapping[str, Any]
     radius: float
     clearance: float
-    centrelines: tuple[YarnCurve, ...]
+    centrelines: tuple[Centreline, ...]
     crossings: Crossings
     grips: Mapping[str, tuple[Grip, Grip]]
     size: np.ndarray
@@ -320,7 +273,7 @@ def fabric_of(scene: Any, geometry: xr.Dataset) -> Fabric:
 
 
 def of_curves(
-    centrelines: Sequence[YarnCurve],
+    centrelines: Sequence[Centreline],
     radius: float,
     clearance: float = 0.0,
     grips: Mapping[str, tuple[Grip, Grip]] | None = None,
@@ -519,7 +472,7 @@ def pieces_of(fabric: Fabric, arcs: Arcs) -> Fabric:
     arc_length = crossings.arc_length - arcs.arc[piece, 0]
     return replace(
         fabric,
-        centrelines=tuple(Arc(lines[yarn], low, high - low) for yarn, (low, high) in of),
+        centrelines=tuple(lines[yarn].part(low, high) for yarn, (low, high) in of),
         crossings=replace(crossings, yarn=piece, arc_length=arc_length),
         grips={},
         repeats=1,

@@ -48,23 +48,20 @@ class CostFunction:
     Parameters
     ----------
     loop : Loop
-        The loop at the start, in radii; it gives the rest lengths and sigma, and the distance 2 + c0 of the
-        centrelines that F_Distance aims at.
-    weights : Weights
-    window : ndarray (4, 2, 2)
-        Where on the two yarns each crossing is looked for, see `crossing.windows`.
-    samples : int
-        Samples a Bezier segment in the search of the closest points.
+        The loop at the start, in radii; it gives the rest lengths and sigma, the distance 2 + c0 of the centrelines
+        that F_Distance aims at, and the windows in which crossings are looked for.
+    settings : object
+        See `optimise`.
     """
 
-    def __init__(self, loop, weights, window, samples):
+    def __init__(self, loop, settings):
         start = loop.curve
         self.advance = start.advance
         self.course_spacing = loop.course_spacing
         self.target = loop.target
-        self.weights = weights
-        self.window = window
-        self.samples = samples
+        self.weights = Weights(settings.alpha, settings.beta, settings.gamma, settings.beta_0)
+        self.window = windows(crossings_in_plane(start, loop.course_spacing), start.period)
+        self.samples = settings.samples
         self.rest_length = start.segment_lengths()
         segments = np.arange(start.period)[:, None]
         self._tangent, self._tangent_offset = start.operator((segments + GAUSS_POINTS).ravel(), 1)
@@ -153,7 +150,7 @@ class CostFunction:
 
 
 def squared_join_curvature(cosine, sigma):
-    """K_join^2 of Eq. (5), and its derivative with respect to the cosine.
+    """K_join^2 (P,) of Eq. (5), and its derivative (P,) with respect to the cosine.
 
     Parameters
     ----------
@@ -161,10 +158,6 @@ def squared_join_curvature(cosine, sigma):
         Cosine of the angle by which the control polygon turns: -cos(theta).
     sigma : ndarray (P,)
         Local spacing of the control points.
-
-    Returns
-    -------
-    square, derivative : ndarray (P,)
     """
     # theta > pi/4: (2/sigma)^2 cos^2(theta/2) = (2/sigma^2)(1 + cos(theta)), smooth where it is straight too.
     square, derivative = 2 * (1 - cosine) / sigma**2, -2 / sigma**2
@@ -184,9 +177,7 @@ def _chords(points, advance):
     return np.vstack([points[1:], points[0] + advance]) - points
 
 
-# ---- Optimisation of a loop: the control points that minimise F of Eq. (1)
-# All lengths are divided by the yarn radius first, so the result does not depend on the unit of length. The
-# minimiser is unconstrained; the periodic cell and the symmetries of the loop are kept by parametrisation.
+# ---- Minimisation. It is unconstrained: the periodic cell and the symmetries of the loop are kept by parametrisation.
 
 
 CONTACT_TOLERANCE = 1e-3
@@ -232,7 +223,7 @@ class Optimum:
 
 
 def optimise(loop, settings):
-    """Move the free components of a loop's control points to where F is smallest.
+    """Move the free components of a loop's control points to where F is smallest: the optimised Loop, and Optimum.
 
     Parameters
     ----------
@@ -243,13 +234,6 @@ def optimise(loop, settings):
         components ("", "z", "yz", "xyz", ...) of each control point that may move; samples : int, samples a
         Bezier segment in the search of closest points.
 
-    Returns
-    -------
-    Loop
-        The optimised loop.
-    Optimum
-        Terms of F before and after.
-
     Raises
     ------
     GeometryError
@@ -257,7 +241,7 @@ def optimise(loop, settings):
         there.
     """
     start = loop.in_radii()
-    cost = cost_function(start, settings)
+    cost = CostFunction(start, settings)
     check_interlock(cost, start.control_points)
     motions = symmetric_motions(
         free_components(settings.free, len(start.control_points)), symmetries(start.curve)
@@ -268,27 +252,8 @@ def optimise(loop, settings):
     return loop.with_points(optimum.points * loop.radius), optimum
 
 
-def cost_function(loop, settings):
-    """F of a loop given in radii, with the crossings' windows taken from the loop as it stands."""
-    window = windows(crossings_in_plane(loop.curve, loop.course_spacing), loop.curve.period)
-    weights = Weights(settings.alpha, settings.beta, settings.gamma, settings.beta_0)
-    return CostFunction(loop, weights, window, settings.samples)
-
-
 def free_components(free, count):
-    """Which components may move, from their names.
-
-    Parameters
-    ----------
-    free : sequence of str
-        One entry a control point, made of the letters x, y and z.
-    count : int
-        Number of control points.
-
-    Returns
-    -------
-    ndarray of bool (count, 3)
-    """
+    """Which components (count, 3) may move, from their names: an entry a control point, of the letters x, y, z."""
     if len(free) != count or not all(set(names) <= set("xyz") for names in free):
         raise GeometryError(
             f"geometry.free = {list(free)}: allowed is one entry for each of the {count} control points, "
@@ -298,19 +263,12 @@ def free_components(free, count):
 
 
 def minimise(cost, points, motions):
-    """Minimise F over displacements: quasi-Newton (BFGS), then Newton until rounding.
+    """Minimise F from points (P, 3) over motions (P, 3, n): quasi-Newton (BFGS), then Newton until rounding.
 
-    Parameters
-    ----------
-    cost : CostFunction
-    points : ndarray (P, 3)
-        Where to start.
-    motions : ndarray (P, 3, n)
-        The displacements allowed.
-
-    Returns
-    -------
-    Optimum
+    Raises
+    ------
+    GeometryError
+        When the gradient does not vanish.
     """
     before = cost.terms(points)
     unit = _unit(cost, points)

@@ -6,6 +6,8 @@ with C1 continuity (Catmull and Rom 1974). It is linear in its control points, w
 gradients cheap.
 """
 
+from copy import copy
+
 import numpy as np
 
 from knitstudy.errors import GeometryError
@@ -76,31 +78,15 @@ class CatmullRom:
         return self.control_points[k] + turns[..., None] * self.advance
 
     def operator(self, u, order=0):
-        """The curve, or a derivative of it, as a linear map of the control points.
+        """A derivative (order 0 to 2) at u (k,) as a linear map of the control points: matrix (k, P), offset (k, 3).
 
-        Parameters
-        ----------
-        u : ndarray (k,)
-        order : int
-            Order of the derivative, 0 to 2.
-
-        Returns
-        -------
-        matrix : ndarray (k, P)
-        offset : ndarray (k, 3)
-            ``matrix @ control_points + offset`` is the derivative at u; the offset stems from the advance.
-            [m]
+        ``matrix @ control_points + offset`` is the derivative; the offset stems from the advance.
         """
         index, weights = stencil(u, order)
         turns, k = np.divmod(index, self.period)
         matrix = np.zeros((len(index), self.period))
         np.add.at(matrix, (np.arange(len(index))[:, None], k), weights)
         return matrix, (weights * turns).sum(axis=1)[:, None] * self.advance
-
-    def bezier(self):
-        """Control points of the Bezier segments of one period: (P, 4, 3), m."""
-        before, start, end, after = np.moveaxis(self.points(np.arange(self.period)[:, None] + STENCIL), 1, 0)
-        return np.stack([start, start + (end - before) / 6, end - (after - start) / 6, end], axis=1)
 
     def segment_lengths(self):
         """Arc length of every Bezier segment of one period: (P,), m."""
@@ -125,19 +111,7 @@ class CatmullRom:
 
 
 def stencil(u, order):
-    """Indices and weights of the control points that a point of the curve is made of.
-
-    Parameters
-    ----------
-    u : array_like (...)
-    order : int
-        Order of the derivative with respect to u, 0 to 2.
-
-    Returns
-    -------
-    index : ndarray of int (..., 4)
-    weights : ndarray (..., 4)
-    """
+    """Indices and weights (..., 4) of the control points that a derivative (order 0 to 2) at u (...) is made of."""
     u = np.asarray(u, dtype=float)
     segment = np.floor(u)
     t = u - segment
@@ -151,12 +125,12 @@ def stencil(u, order):
 
 
 class Centreline:
-    """Centreline of one yarn as a curve of its arc length, from the left sinker centre to the right one.
+    """Centreline of one yarn as a curve of its arc length, from its left end to its right one.
 
     Parameters
     ----------
     curve : CatmullRom
-        Its control point 0 is the sinker centre where the yarn is cut. [m]
+        The yarn begins at its control point 0.
     loops : int
         Number of periods that the yarn is long.
     like : Centreline, optional
@@ -166,18 +140,26 @@ class Centreline:
     ----------
     length : float
         Arc length of the yarn. [m]
+    start : float
+        Where the yarn begins, of a part of another one, along that. [m]
     """
 
     def __init__(self, curve, loops, like=None):
         self.curve = curve
-        self.loops = loops
         self._lengths = _Lengths(curve, loops) if like is None else like._lengths
-        self.length = float(self._lengths.knots[-1])
+        self.start, self.length = 0.0, float(self._lengths.knots[-1])
+
+    def part(self, start, end):
+        """The yarn between two arc lengths of this one, with arc lengths of its own: Centreline."""
+        part = copy(self)
+        part.start, part.length = self.start + start, end - start
+        return part
 
     @property
     def span(self):
         """The curve's parameters at both ends."""
-        return 0.0, float(self.loops * self.curve.period)
+        low, high = self.parameter(np.array([0.0, self.length]))
+        return float(low), float(high)
 
     def position(self, s):
         """Points at the arc lengths s: (k,) -> (k, 3), m."""
@@ -194,7 +176,7 @@ class Centreline:
 
     def arc_length(self, u):
         """Arc length from the left end to the curve's parameter u: (k,) -> (k,), m."""
-        return self._lengths.to(np.asarray(u, dtype=float))
+        return self._lengths.to(np.asarray(u, dtype=float)) - self.start
 
     def parameter(self, s):
         """The curve's parameter u at the arc lengths s: (k,) -> (k,).
@@ -204,7 +186,7 @@ class Centreline:
         GeometryError
             When an arc length lies outside the yarn.
         """
-        return self._lengths.parameter(np.asarray(s, dtype=float))
+        return self._lengths.parameter(self.start + np.asarray(s, dtype=float))
 
 
 class _Lengths:

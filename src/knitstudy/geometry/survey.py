@@ -90,30 +90,14 @@ def survey(loop, samples=SAMPLES):
 
 
 def honeycomb_angles(contact, rise):
-    """Angles to x, from 0 to 90 degrees, of the two kinds of inclined segments of Fig. 4: interlock, leg.
-
-    Parameters
-    ----------
-    contact : ndarray (4, 3)
-        Contact points of a cell by zone.
-    rise : float
-        Course spacing.
-    """
+    """Angles to x, 0 to 90 degrees, of the inclined segments of Fig. 4 (interlock, leg), from contact points (4, 3)."""
     interlock = contact[2, :2] - contact[0, :2]
     leg = contact[0, :2] + [0.0, rise] - contact[2, :2]
     return tuple(float(np.degrees(np.arctan2(abs(y), abs(x)))) for x, y in (interlock, leg))
 
 
 def check_yarns(surveyed, loop, tolerance):
-    """No yarn folds, and none overlaps another one or itself.
-
-    Parameters
-    ----------
-    surveyed : Survey
-        Of the loop.
-    loop : Loop
-    tolerance : float
-        Overlap allowed at the crossings, in radii: what the optimisation may miss its target by.
+    """Refuse yarns that fold, and overlaps beyond a tolerance: what the optimisation may miss, in radii.
 
     Raises
     ------

@@ -19,9 +19,6 @@ from knitstudy.study.scene import Scene
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-FILES = ("paper", "claims", "reference", "loops", "targets")
-"""Files that no study makes, as figures and tables call them."""
-
 # ---- names of scenes ----
 
 CASES = ("tie-course", "tie-wale", "isotropic-course", "isotropic-wale")
@@ -44,7 +41,6 @@ VARIANTS = ("rom3d-*-{case}", "rom2d-*-{case}")
 
 BEAM_MODELS = ("beam-{case}", "beam-*-{case}", "beam-{case}-coarse")
 """Beams in contact of a case."""
-
 
 SQUARES = (
     "domain-*-tie-course-*",
@@ -99,7 +95,7 @@ class Results:
     fewest: int = 1
 
     def scenes(self, study: Mapping[str, Scene]) -> list[Scene]:
-        """Return those scenes of a study that are taken, in the order of the study; none where it has none."""
+        """Return the scenes of a study that are taken, in the order of the study; an empty list if it has none."""
         if not self.several:
             return [study[name] for name in self.names if name in study][:1]
         found = [
@@ -154,7 +150,7 @@ class Display:
     results : mapping of str to Results
         Arguments of the function that are results: a Dataset, or several by the names of their scenes.
     files : tuple of str
-        Arguments that are files of reference (`FILES`).
+        Arguments that are files of reference, by the names of `stages.displays.reference_files`.
     scenes : bool
         Whether the argument ``scenes`` is taken: a scene by the name of its result, several by their own names.
     order : float

@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 
 from knitstudy.errors import ConfigurationError
 
-# ---- Determinants and inverses of batches of 3 x 3 matrices in closed form: LAPACK's are made for large ones
+# Determinants and inverses of batches of 3 x 3 matrices in closed form: LAPACK's are made for large ones
 
 
 def determinant(matrix: np.ndarray) -> np.ndarray:
@@ -40,7 +40,7 @@ def inverse(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return result, size
 
 
-# ---- Arrays that a thread uses again and again
+# Arrays that a thread uses again and again
 
 
 class Scratch(threading.local):
@@ -65,11 +65,10 @@ class Scratch(threading.local):
 SCRATCH = Scratch()
 
 
-# ---- Threads: which work they share, batches of elements, yarns and ranges of rows, and how many there are
+# Threads: which work they share, batches of elements, yarns and ranges of rows, and how many there are
 # NumPy, SciPy's sparse products and SuperLU leave the interpreter's lock while they compute; SciPy's wrappers of LAPACK
 # do not (docs/notes/performance.md). Results must not depend on how many threads there are: every piece of work writes
 # to a place of its own, and sums are formed in the order of the pieces.
-
 
 VARIABLE = "OMP_NUM_THREADS"
 

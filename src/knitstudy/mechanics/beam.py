@@ -105,20 +105,12 @@ class Section:
 
 @dataclass(frozen=True)
 class Elements:
-    """Reference state and stiffness of E elements.
+    """Reference state and stiffness of E elements."""
 
-    Attributes
-    ----------
-    length : ndarray, shape (E,)
-        Reference length L [m].
-    axis : ndarray, shape (E, 3)
-        Reference direction t0.
-    law : ndarray, shape (E, 6, 6)
-        C, force [N] and moment [N m] over strain and curvature [1/m], in global axes as the reference stands.
-    """
-
-    length: np.ndarray
-    axis: np.ndarray
+    length: np.ndarray  # (E,), reference length L [m]
+    axis: np.ndarray  # (E, 3), reference direction t0
+    # (E, 6, 6) C, force [N] and moment [N m] over strain and curvature [1/m], in global axes as the reference
+    # stands
     law: np.ndarray
 
     @classmethod
@@ -139,36 +131,18 @@ class Elements:
 
 @dataclass(frozen=True)
 class Deformation:
-    """Kinematics and section forces of E elements in one state, in global axes.
+    """Kinematics and section forces of E elements in one state, in global axes."""
 
-    Attributes
-    ----------
-    Rm : ndarray, shape (E, 3, 3)
-        Rotation halfway between the ends.
-    e, Th : ndarray, shape (E, 3)
-        Chord [m] and rotation of the second end against the first [rad].
-    Gamma, K : ndarray, shape (E, 3)
-        Strain and curvature [1/m].
-    n, m : ndarray, shape (E, 3)
-        Section force [N] and moment [N m].
-    q : ndarray, shape (E, 3)
-        Moment n x e of the section force over the element [N m].
-    f_D : ndarray, shape (E, 3)
-        Moment that works on the difference of the end spins: H m + b Th x q [N m].
-    halfway : Halfway
-        Scalars of the rotation maps.
-    """
-
-    Rm: np.ndarray
-    e: np.ndarray
-    Th: np.ndarray
-    Gamma: np.ndarray
-    K: np.ndarray
-    n: np.ndarray
-    m: np.ndarray
-    q: np.ndarray
-    f_D: np.ndarray
-    halfway: Halfway
+    Rm: np.ndarray  # (E, 3, 3), rotation halfway between the ends
+    e: np.ndarray  # (E, 3), chord [m]
+    Th: np.ndarray  # (E, 3), rotation of the second end against the first [rad]
+    Gamma: np.ndarray  # (E, 3), strain
+    K: np.ndarray  # (E, 3), curvature [1/m]
+    n: np.ndarray  # (E, 3), section force [N]
+    m: np.ndarray  # (E, 3), section moment [N m]
+    q: np.ndarray  # (E, 3), moment n x e of the section force over the element [N m]
+    f_D: np.ndarray  # (E, 3), moment that works on the difference of the end spins: H m + b Th x q [N m]
+    halfway: Halfway  # scalars of the rotation maps
 
 
 def deform(elements: Elements, chord: np.ndarray, R1: np.ndarray, R2: np.ndarray) -> Deformation:
@@ -286,7 +260,7 @@ def _times(values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     return values[:, None] * vectors
 
 
-# ---- Linear springs between two points that nodes carry by rigid arms, or between the nodes themselves
+# Linear springs between two points that nodes carry by rigid arms, or between the nodes themselves
 # With the points p0, p1 of a spring and their reference positions P0, P1
 #
 #     d = (p1 - p0) - (P1 - P0),   f = k d,   W = f . d / 2
@@ -299,20 +273,11 @@ def _times(values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class LinearSprings:
-    """Springs between K pairs of points.
+    """Springs between K pairs of points."""
 
-    Attributes
-    ----------
-    ends : ndarray of int, shape (K, 2)
-        Nodes that carry the points.
-    offsets : ndarray, shape (K, 2, 3)
-        From the node to its point, in the reference [m].
-    stiffness : ndarray, shape (K, 3, 3)
-        Symmetric matrices k; diagonal if the springs stand along x, y and z [N/m].
-    """
-
-    ends: np.ndarray
-    offsets: np.ndarray
+    ends: np.ndarray  # int (K, 2), nodes that carry the points
+    offsets: np.ndarray  # (K, 2, 3), from the node to its point, in the reference [m]
+    # (K, 3, 3), symmetric matrices k; diagonal if the springs stand along x, y and z [N/m]
     stiffness: np.ndarray
 
     @classmethod

@@ -20,18 +20,10 @@ makes 1e-14 of it."""
 
 @dataclass(frozen=True)
 class BeamState:
-    """Configuration of N nodes.
+    """Configuration of N nodes."""
 
-    Attributes
-    ----------
-    position : ndarray, shape (N, 3)
-        Positions [m].
-    rotation : ndarray, shape (N, 3, 3)
-        Rotations from the reference, where they are the identity.
-    """
-
-    position: np.ndarray
-    rotation: np.ndarray
+    position: np.ndarray  # (N, 3), positions [m]
+    rotation: np.ndarray  # (N, 3, 3), rotations from the reference, where they are the identity
 
 
 class BeamModel(Memoryless):

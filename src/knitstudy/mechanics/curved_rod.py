@@ -201,7 +201,7 @@ def _elasticity(poisson_ratio: float) -> np.ndarray:
     return D
 
 
-# ---- Section of beams that follow a curved yarn: the law of a curved rod, by the curvature of every element
+# Section of beams that follow a curved yarn: the law of a curved rod, by the curvature of every element
 
 
 @dataclass(frozen=True)
@@ -210,25 +210,15 @@ class CurvedSection:
 
     Where a rod is straight this is `Section.circular`, with the shear factor of the strain energy (0.847 at nu = 0.42)
     for 0.89.
-
-    Attributes
-    ----------
-    radius : float
-        [m]
-    youngs_modulus : float
-        [Pa]
-    poisson_ratio : float
-    curvature : ndarray, shape (E, 3)
-        Mean curvature vector t x dt/ds of the undeformed rod over every element: along the binormal [1/m].
-    slenderness : float
-        See `Section`.
     """
 
-    radius: float
-    youngs_modulus: float
+    radius: float  # [m]
+    youngs_modulus: float  # [Pa]
     poisson_ratio: float
+    # (E, 3), mean curvature vector t x dt/ds of the undeformed rod over every element: along the binormal
+    # [1/m]
     curvature: np.ndarray
-    slenderness: float = SLENDERNESS
+    slenderness: float = SLENDERNESS  # see `Section`
 
     def stiffness(self, chord: np.ndarray) -> np.ndarray:
         """Return the law C (E, 6, 6) of elements with the reference chords (E, 3) [m], see `SectionLaw`.

@@ -11,8 +11,7 @@ import numpy as np
 from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.model import Response
 
-# ---- What drives a model along its load path, how accurately, and what every increment leaves
-
+# What drives a model along its load path, how accurately, and what every increment leaves
 
 PHASES = ("elements", "assembly", "constraints", "setup", "solve")
 """Phases of a Newton iteration whose time is recorded; line searches count as elements and assembly."""
@@ -216,11 +215,10 @@ class Increment:
     timings: dict[str, float] = field(default_factory=dict)
 
 
-# ---- Line search: how much of a Newton step is taken (Crisfield 1991, section 9.2)
+# Line search: how much of a Newton step is taken (Crisfield 1991, section 9.2)
 # Where a step closes a gap, force along it is nearly constant up to there and steep beyond. A step that is shortened
 # until the residual has just fallen ends far before; the root of the force along the step, kept between brackets, does
 # not.
-
 
 TRIALS = 8
 """States at most along one step."""
@@ -234,25 +232,13 @@ STEEP = 0.1
 
 @dataclass(frozen=True)
 class Trial:
-    """A state some share along a step.
-
-    Attributes
-    ----------
-    share : float
-    step : ndarray, shape (size,)
-        That share of the step.
-    state : object
-    response : Response
-    along : float
-        Force along the whole step [J].
-    residual : float
-    """
+    """A state some share along a step."""
 
     share: float
-    step: np.ndarray
+    step: np.ndarray  # (size,), that share of the step
     state: Any
     response: Response
-    along: float
+    along: float  # force along the whole step [J]
     residual: float
 
     @property

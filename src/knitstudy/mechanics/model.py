@@ -10,7 +10,7 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
-# ---- What a mechanical model gives to a solver: a residual and a tangent, and nothing else
+# What a mechanical model gives to a solver: a residual and a tangent, and nothing else
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,11 @@ class Response:
         if self.status is None or other.status is None:
             return self.status is other.status
         return np.array_equal(self.status, other.status)
+
+
+def summed(one: dict[str, float], other: dict[str, float]) -> dict[str, float]:
+    """Return the energies of both by form [J]."""
+    return {form: one.get(form, 0.0) + other.get(form, 0.0) for form in one | other}
 
 
 class Memoryless:
@@ -135,7 +140,7 @@ class Model(Protocol):
         ...
 
 
-# ---- Constraints by elimination: prescribed unknowns in the matrix, and linear ties between nodes
+# Constraints by elimination: prescribed unknowns in the matrix, and linear ties between nodes
 
 
 class DirichletElimination:
@@ -208,22 +213,16 @@ def without(matrix: sp.bsr_matrix, fixed: np.ndarray) -> sp.bsr_matrix:
     return sp.bsr_matrix((data, matrix.indices, matrix.indptr), shape=matrix.shape)
 
 
-# ---- Viscous forces against rigid motions of what nothing holds yet, as in Abaqus/Standard's static stabilisation
+# Viscous forces against rigid motions of what nothing holds yet, as in Abaqus/Standard's static stabilisation
 # F = c M (du/dt), with the lumped mass M of unit density, time the load factor, and c falling to zero at full load. The
 # work that they take is booked.
 
 
 @dataclass(frozen=True, eq=False)
 class Stabilisation:
-    """Viscous forces on all unknowns.
+    """Viscous forces on all unknowns."""
 
-    Attributes
-    ----------
-    coefficient : ndarray, shape (size,)
-        c M at the start [N/m a unit of the load factor].
-    """
-
-    coefficient: np.ndarray
+    coefficient: np.ndarray  # (size,) c M at the start [N/m a unit of the load factor]
 
     @classmethod
     def of(cls, share: float, youngs_modulus: float, length: float, volume: np.ndarray) -> Stabilisation:
@@ -235,14 +234,13 @@ class Stabilisation:
         return self.coefficient * max(1.0 - load, 0.0) / change
 
 
-# ---- Bodies that nothing holds before contact does: led to their first contact by a drag that has died out by then
+# Bodies that nothing holds before contact does: led to their first contact by a drag that has died out by then
 # A body without a grip or a tie can move rigidly for nothing, so that no equilibrium tells where it goes. In every
 # increment it therefore drags on its way from where the increment began, as with the contact stabilisation of
 # Abaqus/Standard: first by as much as lets contact find its places, then by next to nothing. As soon as such a
 # state has
 # converged in which contact resists every rigid motion of all such bodies by itself, the drag is taken away and the
 # increment balanced anew, at the same load: what is accepted knows nothing of it. Before that, grips feel only drag.
-
 
 SHARE = 1e-4
 """Drag over E V / h^2, V the volume of a node, with which an increment begins."""

@@ -160,13 +160,7 @@ class _Attempts:
         self._cutbacks, self._since, self._failed = 0, load, _Spent()
 
     def add(self, now: Increment, path: _Path, reason: str) -> None:
-        """Count a failed attempt beyond an increment.
-
-        Raises
-        ------
-        ConvergenceError
-            If another one is of no use.
-        """
+        """Count a failed attempt beyond an increment."""
         self._cutbacks, self.reason = self._cutbacks + 1, reason
         self.spent, self._failed = self.spent.after(path), self._failed.after(path)
         if self._cutbacks > self.settings.cutbacks:

@@ -10,7 +10,7 @@ from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
 from knitstudy.mechanics.spline_yarn.space import Space
 
-# ---- The moments by which discs on yarns are joined, and points that they are summed up at
+# The moments by which discs on yarns are joined, and points that they are summed up at
 
 
 def polar_rule(rings: int) -> tuple[np.ndarray, np.ndarray]:
@@ -31,7 +31,7 @@ def moments(rule: np.ndarray) -> np.ndarray:
     return np.stack([np.ones(len(rule)), 2 * rule[:, 0], 2 * rule[:, 1]])
 
 
-# ---- How the surface of a straight elastic cylinder yields to tractions, wave by wave, in closed form
+# How the surface of a straight elastic cylinder yields to tractions, wave by wave, in closed form
 # The cylinder is solid, of radius 1 and infinitely long. To a traction t exp(i (m theta + k z)) its surface
 # answers with
 # the displacement G(m, k) t exp(i (m theta + k z)). With the harmonic f = I_m(k r) exp(i (m theta + k z)) / I_m(k) and
@@ -99,13 +99,12 @@ def _logarithmic_slope(m: np.ndarray, k: np.ndarray) -> np.ndarray:
     return m + k * ratios[m, place.reshape(k.shape)]
 
 
-# ---- How a patch on the side of a yarn yields beyond what the yarn does as a beam
+# How a patch on the side of a yarn yields beyond what the yarn does as a beam
 # A patch of radius a on a straight yarn carries a force, spread evenly over it, and every A along the yarn another one
 # of the opposite sign. The mean displacement of the patch is known in closed form, of the elastic cylinder
 # (`polynomial_yarn.patch_compliance`), and so is that of Timoshenko's beam with the force at the end of a rigid arm.
 # Their difference is c_0 + c_1 A to within e^-A: c_0 is local, the indentation; c_1 goes with the bending moment, which
 # widens and narrows the section under the patch. Beams with joints that yield by c_0 leave out c_1.
-
 
 APART = (6.0, 12.0)
 """Distances of forces in radii, A: the one from the other gives c_0."""
@@ -144,14 +143,13 @@ def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray
     return 2 / apart * np.array([np.sum(wave * each) for each in (bent, stretched, twisted)])
 
 
-# ---- What a space of solid yarns shows of a patch's compliance, and what is missing of it
+# What a space of solid yarns shows of a patch's compliance, and what is missing of it
 # A patch is a small disc on the side of a straight yarn. Forces spread over it with the weights of its moments (the
 # mean and both linear ones) move the same moments of its displacement: a compliance. That of the yarn is known in
 # closed form (`knitstudy.mechanics.patch_compliance`), that of the space from its own stiffness. Their difference is
 # positive, since the space is a part of all displacements, and it is local. Both are taken of yarns of infinite
 # length with patches at least `APART` radii apart, whose forces alternate in sign: nothing has to be held, and waves
 # are independent of each other. What for, and what comes out: docs/theory.md.
-
 
 APART_IN_PATCH = 6.0
 """Least distance of patches along the yarn, in radii."""

@@ -31,18 +31,10 @@ STRAINS = ("x", "y", "xy")
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """How a sheet repeats itself.
+    """How a sheet repeats itself."""
 
-    Attributes
-    ----------
-    vectors : ndarray, shape (2, 3)
-        From a point to its images, in the plane of x and y [m].
-    reference : float
-        Height of the plane of reference [m].
-    """
-
-    vectors: np.ndarray
-    reference: float = 0.0
+    vectors: np.ndarray  # (2, 3), from a point to its images, in the plane of x and y [m]
+    reference: float = 0.0  # height of the plane of reference [m]
 
     @property
     def area(self) -> float:

@@ -69,17 +69,10 @@ class Halfway:
     """The scalars of the maps above for k rotation vectors, and their derivatives over the angle.
 
     ``d(a) = da Th . dTh`` and so on; derivatives are evaluated where they are asked for.
-
-    Attributes
-    ----------
-    square : ndarray, shape (k,)
-        The angles' squares [rad2].
-    a, b, g : ndarray, shape (k,)
-        See the module.
     """
 
-    square: np.ndarray
-    a: np.ndarray
+    square: np.ndarray  # (k,), the angles' squares [rad2]
+    a: np.ndarray  # (k,), as b and g: see above
     b: np.ndarray
     g: np.ndarray
 
@@ -123,7 +116,7 @@ class Halfway:
         return da * m_Th + dg * dot * outer + g * (dot * np.eye(3) + np.swapaxes(m_Th, 1, 2))
 
 
-# ---- Element ends that a rigid arm ties to a node: x_end = x_node + R_node o, with the node's spin
+# Element ends that a rigid arm ties to a node: x_end = x_node + R_node o, with the node's spin
 # The arm is eliminated: the element's forces F, M at its end act on the node as F and M + r x F with r =
 # R_node o.
 

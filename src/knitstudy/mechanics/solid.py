@@ -15,7 +15,7 @@ from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.model import Response, Stabilisation
 
-# ---- Cauchy stress, and the scalars that are drawn of it
+# Cauchy stress, and the scalars that are drawn of it
 
 
 def cauchy_stress(gradient: np.ndarray, material: Material, axes: np.ndarray | None = None) -> np.ndarray:
@@ -49,9 +49,8 @@ def principal_axes(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return values[..., ::-1], np.swapaxes(columns, -1, -2)[..., ::-1, :]
 
 
-# ---- Solids as a model: elements of one material, dependent nodes eliminated. Contact: `mechanics.solids_in_contact`
+# Solids as a model: elements of one material, dependent nodes eliminated. Contact: `mechanics.solids_in_contact`
 # A node is what an unknown vector belongs to: a point, or a coefficient of which places are weighted sums.
-
 
 UNLOADED = 1e-9
 """Mean force over E h^2 below which solids count as unloaded."""
@@ -59,39 +58,21 @@ UNLOADED = 1e-9
 
 @dataclass(frozen=True)
 class Memory:
-    """What solids with viscous forces remember of the last converged increment.
+    """What solids with viscous forces remember of the last converged increment."""
 
-    Attributes
-    ----------
-    displacement : ndarray, shape (n, 3)
-        Of the retained nodes [m].
-    damped : float
-        Work that viscous forces have taken so far [J].
-    """
-
-    displacement: np.ndarray
-    damped: float = 0.0
+    displacement: np.ndarray  # (n, 3), of the retained nodes [m]
+    damped: float = 0.0  # work that viscous forces have taken so far [J]
 
 
 @dataclass(frozen=True)
 class SolidState:
-    """Displacement of the retained nodes; with viscous forces, what came before.
+    """Displacement of the retained nodes; with viscous forces, what came before."""
 
-    Attributes
-    ----------
-    displacement : ndarray, shape (n, 3)
-        Of the retained nodes [m].
-    memory : Memory or None
-    load, change : float
-        Load factor that the running increment ends at, and its size.
-    step : ndarray, shape (n, 3), or None
-        What it came by, straight from where a tangent was formed [m]; None where it came by no such way.
-    """
-
-    displacement: np.ndarray
+    displacement: np.ndarray  # (n, 3), of the retained nodes [m]
     memory: Memory | None = None
-    load: float = 0.0
-    change: float = 1.0
+    load: float = 0.0  # load factor that the running increment ends at
+    change: float = 1.0  # its size
+    # (n, 3), what it came by, straight from where a tangent was formed [m]; None where it came by no such way
     step: np.ndarray | None = field(default=None, kw_only=True)
 
 

@@ -9,12 +9,12 @@ import scipy.sparse as sp
 
 from knitstudy.mechanics.beam_contact.contact import TouchingBeams, TouchingState
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
-from knitstudy.mechanics.model import Response
+from knitstudy.mechanics.model import Response, summed
 from knitstudy.mechanics.rotation import hat
 from knitstudy.mechanics.solid import SolidModel, SolidState
 from knitstudy.mechanics.solids_in_contact import ContactState, SolidsInContact
 
-# ---- Seams: sections of solids that nodes of beams carry, without a jump in force
+# Seams: sections of solids that nodes of beams carry, without a jump in force
 # A solid yarn whose displacement is a sum over orthonormal functions of the section ends in a section whose mean
 # place is
 # the coefficient X_0 and whose linear moments are X_1 and X_2, half the radius times the directors d_1 and d_2
@@ -29,7 +29,6 @@ from knitstudy.mechanics.solids_in_contact import ContactState, SolidsInContact
 # eliminated, u = u(x, Q, e): forces on the section act on the node as the transposed of the derivative says.
 #
 #     f_x = f_0,    m = sum_k X_k x f_k,    g_kl = f_k . Q d_l
-
 
 WIDTHS = 3
 """Unknowns e of a section [m]: how much wider it is along d_1, along d_2, and sheared in its plane."""
@@ -119,26 +118,18 @@ _WIDENING = np.array([[[1.0, 0.0], [0.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]], [[0.0,
 """E of each of the widths."""
 
 
-# ---- Solids and beams as one model: sections of the solids are carried by nodes of the beams (`mechanics.seams`)
+# Solids and beams as one model: sections of the solids are carried by nodes of the beams (`mechanics.seams`)
 # Unknowns are those of the solids that belong to no seam, the widths of the seams, then those of the beams. What the
 # elements of either side resist is summed up at the unknowns of both: a balanced state has no jump in force or moment.
 
 
 @dataclass(frozen=True)
 class MixedState:
-    """State of solids and beams.
-
-    Attributes
-    ----------
-    solids : SolidState
-    beams : BeamState or TouchingState
-    width : ndarray, shape (S, 3)
-        Of the seams [m].
-    """
+    """State of solids and beams."""
 
     solids: SolidState
     beams: BeamState
-    width: np.ndarray
+    width: np.ndarray  # (S, 3), of the seams [m]
 
     @property
     def frame(self) -> BeamState:
@@ -234,7 +225,7 @@ class SolidsAndBeams:
         return Response(
             force=force,
             mean_force=min(solids.mean_force, beams.mean_force),
-            energy=_sum(solids.energy, beams.energy),
+            energy=summed(solids.energy, beams.energy),
             node_force=solids.node_force,
             stiffness=self._tangent(solids, beams, state, slope, at_sections) if stiffness else None,
             status=_joined(solids.status, beams.status),
@@ -293,11 +284,6 @@ class SolidsAndBeams:
         columns = np.concatenate([np.arange(self.first_width), np.tile(self._motions, MOTIONS).ravel()])
         values = np.concatenate([np.ones(self.first_width), slope.ravel()])
         return sp.coo_matrix((values, (rows, columns)), shape=(self.solids.size, self.size)).tocsr()
-
-
-def _sum(one: dict[str, float], other: dict[str, float]) -> dict[str, float]:
-    """Return energies of both by form [J]."""
-    return {form: one.get(form, 0.0) + other.get(form, 0.0) for form in one | other}
 
 
 def _joined(*statuses: np.ndarray | None) -> np.ndarray | None:

@@ -10,39 +10,25 @@ import scipy.sparse as sp
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.contact.friction import ContactHistory, ContactPoints
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.model import FADED, FreeBodies, Response
+from knitstudy.mechanics.model import FADED, FreeBodies, Response, summed
 from knitstudy.mechanics.solid import Memory, SolidModel, SolidState
 from knitstudy.mechanics.sparse_sums import PatternSum, TiedBlocks
 
 
 @dataclass(frozen=True)
 class ContactMemory(Memory):
-    """What solids in contact remember of the last converged increment besides.
-
-    Attributes
-    ----------
-    contact : ContactHistory
-    """
+    """What solids in contact remember of the last converged increment besides."""
 
     contact: ContactHistory | None = None
 
 
 @dataclass(frozen=True)
 class ContactState(SolidState):
-    """State of solids in contact.
-
-    Attributes
-    ----------
-    memory : ContactMemory
-    augmentations : int
-        Updates of the contact multipliers within the running increment.
-    led : float
-        Share of the drag that leads free bodies to their first contact: 1, `FADED`, or 0 where contact holds them.
-    """
+    """State of solids in contact."""
 
     memory: ContactMemory | None = None
-    augmentations: int = 0
-    led: float = 1.0
+    augmentations: int = 0  # updates of the contact multipliers within the running increment
+    led: float = 1.0  # share of the drag on free bodies: 1, `FADED`, or 0 where contact holds them
 
 
 @dataclass(frozen=True)
@@ -155,7 +141,7 @@ class SolidsInContact(SolidModel):
         response = replace(
             response,
             force=response.force + self.assembly.collect(touch.node_force),
-            energy=_sum(response.energy, touch.energy),
+            energy=summed(response.energy, touch.energy),
             status=touch.points.signature(),
         )
         if not stiffness:
@@ -184,8 +170,3 @@ class SolidsInContact(SolidModel):
     def _collected_nodes(self, values: np.ndarray) -> np.ndarray:
         """Return what the nodes (N,) have at the retained ones (n,), tied ones going to those that they hang on."""
         return values if self.transformation is None else self.transformation.T @ values
-
-
-def _sum(one: dict[str, float], other: dict[str, float]) -> dict[str, float]:
-    """Return energies of both by form [J]."""
-    return one | {form: one.get(form, 0.0) + energy for form, energy in other.items()}

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import scipy.sparse as sp
 
-# ---- Adds a matrix of few blocks to one of many, whose pattern has most of them, and takes it off again
+# Adds a matrix of few blocks to one of many, whose pattern has most of them, and takes it off again
 
 
 class PatternSum:
@@ -123,7 +123,7 @@ def block_entries(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
     return start + np.arange(count.sum())
 
 
-# ---- Sums stiffness blocks of elements whose nodes have consecutive numbers: no table of pairs, but one of first
+# Sums stiffness blocks of elements whose nodes have consecutive numbers: no table of pairs, but one of first
 # entries
 # In a row of the pattern the columns of such an element stand one after the other, since all of them are there. So an
 # element of a nodes needs a numbers to find its a^2 places.
@@ -232,7 +232,7 @@ def _rounds(first: np.ndarray, width: int) -> int:
     return max(len(first), 1)
 
 
-# ---- Ties in matrices of few blocks: T^T K T, of the tangent of contact between surfaces whose nodes may be tied
+# Ties in matrices of few blocks: T^T K T, of the tangent of contact between surfaces whose nodes may be tied
 
 
 class TiedBlocks:

@@ -17,11 +17,12 @@ from functools import cached_property
 import numpy as np
 
 from knitstudy.errors import MeshError
+from knitstudy.geometry.spline import Centreline
 from knitstudy.mechanics.batches import determinant
 from knitstudy.mechanics.elements.quadratic import GRADIENTS
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import drawn, drawn_angles
-from knitstudy.mesh.sweep import Curve, SweptMesh, rolled, rotation_minimising
+from knitstudy.mesh.sweep import SweptMesh, rolled, rotation_minimising
 
 FACE_CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
 """Weights (8,) of a face's corners and of the middles of its edges at its centre."""
@@ -130,14 +131,8 @@ class QuadraticMesh:
         return int(np.ptp(np.cumsum(kept)[self.elements], axis=1).max())
 
 
-def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Curve]) -> QuadraticMesh:
-    """Return the mesh of quadratic hexahedra with the elements of a swept mesh.
-
-    Parameters
-    ----------
-    mesh : SweptMesh
-    curves : sequence of Curve
-        The centrelines that were swept.
+def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Centreline]) -> QuadraticMesh:
+    """Return the mesh of quadratic hexahedra with the elements of a swept mesh, from the curves that were swept.
 
     Raises
     ------
@@ -205,7 +200,7 @@ def _with_middles(s: np.ndarray) -> np.ndarray:
 
 
 def _middle_slices(
-    mesh: SweptMesh, curves: Sequence[Curve], arc_lengths: Sequence[np.ndarray]
+    mesh: SweptMesh, curves: Sequence[Centreline], arc_lengths: Sequence[np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Centres (L, 3) and frames (L, 3, 3) halfway between all slices of every yarn."""
     centres, frames = [], []

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Protocol
 
 import numpy as np
 import psutil
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
+from knitstudy.geometry.spline import Centreline
 from knitstudy.mesh.section import nodes_for_size
-from knitstudy.mesh.sweep import Curve, SweptMesh
+from knitstudy.mesh.sweep import SweptMesh
 
 OVERLAP_TOLERANCE = 0.01
 """Share of the diameter by which yarns may overlap; the optimised geometry is twenty times as exact."""
@@ -26,13 +26,6 @@ AT_ONCE = 16_384
 _EDGES = np.array([[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]])
 
 
-class BendingCurve(Curve, Protocol):
-    """A centreline that also knows its curvature."""
-
-    def curvature(self, s: np.ndarray) -> np.ndarray:
-        """Curvatures (k,) in 1/m at arc lengths (k,) in m."""
-
-
 def scaled_jacobian(nodes: np.ndarray, hexahedra: np.ndarray) -> np.ndarray:
     """Smallest scaled Jacobian (E,) of hexahedra (E, 8) in VTK order: 1 with right angles, 0 or less if folded.
 
@@ -43,7 +36,7 @@ def scaled_jacobian(nodes: np.ndarray, hexahedra: np.ndarray) -> np.ndarray:
     return np.concatenate([_scaled_jacobian(edges) for edges in _edges(nodes, hexahedra)])
 
 
-def check(mesh: SweptMesh, curves: Sequence[BendingCurve], overlap: float = OVERLAP_TOLERANCE) -> None:
+def check(mesh: SweptMesh, curves: Sequence[Centreline], overlap: float = OVERLAP_TOLERANCE) -> None:
     """Pass a mesh of curves through the gates on bending, folding and overlap, allowed up to a share of the diameter.
 
     Raises
@@ -74,7 +67,7 @@ def check_folding(mesh: SweptMesh) -> None:
         )
 
 
-def check_bending(curves: Sequence[BendingCurve], radius: float) -> None:
+def check_bending(curves: Sequence[Centreline], radius: float) -> None:
     """Refuse centrelines that bend tighter than the radius of the yarn.
 
     Raises
@@ -94,7 +87,7 @@ def check_bending(curves: Sequence[BendingCurve], radius: float) -> None:
             )
 
 
-def check_overlap(curves: Sequence[Curve], radius: float, tolerance: float = OVERLAP_TOLERANCE) -> None:
+def check_overlap(curves: Sequence[Centreline], radius: float, tolerance: float = OVERLAP_TOLERANCE) -> None:
     """Refuse centrelines that come nearer than ``2 radius (1 - tolerance)``.
 
     Pieces of one yarn that are at most pi radius apart along it are neighbours and left out: a half turn that
@@ -141,7 +134,7 @@ def _scaled_jacobian(edges: np.ndarray) -> np.ndarray:
     return (triple / np.linalg.norm(edges, axis=-1).prod(axis=-1)).min(axis=1)
 
 
-def _stations(curve: Curve, radius: float) -> np.ndarray:
+def _stations(curve: Centreline, radius: float) -> np.ndarray:
     """Arc lengths in m that are close together compared with the diameter."""
     return np.linspace(
         0.0, curve.length, 1 + int(np.ceil(curve.length * SAMPLES_PER_DIAMETER / (2 * radius)))
@@ -197,7 +190,7 @@ BYTES_AN_ENTRY = 4
 """Of those factors, in single precision."""
 
 
-def require_memory_to_mesh(curves: Sequence[Curve], radius: float, size: float, growth: float) -> None:
+def require_memory_to_mesh(curves: Sequence[Centreline], radius: float, size: float, growth: float) -> None:
     """Refuse a mesh of yarns of a radius [m] that does not fit into memory.
 
     Raises

@@ -55,13 +55,7 @@ class Grading:
     def pull(self, s: np.ndarray, crossings: np.ndarray, bearing: np.ndarray) -> np.ndarray:
         """Return a (k, 2) of sections at arc lengths ``s`` (k,) [m]: how far, and where to, they are drawn.
 
-        Parameters
-        ----------
-        s : ndarray (k,)
-        crossings : ndarray (c,)
-            Increasing arc lengths of crossings, m.
-        bearing : ndarray (c,)
-            Angle from d1 towards d2 at which the other yarn lies there, rad.
+        At crossings (c,), increasing arc lengths, the other yarn lies at a bearing (c,) from d1 towards d2, rad.
 
         Raises
         ------
@@ -109,8 +103,7 @@ def drawn_angles(angles: np.ndarray, pull: np.ndarray) -> np.ndarray:
     return angles - 2 * np.angle(1 + a.conj() * z)  # |z| = 1: z + a = z conj(1 + conj(a) z)
 
 
-# ---- Where the slices of a swept yarn stand: element size as a function of arc length
-
+# ---- Where slices stand
 
 SpacingFunction = Callable[[np.ndarray], np.ndarray]
 """Wanted distance of slices in m at arc lengths s in m: (k,) -> (k,)."""
@@ -199,11 +192,6 @@ def place_slices(
         length is the spacing there, m.
     ends : sequence of float
         Arc lengths (of grips' ends) at which slices stand besides, m.
-
-    Returns
-    -------
-    ndarray (slices,)
-        Increasing arc lengths from 0 to ``length``, m.
 
     Raises
     ------

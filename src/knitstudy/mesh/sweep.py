@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
-from typing import Protocol
 
 import numpy as np
 import xarray as xr
 
 from knitstudy.errors import DataFileError, MeshError
+from knitstudy.geometry.spline import Centreline
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import (
     SAME,
@@ -142,18 +142,6 @@ def _smooth_steps(s: np.ndarray, knots: np.ndarray, values: np.ndarray) -> np.nd
 
 
 # ---- Sections swept along centrelines
-
-
-class Curve(Protocol):
-    """What a centreline must offer: its length, and points and unit tangents at arc lengths (k,) in m."""
-
-    length: float
-
-    def position(self, s: np.ndarray) -> np.ndarray:
-        """Points (k, 3) in m."""
-
-    def tangent(self, s: np.ndarray) -> np.ndarray:
-        """Unit tangents (k, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,7 +300,7 @@ class SweptMesh:
         Raises
         ------
         DataFileError
-            If a variable is missing, has another shape, or refers to nodes that do not exist.
+            If a variable is missing.
         """
         source = dataset.encoding.get("source", "dataset")
         names = ("nodes", "hexahedra", "centres", "frames", "arc_length", "first_slice", "radius")
@@ -325,43 +313,11 @@ class SweptMesh:
         data = {name: dataset[name].values for name in names}
         section = Section(*(data.pop(f"section_{name}") for name in ("points", "quads", "ring")))
         data["radius"] = float(data["radius"])
-        pull = dataset["pull"].to_numpy() if "pull" in dataset else None
-        mesh = cls(section=section, pull=pull, **data)
-        mesh._check(source)
-        return mesh
-
-    def _check(self, source: str) -> None:
-        """Refuse arrays whose sizes do not fit each other."""
-        layers = self.slices - self.yarns
-        expected = {
-            "nodes": (self.nodes, (self.slices * self.section.size, 3)),
-            "hexahedra": (self.hexahedra, (layers * self.section.quads.shape[0], 8)),
-            "centres": (self.centres, (self.slices, 3)),
-            "frames": (self.frames, (self.slices, 3, 3)),
-            "pull": (self.pull, (self.slices, 2)),
-        }
-        for name, (array, shape) in expected.items():
-            if array.shape != shape:
-                raise DataFileError(f"{source}: {name} has the shape {array.shape}; {shape} fits the slices")
-            if array.dtype.kind == "f" and not np.isfinite(array).all():
-                raise DataFileError(f"{source}: {name} holds values that are not finite numbers")
-        if (
-            self.first_slice[0] != 0
-            or self.first_slice[-1] != self.slices
-            or (np.diff(self.first_slice) < 2).any()
-        ):
-            raise DataFileError(
-                f"{source}: first_slice is {self.first_slice.tolist()}; it must rise from 0 to {self.slices}"
-            )
-        if self.hexahedra.min() < 0 or self.hexahedra.max() >= self.nodes.shape[0]:
-            raise DataFileError(
-                f"{source}: hexahedra name nodes {self.hexahedra.min()} to {self.hexahedra.max()}; "
-                f"0 to {self.nodes.shape[0] - 1} exist"
-            )
+        return cls(section=section, pull=dataset["pull"].to_numpy() if "pull" in dataset else None, **data)
 
 
 def sweep(
-    centrelines: Sequence[Curve],
+    centrelines: Sequence[Centreline],
     section: Section,
     radius: float,
     spacing: SpacingFunction | Sequence[SpacingFunction],
@@ -376,7 +332,7 @@ def sweep(
 
     Parameters
     ----------
-    centrelines : sequence of Curve
+    centrelines : sequence of Centreline
         One a yarn.
     section : Section
     radius : float
@@ -396,8 +352,7 @@ def sweep(
     Raises
     ------
     MeshError
-        If there is no centreline, the radius or a spacing is not positive, there are not as many targets as
-        centrelines, or targets are too close together for the spacing or the grading.
+        If an argument is not allowed, or targets are too close together for the spacing or the grading.
     """
     if not centrelines:
         raise MeshError("no centrelines to mesh; at least 1 yarn")
@@ -429,7 +384,7 @@ def sweep(
 
 
 def _slices(
-    curve: Curve, s: np.ndarray, targets: Targets, section: Section, grading: Grading
+    curve: Centreline, s: np.ndarray, targets: Targets, section: Section, grading: Grading
 ) -> tuple[np.ndarray, ...]:
     """Arc lengths (s,), centres (s, 3), frames (s, 3, 3) and pull (s, 2) of the slices of one yarn."""
     centres = curve.position(s)

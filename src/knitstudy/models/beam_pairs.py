@@ -32,9 +32,6 @@ def point_pairs(crossings: Crossings, chosen: np.ndarray, length: np.ndarray) ->
     return CrossingPairs(pairs, crossings.arc_length[chosen], chosen)
 
 
-# ---- How near all pieces of yarn are to each other: contact is computed at known crossings, and nowhere else unseen
-
-
 MARGIN = 0.3
 """Gap up to which pieces count as near, over the radius."""
 

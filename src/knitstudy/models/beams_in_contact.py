@@ -1,4 +1,9 @@
-"""The knit as beams in contact."""
+"""Beams in contact: yarns as chains of beams, tied where the scene ties them and in contact at all other crossings.
+
+Ties are rigid: two sections that are joined by arms move and turn as one, as in the tied 3D network. Pinned ties hold
+the same two points together and leave the rotation free, as a small tied patch of two solid yarns nearly does; ties
+"patch" are compliant as well, as much as such a patch.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +12,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from knitstudy.contacts.facets import tied_crossings
 from knitstudy.errors import ConvergenceError
@@ -16,8 +20,7 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Recorder
 from knitstudy.loading.load_path import load_path
-from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, solve_load_path
+from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.beam_contact.approach import Curves
 from knitstudy.mechanics.beam_contact.contact import (
     BeamContact,
@@ -30,17 +33,11 @@ from knitstudy.mechanics.beam_contact.contact import (
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.direct import LU
-from knitstudy.models import network as rom3d
 from knitstudy.models.beam_pairs import Gaps, Neighbours, point_pairs
 from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.models.network import Network, grips, tension
+from knitstudy.models.network_3d import spatial_network
 from knitstudy.study.scene import Scene
-
-# ---- Yarns as chains of beams, tied where the scene ties them and in contact at all other crossings
-# Ties are rigid: two sections that are joined by arms move and turn as one, as in the tied reduced model. Pinned ones
-# hold the same two points together and leave the turning free, as a tie of a small patch of two solid yarns
-# nearly does;
-# with ties "patch" they yield as well, by as much as such a patch.
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +59,7 @@ class BeamKnit:
     neighbours: Neighbours
 
 
-def beam_knit(scene: Scene, knit: Fabric) -> BeamKnit:
+def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     """Return the beams of a scene.
 
     Raises
@@ -74,39 +71,34 @@ def beam_knit(scene: Scene, knit: Fabric) -> BeamKnit:
     GeometryError
         If two ties of a yarn coincide, or a yarn has too few nodes for a smooth centreline.
     """
-    crossings = knit.crossings
+    crossings = fabric.crossings
     tied = tied_crossings(scene, crossings)
-    points = JointPoints(
-        crossings.yarn[tied],
-        crossings.arc_length[tied],
-        crossings.point[tied],
-        crossings.point[tied].mean(axis=1),
-    )
+    points = JointPoints.at_crossings(crossings, tied)
     joints = Joints.all_tied(len(points.yarn))
     if scene.beam.tie == "pinned":
         # As stiff as contact that sticks, and never open.
         joints = joints.pinned(_penalty(scene))
     elif scene.beam.tie == "patch" and tied.any():
-        discs = contacts_of_crossings(knit, scene.tie.radius).isel(crossing=tied)
-        joints = joints.pinned(patch_stiffness(knit, points, discs, scene.yarn))
-    stops = knit.grip_ends(scene.load.direction)
-    network = rom3d.spatial_network(knit, points, scene.mesh.beam_size, joints=joints, stops=stops)
+        discs = contacts_of_crossings(fabric, scene.tie.radius).isel(crossing=tied)
+        joints = joints.pinned(patch_stiffness(fabric, points, discs, scene.yarn))
+    stops = fabric.grip_ends(scene.load.direction)
+    network = spatial_network(fabric, points, scene.mesh.beam_size, joints=joints, stops=stops)
     beams = network.model(scene.yarn, scene.mesh.section_law)
     stations = network.stations
     curves = Curves(stations.yarn, stations.arc_length)
     model = TouchingBeams(
-        beams, network.station_node, network.station_offset, beam_contact(scene, knit, curves, ~tied)
+        beams, network.station_node, network.station_offset, beam_contact(scene, fabric, curves, ~tied)
     )
     return BeamKnit(network, model, tied, Neighbours(curves, stations.yarn, crossings, scene.yarn.radius))
 
 
-def beam_contact(scene: Scene, knit: Fabric, curves: Curves, touching: np.ndarray) -> BeamContact:
+def beam_contact(scene: Scene, fabric: Fabric, curves: Curves, touching: np.ndarray) -> BeamContact:
     """Return the contact of a scene at the crossings that `touching` (K,) says.
 
     The stiffness against elastic slip is ``beam.stiffness`` whatever the sections do: Hertz's approach is normal.
     """
     yarn = scene.yarn
-    pairs = point_pairs(knit.crossings, np.flatnonzero(touching), curves.length)
+    pairs = point_pairs(fabric.crossings, np.flatnonzero(touching), curves.length)
     penalty = _penalty(scene)
     law = Power(penalty)
     if scene.beam.section == "hertz":
@@ -117,9 +109,6 @@ def beam_contact(scene: Scene, knit: Fabric, curves: Curves, touching: np.ndarra
 def _penalty(scene: Scene) -> float:
     """Return ``beam.stiffness`` in N/m."""
     return scene.beam.stiffness * scene.yarn.youngs_modulus * scene.yarn.radius
-
-
-# ---- What happens at every crossing of beams in contact, increment by increment
 
 
 class CrossingRecord:
@@ -201,9 +190,6 @@ class CrossingRecord:
         return np.stack(sides, axis=1) - self._rest[:, None]
 
 
-# ---- Beams in contact under load: the loop and the history of the solids
-
-
 UNSEEN = 0.02
 """Penetration that no contact has seen, over the radius, beyond which a state is refused.
 
@@ -212,64 +198,31 @@ other by 5 to 10 % (Hertz), so that this much is no second contact that would ca
 """
 
 
-def simulate(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
-    """Return the history of a scene of fidelity "beam".
-
-    Parameters
-    ----------
-    scene : Scene
-    geometry : Dataset
-        Of the scene, in the format of docs/files.md.
-    run : Run
+def build(scene: Scene, fabric: Fabric) -> Problem:
+    """Return a scene with beams in contact as a problem.
 
     Raises
     ------
-    GeometryError
-        As `problem`.
-    ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.solve_load_path`.
-    """
-    return solve_load_path(problem(scene, Fabric.from_dataset(geometry)), run)
-
-
-def run(scene: Scene, knit: Fabric, how: Run = IN_MEMORY) -> xr.Dataset:
-    """Return the history of a scene: `problem`, followed; see `simulate`."""
-    return solve_load_path(problem(scene, knit), how)
-
-
-def problem(scene: Scene, knit: Fabric) -> Problem:
-    """Return a scene of fidelity "beam" as a problem.
-
-    Parameters
-    ----------
-    scene : Scene
-        What to load and how.
-    knit : Fabric
-        The knit of the scene.
-
-    Raises
-    ------
+    ConfigurationError
+        If ``mesh.beam_size`` is not positive.
+    DataFileError
+        If ties yield and no compliance is known for their size.
     GeometryError
         If no beams can be made of the yarns.
     """
     meter = Meter()
-    return problem_of(beam_knit(scene, knit), scene, knit, meter)
-
-
-def problem_of(beams: BeamKnit, scene: Scene, knit: Fabric, meter: Meter | None = None) -> Problem:
-    """Return beams in contact with the load of a scene, and with what is seen and refused on the way."""
-    meter = meter or Meter()
+    beams = beam_knit(scene, fabric)
     network, model = beams.network, beams.model
-    motion = load_path(scene, knit)
-    ends = grips(network, knit, scene.load.direction)
-    observer = BeamObserver(beams, knit, scene)
+    motion = load_path(scene, fabric)
+    ends = grips(network, fabric, scene.load.direction)
+    observer = BeamObserver(beams, fabric, scene)
     law = model.contact
     return Problem(
         scene=scene,
         model=model,
         prescribed=tension(ends, motion, scene.load.lateral),
         solver=LU(),
-        # Where contact begins, a parabola through what came before overshoots far into the other yarn.
+        # Where contact begins, a parabola through earlier increments overshoots far into the other yarn.
         settings=replace(Settings.of(scene.solver), predictor=1),
         motion=motion,
         driven=6 * ends.driven[:, None] + np.arange(3),
@@ -298,13 +251,13 @@ class BeamObserver:
     Parameters
     ----------
     beams : BeamKnit
-    knit : Fabric
+    fabric : Fabric
     scene : Scene
     """
 
-    def __init__(self, beams: BeamKnit, knit: Fabric, scene: Scene) -> None:
+    def __init__(self, beams: BeamKnit, fabric: Fabric, scene: Scene) -> None:
         self._beams, self._radius = beams, scene.yarn.radius
-        self._crossings = CrossingRecord(beams, knit.crossings, scene)
+        self._crossings = CrossingRecord(beams, fabric.crossings, scene)
         self._gaps: Gaps | None = None
 
     def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:

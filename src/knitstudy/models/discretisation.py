@@ -1,10 +1,12 @@
-"""Solid yarns in general: nodes, surfaces, and which weighted sum of nodes every place is."""
+"""Discretisations of solid yarns: nodes, elements and surfaces, and which weighted sum of nodes every place is.
+
+Ties, contact, observers and solvers know nothing else of `hexahedra` and `spline_yarns`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,12 +19,10 @@ from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.grids import Grid, circular_chords, circular_stretch
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.spline_yarn.space import Space
+from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
 from knitstudy.mesh.mesher import Grips
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
-
-# ---- The yarn surface as a smooth tube of the true radius around its centreline
 
 
 def project_on_tube(centreline: Centreline, points: np.ndarray, guess: np.ndarray) -> np.ndarray:
@@ -52,9 +52,6 @@ def project_on_tube(centreline: Centreline, points: np.ndarray, guess: np.ndarra
     return u
 
 
-# ---- Surfaces of yarns of hexahedra: smooth through the nodes of their meshes
-
-
 def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
     """Return the surface of every yarn; its polygon is inflated, the contact surface has the true radius."""
     inflated = mesh.radius * float(np.linalg.norm(mesh.section.points[mesh.section.ring], axis=1).mean())
@@ -66,9 +63,6 @@ def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
         grid = Grid(mesh.surface_nodes(yarn), offset=inflated - mesh.radius, stretch=stretch, chords=chords)
         grids.append(grid)
     return grids
-
-
-# ---- What solid yarns are divided into, for all that must not know: nodes, of which every place is a weighted sum
 
 
 Locate = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -116,6 +110,8 @@ class Discretisation:
     missing : callable, optional
         Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one yarn's
         alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement shows it all.
+    space : Space, optional
+        Of polynomials and splines.
     """
 
     mesh: SweptMesh
@@ -135,6 +131,7 @@ class Discretisation:
     connectivity: np.ndarray | None = None
     rings: Rings | None = None
     missing: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
+    space: Space | None = None
 
     def sampled(self, values: np.ndarray) -> np.ndarray:
         """Return what the nodes (N, ...) give at the nodes of `mesh` (M, ...)."""
@@ -143,20 +140,6 @@ class Discretisation:
     def nodes_of(self, yarn: int) -> np.ndarray:
         """Return the nodes of a yarn, ascending."""
         return np.flatnonzero(self.yarn == yarn)
-
-
-def discretised(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
-    """Return the yarns of a scene, divided as its fidelity says.
-
-    Raises
-    ------
-    MeshError
-        If elements are too large for the yarn, or too many for the memory.
-    """
-    return import_module(scene.kind.fidelity.solids).discretise(scene, mesh, specimen)
-
-
-# ---- Cells of contact on the surfaces of solid yarns without hexahedra: small near crossings, few elsewhere
 
 
 COARSE = 3.0
@@ -211,3 +194,14 @@ def _require_apart(stations: np.ndarray, window: float, radius: float) -> None:
             f"two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, less than contact.window, "
             f"{window / radius:.2f}: what each indents would count twice; use a smaller contact.window"
         )
+
+
+PLACES = 8
+"""Places a span at which the shape of a yarn is fitted."""
+
+
+def fitted_places(own: YarnSpace) -> np.ndarray:
+    """Return the arc lengths (k,) at which the shape of a yarn is fitted, its end included [m]."""
+    low, high = own.spline.spans.T
+    share = np.arange(PLACES) / PLACES
+    return np.append((low[:, None] + (high - low)[:, None] * share).ravel(), high[-1])

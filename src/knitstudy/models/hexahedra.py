@@ -1,4 +1,4 @@
-"""Yarns of hexahedra."""
+"""Solid yarns of hexahedra: linear ones of a swept mesh (section 2.3), and quadratic ones of the same mesh."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.contacts.facets import Rings
+from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_elements_across
+from knitstudy.loading.history import Meter
+from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
 from knitstudy.mechanics.elements.hexahedron import InverseMap, shape, shape_gradient
@@ -19,10 +22,9 @@ from knitstudy.mesh.mesher import Grips, grips
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
 from knitstudy.mesh.quality import require_memory_to_simulate
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.models import solids
 from knitstudy.models.discretisation import Discretisation, yarn_surfaces
 from knitstudy.study.scene import Scene
-
-# ---- Elements of hexahedra, of the kind and the material that a scene names
 
 
 def hexahedral_elements(
@@ -49,9 +51,6 @@ def hexahedral_elements(
     return (ElementGroup(connectivity, kind.build(nodes[connectivity], material, scene.solver.hourglass)),)
 
 
-# ---- Solid yarns of quadratic hexahedra
-
-
 __all__ = ["NODES", "divide"]
 
 
@@ -66,7 +65,7 @@ def _lumped() -> np.ndarray:
 LUMPED = _lumped()
 
 
-def divide_quadratic(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
+def divide_quadratic(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
     """Return the yarns of a scene as quadratic hexahedra, one for each of a swept mesh.
 
     Raises
@@ -74,7 +73,7 @@ def divide_quadratic(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discret
     MeshError
         If one is folded.
     """
-    quadratic = quadratic_mesh(mesh, specimen.centrelines)
+    quadratic = quadratic_mesh(mesh, fabric.centrelines)
     return Discretisation(
         mesh=quadratic.corners,
         nodes=quadratic.nodes,
@@ -86,7 +85,7 @@ def divide_quadratic(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discret
         volume=partial(_volume, len(quadratic.nodes)),
         surfaces=Grids(_grids(quadratic)),
         rings=Rings.of_rows(quadratic.arc_lengths),
-        ends=_ends(quadratic, grips(quadratic.corners, scene, specimen)),
+        ends=_ends(quadratic, grips(quadratic.corners, scene, fabric)),
         locate=InverseMap(
             quadratic.nodes, quadratic.elements, quadratic.yarn, quadratic_shape, quadratic_shape_gradient
         ).locate,
@@ -146,11 +145,28 @@ def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:
     return sp.csr_matrix((values, (rows, columns)), shape=(count, count))
 
 
-# ---- Solid yarns of hexahedra: linear ones here, quadratic ones in `quadratic_hexahedra`
+def build(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Problem:
+    """Return a scene with yarns of hexahedra as a problem.
+
+    Raises
+    ------
+    ConfigurationError
+        If the fabric is endless or its yarns are arcs of others.
+    MeshError
+        If elements are too large for the yarn or folded, the simulation does not fit into memory, a crossing cannot be
+        tied, or yarns overlap.
+    """
+    if len(fabric.periods) or fabric.arcs is not None:
+        raise ConfigurationError(
+            f"scene {scene.name!r}: specimen is {scene.specimen}, which hexahedra cannot model; use spline_yarns"
+        )
+    meter = Meter()
+    yarns = solids.assemble(scene, fabric, discretise(scene, fabric, mesh))
+    return solids.problem(scene, fabric, yarns, meter)
 
 
-def discretise(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
-    """Return the yarns of a scene as hexahedra.
+def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Discretisation:
+    """Return the yarns of a scene as hexahedra that are fit to be simulated.
 
     Raises
     ------
@@ -158,13 +174,13 @@ def discretise(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisatio
         If elements are too large for the yarn, or too many for the memory.
     """
     require_elements_across(scene)
-    parts = divide(scene, mesh, specimen)
+    parts = divide(scene, mesh, fabric)
     each = parts.connectivity.shape[1]
     require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size, each)
     return parts
 
 
-def divide(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
+def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
     """Return the yarns of a scene as hexahedra, whether or not they are fit to be simulated.
 
     Raises
@@ -173,7 +189,7 @@ def divide(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
         If one is folded.
     """
     if ELEMENTS.find(scene.mesh.element).nodes == NODES:
-        return divide_quadratic(scene, mesh, specimen)
+        return divide_quadratic(scene, mesh, fabric)
     station = np.repeat(np.arange(mesh.slices), mesh.section.size)
     return Discretisation(
         mesh=mesh,
@@ -186,7 +202,7 @@ def divide(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
         volume=partial(_volume_hexahedra, len(mesh.nodes)),
         surfaces=Grids(yarn_surfaces(mesh)),
         rings=Rings.of_rows(mesh.stations),
-        ends=grips(mesh, scene, specimen),
+        ends=grips(mesh, scene, fabric),
         locate=InverseMap(
             mesh.nodes, mesh.hexahedra, mesh.yarn_of_slice[station], shape, shape_gradient
         ).locate,

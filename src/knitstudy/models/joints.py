@@ -1,4 +1,10 @@
-"""Joints of the reduced models: points where yarns are joined, ties and springs."""
+"""Joints of the 3D network: the points C1 to C4 where yarns are joined, and ties and springs (section 2.5, Fig. 5).
+
+P1 and P2 are the centroids of the lower and the upper contact on one side of an interlock, where the same two yarns
+touch one after the other. The line P1 P2 and the contact normal at P1 span the contact normal plane of P1, which cuts
+the centrelines of the two yarns near P1 in C1 and C3; the normal at P2 gives C2 and C4. The paper takes one normal for
+both points; here each has its own, because the two differ by some 90 degrees on a loop with the angles of Table 4.
+"""
 
 from __future__ import annotations
 
@@ -10,25 +16,13 @@ import xarray as xr
 from scipy.optimize import elementwise
 
 from knitstudy.errors import ConfigurationError, DataFileError, GeometryError
+from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.columns import CONTACTS
 from knitstudy.mechanics.patch_compliance import local_compliance
 from knitstudy.models.springs import Springs, springs
 from knitstudy.study.problem_sections import Yarn
-
-# ---- Points C1 to C4 of the three-dimensional model, Fig. 5 and section 2.5 of the paper
-# P1 and P2 are the centroids of the two contacts on one side of an interlock, the lower and the upper one,
-# where the same two yarns touch one after the other. The line P1 P2 and the contact normal at P1 span the
-# contact normal plane of P1, which cuts the centrelines of the two yarns near P1 in C1 and C3; the normal at
-# P2 gives C2 and C4 in the same way.
-#
-# The paper takes one normal for both points; here each has its own, for the two differ by some 90
-# degrees on a loop with the angles of Table 4. Where centroid and normal come from the closest points of the
-# centrelines, these are the points C. The left and the right contact of one level would be the other reading
-# of Fig. 5; their plane grazes the yarn that turns into a sinker or a head (14 degrees, against 37 and 48
-# here), and misses it for centroids a little off.
-
 
 SAMPLES = 40
 """Intervals of the search for the cut, over a diameter to either side of the crossing."""
@@ -54,6 +48,12 @@ class JointPoints:
     arc_length: np.ndarray
     point: np.ndarray
     centroid: np.ndarray
+
+    @classmethod
+    def at_crossings(cls, crossings: Crossings, chosen: np.ndarray) -> JointPoints:
+        """Return the closest points of chosen crossings as C, and their middles as P."""
+        point = crossings.point[chosen]
+        return cls(crossings.yarn[chosen], crossings.arc_length[chosen], point, point.mean(axis=1))
 
 
 def joint_points(knit: Fabric, contacts: xr.Dataset) -> JointPoints:
@@ -166,16 +166,10 @@ def _name(contacts: xr.Dataset, k: int, yarn: int) -> str:
     return f"contact of row {row}, column {column}, zone {zone} on yarn {yarn}"
 
 
-# ---- Contacts as the geometry alone predicts them: one touching point, or one tied disc, at every crossing
-# They stand in where no simulation of the solid yarns is at hand, or is needed, in the format of its contacts (see
-# docs/files.md).
-
-
 def contacts_of_crossings(knit: Fabric, tied: float = 0.0) -> xr.Dataset:
-    """Return contacts at the closest points of the centrelines of a knit.
+    """Return the contacts that geometry alone predicts: a point or a tied disc midway between closest points.
 
-    The centroid is halfway between the two closest points and the normal points from side 0 to side 1. Forces and
-    displacements are left out.
+    The normal points from side 0 to side 1. Forces and displacements are left out.
 
     Parameters
     ----------
@@ -211,9 +205,6 @@ def contacts_of_crossings(knit: Fabric, tied: float = 0.0) -> xr.Dataset:
         CONTACTS.variables(values),
         coords={"xyz": list("xyz")},
     )
-
-
-# ---- Pins that yield as the tied patches of two yarns do (`mechanics.rod_patch`)
 
 
 SMALLEST, LARGEST = 0.1, 0.6
@@ -254,9 +245,6 @@ def _frames(normal: np.ndarray, tangent: np.ndarray) -> np.ndarray:
     across = np.cross(normal, tangent)
     across /= np.linalg.norm(across, axis=1)[:, None]
     return np.stack([normal, np.cross(across, normal), across], axis=1)
-
-
-# ---- What joins the two yarns at each crossing of a reduced model: a tie, a spring, or nothing
 
 
 @dataclass(frozen=True)

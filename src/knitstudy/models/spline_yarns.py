@@ -1,4 +1,7 @@
-"""Yarns of polynomials over the section times splines along the yarn."""
+"""Solid yarns of polynomials over the section times splines along the yarn (`mechanics.spline_yarn`), of any fabric.
+
+Spans are short and of a high degree near crossings, long and of a low degree between them.
+"""
 
 from __future__ import annotations
 
@@ -9,20 +12,22 @@ import numpy as np
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric, Grip
+from knitstudy.geometry.spline import Centreline
+from knitstudy.loading.history import Meter
+from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.patch_compliance import missing
 from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace, locate, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
-from knitstudy.mesh.mesher import ACROSS, Grips, load_of
+from knitstudy.mesh.mesher import ACROSS, Grips, check_shape, load_of, sampled_sections
 from knitstudy.mesh.quality import require_memory
+from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing, place_slices
-from knitstudy.mesh.sweep import Curve, SweptMesh, rotation_minimising
-from knitstudy.models.discretisation import Discretisation, contact_surfaces
+from knitstudy.mesh.sweep import SweptMesh, rotation_minimising, sweep
+from knitstudy.models import endless, solids
+from knitstudy.models.discretisation import Discretisation, contact_surfaces, fitted_places
 from knitstudy.study.scene import Scene
-
-# ---- Where the spans of solid yarns end, and which degree they have: near crossings, on legs, where they are gripped
-
 
 CROSSING_REACH = 1.0
 """Distance from a crossing up to which spans are short and of the degree of crossings, over the yarn's radius."""
@@ -60,99 +65,87 @@ class YarnSpans:
         return np.any((middle > self.arcs[:, 0]) & (middle < self.arcs[:, 1]), axis=1)
 
 
-def yarn_spans(scene: Scene, specimen: Fabric) -> list[YarnSpans]:
-    """Return the spans of every yarn: of all loops the same, but for the ends of arcs that are gripped."""
-    radius, keys = specimen.radius, scene.mesh
-    load, repeats = load_of(scene), specimen.repeats
-    arcs, ends = specimen.gripped_arcs(load), specimen.grip_ends(load)
-    plain = {}
-    for one in np.unique(specimen.copy_of).tolist():
-        spacing = Spacing(
-            keys.crossing_span * radius,
-            keys.span / keys.crossing_span,
-            tuple(specimen.places_of_a_repeat(one).tolist()),
-            specimen.centrelines[one].length / repeats,
-            reach=CROSSING_REACH * radius,
-            ramp=RAMP * radius,
-        )
-        plain[one] = spacing, _spans(repeats, NONE, NONE.ravel(), spacing, scene)
-    found = []
-    for yarn, one in enumerate(specimen.copy_of.tolist()):
-        spacing, spans = plain[one]
-        found.append(_spans(repeats, arcs[yarn], ends[yarn], spacing, scene) if yarn in arcs else spans)
-    return found
+def yarn_spans(scene: Scene, fabric: Fabric) -> list[YarnSpans]:
+    """Return the spans of every yarn; copies of a yarn have the same, but for arcs that are gripped."""
+    load = load_of(scene)
+    arcs, ends = fabric.gripped_arcs(load), fabric.grip_ends(load)
+    plain = {one: _spans(scene, fabric, one, NONE, NONE.ravel()) for one in set(fabric.copy_of.tolist())}
+    return [
+        _spans(scene, fabric, one, arcs[yarn], ends[yarn]) if yarn in arcs else plain[one]
+        for yarn, one in enumerate(fabric.copy_of.tolist())
+    ]
 
 
-def _spans(loops: int, arcs: np.ndarray, ends: np.ndarray, spacing: Spacing, scene: Scene) -> YarnSpans:
-    """Return the spans of a yarn of loops, gripped along arcs (a, 2) that end inside it at ends (k,) [m]."""
-    breaks = place_slices(loops * spacing.period, spacing, loops, ends=ends)
-    around = (np.array(spacing.stations) + spacing.period * np.arange(-1, loops + 2)[:, None]).ravel()
+def _spans(scene: Scene, fabric: Fabric, yarn: int, arcs: np.ndarray, ends: np.ndarray) -> YarnSpans:
+    """Return the spans of a yarn that is gripped along arcs (a, 2), which end inside it at ends (k,) [m]."""
+    radius, keys = fabric.radius, scene.mesh
+    length, repeats = fabric.centrelines[yarn].length, fabric.repeats
+    stations, period = fabric.places_of_a_repeat(yarn), length / repeats
+    # A whole yarn would go on beyond its ends as within them, an arc of a yarn ends there.
+    images = period * np.arange(-1, repeats + 2) if fabric.arcs is None else np.zeros(1)
+    reach = CROSSING_REACH * radius
+    spacing = Spacing(
+        keys.crossing_span * radius,
+        keys.span / keys.crossing_span,
+        tuple(stations.tolist()),
+        period if fabric.arcs is None else np.inf,
+        reach=reach,
+        ramp=RAMP * radius,
+    )
+    breaks = place_slices(length, spacing, repeats, ends=ends)
+    around = (stations + images[:, None]).ravel()
     apart = np.maximum(np.maximum(breaks[:-1, None] - around, around - breaks[1:, None]), 0.0).min(axis=1)
-    degrees = np.where(apart < spacing.reach, scene.mesh.crossing_degree, scene.mesh.degree)
+    degrees = np.where(apart < reach, keys.crossing_degree, keys.degree)
     return YarnSpans(breaks, degrees, np.searchsorted(breaks, ends), arcs)
 
-
-# ---- Solid yarns as polynomials over the section times splines along the yarn (`mechanics.polynomial_yarn`)
-
-
-PLACES = 8
-"""Places a span at which the shape of a yarn is fitted."""
 
 BYTES_A_PAIR = 48
 """Of a simulation, for each pair of nodes of a span: tangent, factors of single yarns, places of what is summed."""
 
 
-def discretise(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> Discretisation:
-    """Return the yarns of a scene as polynomials times splines.
+def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> Problem:
+    """Return a scene with yarns of polynomials and splines as a problem.
 
-    The length of an element, which stiffnesses of contact and tolerances refer to, is that of hexahedra in the sections
-    that are drawn.
+    Parameters
+    ----------
+    scene : Scene
+    fabric : Fabric
+    mesh : SweptMesh, optional
+        Sections at which the yarns are observed; sampled if left out.
 
     Raises
     ------
     ConfigurationError
         If a pair is held at the backs of its yarns.
     MeshError
-        If there are too many unknowns for the memory.
+        If a yarn bends tighter than its radius, crossings cannot be tied, yarns overlap, or the simulation does not fit
+        into memory.
+    """
+    meter = Meter()
+    parts = discretise(scene, fabric, mesh)
+    if len(fabric.periods):
+        return endless.problem(scene, fabric, parts, meter)
+    return solids.problem(scene, fabric, solids.assemble(scene, fabric, parts), meter)
+
+
+def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> Discretisation:
+    """Return the yarns of a scene as polynomials times splines.
+
+    The length of an element, which stiffnesses of contact and tolerances refer to, is that of hexahedra in the sections
+    at which the yarns are observed. Arguments and errors as of `build`.
     """
     if scene.value("pair.support") == "back":
         raise ConfigurationError(
             "pair.support is 'back' but must be ends where fidelity is spline_yarns: half of a surface is no set of "
             "unknowns there"
         )
-    spans = yarn_spans(scene, specimen)
+    spans = yarn_spans(scene, fabric)
     space = space_on(scene, spans)
     _require_memory(scene, space)
-    return described(
-        scene, space, undeformed(space, specimen), mesh, specimen, _grips(scene, specimen, space, spans)
-    )
-
-
-def described(
-    scene: Scene,
-    space: Space,
-    nodes: np.ndarray,
-    mesh: SweptMesh,
-    specimen: Fabric,
-    ends: Grips,
-) -> Discretisation:
-    """Return what all that works with solid yarns asks of them, of undeformed nodes (N, 3) [m] of a space.
-
-    Parameters
-    ----------
-    scene : Scene
-    space : Space
-    nodes : ndarray, shape (N, 3)
-    mesh : SweptMesh
-        Sections at which yarns are seen.
-    specimen : Fabric
-        Or a part of one: what says where yarns cross.
-    ends : Grips
-        Nodes that are held and driven.
-    """
-    surfaces, rings = contact_surfaces(scene, space, specimen)
-    material = material_of(scene.yarn)
-    return Discretisation(
+    nodes = endless.wrapped_nodes(space, fabric) if len(fabric.periods) else undeformed(space, fabric)
+    surfaces, rings = contact_surfaces(scene, space, fabric)
+    mesh, material = mesh or _sections(fabric), material_of(scene.yarn)
+    parts = Discretisation(
         mesh=mesh,
         nodes=nodes,
         unity=space.unity,
@@ -163,12 +156,23 @@ def described(
         volume=partial(_volume, space.size),
         surfaces=surfaces,
         rings=rings,
-        ends=ends,
+        ends=_grips(scene, fabric, space, spans),
         locate=partial(_locate, space, nodes),
         size=2 * mesh.radius / ACROSS,
         missing=partial(missing, space, mesh.radius, *material.across),
         sampling=Sampling(space, mesh.yarn_of_slice, mesh.arc_length, mesh.section.points),
+        space=space,
     )
+    return endless.without_image(parts, material) if len(fabric.periods) else parts
+
+
+def _sections(fabric: Fabric) -> SweptMesh:
+    """Return the sections at which yarns without a mesh are observed."""
+    if fabric.arcs is None:
+        return sampled_sections(fabric)
+    check_shape(fabric)
+    size = 2 * fabric.radius / ACROSS
+    return sweep(fabric.centrelines, Section.for_size(2 * fabric.radius, size), fabric.radius, Spacing(size))
 
 
 def space_on(scene: Scene, spans: list[YarnSpans]) -> Space:
@@ -178,13 +182,13 @@ def space_on(scene: Scene, spans: list[YarnSpans]) -> Space:
     return Space(tuple(kinds[each] for each in spans))
 
 
-def undeformed(space: Space, specimen: Fabric) -> np.ndarray:
-    """Return the undeformed nodes (N, 3) of a specimen's yarns [m]; all yarns of a knit are one, moved."""
-    curves, radius = specimen.centrelines, specimen.radius
-    kinds = list(zip(space.yarns, specimen.copy_of.tolist(), strict=True))
+def undeformed(space: Space, fabric: Fabric) -> np.ndarray:
+    """Return the undeformed nodes (N, 3) of a fabric's yarns [m]; copies of a yarn are one, moved."""
+    curves, radius = fabric.centrelines, fabric.radius
+    kinds = list(zip(space.yarns, fabric.copy_of.tolist(), strict=True))
     shapes = {kind: shape(kind[0], curves[kind[1]], radius) for kind in set(kinds)}
     nodes = np.concatenate([shapes[kind] for kind in kinds])
-    return nodes + space.unity[:, None] * specimen.shift[space.yarn]
+    return nodes + space.unity[:, None] * fabric.shift[space.yarn]
 
 
 def _require_memory(scene: Scene, space: Space) -> None:
@@ -194,11 +198,9 @@ def _require_memory(scene: Scene, space: Space) -> None:
     require_memory(BYTES_A_PAIR * pairs, "mesh.span", scene.mesh.span, what, power=1, unit="yarn radii")
 
 
-def shape(own: YarnSpace, curve: Curve, radius: float) -> np.ndarray:
+def shape(own: YarnSpace, curve: Centreline, radius: float) -> np.ndarray:
     """Return the coefficients (N, 3) of a round yarn along a centreline, with frames that do not twist [m]."""
-    low, high = own.spline.spans.T
-    share = np.arange(PLACES) / PLACES
-    s = np.append((low[:, None] + (high - low)[:, None] * share).ravel(), high[-1])
+    s = fitted_places(own)
     centre = curve.position(s)
     frames = rotation_minimising(centre, curve.tangent(s))
     fitted = own.spline.fit(s, np.concatenate([centre, frames[:, 0], frames[:, 1]], axis=1))
@@ -219,16 +221,20 @@ def _locate(
     return space.weights(yarn, *locate(space, nodes, points, yarn))
 
 
-def _grips(scene: Scene, specimen: Fabric, space: Space, spans: list[YarnSpans]) -> Grips:
-    """Return the nodes that are held and driven where `mesh.mesher.grips` does: all functions over those sections."""
-    return Grips(*(_gripped(grip, specimen, space, spans) for grip in specimen.grips[load_of(scene)]))
+def _grips(scene: Scene, fabric: Fabric, space: Space, spans: list[YarnSpans]) -> Grips:
+    """Return the nodes that are held and driven: those of all functions over gripped sections; none without grips."""
+    nothing = np.empty(0, dtype=np.int64)
+    grips = fabric.grips.get(load_of(scene) or "")
+    if grips is None:
+        return Grips(nothing, nothing)
+    return Grips(*(_gripped(grip, fabric, space, spans) for grip in grips))
 
 
-def _gripped(grip: Grip, specimen: Fabric, space: Space, spans: list[YarnSpans]) -> np.ndarray:
+def _gripped(grip: Grip, fabric: Fabric, space: Space, spans: list[YarnSpans]) -> np.ndarray:
     """Return the nodes of a grip: those of the ends that it holds, and those along its arcs."""
-    nodes = []
+    nodes = [np.empty(0, dtype=np.int64)]
     for yarn in np.unique(grip.yarn).tolist():
-        arcs, length = grip.of(yarn), specimen.centrelines[yarn].length
+        arcs, length = grip.of(yarn), fabric.centrelines[yarn].length
         ends = arcs[arcs[:, 0] == arcs[:, 1], 0]
         nodes += [_end(space, yarn, -1 if s > 0.5 * length else 0) for s in ends]
         if len(ends) < len(arcs):

@@ -1,4 +1,14 @@
-"""Mean stress of cells, pieces and segments of solid yarns."""
+"""Mean stress of cells, pieces and segments of solid yarns at full load (section 3.4 of the paper).
+
+The Cauchy stress is averaged over deformed volume. A segment is all of the yarns between the crossings at its two ends,
+both yarns where two share a segment. The maximum principal stress is the largest by value, and its direction an axis in
+space; `segment_rotation`, the rotation of the affine motion that fits the segment best, takes it back to the undeformed
+knit (docs/theory.md).
+
+In hexahedra with nodes x_a and internal forces f_a, sum_a f_a (x) x_a is the integral of P F^T over the undeformed
+element, that is, of the Cauchy stress over the deformed one, whatever the quadrature and the inner modes. Hourglass
+control adds a term of second order in the displacements.
+"""
 
 from __future__ import annotations
 
@@ -20,8 +30,6 @@ from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.hexahedra import divide
 from knitstudy.models.spline_yarns import space_on, undeformed, yarn_spans
 from knitstudy.study.scene import Scene
-
-# ---- Stress in the cells of solid yarns: what every fidelity's module of stress returns
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,12 +55,6 @@ class CellStress:
     def mean(self) -> np.ndarray:
         """Mean Cauchy stress (E, 3, 3) [Pa]."""
         return self.integral / self.volume[:, None, None]
-
-
-# ---- Stress in hexahedra, from the forces of their nodes
-# With nodes x_a and forces f_a that an element resists with, sum_a f_a (x) x_a is the integral of P F^T over the
-# undeformed element, that is, of the Cauchy stress over the deformed one: exactly what the element balances by,
-# whatever its quadrature and its inner modes. Hourglass control adds a term of second order in the displacements.
 
 
 CHUNK = 4096
@@ -96,9 +98,6 @@ def stress_integral(group: ElementGroup, nodes: np.ndarray, displacement: np.nda
         force = group.elements.respond(batch, displacement[own], False).force
         integral[batch] = np.swapaxes(force, 1, 2) @ (nodes + displacement)[own]
     return 0.5 * (integral + np.swapaxes(integral, 1, 2))  # symmetric but for rounding
-
-
-# ---- Stress in yarns of polynomials, in the cells between the sections that are drawn, by quadrature in each
 
 
 GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3)
@@ -179,13 +178,6 @@ def _section_points(section: Section) -> tuple[np.ndarray, np.ndarray]:
     )
     area = by_u[..., 0] * by_v[..., 1] - by_u[..., 1] * by_v[..., 0]
     return np.einsum("eni,np->epi", corner, 0.25 * one * other).reshape(-1, 2), area.ravel()
-
-
-# ---- Stress in the yarns of a knit at full load, and its averages over the segments of the honeycomb (section 3.4)
-# What is averaged is the Cauchy stress, over the deformed volume of a segment: all of the yarns between the crossings
-# at its two ends, both yarns where two share a segment. The maximum principal stress is the largest by value, and its
-# direction an axis in space as the knit then is; `segment_rotation`, the rotation of the affine motion that fits the
-# segment best, takes it back to the undeformed knit (docs/theory.md).
 
 
 EXTENTS = {"whole": 1.0, "middle": 0.5}

@@ -1,4 +1,14 @@
-"""Ties of solid yarns: two patches that move as one."""
+"""Ties of solid yarns: the mean and the linear moments of two yarns' displacement are joined on a disc.
+
+At every tied crossing nine springs hold the relative displacement u of the upper yarn to the lower one,
+
+    1/2 k_0 |mean u|^2 + 1/2 k_1 (|mean 2 xi u / a|^2 + |mean 2 eta u / a|^2),
+
+with xi, eta on a disc of radius a, which lies in the tangent plane midway between the closest points of the yarns.
+Each yarn is continued to the disc along its own radius: from its surface by the difference over a depth of one disc
+radius. That is a weighted sum of the yarn's nodes, exact for affine motions. It stays bounded as elements become small;
+a continuation by the gradient at the surface does not, and the tie would become softer without end (docs/theory.md).
+"""
 
 from __future__ import annotations
 
@@ -11,25 +21,15 @@ from scipy.linalg import qr
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from knitstudy.contacts.facets import tied_crossings
 from knitstudy.errors import MeshError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.mechanics.patch_compliance import moments, polar_rule
 from knitstudy.models.discretisation import Discretisation, project_on_tube
-from knitstudy.study.scene import Scene
-
-# ---- Discs between crossing yarns, and what both yarns say of the points of a disc
-# A disc lies in the tangent plane midway between the closest points of two centrelines, in the small gap that is left
-# between the yarns. A point of it belongs to neither; each yarn is continued to it along its own radius: from the
-# yarn's
-# surface by the difference that it shows over a depth of one disc radius. That is a weighted sum of the yarn's nodes,
-# exact for affine motions, and it stays bounded as elements become small, which a continuation by the gradient at the
-# surface does not: the patch would become softer without end.
 
 
 @dataclass(frozen=True)
 class Discs:
-    """Discs (D,) at some of the crossings of a specimen.
+    """Discs (D,) at some of the crossings of a fabric.
 
     Attributes
     ----------
@@ -48,16 +48,16 @@ class Discs:
     radius: float
 
     @classmethod
-    def of(cls, specimen: Fabric, crossing: np.ndarray, radius: float) -> Discs:
-        """Return the discs of a radius [m] at crossings (D,) of a specimen."""
-        crossings = specimen.crossings
+    def of(cls, fabric: Fabric, crossing: np.ndarray, radius: float) -> Discs:
+        """Return the discs of a radius [m] at crossings (D,) of a fabric."""
+        crossings = fabric.crossings
         ends = crossings.point[crossing]
         normal = ends[:, 1] - ends[:, 0]
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         along = np.empty_like(normal)
         for yarn in np.unique(crossings.yarn[crossing, 0]):
             here = crossings.yarn[crossing, 0] == yarn
-            along[here] = specimen.centrelines[yarn].tangent(crossings.arc_length[crossing[here], 0])
+            along[here] = fabric.centrelines[yarn].tangent(crossings.arc_length[crossing[here], 0])
         along -= np.einsum("di,di->d", along, normal)[:, None] * normal
         along /= np.linalg.norm(along, axis=1, keepdims=True)
         return cls(crossing, ends.mean(axis=1), np.stack([along, np.cross(normal, along)], axis=1), radius)
@@ -68,13 +68,13 @@ class Discs:
 
 
 def continued(
-    specimen: Fabric, parts: Discretisation, discs: Discs, side: int, places: np.ndarray
+    fabric: Fabric, parts: Discretisation, discs: Discs, side: int, places: np.ndarray
 ) -> sp.csr_matrix:
     """Return the weighted sums (D q, N) of nodes that a yarn is at points of the discs.
 
     Parameters
     ----------
-    specimen : Fabric
+    fabric : Fabric
     parts : Discretisation
     discs : Discs
     side : int
@@ -82,18 +82,18 @@ def continued(
     places : ndarray, shape (D, q, 3)
         [m]
     """
-    crossings = specimen.crossings
+    crossings = fabric.crossings
     yarn = np.repeat(crossings.yarn[discs.crossing, side], places.shape[1])
     arc_length = np.repeat(crossings.arc_length[discs.crossing, side], places.shape[1])
     place = places.reshape(-1, 3)
     outward, height = np.empty_like(place), np.empty(len(place))
     for one in np.unique(yarn):
         here = yarn == one
-        line = specimen.centrelines[one]
+        line = fabric.centrelines[one]
         u = project_on_tube(line, place[here], line.parameter(arc_length[here]))
         radial = place[here] - line.curve.value(u)
         far = np.linalg.norm(radial, axis=1)
-        outward[here], height[here] = radial / far[:, None], far - specimen.radius
+        outward[here], height[here] = radial / far[:, None], far - fabric.radius
     depth = discs.radius
     surface = place - height[:, None] * outward
     share = height / depth
@@ -110,14 +110,6 @@ def _sums(parts: Discretisation, points: np.ndarray, yarn: np.ndarray, factor: n
     matrix = sp.csr_matrix((values, found.ravel(), rows), shape=(len(points), len(parts.nodes)))
     matrix.sum_duplicates()
     return matrix
-
-
-# ---- Ties of a physical size: discs on which the mean and the linear moments of two yarns' displacement are joined
-# Nine equations a crossing, as springs that hold the relative displacement u of the upper yarn to the lower one,
-#
-#     1/2 k_0 |mean u|^2 + 1/2 k_1 (|mean 2 xi u / a|^2 + |mean 2 eta u / a|^2),
-#
-# xi, eta on a disc of radius a. Formulation: docs/theory.md.
 
 
 STIFFNESS = 100.0
@@ -236,19 +228,19 @@ class Ties:
         return cKDTree(self.discs.centre).query(points)[0] > BESIDE * self.discs.radius
 
 
-def tie_patches(
+def tie_crossings(
     parts: Discretisation,
-    specimen: Fabric,
+    fabric: Fabric,
     tied: np.ndarray,
     radius: float,
     youngs_modulus: float,
 ) -> Ties:
-    """Tie crossings of a specimen on discs.
+    """Tie crossings of a fabric on discs.
 
     Parameters
     ----------
     parts : Discretisation
-    specimen : Fabric
+    fabric : Fabric
     tied : ndarray of bool, shape (K,)
     radius : float
         Of the discs, over the yarn's.
@@ -261,29 +253,29 @@ def tie_patches(
         If discs overlap each other, reach over the end of a yarn, or are narrower than elements can show.
     """
     crossing = np.flatnonzero(tied)
-    discs = Discs.of(specimen, crossing, radius * specimen.radius)
-    _require_room(specimen, discs, radius)
+    discs = Discs.of(fabric, crossing, radius * fabric.radius)
+    _require_room(fabric, discs, radius)
     if parts.missing is None and len(crossing):
-        _require_resolution(specimen, radius, parts.size)
+        _require_resolution(fabric, radius, parts.size)
     rings = int(np.ceil(discs.radius / (WIDEST_STEP * parts.size)))
     rule, weight = polar_rule(max(RINGS, rings))
     places = discs.points(rule)
-    lower, upper = (continued(specimen, parts, discs, side, places) for side in range(2))
+    lower, upper = (continued(fabric, parts, discs, side, places) for side in range(2))
     mean = sp.kron(sp.identity(len(crossing)), moments(rule) * weight, format="csr")  # (3 D, D q)
     joined = sp.csr_matrix(mean @ (upper - lower))
     joined.eliminate_zeros()
-    compliance = np.full((len(crossing), 2), 1 / (STIFFNESS * youngs_modulus * specimen.radius))
+    compliance = np.full((len(crossing), 2), 1 / (STIFFNESS * youngs_modulus * fabric.radius))
     if parts.missing is not None:
-        crossings = specimen.crossings
+        crossings = fabric.crossings
         for side in range(2):
             yarn, place = crossings.yarn[crossing, side], crossings.arc_length[crossing, side]
             compliance += parts.missing(yarn, place, discs.radius)
     return Ties(discs, joined, 1 / compliance[:, [0, 1, 1]], len(tied))
 
 
-def _require_resolution(specimen: Fabric, radius: float, size: float) -> None:
+def _require_resolution(fabric: Fabric, radius: float, size: float) -> None:
     """Refuse discs so narrow that elements of a size [m] show little of how a yarn yields under them."""
-    least = NARROWEST * size / specimen.radius
+    least = NARROWEST * size / fabric.radius
     if radius < least:
         raise MeshError(
             f"tie.radius is {radius:g} radii, but elements of {size:.4g} m show no patches of less than "
@@ -291,18 +283,18 @@ def _require_resolution(specimen: Fabric, radius: float, size: float) -> None:
         )
 
 
-def _require_room(specimen: Fabric, discs: Discs, radius: float) -> None:
+def _require_room(fabric: Fabric, discs: Discs, radius: float) -> None:
     """Refuse discs that overlap each other on a yarn, or reach over its end."""
-    crossings = specimen.crossings
+    crossings = fabric.crossings
     for side in range(2):
         yarn, place = crossings.yarn[discs.crossing, side], crossings.arc_length[discs.crossing, side]
-        length = np.array([specimen.centrelines[one].length for one in yarn])
+        length = np.array([fabric.centrelines[one].length for one in yarn])
         room = np.minimum(place, length - place)
         if np.any(room < discs.radius):
             worst = int(np.argmin(room))
             raise MeshError(
                 f"tie.radius is {radius:g} radii, but crossing {discs.crossing[worst]} lies "
-                f"{room[worst] / specimen.radius:.3g} radii from the end of yarn {yarn[worst]}: use a smaller one"
+                f"{room[worst] / fabric.radius:.3g} radii from the end of yarn {yarn[worst]}: use a smaller one"
             )
     if len(discs.crossing) > 1:
         apart, other = cKDTree(discs.centre).query(discs.centre, k=2)
@@ -310,12 +302,6 @@ def _require_room(specimen: Fabric, discs: Discs, radius: float) -> None:
         if apart[worst, 1] < 2 * discs.radius:
             raise MeshError(
                 f"tie.radius is {radius:g} radii, but crossings {discs.crossing[worst]} and "
-                f"{discs.crossing[other[worst, 1]]} lie {apart[worst, 1] / specimen.radius:.3g} radii apart: use "
+                f"{discs.crossing[other[worst, 1]]} lie {apart[worst, 1] / fabric.radius:.3g} radii apart: use "
                 "less than half of that"
             )
-
-
-def tie_of(scene: Scene, parts: Discretisation, specimen: Fabric) -> Ties:
-    """Return the ties of a scene's yarns; errors as of `tie_patches`."""
-    tied = tied_crossings(scene, specimen.crossings)
-    return tie_patches(parts, specimen, tied, scene.tie.radius, scene.yarn.youngs_modulus)

@@ -1,4 +1,7 @@
-"""A window of solid yarns in a network of beams."""
+"""A window: solid yarns (`spline_yarns`) in some cells of a fabric whose other cells are a network of beams.
+
+Solid yarns are arcs of the fabric's yarns; at their ends, the seams, nodes of beams carry whole sections.
+"""
 
 from __future__ import annotations
 
@@ -9,27 +12,23 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from knitstudy.contacts.kinematics import section_motion
 from knitstudy.geometry.fabric import Fabric, pieces_of
 from knitstudy.loading.gates import require_no_jump, require_sound
 from knitstudy.loading.history import Meter, Stations
 from knitstudy.loading.load_path import load_path
-from knitstudy.loading.restart import IN_MEMORY, Run
-from knitstudy.loading.solve import Problem, solve_load_path
+from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment, Settings
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.solids_and_beams import MixedState, Seams, SolidsAndBeams
 from knitstudy.mechanics.spline_yarn.space import Space
 from knitstudy.mesh.mesher import Grips
+from knitstudy.models import solids, spline_yarns
 from knitstudy.models.discretisation import Discretisation
 from knitstudy.models.network import Network, grips, tension
-from knitstudy.models.pieces import assemble, divided
-from knitstudy.models.solid_yarns import SolidYarns
+from knitstudy.models.solids import SolidYarns
 from knitstudy.models.window_network import Window, cut_nodes, surroundings, touching_beams, window_of
 from knitstudy.study.scene import Scene
-
-# ---- The solid arcs of a window, all tied or all in contact, and the sections at their ends that beams carry
 
 
 def solid_pieces(scene: Scene, pieces: Fabric) -> SolidYarns:
@@ -41,7 +40,9 @@ def solid_pieces(scene: Scene, pieces: Fabric) -> SolidYarns:
         If the yarn bends tighter than its radius, crossings cannot be tied, or yarns overlap.
     """
     tied = np.full(len(pieces.crossings.row), not scene.kind.interaction.touches)
-    return assemble(scene, divided(scene, pieces, _ends), pieces, tied)
+    parts = spline_yarns.discretise(scene, pieces)
+    ends = Grips(*(_carried(parts.space, last) for last in (0, -1)))
+    return solids.assemble(scene, pieces, replace(parts, ends=ends), tied)
 
 
 def end_sections(parts: Discretisation) -> np.ndarray:
@@ -50,17 +51,10 @@ def end_sections(parts: Discretisation) -> np.ndarray:
     return ends.swapaxes(0, 1)
 
 
-def _ends(space: Space) -> Grips:
-    return Grips(*(_carried(space, last) for last in (0, -1)))
-
-
 def _carried(space: Space, last: int) -> np.ndarray:
     """Return the three nodes of the first (0) or last (-1) section of every piece that a beam's node carries."""
     first = [own.first_node[:-1][last] for own in space.yarns]
     return ((space.first_node[:-1] + first)[:, None] + np.arange(3)).ravel()
-
-
-# ---- A knit with a window, put together: solid pieces, beams around them, and the seams between
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,16 +117,17 @@ def mixed_knit(scene: Scene, knit: Fabric, contacts: xr.Dataset | None = None) -
 
 def _stations(network: Network, yarns: SolidYarns, window: Window) -> tuple[np.ndarray, Stations]:
     """Return the order of all stations along the yarns, and the stations in it; seams are those of the network."""
-    mesh, outer = yarns.parts.mesh, network.stations
-    piece = mesh.yarn_of_slice
-    yarn = np.concatenate([outer.yarn, window.yarn[piece]])
-    arc_length = np.concatenate([outer.arc_length, window.arc[piece, 0] + mesh.arc_length])
-    position = np.concatenate([outer.position, mesh.centres])
+    outer, inner = network.stations, solids.stations_of(yarns.parts.mesh, window)
+    yarn, arc_length, position = (
+        np.concatenate([getattr(each, name) for each in (outer, inner)])
+        for name in ("yarn", "arc_length", "position")
+    )
     order = np.lexsort((arc_length, yarn))
     return order, Stations(yarn[order], arc_length[order], position[order])
 
 
-# ---- What a window leaves of every converged increment: what solid yarns leave of its crossings, and forces at seams
+OF_CROSSINGS = ("crossing_force", "crossing_displacement", "section_gradient", "section_displacement")
+"""Columns of the history with a value for every crossing."""
 
 
 class WindowObserver:
@@ -140,41 +135,27 @@ class WindowObserver:
 
     Parameters
     ----------
-    knit : MixedKnit
+    mixed : MixedKnit
     crossings : int
         K, of the whole knit.
     """
 
-    def __init__(self, knit: MixedKnit, crossings: int) -> None:
-        self.knit, self.crossings = knit, crossings
+    def __init__(self, mixed: MixedKnit, crossings: int) -> None:
+        self.mixed, self.crossings = mixed, crossings
 
     def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         """Return columns of the history, and of the points in contact."""
-        knit, state = self.knit, increment.state
-        yarns, solids = knit.yarns, state.solids
-        mesh, tie, facets = yarns.parts.mesh, yarns.tie, yarns.facets
-        moved = yarns.model.node_displacement(solids)
-        displacement = yarns.parts.sampled(moved)
-        force = tie.resultants(moved)
-        contact, points = {}, {}
-        if yarns.touching is not None:
-            contact, points, pushed = yarns.touching.record(_of_solids(increment), len(force))
-            force += pushed
-        sections = section_motion(
-            facets.crossings, mesh, yarns.parts.sampled(yarns.parts.nodes), displacement
-        )
-        columns = {
-            "centreline_displacement": knit.station_displacement(state, mesh.ring_means(displacement)),
-            "crossing_force": self.of_all(force),
-            "crossing_displacement": self.of_all(facets.displacement(displacement)),
-            "section_gradient": self.of_all(sections.gradient),
-            "section_displacement": self.of_all(sections.displacement),
-        }
-        return columns | contact | self._seams(state), self._named(points)
+        mixed, state = self.mixed, increment.state
+        columns, points = mixed.yarns.record(state.solids)
+        for name in OF_CROSSINGS:
+            columns[name] = self.of_all(columns[name])
+        stations = columns["centreline_displacement"]
+        columns["centreline_displacement"] = mixed.station_displacement(state, stations)
+        return columns | self._seams(state), self._named(points)
 
     def _seams(self, state: Any) -> dict[str, np.ndarray | float]:
         """Return what the beams exert on the solids at the seams, and by how much both sides differ."""
-        force, moment = self.knit.model.seam_forces(state)
+        force, moment = self.mixed.model.seam_forces(state)
         return {
             "seam_force": -force[:, 1],
             "seam_moment": -moment[:, 1],
@@ -184,73 +165,50 @@ class WindowObserver:
     def of_all(self, values: np.ndarray) -> np.ndarray:
         """Return values (K, ...) of all crossings from those of the window (V, ...)."""
         every = np.full((self.crossings, *values.shape[1:]), np.nan)
-        every[self.knit.window.crossing] = values
+        every[self.mixed.window.crossing] = values
         return every
 
     def _named(self, points: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Return the points in contact by crossings and yarns of the whole knit."""
         if not points:
             return {}
-        window, here = self.knit.window, points["crossing"]
+        window, here = self.mixed.window, points["crossing"]
         crossing = np.where(here < 0, -1, window.crossing[here])
         yarns = {name: window.yarn[points[name]] for name in ("yarn", "target")}
         return points | {"crossing": crossing} | yarns
 
 
-def _of_solids(increment: Increment) -> Increment:
-    """Return an increment as the solids alone would leave it."""
-    return replace(increment, state=increment.state.solids)
-
-
-# ---- A window under load: the loop and the history of the solids
-
-
-def simulate(
-    scene: Scene, geometry: xr.Dataset, springs: xr.Dataset | None = None, run: Run = IN_MEMORY
-) -> xr.Dataset:
-    """Return the history of a scene of fidelity "window".
+def build(scene: Scene, fabric: Fabric, springs: xr.Dataset | None = None) -> Problem:
+    """Return a scene with a window as a problem.
 
     Parameters
     ----------
     scene : Scene
-    geometry : Dataset
-        Of the scene, in the format of docs/files.md.
+    fabric : Fabric
     springs : Dataset, optional
         Contacts of the simulation that ``window.springs_from`` names.
-    run : Run
 
     Raises
     ------
     ConfigurationError, GeometryError, MeshError
         As `mixed_knit`.
-    ConvergenceError, DataFileError
-        As `knitstudy.loading.solve.solve_load_path`.
     """
-    return solve_load_path(problem(scene, Fabric.from_dataset(geometry), springs), run)
-
-
-def problem(scene: Scene, knit: Fabric, springs: xr.Dataset | None = None) -> Problem:
-    """Return a scene of fidelity "window" as a problem; arguments and errors as of `simulate`."""
     meter = Meter()
-    return problem_of(mixed_knit(scene, knit, springs), scene, knit, meter)
-
-
-def problem_of(mixed: MixedKnit, scene: Scene, knit: Fabric, meter: Meter | None = None) -> Problem:
-    """Return a knit with a window under the load of a scene, and with what is seen and refused on the way."""
+    mixed = mixed_knit(scene, fabric, springs)
     model, yarns, window = mixed.model, mixed.yarns, mixed.window
-    motion = load_path(scene, knit)
-    ends = grips(mixed.network, knit, scene.load.direction)
+    motion = load_path(scene, fabric)
+    ends = grips(mixed.network, fabric, scene.load.direction)
     prescribed = tension(ends, motion, scene.load.lateral)
     settings = Settings.of(scene.solver)
-    if yarns.touching is not None:
-        # Where contact begins, a parabola through what came before overshoots far into the other yarn.
+    if yarns.contact is not None:
+        # Where contact begins, a parabola through earlier increments overshoots far into the other yarn.
         settings = replace(settings, predictor=1)
-    count = len(knit.crossings.row)
+    count = len(fabric.crossings.row)
     observer = WindowObserver(mixed, count)
     shown = np.zeros(count, dtype=np.int8)
     shown[window.shown] = 1
     tied = np.zeros(count, dtype=np.int8)
-    tied[window.crossing] = np.isfinite(yarns.tie.area)
+    tied[window.crossing] = np.isfinite(yarns.ties.area)
     return Problem(
         scene=scene,
         model=model,
@@ -265,18 +223,16 @@ def problem_of(mixed: MixedKnit, scene: Scene, knit: Fabric, meter: Meter | None
         constants={
             "window_crossing": shown,
             "crossing_tied": tied,
-            "tied_area": observer.of_all(yarns.tie.area),
-            "tied_centroid": observer.of_all(yarns.tie.centroid),
+            "tied_area": observer.of_all(yarns.ties.area),
+            "tied_centroid": observer.of_all(yarns.ties.centroid),
             "seam_yarn": np.repeat(window.yarn, 2),
             "seam_arc_length": window.arc.ravel(),
         },
         attributes={
             "dof": model.size,
             "solid_unknowns": yarns.model.size,
-            "elements": sum(len(group.connectivity) for group in yarns.model.groups)
-            + len(mixed.network.ends),
-            **yarns.tie.attributes(),
-            **(yarns.touching.attributes() if yarns.touching else {}),
+            "elements": yarns.elements + len(mixed.network.ends),
+            **yarns.attributes(),
         },
-        meter=meter or Meter(),
+        meter=meter,
     )

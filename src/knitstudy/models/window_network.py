@@ -1,4 +1,7 @@
-"""The network of beams around a window."""
+"""The cells of a window, whose yarns are solid, and the network of beams around them.
+
+Yarns are cut where they become solid. At all other crossings they are joined, or in contact at the closest points.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,6 @@ from knitstudy.loading.history import Stations
 from knitstudy.mechanics.beam_contact.approach import Curves
 from knitstudy.mechanics.beam_contact.contact import BeamContact, TouchingBeams, hertz
 from knitstudy.mechanics.beam_model import BeamModel
-from knitstudy.models import network as rom3d
 from knitstudy.models.beam_pairs import point_pairs
 from knitstudy.models.joints import (
     LARGEST,
@@ -27,10 +29,9 @@ from knitstudy.models.joints import (
     patch_stiffness,
 )
 from knitstudy.models.network import Network
+from knitstudy.models.network_3d import spatial_network
 from knitstudy.models.springs import springs
 from knitstudy.study.scene import Scene
-
-# ---- Which cells of a knit a window takes in, and which arcs of yarns are solid for it
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,9 +144,6 @@ def _arcs(knit: Fabric, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(yarns), np.concatenate(arcs)
 
 
-# ---- The knit around a window as a network of beams: yarns cut where they become solid, joined at all other crossings
-
-
 def surroundings(scene: Scene, knit: Fabric, window: Window, contacts: xr.Dataset | None) -> Network:
     """Return the network around a window; it has a node at every cut, and no elements in the solid arcs.
 
@@ -164,17 +162,12 @@ def surroundings(scene: Scene, knit: Fabric, window: Window, contacts: xr.Datase
     """
     crossings = knit.crossings
     outside = np.setdiff1d(np.arange(len(crossings.row)), window.crossing)
-    points = JointPoints(
-        crossings.yarn[outside],
-        crossings.arc_length[outside],
-        crossings.point[outside],
-        crossings.point[outside].mean(axis=1),
-    )
+    points = JointPoints.at_crossings(crossings, outside)
     stops = knit.grip_ends(scene.load.direction)
     for yarn, cuts in window.cuts.items():
         stops = stops | {yarn: np.concatenate([stops.get(yarn, np.empty(0)), cuts])}
     joints = _joints(scene, knit, points, outside, contacts)
-    whole = rom3d.spatial_network(knit, points, scene.mesh.beam_size, joints=joints, stops=stops)
+    whole = spatial_network(knit, points, scene.mesh.beam_size, joints=joints, stops=stops)
     return _without_arcs(whole, window)
 
 
@@ -256,9 +249,6 @@ def _without_arcs(network: Network, window: Window) -> Network:
     )
 
 
-# ---- Beams around a window in contact with each other, each with friction at the closest points of every crossing
-
-
 STICK = 10.0
 """Stiffness against elastic slip over E R, as of beams in contact (`beam.stiffness`)."""
 
@@ -305,7 +295,7 @@ def chains(network: Network) -> np.ndarray:
 
 def _on_chains(crossings: Crossings, chosen: np.ndarray, stations: Stations, chain: np.ndarray) -> Crossings:
     """Return chosen crossings (k,) with chains instead of yarns; arc lengths stay those of the yarns."""
-    part = Crossings(**{name: getattr(crossings, name)[chosen] for name in Crossings.__dataclass_fields__})
+    part = crossings.chosen(chosen)
     # Places of all stations on one axis, yarn after yarn, as the network has them.
     longest = 2 * stations.arc_length.max()
     places = longest * stations.yarn + stations.arc_length

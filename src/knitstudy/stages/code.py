@@ -52,21 +52,23 @@ class Module:
 
 
 @cache
-def code_digest(*names: str) -> str:
+def code_digest(*names: str, without: tuple[str, ...] = ()) -> str:
     """Return a digest of modules and of all that they import; see `modules_behind`."""
     digest = hashlib.sha256()
-    for module in modules_behind(*names):
+    for module in modules_behind(*names, without=without):
         digest.update(f"{module.path.name} {module.digest}\n".encode())
     return digest.hexdigest()[:16]
 
 
-def modules_behind(*names: str) -> list[Module]:
+def modules_behind(*names: str, without: tuple[str, ...] = ()) -> list[Module]:
     """Return modules and all that they import of this package, or of the place of a plugin, directly or not.
 
     Parameters
     ----------
     *names
         Dotted names, for example ``knitstudy.mesh.sweep``.
+    without : tuple of str
+        Modules that do not count, whoever imports them.
 
     Returns
     -------
@@ -82,7 +84,7 @@ def modules_behind(*names: str) -> list[Module]:
     waiting = list(names)
     while waiting:
         name = waiting.pop()
-        if name in found or _carries(name):
+        if name in found or name in without or _carries(name):
             continue
         path = _path_of(name)
         if path is None:

@@ -1,4 +1,4 @@
-"""Which figures and tables a study can make, from which results, and the digest that each has then."""
+"""Figures and tables that a study can make: their sources, scenes and digests."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.measures.catalogue import Catalogue, Results
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.plan import Plan, Step
-from knitstudy.stages.table import STAGES, Stage
+from knitstudy.stages.table import STAGES
 from knitstudy.study.scene import Scene, digest
 
 REFERENCE = Path("resources/reference")
 
 Source = Step | list[Step] | Path
-"""What something is made from: a result, several of one role, or a file of reference."""
+"""A result, several results of one argument, or a file of reference."""
 
 
 def reference_files(config: Path) -> dict[str, Path]:
-    """Return what figures and tables take that no study makes, by their names for it."""
+    """Return the files that no study makes, by the arguments of figures and tables."""
     return {
         "paper": REFERENCE / "paper_tables.csv",
         "claims": REFERENCE / "paper_claims.csv",
@@ -29,11 +29,6 @@ def reference_files(config: Path) -> dict[str, Path]:
         "loops": REFERENCE / "loops.csv",
         "targets": config / "calibration.yaml",
     }
-
-
-def stage_for(name: str, scene: Scene) -> Stage | None:
-    """Return the stage that makes a kind of results of a scene; None where the scene has no such results."""
-    return STAGES[name] if STAGES[name].of(scene) else None
 
 
 class Displays:
@@ -83,8 +78,9 @@ class Displays:
         return found
 
     def _steps(self, results: Results) -> list[Step]:
-        steps = [(stage_for(results.stage, scene), scene) for scene in results.scenes(self._study)]
-        return [(stage, scene) for stage, scene in steps if stage is not None]
+        """Return the results that the study has: those of scenes for which there is the stage."""
+        stage = STAGES[results.stage]
+        return [(stage, scene) for scene in results.scenes(self._study) if stage.of(scene)]
 
     def names(self) -> tuple[str, ...]:
         """Return the names of those that the study can make, in the order of the report."""
@@ -141,7 +137,7 @@ class Displays:
 
 
 def digests_of(sources: Mapping[str, Source], plan: Plan) -> dict[str, str]:
-    """Return the digests of what something is made from."""
+    """Return the digests of sources, by argument and scene."""
     digests = {}
     for role, source in sources.items():
         if isinstance(source, Path):

@@ -42,7 +42,7 @@ def digest_of(stage: Stage, document: Mapping, scene: Scene, needed: Mapping[str
     needed : mapping of str to str
         Digests of what the result is made from.
     """
-    code = code_digest(*stage.modules(scene))
+    code = code_digest(*stage.modules(scene), without=stage.unused(scene))
     return digest({"stage": stage.name, "reads": document, "code": code, "needs": dict(needed)})
 
 

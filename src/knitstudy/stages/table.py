@@ -20,19 +20,12 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.exchange import inp, vtu
 from knitstudy.files import fault_of
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.loading.restart import IN_MEMORY, Run
+from knitstudy.mechanics.contact import friction
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mesh import mesher
-from knitstudy.models import (
-    beams_in_contact,
-    cell,
-    pieces,
-    reduced_models,
-    solid_yarns,
-    stress,
-    window,
-)
+from knitstudy.models import stress
+from knitstudy.models.simulate import MODELS, simulate
 from knitstudy.stages.memory import expected_memory, machine_memory
 from knitstudy.study.scene import Scene
 
@@ -47,7 +40,7 @@ OF_SIZE = ("pattern.loops", "pattern.rows", "pair.length", "mesh.size", "mesh.cr
 
 KIND = ("specimen", "fidelity", "interaction")
 
-PHYSICS = (*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver")
+MODEL_KEYS = (*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver")
 
 
 @dataclass(frozen=True)
@@ -73,6 +66,8 @@ class Stage:
     code : callable, optional
         Names of the modules whose code, with all that they import, makes the result of a scene. By default the module
         of the function.
+    unused : callable
+        Names of modules that these import, but that no number of a scene depends on.
     outputs : tuple of str
         Entries of the scene's outputs that its result depends on.
     wanted : callable
@@ -90,6 +85,7 @@ class Stage:
     of: Callable[[Scene], bool]
     needs: Callable[[Scene, Named], Needs] = lambda scene, named: {}
     code: Callable[[Scene], tuple[str, ...]] | None = None
+    unused: Callable[[Scene], tuple[str, ...]] = lambda scene: ()
     outputs: tuple[str, ...] = ()
     wanted: Callable[[Scene], bool] = lambda scene: True
     long: bool = False
@@ -162,30 +158,19 @@ HAVE_CONTACTS = ("dns", "cut_knit", "window")
 
 # ---- Simulation: one model of each scene ----
 
-SIMULATORS = {
-    "dns": solid_yarns.simulate,
-    "rom": reduced_models.simulate,
-    "beams": beams_in_contact.simulate,
-    "cut_knit": pieces.simulate_cut_knit,
-    "cell": cell.simulate,
-    "window": window.simulate,
-}
-
-
-def simulate(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY, **needed: xr.Dataset) -> xr.Dataset:
-    """Return the history of a scene by its model."""
-    return SIMULATORS[scene.kind.stage](scene, geometry, run=run, **needed)
-
 
 def _model_code(scene: Scene) -> tuple[str, ...]:
-    """Return the modules of the model of a scene, of its elements, its material and its contact."""
-    found = [SIMULATORS[scene.kind.stage].__module__]
+    """Return the modules of the model of a scene, of its elements and its material."""
+    found = [MODELS[scene.fidelity].__module__]
     if _is_solid(scene):
         found += [MATERIALS.module(scene.yarn.material)]
-        found += [scene.kind.fidelity.solids] if scene.kind.fidelity.solids else []
-        found += [scene.kind.interaction.solids] if scene.kind.interaction.touches else []
         found += [ELEMENTS.module(scene.mesh.element)] if scene.value("mesh.element") else []
     return tuple(found)
+
+
+def _unused_code(scene: Scene) -> tuple[str, ...]:
+    """Return the law of friction, where yarns are tied."""
+    return () if scene.kind.interaction.touches else (friction.__name__,)
 
 
 def _is_solid(scene: Scene) -> bool:
@@ -252,7 +237,7 @@ def _export(
     path_pattern: str,
     function: Callable,
     output: str,
-    reads: tuple[str, ...] = PHYSICS,
+    reads: tuple[str, ...] = MODEL_KEYS,
     of: Callable[[Scene], bool] = has_mesh,
     needs: Callable[[Scene, Named], Needs] = _solids,
 ) -> Stage:
@@ -291,11 +276,12 @@ _STAGES = (
         name="simulation",
         path_pattern="simulation/{scene}.nc",
         function=simulate,
-        reads=(*PHYSICS, "gates", "rom", "beam", "window"),
+        reads=(*MODEL_KEYS, "gates", "rom", "beam", "window"),
         outputs=("fields",),
         of=lambda scene: True,
         needs=_model_needs,
         code=_model_code,
+        unused=_unused_code,
         long=True,
         memory=_model_memory,
     ),
@@ -311,10 +297,11 @@ _STAGES = (
         name="stress",
         path_pattern="stress/{scene}.nc",
         function=stress.stress,
-        reads=PHYSICS,
+        reads=MODEL_KEYS,
         of=lambda scene: has_mesh(scene) and scene.specimen == "knit" and "fields" in scene.outputs,
         needs=_fields,
         code=lambda scene: (stress.__name__, *_model_code(scene)),
+        unused=_unused_code,
         memory=lambda scene: 1000 + expected_memory(scene) // 2,
     ),
     _export("mesh_vtu", "mesh/{scene}.vtu", vtu.write_mesh, "vtu", reads=("mesh.element",)),
@@ -322,7 +309,7 @@ _STAGES = (
         name="deformed_vtu",
         path_pattern="simulation/{scene}.vtu",
         function=vtu.write_deformed,
-        reads=PHYSICS,
+        reads=MODEL_KEYS,
         of=has_mesh,
         needs=_fields,
         wanted=lambda scene: {"fields", "vtu"} <= set(scene.outputs),

@@ -84,16 +84,12 @@ class Interaction:
         Coefficient of friction of a scene, inf where nothing slips; None where yarns are tied instead.
     keys : subclass of Section or None
         What the section ``contact`` has beside the keys of the fidelity.
-    solids : str
-        Module of the contact of solid yarns, with a function as `knitstudy.models.yarn_contact` has; only scenes that
-        ask for it depend on its code.
     """
 
     name: str
     meaning: str
     friction: Callable[[Scene], float] | None
     keys: type[Section] | None = None
-    solids: str = "knitstudy.models.yarn_contact"
 
     @property
     def touches(self) -> bool:
@@ -127,8 +123,6 @@ class Fidelity:
         Those of scenes whose yarns are all tied besides; None where it cannot model these.
     stage : str
         Stage that simulates it.
-    solids : str
-        Module of solid yarns, with a function ``discretise``; empty for beams.
     sources : tuple of str
         Dotted keys that name direct simulations which it takes something from.
     outputs : tuple of str
@@ -142,7 +136,6 @@ class Fidelity:
     touching: Sections = field(default_factory=dict)
     tied: Sections | None = field(default_factory=dict)
     stage: str = ""
-    solids: str = ""
     sources: tuple[str, ...] = ()
     outputs: tuple[str, ...] = ()
 
@@ -212,7 +205,6 @@ FIDELITIES = {
             sections={"mesh": SolidMesh, "tie": Tie, "solver": HexahedralNewton, "gates": HexahedralGates},
             touching={"contact": SolidContact},
             stage="dns",
-            solids="knitstudy.models.hexahedra",
             outputs=("fields", "vtu", "deck"),
         ),
         Fidelity(
@@ -222,7 +214,6 @@ FIDELITIES = {
             sections={"mesh": PolynomialMesh, "tie": Tie, "solver": SolidNewton, "gates": SolidGates},
             touching={"contact": PolynomialContact},
             stage="dns",
-            solids="knitstudy.models.spline_yarns",
             outputs=("fields", "vtu"),
         ),
         Fidelity(

@@ -33,8 +33,8 @@ from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.segments import LEGS, SEGMENT, angle_to_x, angles_to_axes, honeycomb_segments
 from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Sweep, sweeps_of
-from knitstudy.models.honeycomb import heights
 from knitstudy.models.joints import contacts_of_crossings
+from knitstudy.models.network_2d import heights
 
 RULES: dict[str, Rule] = {}
 """By claim."""

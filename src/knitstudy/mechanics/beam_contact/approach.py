@@ -20,19 +20,12 @@ _HERMITE = np.array([[1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]]
 
 @dataclass(frozen=True, eq=False)
 class Stencil:
-    """Points (k,) of curves as weighted sums of stations.
+    """Points (k,) of curves as weighted sums of stations."""
 
-    Attributes
-    ----------
-    stations : ndarray of int, shape (k, 4)
-    value, first, second : ndarray, shape (k, 4)
-        Weights of the position and of its derivatives with respect to arc length [1, 1/m, 1/m2].
-    """
-
-    stations: np.ndarray
-    value: np.ndarray
-    first: np.ndarray
-    second: np.ndarray
+    stations: np.ndarray  # int (k, 4)
+    value: np.ndarray  # (k, 4), weights of the position
+    first: np.ndarray  # (k, 4), of its derivative with respect to arc length [1/m]
+    second: np.ndarray  # (k, 4), of the second one [1/m2]
 
     def of(self, weights: np.ndarray, field: np.ndarray) -> np.ndarray:
         """Return the sums (k, ...) of a field (S, ...) of the stations with one of the weights."""
@@ -129,18 +122,10 @@ A, B = 0, 1
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """Pieces of yarn that may touch.
+    """Pieces of yarn that may touch."""
 
-    Attributes
-    ----------
-    yarn : ndarray of int, shape (k, 2)
-        Of sides A and B.
-    bounds : ndarray, shape (k, 2, 2)
-        First and last arc length of the piece on either side [m].
-    """
-
-    yarn: np.ndarray
-    bounds: np.ndarray
+    yarn: np.ndarray  # int (k, 2), of sides A and B
+    bounds: np.ndarray  # (k, 2, 2), first and last arc length of the piece on either side [m]
 
     def __getitem__(self, chosen: np.ndarray) -> Pairs:
         return Pairs(self.yarn[chosen], self.bounds[chosen])
@@ -148,32 +133,16 @@ class Pairs:
 
 @dataclass(frozen=True, eq=False)
 class Approach:
-    """Closest points of k pairs.
+    """Closest points of k pairs."""
 
-    Attributes
-    ----------
-    s : ndarray, shape (k, 2)
-        Their arc lengths [m].
-    found : ndarray of bool, shape (k,)
-        False where a point stands at the bound of its piece.
-    stencil : tuple of Stencil
-        Of side A and side B.
-    point, tangent, bend : ndarray, shape (k, 2, 3)
-        Position [m] and its derivatives with respect to arc length.
-    distance : ndarray, shape (k,)
-        |r| [m].
-    normal : ndarray, shape (k, 3)
-        r / |r|, from A to B.
-    """
-
-    s: np.ndarray
-    found: np.ndarray
-    stencil: tuple[Stencil, Stencil]
-    point: np.ndarray
-    tangent: np.ndarray
-    bend: np.ndarray
-    distance: np.ndarray
-    normal: np.ndarray
+    s: np.ndarray  # (k, 2), their arc lengths [m]
+    found: np.ndarray  # bool (k,), false where a point stands at the bound of its piece
+    stencil: tuple[Stencil, Stencil]  # of side A and side B
+    point: np.ndarray  # (k, 2, 3), position [m]
+    tangent: np.ndarray  # (k, 2, 3), its derivative with respect to arc length
+    bend: np.ndarray  # (k, 2, 3), the second one [1/m]
+    distance: np.ndarray  # (k,), |r| [m]
+    normal: np.ndarray  # (k, 3) r / |r|, from A to B
 
     def __getitem__(self, chosen: np.ndarray) -> Approach:
         names = ("s", "found", "point", "tangent", "bend", "distance", "normal")
@@ -268,20 +237,12 @@ class Change:
     """Derivatives of an approach with respect to z = (e_A, a_A, e_B, a_B, d), 15 columns.
 
     e = DX and a = DX,_s are the motion of a curve at fixed arc length; d is left to the friction.
-
-    Attributes
-    ----------
-    s : ndarray, shape (k, 2, 15)
-    apart : ndarray, shape (k, 3, 15)
-        Of r.
-    gap : ndarray, shape (k, 15)
-    normal : ndarray, shape (k, 3, 15)
     """
 
-    s: np.ndarray
-    apart: np.ndarray
-    gap: np.ndarray
-    normal: np.ndarray
+    s: np.ndarray  # (k, 2, 15)
+    apart: np.ndarray  # (k, 3, 15), of r
+    gap: np.ndarray  # (k, 15)
+    normal: np.ndarray  # (k, 3, 15)
 
     @classmethod
     def of(cls, here: Approach) -> Change:

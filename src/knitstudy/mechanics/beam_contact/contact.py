@@ -25,18 +25,10 @@ from knitstudy.mechanics.rotation import hat
 
 @dataclass(frozen=True)
 class Power:
-    """Force coefficient (-gap)^exponent [N] where yarns overlap.
+    """Force coefficient (-gap)^exponent [N] where yarns overlap."""
 
-    Attributes
-    ----------
-    coefficient : float
-        Of force over approach to the exponent.
-    exponent : float
-        1: a penalty.
-    """
-
-    coefficient: float
-    exponent: float = 1.0
+    coefficient: float  # of force over approach to the exponent
+    exponent: float = 1.0  # 1: a penalty
 
     def force(self, gap: np.ndarray) -> np.ndarray:
         """Return the forces (k,) at gaps (k,) [m]; zero where open."""
@@ -72,21 +64,11 @@ def hertz(youngs_modulus: float, poisson_ratio: float, radius: float) -> Power:
 
 @dataclass(frozen=True, eq=False)
 class CrossingPairs:
-    """Pairs of all crossings in contact.
+    """Pairs of all crossings in contact."""
 
-    Attributes
-    ----------
-    pairs : Pairs
-        k pairs; side A is the lower row's yarn.
-    start : ndarray, shape (k, 2)
-        Arc lengths from which the closest points are first looked for [m].
-    crossing : ndarray of int, shape (k,)
-        Crossing that a pair belongs to.
-    """
-
-    pairs: Pairs
-    start: np.ndarray
-    crossing: np.ndarray
+    pairs: Pairs  # k pairs; side A is the lower row's yarn
+    start: np.ndarray  # (k, 2), arc lengths from which the closest points are first looked for [m]
+    crossing: np.ndarray  # int (k,), crossing that a pair belongs to
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,92 +81,44 @@ class Places:
 
 @dataclass(frozen=True, eq=False)
 class BeamContactHistory:
-    """What pairs remember of the last converged increment.
+    """What pairs remember of the last converged increment."""
 
-    Attributes
-    ----------
-    s : ndarray, shape (k, 2)
-        Closest points; also where the material points belong [m].
-    arm : ndarray, shape (k, 2, 3)
-        From the centreline to the material points, in the reference [m].
-    gap : ndarray, shape (k,)
-        [m]; inf where there was no closest point.
-    force : ndarray, shape (k,)
-        Normal force [N]; where it is positive the material points count as joined.
-    slip : ndarray, shape (k,)
-        Length slipped since first contact [m].
-    dissipated : float
-        Work of friction so far [J].
-    """
-
-    s: np.ndarray
-    arm: np.ndarray
-    gap: np.ndarray
-    force: np.ndarray
-    slip: np.ndarray
-    dissipated: float
+    s: np.ndarray  # (k, 2), closest points; also where the material points belong [m]
+    arm: np.ndarray  # (k, 2, 3), from the centreline to the material points, in the reference [m]
+    gap: np.ndarray  # (k,) [m]; inf where there was no closest point
+    force: np.ndarray  # (k,), normal force [N]; where it is positive the material points count as joined
+    slip: np.ndarray  # (k,), length slipped since first contact [m]
+    dissipated: float  # work of friction so far [J]
 
 
 @dataclass(frozen=True, eq=False)
 class BeamContactPoints:
-    """All pairs in one configuration.
-
-    Attributes
-    ----------
-    history : BeamContactHistory
-    approach : Approach
-    anchors : tuple of Stencil
-        Of the centrelines where the material points belong.
-    gap : ndarray, shape (k,)
-        [m]; inf where there is no closest point.
-    apart : ndarray, shape (k, 3)
-        From the material point of side B to that of side A [m].
-    share : ndarray, shape (k,)
-        Part of the increment in contact: 1, or less for pairs that have closed within it.
-    share_rate : ndarray, shape (k,)
-        Its derivative with respect to the gap [1/m].
-    trial, traction : ndarray, shape (k, 3)
-        Tangential force on side B by side A's motion, before and after Coulomb's limit [N].
-    force : ndarray, shape (k,)
-        Normal force [N].
-    status : ndarray of int, shape (k,)
-        OPEN, STICK or SLIP.
-    """
+    """All pairs in one configuration."""
 
     history: BeamContactHistory
     approach: Approach
-    anchors: tuple[Stencil, Stencil]
-    gap: np.ndarray
-    apart: np.ndarray
+    anchors: tuple[Stencil, Stencil]  # of the centrelines where the material points belong
+    gap: np.ndarray  # (k,) [m]; inf where there is no closest point
+    apart: np.ndarray  # (k, 3), from the material point of side B to that of side A [m]
+    # (k,), part of the increment in contact: 1, or less for pairs that have closed within it
     share: np.ndarray
-    share_rate: np.ndarray
-    trial: np.ndarray
-    traction: np.ndarray
-    force: np.ndarray
-    status: np.ndarray
+    share_rate: np.ndarray  # (k,), its derivative with respect to the gap [1/m]
+    trial: np.ndarray  # (k, 3), tangential force on side B by side A's motion, before Coulomb's limit [N]
+    traction: np.ndarray  # (k, 3), the same after it [N]
+    force: np.ndarray  # (k,), normal force [N]
+    status: np.ndarray  # int (k,) OPEN, STICK or SLIP
 
 
 @dataclass(frozen=True, eq=False)
 class BeamContactResponse:
-    """Forces of contact in one configuration.
-
-    Attributes
-    ----------
-    points : BeamContactPoints
-    station_force : ndarray, shape (S, 6)
-        Internal force [N] and moment [N m] at all stations.
-    energy : dict of str to float
-        "penalty": stored in approach and elastic slip; "friction": dissipated since the start [J].
-    stations : ndarray of int, shape (a, 16), or None
-        Stations of every pair that touches.
-    stiffness : ndarray, shape (a, 96, 96), or None
-        Derivative of their forces with respect to their motions, six each.
-    """
+    """Forces of contact in one configuration."""
 
     points: BeamContactPoints
-    station_force: np.ndarray
+    station_force: np.ndarray  # (S, 6), internal force [N] and moment [N m] at all stations
+    # "penalty": stored in approach and elastic slip; "friction": dissipated since the start [J]
     energy: dict[str, float]
-    stations: np.ndarray | None = None
+    stations: np.ndarray | None = None  # int (a, 16), stations of every pair that touches
+    # (a, 96, 96), derivative of their forces with respect to their motions, six each
     stiffness: np.ndarray | None = None
 
 
@@ -411,7 +345,7 @@ class BeamContact:
         return np.concatenate(rows, axis=1)
 
 
-# ---- Beams in contact with each other as a model that a solver can drive
+# Beams in contact with each other as a model that a solver can drive
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,18 +28,10 @@ CORNERS = np.array(list(np.ndindex(2, 2, 2)), dtype=bool)
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Affine maps, and how far places may be from where these take them.
+    """Affine maps, and how far places may be from where these take them."""
 
-    Attributes
-    ----------
-    shrink : ndarray, shape (b,)
-        Smallest stretch of every map.
-    way : ndarray, shape (b,)
-        Largest distance [m] of a place from where its map takes it.
-    """
-
-    shrink: np.ndarray
-    way: np.ndarray
+    shrink: np.ndarray  # (b,), smallest stretch of every map
+    way: np.ndarray  # (b,), largest distance [m] of a place from where its map takes it
 
     def least(self, gap: np.ndarray | float, number: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Return the least gaps [m] that gaps [m] of maps (k,) can have become; what is farther moves no nearer."""
@@ -163,44 +155,23 @@ def _farthest(way: np.ndarray) -> np.ndarray:
     return np.sqrt(np.einsum("kni,kni->kn", way, way).max(axis=1))
 
 
-# ---- Pairs that may touch, from one configuration to the next: searched for as seldom as motion allows
+# Pairs that may touch, from one configuration to the next: searched for as seldom as motion allows
 # What is kept here only saves time: no answer depends on what was asked before.
 
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """Pairs of one search: what was asked about, what is known of them, and until when they are all.
+    """Pairs of one search: what was asked about, what is known of them, and until when they are all."""
 
-    Attributes
-    ----------
-    source : ContactHistory
-        The history asked about.
-    before : ndarray, shape (M, 3)
-        Where carriers were then [m].
-    history : ContactHistory
-        Of all pairs; what was open is filled in when it is asked for.
-    angle : ndarray, shape (c,)
-        Between their lines then; nan until it is asked for.
-    searched : ndarray, shape (M, 3)
-        Where carriers were at the search [m].
-    least : ndarray, shape (c,)
-        What the gaps were at least where carriers were seen last [m].
-    seen : ndarray, shape (M, 3)
-        Where that was [m].
-    neighbourhoods : Neighbourhoods
-    box : ndarray of int, shape (c,)
-        Which of them pairs lie in.
-    """
-
-    source: ContactHistory
-    before: np.ndarray
-    history: ContactHistory
-    angle: np.ndarray
-    searched: np.ndarray
-    least: np.ndarray
-    seen: np.ndarray
+    source: ContactHistory  # the history asked about
+    before: np.ndarray  # (M, 3), where carriers were then [m]
+    history: ContactHistory  # of all pairs; what was open is filled in when it is asked for
+    angle: np.ndarray  # (c,), between their lines then; nan until it is asked for
+    searched: np.ndarray  # (M, 3), where carriers were at the search [m]
+    least: np.ndarray  # (c,), what the gaps were at least where carriers were seen last [m]
+    seen: np.ndarray  # (M, 3), where that was [m]
     neighbourhoods: Neighbourhoods
-    box: np.ndarray
+    box: np.ndarray  # int (c,), which of them pairs lie in
 
 
 class Following:

@@ -10,66 +10,31 @@ from scipy.spatial import cKDTree
 
 from knitstudy.mechanics.contact.surface import Projection
 
-# ---- Pairs of a point and a surface in one configuration: all of those that are followed which can touch there
+# Pairs of a point and a surface in one configuration: all of those that are followed which can touch there
 
 
 @dataclass(frozen=True, eq=False)
 class ContactPoints:
-    """Pairs in one configuration; all that is not here is open.
+    """Pairs in one configuration; all that is not here is open."""
 
-    Attributes
-    ----------
-    history : ContactHistory
-        What they remember, in the same order.
-    followed : ContactHistory
-        Of all pairs that are followed.
-    number : ndarray of int, shape (c,)
-        Which of those these are.
-    least : ndarray, shape (f,)
-        What the gaps of all pairs that are followed are at least [m].
-    carriers : ndarray, shape (M, 3)
-        Of the surfaces, in this configuration [m].
-    position : ndarray, shape (c, 3)
-        Points [m].
-    projection : Projection
-        Against the surfaces that they face.
-    gap : ndarray, shape (c,)
-        Gaps [m]; inf where there is no closest point.
-    slip : ndarray, shape (c, 2)
-        Convected coordinates since the anchor, s.
-    slip_rate : ndarray, shape (c, 2)
-        ds/dg of points that have touched within this increment, else 0.
-    slip_share : ndarray, shape (c,)
-        ds/dxi: 1, or the share of the increment in contact.
-    trial : ndarray, shape (c, 3)
-        Trial traction epsT s [Pa].
-    pressure : ndarray, shape (c,)
-    traction : ndarray, shape (c, 3)
-        Tangential part [Pa].
-    status : ndarray of int, shape (c,)
-        OPEN, STICK or SLIP.
-    law : Coulomb
-        With the stiffnesses of all pairs.
-    angle : ndarray, shape (c,), or None
-        Between the first parameters' lines of both surfaces at the last converged increment, if the law asks for it.
-    """
-
-    history: ContactHistory
-    followed: ContactHistory
-    number: np.ndarray
-    least: np.ndarray
-    carriers: np.ndarray
-    position: np.ndarray
-    projection: Projection
-    gap: np.ndarray
-    slip: np.ndarray
-    slip_rate: np.ndarray
-    slip_share: np.ndarray
-    trial: np.ndarray
-    pressure: np.ndarray
-    traction: np.ndarray
-    status: np.ndarray
-    law: Coulomb
+    history: ContactHistory  # what they remember, in the same order
+    followed: ContactHistory  # of all pairs that are followed
+    number: np.ndarray  # int (c,), which of those these are
+    least: np.ndarray  # (f,), what the gaps of all pairs that are followed are at least [m]
+    carriers: np.ndarray  # (M, 3), of the surfaces, in this configuration [m]
+    position: np.ndarray  # (c, 3), points [m]
+    projection: Projection  # against the surfaces that they face
+    gap: np.ndarray  # (c,), gaps [m]; inf where there is no closest point
+    slip: np.ndarray  # (c, 2), convected coordinates since the anchor, s
+    slip_rate: np.ndarray  # (c, 2), ds/dg of points that have touched within this increment, else 0
+    slip_share: np.ndarray  # (c,), ds/dxi: 1, or the share of the increment in contact
+    trial: np.ndarray  # (c, 3), trial traction epsT s [Pa]
+    pressure: np.ndarray  # (c,)
+    traction: np.ndarray  # (c, 3), tangential part [Pa]
+    status: np.ndarray  # int (c,) OPEN, STICK or SLIP
+    law: Coulomb  # with the stiffnesses of all pairs
+    # (c,), between the first parameters' lines of both surfaces at the last converged increment, if the law
+    # asks for it
     angle: np.ndarray | None
 
     @property
@@ -86,49 +51,27 @@ class ContactPoints:
         return table[np.lexsort(table.T)]
 
 
-# ---- What contact points remember from one converged increment to the next, and who is who after a new search
+# What contact points remember from one converged increment to the next, and who is who after a new search
 
 
 @dataclass(frozen=True, eq=False)
 class ContactHistory:
-    """What contact points remember of the last converged increment; all arrays run over the candidate pairs.
+    """What contact points remember of the last converged increment; all arrays run over the candidate pairs."""
 
-    Attributes
-    ----------
-    point, surface : ndarray of int, shape (c,)
-        Gauss point and the surface that it faces.
-    xi : ndarray, shape (c, 2)
-        Its closest point.
-    gap : ndarray, shape (c,)
-        Its gap [m]; inf where the closest point was not within the surface's edges, -inf where none was looked for:
-        it was open then, and xi is a guess.
-    pressure : ndarray, shape (c,)
-        Its pressure [Pa], what multipliers carried included; where it is positive, the anchor counts.
-    traction : ndarray, shape (c, 3)
-        Its tangential traction [Pa].
-    multiplier : ndarray, shape (c,)
-        Pressure (negative) that augmentation has added within the increment [Pa].
-    anchor : ndarray, shape (c, 2)
-        Convected coordinates at which the point would carry no tangential traction.
-    slip : ndarray, shape (c,)
-        Length slipped since it first touched [m].
-    status : ndarray of int, shape (c,)
-        OPEN, STICK or SLIP.
-    dissipated : ndarray, shape ()
-        Work of friction so far [J].
-    """
-
-    point: np.ndarray
-    surface: np.ndarray
-    xi: np.ndarray
+    point: np.ndarray  # int (c,), Gauss point
+    surface: np.ndarray  # int (c,), surface that it faces
+    xi: np.ndarray  # (c, 2), its closest point
+    # (c,), its gap [m]; inf where the closest point was not within the surface's edges, -inf where none was
+    # looked for: it was open then, and xi is a guess
     gap: np.ndarray
+    # (c,), its pressure [Pa], what multipliers carried included; where it is positive, the anchor counts
     pressure: np.ndarray
-    traction: np.ndarray
-    multiplier: np.ndarray
-    anchor: np.ndarray
-    slip: np.ndarray
-    status: np.ndarray
-    dissipated: np.ndarray
+    traction: np.ndarray  # (c, 3), its tangential traction [Pa]
+    multiplier: np.ndarray  # (c,), pressure (negative) that augmentation has added within the increment [Pa]
+    anchor: np.ndarray  # (c, 2), convected coordinates at which the point would carry no tangential traction
+    slip: np.ndarray  # (c,), length slipped since it first touched [m]
+    status: np.ndarray  # int (c,) OPEN, STICK or SLIP
+    dissipated: np.ndarray  # (), work of friction so far [J]
 
     @classmethod
     @cache
@@ -180,11 +123,10 @@ def same_pair(
     return np.where(np.isfinite(distance), index, -1)
 
 
-# ---- The law of contact points: a penalty in normal direction, Coulomb friction along the surface
+# The law of contact points: a penalty in normal direction, Coulomb friction along the surface
 # Pressure is p = -(multiplier + eps g) where that is positive; the tangential traction is epsT times the slip s since
 # the point last stuck, and at most mu p. With mu = inf nothing ever slips: rough contact. With mu = 0 there is no
 # friction. Signs: a traction t acts with +t on the internal force of the point's own side, as its gap does.
-
 
 OPEN, STICK, SLIP = 0, 1, 2
 """Status of a contact point."""

@@ -20,24 +20,12 @@ from knitstudy.mechanics.spline_yarn.patch import ACROSS, ALONG, far, patched_ya
 
 @dataclass(frozen=True)
 class Crossing:
-    """Contact of two cylinders of unit radius at an angle; lengths are over R, forces over E* R^2.
+    """Contact of two cylinders of unit radius at an angle; lengths are over R, forces over E* R^2."""
 
-    Attributes
-    ----------
-    curvature : tuple of float
-        A and B.
-    ratio : float
-        b / a of the ellipse of contact, whose longer axis lies on the bisector.
-    semiaxis : float
-        a over P^(1/3).
-    approach : float
-        Of far points of both bodies, over P^(2/3).
-    """
-
-    curvature: tuple[float, float]
-    ratio: float
-    semiaxis: float
-    approach: float
+    curvature: tuple[float, float]  # A and B
+    ratio: float  # b / a of the ellipse of contact, whose longer axis lies on the bisector
+    semiaxis: float  # a over P^(1/3)
+    approach: float  # of far points of both bodies, over P^(2/3)
 
     @classmethod
     def at(cls, angle: float) -> Crossing:
@@ -66,7 +54,7 @@ def _integrals(ratio: float) -> tuple[float, float, float]:
     return float(ellipk(parameter)), float(ellipe(parameter)), parameter
 
 
-# ---- The local indentation that a space of displacements cannot show, as a law of contact in series with that space
+# The local indentation that a space of displacements cannot show, as a law of contact in series with that space
 # Under a force P the two yarns approach by delta_H(P) + 2 C_far P: Hertz's indentation of two half spaces, and what
 # the yarns give way besides (`polynomial_yarn.patch`). In their space they approach by u(P) at the middle of the patch,
 # and by less beside it. What is left is the depth D(P) of the gap, a paraboloid whose curvatures A' and B' are those of
@@ -88,7 +76,6 @@ def _integrals(ratio: float) -> tuple[float, float, float]:
 #
 # t is tabulated as its share of the stiffness dp/dD across the surface, 1 / m where the patch is small. Stick is
 # remembered as a traction: a growing pressure adds stiffness, but no traction.
-
 
 ANGLES = np.radians([15.0, 22.5, 30.0, 45.0, 60.0, 90.0])
 """Angles between the axes for which the law is computed; it is interpolated between, and below it is the first."""
@@ -124,29 +111,15 @@ VANISHING = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Indentation:
-    """Local indentation of crossing yarns, and Coulomb's friction.
+    """Local indentation of crossing yarns, and Coulomb's friction."""
 
-    Attributes
-    ----------
-    modulus, elastic, radius : float
-        E and E* = E / (2 (1 - nu^2)) [Pa], and R [m] of the yarns.
-    friction : float
-        mu; inf for rough contact, 0 for none.
-    deepest : ndarray, shape (n,)
-        Depth over R, at every angle of `ANGLES`, up to which F is tabulated; beyond it the pressure is linear.
-    energy : ndarray, shape (4, PIECES, n)
-        F / q^3 over E as cubics in q = sqrt(depth / R), in equal pieces.
-    stick : ndarray, shape (4, PIECES, n)
-        Stiffness along the surface over that across it, in the same pieces.
-    """
-
-    modulus: float
-    elastic: float
-    radius: float
-    friction: float
-    deepest: np.ndarray
-    energy: np.ndarray
-    stick: np.ndarray
+    modulus: float  # E of the yarns [Pa]
+    elastic: float  # E* = E / (2 (1 - nu^2)) [Pa]
+    radius: float  # R of the yarns [m]
+    friction: float  # mu; inf for rough contact, 0 for none
+    deepest: np.ndarray  # (n,), depth over R, at every angle of `ANGLES`, beyond which the pressure is linear
+    energy: np.ndarray  # (4, PIECES, n) F / q^3 over E as cubics in q = sqrt(depth / R), in equal pieces
+    stick: np.ndarray  # (4, PIECES, n), stiffness along the surface over that across it, in the same pieces
 
     directional = True
 

@@ -21,7 +21,7 @@ PASS_SHARE = 0.5
 """Each of the two surfaces' points carries half of the contact stiffness."""
 
 
-# ---- Contact of smooth surfaces: Gauss points of each against the other, both ways with half the stiffness each
+# Contact of smooth surfaces: Gauss points of each against the other, both ways with half the stiffness each
 # Two passes leave no bias of master and slave. The points' history holds what friction remembers: where a point last
 # stuck on the other surface, in convected coordinates, so that a rotation of both changes nothing. It is updated only
 # when an increment has converged. References: Wriggers, Computational Contact Mechanics (2006), chapters 5 and 6;
@@ -30,25 +30,14 @@ PASS_SHARE = 0.5
 
 @dataclass(frozen=True, eq=False)
 class ContactResponse:
-    """Forces of contact in one configuration.
-
-    Attributes
-    ----------
-    points : ContactPoints
-    node_force : ndarray, shape (N, 3)
-        Internal force at all nodes [N].
-    energy : dict of str to float
-        "penalty": stored in penetration and elastic slip; "friction": dissipated since the start [J].
-    stiffness : bsr matrix, shape (3 N, 3 N), or None
-    symmetric : bsr matrix, shape (3 N, 3 N), or None
-        Its symmetric positive part, of the same pattern.
-    """
+    """Forces of contact in one configuration."""
 
     points: ContactPoints
-    node_force: np.ndarray
+    node_force: np.ndarray  # (N, 3), internal force at all nodes [N]
+    # "penalty": stored in penetration and elastic slip; "friction": dissipated since the start [J]
     energy: dict[str, float]
-    stiffness: sp.bsr_matrix | None = None
-    symmetric: sp.bsr_matrix | None = None
+    stiffness: sp.bsr_matrix | None = None  # (3 N, 3 N)
+    symmetric: sp.bsr_matrix | None = None  # (3 N, 3 N), its symmetric positive part, of the same pattern
 
 
 class Contact:

@@ -26,25 +26,13 @@ FARTHEST = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Pairs that may touch, by point, surface and place.
+    """Pairs that may touch, by point, surface and place."""
 
-    Attributes
-    ----------
-    point, surface : ndarray of int, shape (c,)
-        Gauss points, and surfaces that they face.
-    guess : ndarray, shape (c, 2)
-        Guesses of the closest places.
-    arc : ndarray, shape (c,)
-        What `Search.arc` is there.
-    least : ndarray, shape (c,)
-        What the gaps are at least [m].
-    """
-
-    point: np.ndarray
-    surface: np.ndarray
-    guess: np.ndarray
-    arc: np.ndarray
-    least: np.ndarray
+    point: np.ndarray  # int (c,), Gauss points
+    surface: np.ndarray  # int (c,), surfaces that they face
+    guess: np.ndarray  # (c, 2), guesses of the closest places
+    arc: np.ndarray  # (c,), what `Search.arc` is there
+    least: np.ndarray  # (c,), what the gaps are at least [m]
 
 
 class Search:

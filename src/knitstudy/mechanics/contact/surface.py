@@ -10,11 +10,10 @@ import scipy.sparse as sp
 
 from knitstudy.mechanics.batches import share
 
-# ---- What contact knows of the surfaces of solids: places and their derivatives as weighted sums, and where to search
+# What contact knows of the surfaces of solids: places and their derivatives as weighted sums, and where to search
 # Contact never asks what a surface is made of. The sums run over *carriers*: nodes of a grid (`grids`), or functions of
 # the angle times splines along a yarn (`cylinders`). What moves the carriers and what collects their forces is the
 # surfaces' own affair.
-
 
 ALONG, AROUND = [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]
 """Orders of the derivatives whose weights a stencil has."""
@@ -22,21 +21,12 @@ ALONG, AROUND = [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]
 
 @dataclass(frozen=True, eq=False)
 class Stencil:
-    """The carriers that places on surfaces depend on, and their weights.
+    """The carriers that places on surfaces depend on, and their weights."""
 
-    Attributes
-    ----------
-    nodes : ndarray of int, shape (k, c)
-        Carriers.
-    weights : ndarray, shape (k, 6, c)
-        Of the place, its derivatives along and around, and its second ones: along, mixed, around.
-    key : ndarray of int, shape (k,)
-        Places with the same key have the same carriers.
-    """
-
-    nodes: np.ndarray
+    nodes: np.ndarray  # int (k, c), carriers
+    # (k, 6, c), of the place, its derivatives along and around, and its second ones: along, mixed, around
     weights: np.ndarray
-    key: np.ndarray
+    key: np.ndarray  # int (k,), places with the same key have the same carriers
 
     @property
     def value(self) -> np.ndarray:
@@ -137,31 +127,19 @@ def interpolate(weight: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np
     return weight @ values[nodes] if weight.ndim > 2 else (weight[:, None] @ values[nodes])[:, 0]
 
 
-# ---- How gap, normal and convected coordinates of a contact point change with the motion of both surfaces
+# How gap, normal and convected coordinates of a contact point change with the motion of both surfaces
 # All changes are linear in z = (e, a_1, a_2), nine numbers a point: e = Dx - Dy at fixed xi, and a_a = Dy,_a. In terms
 # of the nodal displacements, z = V Du with the rows [N, -M], [0, M,_1], [0, M,_2] of V.
 
 
 @dataclass(frozen=True, eq=False)
 class Kinematics:
-    """Derivatives with respect to z = (e, a_1, a_2), flattened to nine columns.
+    """Derivatives with respect to z = (e, a_1, a_2), flattened to nine columns."""
 
-    Attributes
-    ----------
-    xi : ndarray, shape (k, 2, 9)
-        Dxi = A^-1 (tau . e + g n . a), A = m - g k with the distance g.
-    gap : ndarray, shape (k, 9)
-        Dg = n . e.
-    tangent : ndarray, shape (k, 2, 3, 9)
-        Dtau_a = a_a + y,_ab Dxi^b.
-    normal : ndarray, shape (k, 3, 9)
-        Dn = -tau^a (n . Dtau_a).
-    """
-
-    xi: np.ndarray
-    gap: np.ndarray
-    tangent: np.ndarray
-    normal: np.ndarray
+    xi: np.ndarray  # (k, 2, 9), Dxi = A^-1 (tau . e + g n . a), A = m - g k with the distance g
+    gap: np.ndarray  # (k, 9), Dg = n . e
+    tangent: np.ndarray  # (k, 2, 3, 9), Dtau_a = a_a + y,_ab Dxi^b
+    normal: np.ndarray  # (k, 3, 9), Dn = -tau^a (n . Dtau_a)
 
     @classmethod
     def of(cls, projection: Projection) -> Kinematics:
@@ -194,8 +172,7 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
     return inverse / determinant[:, None, None]
 
 
-# ---- Closest points on smooth surfaces, for many points at once (section 6 of the formulation: tau_a . (x - y) = 0)
-
+# Closest points on smooth surfaces, for many points at once (section 6 of the formulation: tau_a . (x - y) = 0)
 
 ITERATIONS = 40
 """Newton steps after which a point counts as having no closest point within the surface's edges."""
@@ -212,29 +189,15 @@ QUADRATIC = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Projection:
-    """Points against the surfaces that they face.
+    """Points against the surfaces that they face."""
 
-    Attributes
-    ----------
-    xi : ndarray, shape (k, 2)
-        Parameters of the closest points.
-    found : ndarray of bool, shape (k,)
-        Whether the closest point lies within the surface's edges; what else is here holds only then.
-    tangent : ndarray, shape (k, 2, 3)
-        tau_a [m].
-    curvature : ndarray, shape (k, 3, 3)
-        y,_ab for ab = 11, 12, 22 [m].
-    normal : ndarray, shape (k, 3)
-        Outward unit normal n.
-    distance : ndarray, shape (k,)
-        n . (x - y) [m]; the gap is larger by the offsets of the two contact surfaces.
-    """
-
-    xi: np.ndarray
+    xi: np.ndarray  # (k, 2), parameters of the closest points
+    # bool (k,), whether the closest point lies within the surface's edges; what else is here holds only then
     found: np.ndarray
-    tangent: np.ndarray
-    curvature: np.ndarray
-    normal: np.ndarray
+    tangent: np.ndarray  # (k, 2, 3), tau_a [m]
+    curvature: np.ndarray  # (k, 3, 3) y,_ab for ab = 11, 12, 22 [m]
+    normal: np.ndarray  # (k, 3), outward unit normal n
+    # (k,) n . (x - y) [m]; the gap is larger by the offsets of the two contact surfaces.
     distance: np.ndarray
 
 

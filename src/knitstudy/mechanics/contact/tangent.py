@@ -11,8 +11,7 @@ import scipy.sparse as sp
 from knitstudy.mechanics.contact.friction import ContactPoints
 from knitstudy.mechanics.contact.surface import Kinematics, Projection, Stencil, Surfaces
 
-# ---- Gauss points on smooth surfaces: where contact is checked, and the area that each point stands for
-
+# Gauss points on smooth surfaces: where contact is checked, and the area that each point stands for
 
 CHUNK = 20_000
 """Points evaluated at once; bounds the memory of stencils."""
@@ -20,30 +19,14 @@ CHUNK = 20_000
 
 @dataclass(frozen=True, eq=False)
 class Quadrature:
-    """Gauss points of all surfaces, numbered surface by surface, row of cells by row of cells.
+    """Gauss points of all surfaces, numbered surface by surface, row of cells by row of cells."""
 
-    Attributes
-    ----------
-    surface : ndarray of int, shape (P,)
-        Surface that a point lies on.
-    xi : ndarray, shape (P, 2)
-        Its parameters.
-    cell : ndarray of int, shape (P, 2)
-        Cell that it lies in.
-    area : ndarray, shape (P,)
-        Undeformed area of the contact surface that it stands for [m2].
-    per_cell : int
-        Points in one cell; they follow each other.
-    first_cell : ndarray of int, shape (G + 1,)
-        First cell of every surface, then the number of all cells.
-    """
-
-    surface: np.ndarray
-    xi: np.ndarray
-    cell: np.ndarray
-    area: np.ndarray
-    per_cell: int
-    first_cell: np.ndarray
+    surface: np.ndarray  # int (P,), surface that a point lies on
+    xi: np.ndarray  # (P, 2), its parameters
+    cell: np.ndarray  # int (P, 2), cell that it lies in
+    area: np.ndarray  # (P,), undeformed area of the contact surface that it stands for [m2]
+    per_cell: int  # points in one cell; they follow each other
+    first_cell: np.ndarray  # int (G + 1,), first cell of every surface, then the number of all cells
 
     @cached_property
     def cell_area(self) -> np.ndarray:
@@ -100,8 +83,7 @@ def _stretch(surfaces: Surfaces, surface: np.ndarray, xi: np.ndarray, carriers: 
     return area * (1 + surfaces.offset[surface] * trace)
 
 
-# ---- The derivative of contact's forces: points' tangents, summed over the carriers of both surfaces
-
+# The derivative of contact's forces: points' tangents, summed over the carriers of both surfaces
 
 BLOCKS = 9
 """Entries of a block of two carriers."""

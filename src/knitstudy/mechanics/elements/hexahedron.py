@@ -111,8 +111,7 @@ def gradient_stiffness(
     np.matmul(gradient, half.reshape(e, 3 * q, 9 * b), out=out.reshape(e, gradient.shape[1], 9 * b))
 
 
-# ---- Hexahedron with one integration point and hourglass control
-
+# Hexahedron with one integration point and hourglass control
 
 HOURGLASS = np.stack(
     [
@@ -196,8 +195,7 @@ class OnePointHexahedron:
         return (HOURGLASS - linear) / np.sqrt(8)
 
 
-# ---- Which point of an isoparametric element lies at a place: the inverse of its map, by Newton's method in batches
-
+# Which point of an isoparametric element lies at a place: the inverse of its map, by Newton's method in batches
 
 CANDIDATES = 8
 """Elements that are tried for a point, nearest centres first."""
@@ -216,24 +214,13 @@ Functions = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class InverseMap:
-    """Material points of all yarns, by their places.
+    """Material points of all yarns, by their places."""
 
-    Attributes
-    ----------
-    nodes : ndarray, shape (N, 3)
-        [m]
-    elements : ndarray of int, shape (E, a)
-    yarn : ndarray of int, shape (N,)
-        Of every node.
-    shape, gradient : callable
-        Of the elements.
-    """
-
-    nodes: np.ndarray
-    elements: np.ndarray
-    yarn: np.ndarray
-    shape: Functions
-    gradient: Functions
+    nodes: np.ndarray  # (N, 3) [m]
+    elements: np.ndarray  # int (E, a)
+    yarn: np.ndarray  # int (N,), of every node
+    shape: Functions  # of the elements
+    gradient: Functions  # of these
 
     def locate(self, points: np.ndarray, yarn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the nodes (k, a) and weights (k, a) whose sum a material point is.

@@ -13,10 +13,9 @@ from scipy.linalg import cython_lapack
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.linear import NOWHERE, Solution
 
-# ---- Banded Cholesky factors by LAPACK, outside of the interpreter's lock
+# Banded Cholesky factors by LAPACK, outside of the interpreter's lock
 # SciPy's own wrappers of these routines keep the lock, so that threads wait for each other; the addresses that SciPy
 # gives to Cython, called through `ctypes`, do not.
-
 
 LETTER = {np.dtype(np.float32): "s", np.dtype(np.float64): "d"}
 """LAPACK's letter of a precision."""
@@ -77,8 +76,7 @@ _PBTRF = {dtype: _routine(f"{letter}pbtrf", 6) for dtype, letter in LETTER.items
 _PBTRS = {dtype: _routine(f"{letter}pbtrs", 9) for dtype, letter in LETTER.items()}
 
 
-# ---- Sparse LU for matrices of symmetric structure
-
+# Sparse LU for matrices of symmetric structure
 
 REFINEMENTS = 3
 """Most steps of iterative refinement."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -14,10 +15,12 @@ import scipy.sparse as sp
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.batches import SCRATCH, share
 from knitstudy.mechanics.linear import NOWHERE, Apply, Iterate, Solution
+from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.sparse_sums import lacking
 
-# ---- Products of a sparse matrix with vectors, in ranges of rows that threads share
+log = logging.getLogger(__name__)
 
+# Products of a sparse matrix with vectors, in ranges of rows that threads share
 
 ENTRIES = 400_000
 """Numbers of a matrix a range: enough that taking it in hand costs next to nothing."""
@@ -93,8 +96,7 @@ def _part(matrix: sp.bsr_matrix, low: int, high: int) -> sp.bsr_matrix:
     )
 
 
-# ---- Flexible conjugate gradients, for symmetric positive definite matrices
-
+# Flexible conjugate gradients, for symmetric positive definite matrices
 
 INDEFINITE = "the stiffness matrix is not positive definite (a buckling or a mechanism)"
 
@@ -142,8 +144,7 @@ def conjugate_gradients(matrix: Rows, apply: Apply, state: Iterate, goal: float,
     return None
 
 
-# ---- Generalised minimal residuals, for matrices that friction has made unsymmetric
-
+# Generalised minimal residuals, for matrices that friction has made unsymmetric
 
 RESTART = 30
 """Iterations after which the search directions are dropped; bounds the memory."""
@@ -195,8 +196,7 @@ def _cycle(
     return weights @ corrections[:used], used
 
 
-# ---- Krylov methods that keep a preconditioner over many matrices, as long as it pays
-
+# Krylov methods that keep a preconditioner over many matrices, as long as it pays
 
 MOST_ITERATIONS = 400
 """Iterations with a fresh preconditioner after which a solve counts as failed."""
@@ -243,11 +243,24 @@ class Krylov:
     truncates : bool
         Whether an indefinite matrix ends conjugate gradients with what they have found, a step that lowers the energy:
         where a predicted state presses what will be pulled, as in large knits that turn, Newton's method gets on by it.
+    direct : LU, optional
+        Solves what iterations do not: on the way past a limit point a tangent is indefinite, and a direct solver gives
+        Newton's step all the same.
+
+    Attributes
+    ----------
+    setups : int
+        How often the preconditioner was made.
+    failures : int
+        Systems that iterations did not solve.
     """
 
-    def __init__(self, preconditioner: Preconditioner, truncates: bool = False) -> None:
+    def __init__(
+        self, preconditioner: Preconditioner, truncates: bool = False, direct: LU | None = None
+    ) -> None:
         self.preconditioner = preconditioner
-        self._truncates = truncates
+        self._truncates, self._direct = truncates, direct
+        self.failures = 0
         self.setup_seconds = 0.0
         self.setups = 0
         self._matrix: sp.bsr_matrix | None = None
@@ -274,10 +287,14 @@ class Krylov:
         self._matrix, self._unsymmetric, self._fresh = matrix, unsymmetric, False
         self._touching, self._moved = touching, moved
         self._rows = Rows.of(matrix)
+        if self._direct is not None:
+            self._direct.use(matrix)
 
     def release(self) -> None:
         """Forget the matrix; the preconditioner stays."""
         self._matrix = self._unsymmetric = self._rows = None
+        if self._direct is not None:
+            self._direct.release()
 
     def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
         """Solve to a true relative residual of `tolerance`.
@@ -285,8 +302,21 @@ class Krylov:
         Raises
         ------
         ConvergenceError
-            If that takes too many iterations, or a symmetric matrix is not positive definite and that is not allowed.
+            If that takes too many iterations, or a symmetric matrix is not positive definite and that is not allowed;
+            with a direct solver, if that fails as well.
         """
+        try:
+            return self._solve(rhs, tolerance)
+        except ConvergenceError as error:
+            self.failures += 1
+            if self._direct is None:
+                raise
+            log.debug("LU solves what iterations do not: %s", error)
+            solution = self._direct.solve(rhs, tolerance)
+            self.setup_seconds += self._direct.setup_seconds
+            return solution
+
+    def _solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
         self.setup_seconds = 0.0
         state = Iterate(np.zeros_like(rhs), rhs.copy(), float(np.linalg.norm(rhs)))
         if self._waste > WASTE or not np.isin(self._touching, self._known).all():

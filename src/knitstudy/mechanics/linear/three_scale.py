@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,13 +11,13 @@ from scipy.sparse.csgraph import connected_components
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.batches import share
-from knitstudy.mechanics.linear import NOWHERE, Solution
+from knitstudy.mechanics.linear import NOWHERE
 from knitstudy.mechanics.linear import direct as banded
-from knitstudy.mechanics.linear.direct import LU, factorise
-from knitstudy.mechanics.linear.krylov import Krylov, Rows
+from knitstudy.mechanics.linear.direct import factorise
+from knitstudy.mechanics.linear.krylov import Rows
 from knitstudy.mechanics.sparse_sums import block_entries
 
-# ---- Where the unknowns of a solid knit lie, and how it moves as a rigid body
+# Where the unknowns of a solid knit lie, and how it moves as a rigid body
 
 
 @dataclass(frozen=True)
@@ -108,8 +107,7 @@ def spins(arm: np.ndarray) -> np.ndarray:
     )
 
 
-# ---- The scale of a yarn: numbered along itself it is a narrow band, whose Cholesky factor costs next to nothing
-
+# The scale of a yarn: numbered along itself it is a narrow band, whose Cholesky factor costs next to nothing
 
 WIDER = 1.5
 """Most that a band may be widened by: factors cost its square. Of solid yarns, a tie reaches one station further."""
@@ -254,8 +252,7 @@ def _outside(
     return sp.vstack(parts, format="csr") - sp.diags(lumps.ravel(), format="csr")
 
 
-# ---- The scale of a crossing: what acts between yarns, solved for both of them together
-
+# The scale of a crossing: what acts between yarns, solved for both of them together
 
 GROUPS = 8
 """Parts that threads share: patches that do not act on each other, of about as many unknowns each."""
@@ -356,7 +353,7 @@ def _block_columns(matrix: sp.bsr_matrix, nodes: np.ndarray) -> sp.bsr_matrix:
     )
 
 
-# ---- The scale of the fabric: rigid motions of every few stations, a beam network as coarse grid
+# The scale of the fabric: rigid motions of every few stations, a beam network as coarse grid
 
 
 class FabricScale:
@@ -420,7 +417,7 @@ def _anchor(coarse: sp.csr_matrix) -> sp.csr_matrix:
     return sp.csr_matrix(coarse + sp.diags(empty)) if empty.any() else coarse
 
 
-# ---- Preconditioner with one part for each scale of a knit: yarn, crossing and fabric
+# Preconditioner with one part for each scale of a knit: yarn, crossing and fabric
 # - **yarn**: numbered along itself a yarn is a narrow band; a banded Cholesky factor of it costs next to nothing.
 # - **crossing**: a small sparse LU over the unknowns around each tied or touching patch, both yarns together.
 # - **fabric**: a Galerkin grid whose unknowns are the rigid motions of every few stations of the yarns, a beam network,
@@ -429,7 +426,6 @@ def _anchor(coarse: sp.csr_matrix) -> sp.csr_matrix:
 # They are combined multiplicatively: symmetrically (fabric, crossing, yarn, crossing, fabric) for conjugate gradients,
 # and once each (crossing, yarn, fabric) where friction has made the matrix unsymmetric. Minimal residuals need no
 # symmetry; on a knit in contact the shorter way takes 7 iterations for 12.
-
 
 Scale = FabricScale | CrossingScale | YarnScale
 
@@ -472,7 +468,7 @@ class ThreeScale:
         return tuple(scale for scale in scales if scale is not None)
 
 
-# ---- Plain algebraic multigrid as a preconditioner
+# Plain algebraic multigrid as a preconditioner
 
 
 class AlgebraicMultigrid:
@@ -502,69 +498,3 @@ class AlgebraicMultigrid:
     def apply(self, matrix: Rows, residual: np.ndarray) -> np.ndarray:
         """Return one V-cycle's correction (size,)."""
         return self._cycle @ residual
-
-
-# ---- A fast solver, and a robust one for what it cannot solve
-
-
-log = logging.getLogger(__name__)
-
-
-class InTurn:
-    """A `LinearSolver`: iterates, and takes LU for a matrix on which that fails.
-
-    On the way past a limit point a tangent is indefinite: conjugate gradients end there, and a direct solver gives
-    Newton's step all the same.
-
-    Attributes
-    ----------
-    failures : int
-        Systems that were left to LU.
-    """
-
-    def __init__(self, krylov: Krylov) -> None:
-        self._krylov, self._lu = krylov, LU()
-        self.failures = 0
-        self.setup_seconds = 0.0
-
-    @property
-    def preconditioner(self):
-        """The preconditioner of the iterations."""
-        return self._krylov.preconditioner
-
-    @property
-    def setups(self) -> int:
-        """How often it was made."""
-        return self._krylov.setups
-
-    def begin(self) -> None:
-        """Begin an increment."""
-        self._krylov.begin()
-
-    def use(
-        self,
-        matrix: sp.bsr_matrix,
-        unsymmetric: sp.bsr_matrix | None = None,
-        touching: np.ndarray = NOWHERE,
-        moved: np.ndarray | None = None,
-    ) -> None:
-        """Take over a new matrix."""
-        for solver in (self._krylov, self._lu):
-            solver.use(matrix, unsymmetric, touching, moved)
-
-    def release(self) -> None:
-        """Forget the matrix; the preconditioner stays."""
-        self._krylov.release()
-        self._lu.release()
-
-    def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
-        """Solve to a relative residual of `tolerance`; raises ConvergenceError if LU fails as well."""
-        try:
-            solution = self._krylov.solve(rhs, tolerance)
-            self.setup_seconds = self._krylov.setup_seconds
-        except ConvergenceError as error:
-            self.failures += 1
-            log.debug("LU solves what iterations do not: %s", error)
-            solution = self._lu.solve(rhs, tolerance)
-            self.setup_seconds = self._krylov.setup_seconds + self._lu.setup_seconds
-        return solution

@@ -14,13 +14,12 @@ from scipy.sparse.linalg import splu
 
 from knitstudy.errors import MeshError
 
-# ---- Orthonormal polynomials on the unit disc: Zernike's, degree by degree, and a quadrature for their products
+# Orthonormal polynomials on the unit disc: Zernike's, degree by degree, and a quadrature for their products
 # Born and Wolf 1999, Principles of Optics, section 9.2.1 and appendix VII.
 #
 # With z = x1 + i x2 and rho = |z|^2 the functions of degree n are c Re z^m P(2 rho - 1) and c Im z^m P(2 rho - 1),
 # m = n, n - 2, ..., where P is the Jacobi polynomial P_j^(0, m), j = (n - m) / 2. Their mean square over the disc is 1,
 # so that phi_0 = 1, phi_1 = 2 x1 and phi_2 = 2 x2. On the rim P is 1: they are c cos(m theta) and c sin(m theta) there.
-
 
 LARGEST_DEGREE = 12
 """Beyond it nothing has been verified, and a span costs more than those that it saves."""
@@ -104,22 +103,15 @@ def _radial(kind: Modes, x: np.ndarray) -> np.ndarray:
     return scipy.special.eval_jacobi((kind.degree - kind.wave) // 2, 0, kind.wave, 2 * squared - 1)
 
 
-# ---- B-splines of one variable on an open knot vector: values and derivatives at many places at once
+# B-splines of one variable on an open knot vector: values and derivatives at many places at once
 
 
 @dataclass(frozen=True, eq=False)
 class Spline:
-    """The B-splines of a degree on a knot vector whose first and last knot stand degree + 1 times.
+    """The B-splines of a degree on a knot vector whose first and last knot stand degree + 1 times."""
 
-    Attributes
-    ----------
-    degree : int
-        d.
-    knots : ndarray, shape (J + d + 1,)
-        Rising. J functions; the first and the last alone do not vanish at the ends.
-    """
-
-    degree: int
+    degree: int  # d
+    # (J + d + 1,), rising. J functions; the first and the last alone do not vanish at the ends.
     knots: np.ndarray
 
     @classmethod

@@ -27,21 +27,11 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Seam:
-    """Coefficients of one yarn out of those that wrap around, X_open = W X + S jump.
+    """Coefficients of one yarn out of those that wrap around, X_open = W X + S jump."""
 
-    Attributes
-    ----------
-    wrapped : csr matrix, shape (n, p)
-        W: nodes of the yarn with two ends from those that wrap around.
-    beyond : csr matrix, shape (n, p)
-        S: how much of the jump of each its nodes carry.
-    order : ndarray of int, shape (p,)
-        Function over the section of every node that wraps around.
-    """
-
-    wrapped: sp.csr_matrix
-    beyond: sp.csr_matrix
-    order: np.ndarray
+    wrapped: sp.csr_matrix  # (n, p) W: nodes of the yarn with two ends from those that wrap around
+    beyond: sp.csr_matrix  # (n, p) S: how much of the jump of each its nodes carry
+    order: np.ndarray  # int (p,), function over the section of every node that wraps around
 
     @property
     def unity(self) -> np.ndarray:

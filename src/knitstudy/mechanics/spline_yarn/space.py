@@ -48,18 +48,10 @@ def require_degree(degree: int) -> None:
 
 @dataclass(frozen=True, eq=False)
 class YarnSpace:
-    """The space of one yarn.
+    """The space of one yarn."""
 
-    Attributes
-    ----------
-    spline : Spline
-        Over arc length [m].
-    degrees : ndarray of int, shape (J,)
-        p of every coefficient along the yarn, at least 1.
-    """
-
-    spline: Spline
-    degrees: np.ndarray
+    spline: Spline  # over arc length [m]
+    degrees: np.ndarray  # int (J,) p of every coefficient along the yarn, at least 1
 
     @cached_property
     def first_node(self) -> np.ndarray:
@@ -125,12 +117,7 @@ class YarnSpace:
 
 @dataclass(frozen=True, eq=False)
 class Space:
-    """The spaces of all yarns, numbered one after the other.
-
-    Attributes
-    ----------
-    yarns : tuple of YarnSpace
-    """
+    """The spaces of all yarns, numbered one after the other."""
 
     yarns: tuple[YarnSpace, ...]
 
@@ -256,7 +243,7 @@ def yarn_space(
     return YarnSpace(spline, largest)
 
 
-# ---- Places and their derivatives at the same points of many sections of one yarn: sums along it first, then across
+# Places and their derivatives at the same points of many sections of one yarn: sums along it first, then across
 
 
 def sections(
@@ -290,11 +277,10 @@ def deformation_gradient(slope: np.ndarray, change: np.ndarray) -> np.ndarray:
     return np.eye(3) + change @ np.linalg.inv(slope)
 
 
-# ---- Points of a spline yarn: find the parameters of a point, evaluate many points at once
+# Points of a spline yarn: find the parameters of a point, evaluate many points at once
 
 
-# ---- Which material point of a solid yarn lies at a place: the inverse of its undeformed shape
-
+# Which material point of a solid yarn lies at a place: the inverse of its undeformed shape
 
 SAMPLES = 4
 """Points a span among which Newton's method finds its start."""
@@ -376,7 +362,7 @@ def _start(yarn: YarnSpace, nodes: np.ndarray, points: np.ndarray) -> tuple[np.n
     return np.stack(x, axis=-1), s[nearest]
 
 
-# ---- What solid yarns are at many sections, all sampled at the same points: sums along the yarn first, then across
+# What solid yarns are at many sections, all sampled at the same points: sums along the yarn first, then across
 
 
 class Sampling:

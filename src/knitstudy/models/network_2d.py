@@ -1,4 +1,19 @@
-"""The planar honeycomb of beams."""
+"""The 2D network: straight beams in the plane from contact zone to contact zone (section 3.4 of the paper, Fig. 4).
+
+A node in a contact zone is shared by both yarns. Between the lower and the upper zone of one side of an interlock both
+yarns run along the same segment, which has the section of one yarn (or of both, as a variant). All crossings are shared
+nodes, whatever the interaction.
+
+The feet of the bottom yarn and the heads of the top yarn meet no other yarn. Their corners stand where the contact
+zones of the next row would be: the zones of the outermost row of interlocks, one course away. The ends of yarns lie in
+the cut through the centres of the sinkers, on the line through the zones that the sinker would join.
+
+Segments may lie along the maximum principal stress of the deformed knit instead (Fig. 14, Table 4), averaged over the
+segments that end in the centre cell. The paper keeps the distances between contact zones and positions the segments by
+angles. A honeycomb repeats from row to row, so an interlock leads as far along x as a leg leads back: with distances
+along x kept, any two angles of interlock and leg close it, with the heights h = |dx| tan(angle to x). Heads and sinkers
+lie along x.
+"""
 
 from __future__ import annotations
 
@@ -10,23 +25,12 @@ import xarray as xr
 from knitstudy.contacts.segments import KINDS
 from knitstudy.errors import ConfigurationError, GeometryError
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.loading.history import Stations
+from knitstudy.loading.history import Meter, Stations
+from knitstudy.loading.solve import Problem
+from knitstudy.models import network
 from knitstudy.models.network import Network
-
-# ---- The planar honeycomb whose segments lie along the maximum principal stress (section 3.4, Fig. 14, Table 4)
-# The paper sets "the same distance between contact zones along the x-axis and y-axis" and positions the segments by
-# angles. A honeycomb repeats from row to row, so an interlock leads as far along x as a leg leads back: with the
-# distances along x kept, any two angles of interlock and leg close it, and the heights follow,
-#
-#     h = |dx| tan(angle to x),
-#
-# while with lengths kept it would not close. Heads and sinkers lie along x: they join zones of one height, left
-# and right
-# mirror each other, and an axis of a stress that is its own mirror image lies along x or y.
-#
-# Directions are those of the deformed knit, as the paper prints them, averaged over the segments that end in the centre
-# cell.
-
+from knitstudy.models.network_3d import contacts_of
+from knitstudy.study.scene import Scene
 
 INTERLOCKS, LEGS = ("interlock, left", "interlock, right"), ("leg, left", "leg, right")
 
@@ -122,21 +126,49 @@ def moved(knit: Fabric, contacts: xr.Dataset, found: Heights) -> xr.Dataset:
     return contacts.assign(centroid=(contacts["centroid"].dims, centroid, contacts["centroid"].attrs))
 
 
-# ---- Two-dimensional reduced model, Fig. 4: straight beams in the plane from contact zone to contact zone
-# A node in a contact zone is shared by both yarns. Between the lower and the upper zone of one side of an
-# interlock both yarns run along the same segment, which has the section of one yarn (or of both, as a
-# variant).
-#
-# The feet of the bottom yarn and the heads of the top yarn meet no other yarn. Their corners stand where the
-# contact zones of the next row would be: the zones of the outermost row of interlocks, one course away. The
-# yarn's ends lie in the cut through the sinker's centres, on the line through the zones that the sinker would
-# link.
+def build(
+    scene: Scene, fabric: Fabric, contacts: xr.Dataset | None = None, stresses: xr.Dataset | None = None
+) -> Problem:
+    """Return a scene with the 2D network as a problem.
+
+    Parameters
+    ----------
+    scene : Scene
+    fabric : Fabric
+    contacts : Dataset, optional
+        Contacts of the simulation that ``rom.contacts_from`` names; if left out, the geometry predicts them.
+    stresses : Dataset, optional
+        Stresses of the simulation that ``rom.stress_from`` names.
+
+    Raises
+    ------
+    ConfigurationError
+        If the scene names stresses that are not given.
+    DataFileError
+        If the contacts are those of another fabric.
+    GeometryError
+        If the stresses make no honeycomb.
+    """
+    meter = Meter()
+    return network.problem(scene, fabric, assemble(scene, fabric, contacts, stresses), meter)
+
+
+def assemble(
+    scene: Scene, fabric: Fabric, contacts: xr.Dataset | None = None, stresses: xr.Dataset | None = None
+) -> Network:
+    """Return the network of a scene; arguments and errors as of `build`."""
+    contacts = contacts_of(scene, fabric, contacts)
+    if (scene.rom.stress_from is None) != (stresses is None):
+        raise ConfigurationError(
+            f"rom.stress_from of scene {scene.name} is {scene.rom.stress_from or 'empty'}, and stresses are "
+            f"{'not ' if stresses is None else ''}given: they must be where it names a dns scene, and only there"
+        )
+    return planar_network(fabric, contacts, scene.rom.section == "doubled", stresses)
 
 
 def planar_network(
     knit: Fabric,
     contacts: xr.Dataset,
-    elements: int = 1,
     doubled: bool = False,
     stresses: xr.Dataset | None = None,
 ) -> Network:
@@ -148,8 +180,6 @@ def planar_network(
         Size of the pattern and lengths of the yarns.
     contacts : Dataset
         Contacts in the format of docs/files.md.
-    elements : int
-        Elements a segment.
     doubled : bool
         Whether a segment that two yarns share has the section of both.
     stresses : Dataset, optional
@@ -157,15 +187,9 @@ def planar_network(
 
     Raises
     ------
-    ConfigurationError
-        If `elements` is not a positive whole number.
     GeometryError
         If the stresses make no honeycomb.
     """
-    if elements < 1 or elements != int(elements):
-        raise ConfigurationError(
-            f"elements a segment: {elements} is not allowed, only whole numbers from 1 on"
-        )
     course = knit.cell[1]
     if stresses is not None:
         rows = heights_by_stress(knit, contacts, stresses)
@@ -173,21 +197,17 @@ def planar_network(
     corners = _end_in_cut(knit, _corners(knit, contacts, course))
     first = np.flatnonzero(corners.begins)
     legs = np.column_stack([corners.number[first], corners.number[first + 1]])
-    segments, which, yarns = np.unique(np.sort(legs, axis=1), axis=0, return_inverse=True, return_counts=True)
-    nodes, chains = _divide(corners.point, segments, elements)
-    forwards = legs[:, :1] == segments[which, :1]
-    stations, station_node = _stations(corners, np.where(forwards, chains[which], chains[which, ::-1]), nodes)
-    ends = np.stack([chains[:, :-1], chains[:, 1:]], axis=-1).reshape(-1, 2)
+    segments, yarns = np.unique(np.sort(legs, axis=1), axis=0, return_counts=True)
     return Network(
-        nodes=nodes,
-        ends=ends,
-        offsets=np.zeros((len(ends), 2, 3)),
+        nodes=corners.point,
+        ends=segments,
+        offsets=np.zeros((len(segments), 2, 3)),
         arms_turn=True,
-        yarns_side_by_side=np.repeat(yarns if doubled else np.ones(len(yarns)), elements),
-        stations=stations,
-        station_node=station_node,
-        station_offset=np.zeros((len(station_node), 3)),
-        beam_nodes=len(nodes),
+        yarns_side_by_side=yarns if doubled else np.ones(len(yarns)),
+        stations=Stations(corners.yarn, corners.arc_length, corners.point[corners.number]),
+        station_node=corners.number,
+        station_offset=np.zeros((len(corners.number), 3)),
+        beam_nodes=len(corners.point),
         height=knit.cells[1] * course,
     )
 
@@ -250,29 +270,3 @@ def _end_in_cut(knit: Fabric, corners: _Corners) -> _Corners:
         np.concatenate([corners.number, len(corners.point) + np.arange(len(end))]),
         np.concatenate([corners.point, end]),
     )
-
-
-def _divide(corners: np.ndarray, segments: np.ndarray, elements: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes (N, 3) of divided segments (G, 2), corners first, and the chain (G, elements + 1) of each."""
-    share = (np.arange(1, elements) / elements)[:, None]
-    start, stop = corners[segments[:, 0], None], corners[segments[:, 1], None]
-    inner = len(corners) + np.arange(len(segments) * (elements - 1)).reshape(len(segments), -1)
-    nodes = np.concatenate([corners, ((1 - share) * start + share * stop).reshape(-1, 3)])
-    return nodes, np.column_stack([segments[:, 0], inner, segments[:, 1]])
-
-
-def _stations(corners: _Corners, chains: np.ndarray, nodes: np.ndarray) -> tuple[Stations, np.ndarray]:
-    """Stations along all yarns and their nodes, from the chains (legs, elements + 1) that the yarns follow.
-
-    Arc length is that of the yarn, shared evenly by the nodes of a segment.
-    """
-    elements = chains.shape[1] - 1
-    follow = np.repeat(corners.begins[:, None], elements, axis=1)
-    follow[:, 0] = True  # a right end is a station without a segment
-    node = np.repeat(corners.number[:, None], elements, axis=1)
-    node[corners.begins] = chains[:, :-1]
-    rise = np.diff(corners.arc_length, append=0.0)[:, None]
-    arc_length = corners.arc_length[:, None] + rise * np.arange(elements) / elements
-    yarn = np.repeat(corners.yarn[:, None], elements, axis=1)
-    station_node = node[follow]
-    return Stations(yarn[follow], arc_length[follow], nodes[station_node]), station_node

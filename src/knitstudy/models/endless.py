@@ -1,0 +1,276 @@
+"""A cell of an endless fabric: forces per width and stiffness without grips and edges (docs/theory.md).
+
+The yarns are splines that wrap around. A fabric's endless cell holds its rows of yarns and the image of the first one
+above the last: the interactions of yarns lie between two rows, so that every crossing is there once. Elements are
+those of the rows alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.spline import Centreline
+from knitstudy.loading.gates import require_sound
+from knitstudy.loading.history import Meter
+from knitstudy.loading.load_path import Motion
+from knitstudy.loading.solve import Problem
+from knitstudy.mechanics.elements import ElementGroup
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.periodic import Lattice, PeriodicModel, condensed
+from knitstudy.mechanics.spline_yarn.seam import Seam, seam
+from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
+from knitstudy.mechanics.spline_yarn.span import span_groups
+from knitstudy.mesh.mesher import Grips
+from knitstudy.mesh.sweep import rotation_minimising
+from knitstudy.models import solids
+from knitstudy.models.discretisation import Discretisation, fitted_places
+from knitstudy.models.solids import SolidYarns
+from knitstudy.study.scene import Scene
+
+HELD = np.zeros(1, dtype=np.int64)
+"""The first node: without it all of a cell could move freely."""
+
+FIXED = (3 * HELD[:, None] + np.arange(3)).ravel()
+"""Unknowns of the nodes that are held: the first that repeats itself is the first of all."""
+
+PRESCRIBED = {"course": (1, 0, 0), "wale": (0, 1, 0), "biaxial": (1, 1, 0), "shear": (0, 0, 1)}
+"""Which strains a deformation prescribes, by ``load.deformation``."""
+
+DIRECTORS = slice(3, 6), slice(6, 9)
+
+
+def problem(scene: Scene, fabric: Fabric, parts: Discretisation, meter: Meter) -> Problem:
+    """Return a scene whose fabric is endless as a problem, from its discretisation (`spline_yarns`).
+
+    The driven side is the lattice: its displacement along x, y and in shear is the strain times the edge of the cell,
+    its reaction the force on the edge.
+
+    Raises
+    ------
+    MeshError
+        If a crossing cannot be tied, or yarns overlap.
+    """
+    cell = assemble(scene, fabric, parts)
+    yarns, model, lattice, load = cell.yarns, cell.model, cell.lattice, scene.load
+    chosen = np.array(PRESCRIBED[load.deformation], dtype=bool)
+    end = load.strain * chosen * lattice.lengths
+    prescribed = chosen | (load.lateral == "fixed")
+    axis = int(np.argmax(chosen))
+    stops = tuple(stop / load.strain for stop in load.stops)
+    settings = Settings.of(scene.solver)
+    return Problem(
+        scene=scene,
+        model=model,
+        prescribed=PrescribedDisplacement(
+            np.concatenate([FIXED, model.lattice[prescribed]]),
+            np.concatenate([np.zeros(len(FIXED)), end[prescribed]]),
+            stops=stops,
+        ),
+        solver=LU(),
+        # Where contact begins, a parabola through earlier increments overshoots.
+        settings=replace(settings, predictor=1) if yarns.contact else settings,
+        motion=Motion(end[None], (1.0,), stops, axis, float(lattice.lengths[axis])),
+        driven=model.lattice[None],
+        stations=solids.stations_of(parts.mesh, fabric.arcs),
+        observers=(CellObserver(cell),),
+        checks=(partial(require_sound, scene, yarns.model.loaded),),
+        constants=yarns.constants() | ({} if yarns.contact else _shell(cell.stiffness())),
+        attributes={
+            "dof": parts.nodes.size,
+            "elements": yarns.elements,
+            "deformation": load.deformation,
+            **yarns.attributes(),
+        },
+        meter=meter,
+    )
+
+
+def _shell(stiffness: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the parts of a stiffness (6, 6) by their names in the history."""
+    return {
+        "membrane_stiffness": stiffness[:3, :3],
+        "coupling_stiffness": stiffness[:3, 3:],
+        "bending_stiffness": stiffness[3:, 3:],
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """A cell put together.
+
+    Attributes
+    ----------
+    yarns : SolidYarns
+        All rows and the image of the first.
+    model : PeriodicModel
+    spread : csr matrix, shape (3 N, 3 n)
+        Displacements of all nodes from the n nodes that repeat themselves.
+    jumps : ndarray, shape (3 N, 6)
+        What is added to them for each generalised strain of `mechanics.periodic`.
+    lattice : Lattice
+    """
+
+    yarns: SolidYarns
+    model: PeriodicModel
+    spread: sp.csr_matrix
+    jumps: np.ndarray
+    lattice: Lattice
+
+    def resultants(self, force: np.ndarray) -> np.ndarray:
+        """Return the forces per width (3,) that forces of the unknowns (size,) stand for [N/m]."""
+        return force[self.model.lattice] * self.lattice.lengths / self.lattice.area
+
+    def strains(self, state: Any) -> np.ndarray:
+        """Return the strains (3,) in the plane of a state."""
+        return self.model.stretched(state.displacement.ravel()) / self.lattice.lengths
+
+    def stiffness(self) -> np.ndarray:
+        """Return the stiffness (6, 6) of a tied knit at rest as a shell, by the strains of `mechanics.periodic`.
+
+        In N/m where two strains meet, in N where a strain meets a curvature, in N m where two curvatures do.
+        """
+        return self._condensed(self.yarns.model.start(), self.jumps)
+
+    def tangent(self, state: Any) -> np.ndarray:
+        """Return the derivative (3, 3) of the forces per width by the strains in the plane [N/m]."""
+        return self._condensed(replace(state, step=None), self.jumps[:, :3])
+
+    def _condensed(self, state: Any, jumps: np.ndarray) -> np.ndarray:
+        tangent = self.yarns.model.respond(state, stiffness=True).stiffness
+        return condensed(tangent, jumps, self.spread, FIXED) / self.lattice.area
+
+
+def assemble(scene: Scene, fabric: Fabric, parts: Discretisation) -> Cell:
+    """Return the cell of a scene; errors as of `problem`."""
+    # A yarn does not touch itself: its image would do so once more.
+    labels = np.repeat(np.arange(len(parts.rings.arc_length)), [len(each) for each in parts.rings.arc_length])
+    # Elements leave out images, which ties and contact reach: an explicit identity makes room for those.
+    every = sp.identity(len(parts.nodes), format="csr")
+    yarns = solids.assemble(scene, fabric, parts, spread=every, labels=labels)
+    around, start, lattice = _wrapped(parts.space, fabric)
+    spread, jumps = periodic_map(parts.space, around, start, lattice)
+    stretch = sp.csr_matrix(jumps[:, :3] / lattice.lengths)
+    model = PeriodicModel(yarns.model, sp.csr_matrix(sp.hstack([spread, stretch])))
+    return Cell(yarns, model, spread, jumps, lattice)
+
+
+class CellObserver:
+    """Reports the strains of a cell, its forces per width and, where it is tied, its tangent."""
+
+    def __init__(self, cell: Cell) -> None:
+        self.cell = cell
+
+    def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        """Return columns of the history, and of the points in contact."""
+        cell, state = self.cell, increment.state
+        columns, points = cell.yarns.record(state)
+        columns["cell_strain"] = cell.strains(state)
+        columns["force_per_width"] = cell.resultants(increment.response.force)
+        if cell.yarns.contact is None:
+            columns["tangent_per_width"] = cell.tangent(state)
+        return columns, points
+
+
+def wrapped_nodes(space: Space, fabric: Fabric) -> np.ndarray:
+    """Return the undeformed nodes (N, 3) of all yarns of an endless fabric, the image of the first included [m]."""
+    around, start, lattice = _wrapped(space, fabric)
+    first = around.nodes(start, lattice.vectors[0])
+    return np.tile(first, (len(space.yarns), 1)) + space.unity[:, None] * fabric.shift[space.yarn]
+
+
+def without_image(parts: Discretisation, material: Material) -> Discretisation:
+    """Return yarns whose last one, the image of the first, has no elements; one node is held and none is driven."""
+    space = parts.space
+    return replace(
+        parts,
+        groups=partial(_groups, Space(space.yarns[:-1]), material),
+        volume=partial(_volume, parts.volume, space.yarns[0].size),
+        ends=Grips(HELD, HELD[:0]),
+    )
+
+
+def _groups(space: Space, material: Material, nodes: np.ndarray) -> tuple[ElementGroup, ...]:
+    return span_groups(space, nodes[: space.size], material)
+
+
+def _volume(every: Callable, own: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
+    """Return the volume (N,) of every node [m3], of the image as of the first yarn."""
+    total = every(groups)
+    total[-own:] = total[:own]
+    return total
+
+
+def _wrapped(space: Space, fabric: Fabric) -> tuple[Seam, np.ndarray, Lattice]:
+    """Return the seam of the yarns, the nodes (p, 3) of the first one that wrap around [m], and the lattice."""
+    around, lattice = seam(space.yarns[0]), Lattice(fabric.periods)
+    curve = fabric.centrelines[0]
+    return (
+        around,
+        wrapped_shape(space.yarns[0], around, curve, fabric.radius, lattice.vectors[0]),
+        lattice,
+    )
+
+
+def periodic_map(
+    space: Space, around: Seam, start: np.ndarray, lattice: Lattice
+) -> tuple[sp.csr_matrix, np.ndarray]:
+    """Return S (3 N, 3 n) and the jumps (3 N, 6) of all yarns, the last of which is the image of the first.
+
+    Parameters
+    ----------
+    space : Space
+        Of all yarns, which share theirs.
+    around : Seam
+        Of that.
+    start : ndarray, shape (p, 3)
+        Undeformed nodes of the first yarn that wrap around [m].
+    lattice : Lattice
+        Its second vector is the way of all rows.
+    """
+    rows = len(space.yarns) - 1
+    row_of = sp.csr_matrix((np.ones(rows + 1), (np.arange(rows + 1), np.arange(rows + 1) % rows)))
+    spread = sp.csr_matrix(sp.kron(sp.kron(row_of, around.wrapped), sp.identity(3)))
+    jumps = np.zeros((rows + 1, space.yarns[0].size, 3, 6))
+    for row in range(rows):
+        here = start + np.multiply.outer(around.unity, row / rows * lattice.vectors[1])
+        over = lattice.jumps(0, here, around.unity)
+        jumps[row] = (around.beyond @ over.reshape(len(over), -1)).reshape(jumps[row].shape)
+    first = around.nodes(start, lattice.vectors[0])
+    jumps[-1] = jumps[0] + lattice.jumps(1, first, space.unity[: len(first)])
+    return spread, jumps.reshape(3 * space.size, 6)
+
+
+def wrapped_shape(
+    own: YarnSpace, around: Seam, curve: Centreline, radius: float, period: np.ndarray
+) -> np.ndarray:
+    """Return the undeformed nodes (p, 3) of a round yarn that wrap around [m].
+
+    Frames without twist need not meet themselves where the yarn goes on: the angle that they miss is spread over the
+    yarn, which a round section does not notice.
+    """
+    places = fitted_places(own)
+    s = places[:-1]
+    frames = rotation_minimising(curve.position(places), curve.tangent(places))
+    missed = np.arctan2(frames[-1, 0] @ frames[0, 1], frames[-1, 0] @ frames[0, 0])
+    angle = (missed * s / places[-1])[:, None]
+    d1, d2 = frames[:-1, 0], frames[:-1, 1]
+    turned = np.cos(angle) * d1 + np.sin(angle) * d2, np.cos(angle) * d2 - np.sin(angle) * d1
+    at = own.first_node[:-1]
+    first = around.order == 0
+    along, beyond = (own.spline.matrix(s) @ each[at][:, first] for each in (around.wrapped, around.beyond))
+    centre = curve.position(s) - np.multiply.outer(beyond @ np.ones(beyond.shape[1]), period)
+    found = splu(sp.csc_matrix(along.T @ along)).solve(along.T @ np.concatenate([centre, *turned], axis=1))
+    nodes = np.zeros((len(around.order), 3))
+    at = np.flatnonzero(first)
+    nodes[at], nodes[at + 1], nodes[at + 2] = found[:, :3], *(0.5 * radius * found[:, d] for d in DIRECTORS)
+    return nodes

@@ -1,0 +1,94 @@
+"""The models of a fabric, by the fidelity of a scene, and the simulation of a scene with one of them.
+
+A plugin adds a model as an entry of `MODELS` and of the fidelities (`knitstudy.study.kinds.register`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import xarray as xr
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.geometry.fabric import Fabric, fabric_of
+from knitstudy.loading.restart import IN_MEMORY, Run
+from knitstudy.loading.solve import Problem, solve_load_path
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.models import beams_in_contact, hexahedra, network_2d, network_3d, spline_yarns, window
+from knitstudy.study.scene import Scene
+
+MODELS: dict[str, Callable[..., Problem]] = {
+    "hexahedra": hexahedra.build,
+    "spline_yarns": spline_yarns.build,
+    "rom2d": network_2d.build,
+    "rom3d": network_3d.build,
+    "beam": beams_in_contact.build,
+    "window": window.build,
+}
+"""Functions ``build(scene, fabric, ...) -> Problem``, which name the data of other stages that they take."""
+
+
+def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None, **data: xr.Dataset | None) -> Problem:
+    """Return a scene as a problem by its model.
+
+    Parameters
+    ----------
+    scene : Scene
+    fabric : Fabric
+    mesh : SweptMesh, optional
+        Of solid yarns.
+    **data
+        What the model takes of other simulations: contacts, springs or stresses; None counts as left out.
+
+    Raises
+    ------
+    KnitstudyError
+        As the model.
+    """
+    if scene.fidelity not in MODELS:
+        raise ConfigurationError(
+            f"scene {scene.name!r}: no model for fidelity {scene.fidelity!r}; known are {', '.join(MODELS)}"
+        )
+    given = {name: each for name, each in {"mesh": mesh, **data}.items() if each is not None}
+    return MODELS[scene.fidelity](scene, fabric, **given)
+
+
+def solve(scene: Scene, fabric: Fabric, run: Run = IN_MEMORY, **data: Any) -> xr.Dataset:
+    """Return the history of a scene; arguments and errors as of `build` and `solve_load_path`."""
+    return solve_load_path(build(scene, fabric, **data), run)
+
+
+def simulate(
+    scene: Scene,
+    geometry: xr.Dataset,
+    mesh: xr.Dataset | None = None,
+    contacts: xr.Dataset | None = None,
+    springs: xr.Dataset | None = None,
+    stresses: xr.Dataset | None = None,
+    run: Run = IN_MEMORY,
+) -> xr.Dataset:
+    """Return the history of a scene from the results of other stages, in the formats of docs/files.md.
+
+    Parameters
+    ----------
+    scene : Scene
+    geometry : Dataset
+    mesh : Dataset, optional
+        Of solid yarns.
+    contacts, springs : Dataset, optional
+        Contacts of the simulations that ``rom.contacts_from`` and ``rom.springs_from`` or ``window.springs_from`` name.
+    stresses : Dataset, optional
+        Stresses of the simulation that ``rom.stress_from`` names.
+    run : Run
+
+    Raises
+    ------
+    KnitstudyError
+        As the model.
+    ConvergenceError, DataFileError
+        As `solve_load_path`.
+    """
+    swept = None if mesh is None else SweptMesh.from_dataset(mesh)
+    data = {"mesh": swept, "contacts": contacts, "springs": springs, "stresses": stresses}
+    return solve(scene, fabric_of(scene, geometry), run, **data)

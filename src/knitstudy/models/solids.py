@@ -1,0 +1,306 @@
+"""Solid yarns of a fabric under load, whatever they are divided into: ties, contact, load, solver and history.
+
+Sections 2.2 and 2.3 of the paper. `hexahedra` and `spline_yarns` divide the yarns; `assemble` joins them at their
+crossings, and `problem` adds grips, load and what is recorded and checked at every increment.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.contacts.facets import CrossingFacets, tied_crossings, tied_pieces
+from knitstudy.contacts.kinematics import section_motion
+from knitstudy.geometry.fabric import Arcs, Fabric
+from knitstudy.loading.gates import require_sound
+from knitstudy.loading.history import Meter, Stations
+from knitstudy.loading.load_path import Motion, load_path
+from knitstudy.loading.solve import Problem
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear import LinearSolver
+from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear.krylov import Krylov
+from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, KnitStructure, ThreeScale
+from knitstudy.mechanics.model import Stabilisation, transformation
+from knitstudy.mechanics.solid import SolidModel, SolidState
+from knitstudy.mechanics.solids_in_contact import SolidsInContact
+from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.models.discretisation import Discretisation
+from knitstudy.models.ties import Ties, tie_crossings
+from knitstudy.models.yarn_contact import BesideTies, YarnContact, contact_of, free_yarns, penetration_of
+from knitstudy.study.scene import Scene
+
+DIRECT_UNKNOWNS = 20_000
+"""Up to here sparse LU replaces iterations that fail; beyond, it takes too much time and memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class SolidYarns:
+    """The solid yarns of a fabric, joined at their crossings.
+
+    Attributes
+    ----------
+    parts : Discretisation
+        Nodes and elements of the yarns.
+    model : SolidModel
+    ties : Ties
+    facets : CrossingFacets
+    retained : ndarray of int, shape (n,)
+        Nodes that depend on no others, ascending.
+    contact : YarnContact or None
+        Of yarns that touch.
+    """
+
+    parts: Discretisation
+    model: SolidModel
+    ties: Ties
+    facets: CrossingFacets
+    retained: np.ndarray
+    contact: YarnContact | None = None
+
+    @cached_property
+    def unknown(self) -> np.ndarray:
+        """Position of every node (N,) among those retained, -1 where it depends on others."""
+        position = np.full(len(self.parts.nodes), -1)
+        position[self.retained] = np.arange(len(self.retained))
+        return position
+
+    @property
+    def elements(self) -> int:
+        """Number of elements."""
+        return sum(len(group.connectivity) for group in self.model.groups)
+
+    def attributes(self) -> dict[str, float]:
+        """Return what a history says of ties and contact."""
+        return self.ties.attributes() | (self.contact.attributes() if self.contact else {})
+
+    def constants(self) -> dict[str, np.ndarray]:
+        """Return what a history says of the ties of every crossing."""
+        return {
+            "crossing_tied": np.isfinite(self.ties.area).astype(np.int8),
+            "tied_area": self.ties.area,
+            "tied_centroid": self.ties.centroid,
+        }
+
+    def record(self, state: SolidState) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        """Return the motion of stations and crossings and the forces at crossings, and the points in contact."""
+        parts, facets = self.parts, self.facets
+        moved = self.model.node_displacement(state)
+        displacement = parts.sampled(moved)
+        force = self.ties.resultants(moved)
+        contact, points = {}, {}
+        if self.contact is not None:
+            contact, points, pushed = self.contact.record(state, len(force))
+            force += pushed
+        sections = section_motion(facets.crossings, parts.mesh, parts.sampled(parts.nodes), displacement)
+        columns = {
+            "centreline_displacement": parts.mesh.ring_means(displacement),
+            "crossing_force": force,
+            "crossing_displacement": facets.displacement(displacement),
+            "section_gradient": sections.gradient,
+            "section_displacement": sections.displacement,
+        }
+        return columns | contact, points
+
+
+def assemble(
+    scene: Scene,
+    fabric: Fabric,
+    parts: Discretisation,
+    tied: np.ndarray | None = None,
+    spread: sp.csr_matrix | None = None,
+    labels: np.ndarray | None = None,
+) -> SolidYarns:
+    """Return the solid yarns of a scene: tied at some crossings, in contact elsewhere if the scene says so.
+
+    Parameters
+    ----------
+    scene : Scene
+    fabric : Fabric
+    parts : Discretisation
+    tied : ndarray of bool, shape (K,), optional
+        Crossings that are tied; as the scene says if left out.
+    spread : csr matrix, shape (N, n), optional
+        Nodes as sums of the retained ones, where all are retained.
+    labels : ndarray of int, shape (R,), optional
+        Of the rings of the surfaces: rings with one label, if it is not -1, do not touch. By default pieces of yarn
+        that are tied to each other have one.
+
+    Raises
+    ------
+    MeshError
+        If an element is folded, a crossing cannot be tied, or yarns overlap.
+    """
+    tied = tied_crossings(scene, fabric.crossings) if tied is None else tied
+    ties = tie_crossings(parts, fabric, tied, scene.tie.radius, scene.yarn.youngs_modulus)
+    facets = CrossingFacets.of(fabric.crossings, parts.mesh)
+    groups = parts.groups(parts.nodes)
+    volume = parts.volume(groups)
+    retained = np.arange(len(parts.nodes))
+    if parts.dependence is not None:
+        spread, retained = transformation(parts.dependence)
+    stabilisation, viscosity = None, scene.value("solver.stabilisation")
+    if viscosity:
+        own = volume if spread is None else spread.T @ volume
+        stabilisation = Stabilisation.of(viscosity, scene.yarn.youngs_modulus, parts.size, own)
+    solids = (parts.nodes, groups, parts.size, spread, stabilisation, ties.links)
+    if not scene.kind.interaction.touches:
+        return SolidYarns(parts, SolidModel(*solids), ties, facets, retained)
+    if labels is None:
+        labels = tied_pieces(parts.rings.arc_length, fabric.crossings, tied)
+    contact = contact_of(scene, parts, labels)
+    model = SolidsInContact(
+        *solids,
+        contact=contact,
+        penetration=penetration_of(scene, contact.law, parts.size),
+        free_bodies=free_yarns(parts, ties, volume, scene.yarn.youngs_modulus),
+    )
+    beside = BesideTies(scene, parts, ties, fabric.crossings.yarn[tied], labels) if tied.any() else None
+    touching = YarnContact(model, facets, parts.rings, beside, scene.tie.radius**2 * fabric.radius)
+    return SolidYarns(parts, model, ties, facets, retained, touching)
+
+
+def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns, meter: Meter) -> Problem:
+    """Return solid yarns with the load of a scene, and with what is recorded and checked at every increment."""
+    model, contact = yarns.model, yarns.contact
+    motion = load_path(scene, fabric)
+    prescribed, driven = _prescribed(yarns, scene, motion)
+    settings = Settings.of(scene.solver)
+    if contact is not None:
+        # Where contact begins, a parabola through earlier increments overshoots far into the other yarn; and no
+        # correction may exceed the distance within which contact is searched.
+        settings = replace(settings, predictor=1, stride=model.contact.margin)
+    return Problem(
+        scene=scene,
+        model=model,
+        prescribed=prescribed,
+        solver=linear_solver(scene.solver.linear, yarns, prescribed),
+        settings=settings,
+        motion=motion,
+        driven=driven,
+        stations=stations_of(yarns.parts.mesh, fabric.arcs),
+        observers=(SolidObserver(yarns),),
+        checks=(
+            partial(require_sound, scene, model.loaded),
+            *([contact.require_apart] if contact and contact.beside else []),
+        ),
+        constants=yarns.constants(),
+        fields=partial(_fields, yarns) if "fields" in scene.outputs else None,
+        attributes={"dof": yarns.parts.nodes.size, "elements": yarns.elements, **yarns.attributes()},
+        meter=meter,
+    )
+
+
+def stations_of(mesh: SweptMesh, arcs: Arcs | None) -> Stations:
+    """Return the centres of sections, on whole yarns where a fabric's yarns are arcs of them."""
+    yarn, arc_length = mesh.yarn_of_slice, mesh.arc_length
+    if arcs is not None:
+        yarn, arc_length = arcs.yarn[yarn], arcs.arc[yarn, 0] + arc_length
+    return Stations(yarn, arc_length, mesh.centres)
+
+
+def _fields(yarns: SolidYarns, state: SolidState) -> dict[str, np.ndarray]:
+    return {"node_displacement": yarns.model.node_displacement(state)}
+
+
+def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[PrescribedDisplacement, np.ndarray]:
+    """Return prescribed unknowns, and those of the driven nodes (k, 3) whose forces add up to the reaction."""
+    ends, unity = yarns.parts.ends, yarns.parts.unity
+    held, driven = (3 * yarns.unknown[nodes][:, None] + np.arange(3) for nodes in (ends.held, ends.driven))
+    components = driven if scene.load.lateral == "fixed" else driven[:, [motion.axis]]
+    count = components.shape[1]
+    moved = motion.displacement if count == 3 else motion.displacement[:, [motion.axis]]
+    fixed = np.concatenate([held.ravel(), components.ravel()])
+    value = np.zeros((len(moved), len(fixed)))
+    value[:, held.size :] = (unity[ends.driven][:, None] * moved[:, None]).reshape(len(moved), -1)
+    return PrescribedDisplacement(fixed, value, motion.corners, motion.stops), driven[unity[ends.driven] == 1]
+
+
+class SolidObserver:
+    """Reports crossings and contact of solid yarns, and the net forces on every yarn.
+
+    Parameters
+    ----------
+    yarns : SolidYarns
+    """
+
+    def __init__(self, yarns: SolidYarns) -> None:
+        self.yarns = yarns
+
+    def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        """Return columns of the history, and of the points in contact."""
+        columns, points = self.yarns.record(increment.state)
+        moved = self.yarns.model.node_displacement(increment.state)
+        force, moment = yarn_resultants(
+            self.yarns, increment.response.node_force, moved, columns["centreline_displacement"]
+        )
+        return columns | {"yarn_force": force, "yarn_moment": moment}, points
+
+
+def yarn_resultants(
+    yarns: SolidYarns, node_force: np.ndarray, displacement: np.ndarray, stations: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return net force (Y, 3) [N] and moment (Y, 3) [N m] of all interactions on every yarn (Fig. 10a).
+
+    At a free node the internal force equals the force of the interactions; grips are left out. Moments are about the
+    mean of the yarn's stations.
+
+    Parameters
+    ----------
+    yarns : SolidYarns
+    node_force : ndarray, shape (N, 3)
+        Internal forces of the elements [N].
+    displacement : ndarray, shape (N, 3)
+        Of the nodes [m].
+    stations : ndarray, shape (S, 3)
+        Displacement of the slices' centres [m].
+    """
+    mesh, ends, unity = yarns.parts.mesh, yarns.parts.ends, yarns.parts.unity
+    force = node_force.copy()
+    force[np.concatenate([ends.held, ends.driven])] = 0
+    position = yarns.parts.nodes + displacement
+    resultant, moment = np.zeros((2, mesh.yarns, 3))
+    for yarn in range(mesh.yarns):
+        here, slices = yarns.parts.nodes_of(yarn), mesh.yarn_of_slice == yarn
+        centre = (mesh.centres + stations)[slices].mean(axis=0)
+        resultant[yarn] = unity[here] @ force[here]
+        moment[yarn] = np.cross(position[here] - unity[here, None] * centre, force[here]).sum(axis=0)
+    return resultant, moment
+
+
+def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement) -> KnitStructure:
+    """Return where the unknowns lie; a patch reaches one element around nodes that are joined or touch.
+
+    Where nodes are coefficients there are no patches: each has a share in whole sections and several spans, so that
+    patches would take in most of the yarns.
+    """
+    parts, kept = yarns.parts, yarns.retained
+    patches = bool(np.all(parts.unity == 1))
+    inside = np.zeros(len(kept), dtype=bool)
+    if patches:
+        joined = yarns.unknown[yarns.ties.joined]
+        inside[joined[joined >= 0]] = True
+        inside = yarns.model.assembly.connection() @ inside > 0
+    return KnitStructure(
+        position=parts.nodes[kept],
+        unity=parts.unity[kept],
+        yarn=parts.yarn[kept],
+        station=parts.station[kept],
+        bandwidth=parts.bandwidth,
+        patch=np.flatnonzero(inside) if patches else None,
+        fixed=prescribed.fixed,
+    )
+
+
+def linear_solver(name: str, yarns: SolidYarns, prescribed: PrescribedDisplacement) -> LinearSolver:
+    """Return the linear solver of a scene; `auto` takes three scales, and LU where they fail in a small model."""
+    if name == "lu":
+        return LU()
+    layout = structure(yarns, prescribed)
+    small = name == "auto" and yarns.model.size <= DIRECT_UNKNOWNS
+    preconditioner = AlgebraicMultigrid(layout) if name == "amg" else ThreeScale(layout)
+    return Krylov(preconditioner, truncates=not small, direct=LU() if small else None)
