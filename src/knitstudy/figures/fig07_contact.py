@@ -145,7 +145,7 @@ def _yarns(
     position = dns["centreline"].to_numpy() + dns["centreline_displacement"].to_numpy()[increment]
     yarn, s = dns["yarn"].to_numpy(), dns["arc_length"].to_numpy()
     for number in contacts["yarn"].to_numpy()[cell[0]]:
-        loop = knit.centrelines[number].length / knit.cells[0]
+        loop = knit.centrelines[number].length / knit.repeats
         here = (yarn == number) & (s >= (column - BEYOND) * loop) & (s <= (column + 1 + BEYOND) * loop)
         surfaces.append(tube(position[here], knit.radius, tint(YARNS[number % len(YARNS)])))
     return surfaces
