@@ -6,9 +6,15 @@ from scipy.spatial import cKDTree
 from tubes import crossing, hairpin
 
 from knitstudy.errors import ConvergenceError, MeshError
+from knitstudy.loading.history import Recorder, Stations
+from knitstudy.loading.load_path import Motion
+from knitstudy.loading.restart import Checkpoint
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, ContactHistory, Coulomb
 from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.increment import Increment
+from knitstudy.mechanics.model import Response
+from knitstudy.mechanics.solids_in_contact import ContactMemory, ContactState
 
 APART = ~np.eye(2, dtype=bool)
 
@@ -221,3 +227,73 @@ def test_sliding_over_the_end_of_a_surface_is_refused():
     off = on + np.where(upper[:, None], [1.0, 0, 0], 0)
     with pytest.raises(ConvergenceError, match="over the end of a surface"):
         answer.commit(answer.points(off, on, history))
+
+
+LAW = Coulomb(normal=100.0, tangential=50.0, friction=0.5)
+
+
+def test_pressure_is_never_negative():
+    gap = np.array([0.1, 0.0, -0.1, 0.01])
+    multiplier = np.array([0.0, 0.0, 0.0, -3.0])
+    np.testing.assert_allclose(LAW.pressure(gap, multiplier), [0, 0, 10, 2])
+
+
+def test_traction_is_the_trial_or_the_limit():
+    trial = np.array([[3.0, 0, 0], [0, 6.0, 8.0], [1.0, 0, 0], [0, 0, 0]])
+    pressure = np.array([10.0, 10.0, 0.0, 2.0])
+    traction, status = LAW.traction(trial, pressure)
+    np.testing.assert_allclose(traction, [[3, 0, 0], [0, 3, 4], [0, 0, 0], [0, 0, 0]])
+    np.testing.assert_array_equal(status, [STICK, SLIP, OPEN, STICK])
+    np.testing.assert_allclose(LAW.slipped(trial, pressure), [0, 0.1, 0, 0])
+
+
+@pytest.mark.parametrize(("friction", "expected"), [(np.inf, STICK), (0.0, SLIP)])
+def test_rough_never_slips_and_frictionless_never_sticks(friction, expected):
+    law = Coulomb(100.0, 50.0, friction)
+    trial = np.array([[1e9, 0, 0], [1e-9, 0, 0], [0, 0, 0]])
+    traction, status = law.traction(trial, np.full(3, 1e-3))
+    assert set(status) == {expected}
+    np.testing.assert_array_equal(traction, trial if friction else 0 * trial)
+    assert np.all(law.slipped(trial, np.full(3, 1e-3)) == 0) or friction == 0
+
+
+def test_symmetric_stiffness_is_positive():
+    rng = np.random.default_rng(0)
+    normal = rng.normal(size=(20, 3))
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    trial = np.cross(normal, rng.normal(size=(20, 3))) * 10
+    pressure = np.full(20, 10.0)
+    _, status = LAW.traction(trial, pressure)
+    assert set(status) == {STICK, SLIP}
+    stiffness = LAW.symmetric_stiffness(trial, normal, pressure, status)
+    np.testing.assert_allclose(stiffness, np.swapaxes(stiffness, 1, 2), atol=1e-12)
+    assert np.linalg.eigvalsh(stiffness).min() > -1e-9
+
+
+def test_a_restart_gives_back_what_contact_points_remember(tmp_path):
+    """The next increment is the same to the last bit, friction and multipliers included."""
+    nodes, grids, upper = crossing(0.02)
+    contact = Contact(
+        nodes, Grids(grids), Coulomb(10.0, 7.0, 0.3), meets=~np.eye(2, dtype=bool), margin=0.2, overlap=1e-3
+    )
+    one, two = (np.where(upper[:, None], shift, 0.0) for shift in ([0, 0, -0.08], [0.02, 0, -0.08]))
+    points = contact.points(nodes + one, nodes, ContactHistory.empty())
+    points = contact.points(nodes + one, nodes, contact.augment(points))
+    state = ContactState(one, ContactMemory(one, 0.25, contact.commit(points)), 0.5, 0.5, 3)
+    recorder = Recorder(
+        Stations(np.zeros(1, int), np.zeros(1), np.zeros((1, 3))),
+        driven=np.array([[0, 1, 2]]),
+        motion=Motion(np.zeros((1, 3)), (1.0,), (), axis=0, length=1.0),
+    )
+    increment = Increment(1, 0.5, state, Response(np.zeros(3), 1.0), 0.5)
+    file = Checkpoint(tmp_path / "a.npz", "key", ContactState)
+    file.save(increment, recorder)
+    back = file.load(recorder).state
+    assert (back.load, back.change, back.augmentations, back.memory.damped) == (0.5, 0.5, 3, 0.25)
+    for name, value in vars(state.memory.contact).items():
+        np.testing.assert_array_equal(getattr(back.memory.contact, name), value)
+    there, again = (contact.points(nodes + two, nodes + one, each.memory.contact) for each in (state, back))
+    assert len(there.active) > 10
+    # Pairs that are open are left out of one and not of the other.
+    np.testing.assert_array_equal(there.traction[there.active], again.traction[again.active])
+    np.testing.assert_array_equal(there.pressure[there.active], again.pressure[again.active])

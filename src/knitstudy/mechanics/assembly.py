@@ -81,7 +81,7 @@ class Assembly:
             self.indptr, self.indices = _with_links(*span_pattern(groups, nodes), linked)
             self._sums = self._span_sums([connectivity[:, 0] for connectivity in groups])
         else:
-            # of every group (E a, n): the nodes of its elements on retained nodes.
+            # Of every group (E a, n): the nodes of its elements on retained nodes.
             local = [sp.csr_matrix(transformation)[connectivity.ravel()] for connectivity in groups]
             self.indptr, self.indices = _with_links(*_pattern(local, self._width), linked)
             self._sums = self._pair_sums(local)

@@ -112,7 +112,7 @@ def share(work: Callable[[int], None], count: int) -> None:
     try:
         take()
     finally:
-        # after an exception nothing is left to take.
+        # After an exception nothing is left to take.
         for _ in numbers:
             pass
         errors = [other.exception() for other in others]

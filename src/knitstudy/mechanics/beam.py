@@ -134,14 +134,12 @@ class Deformation:
     """Kinematics and section forces of E elements in one state, in global axes."""
 
     Rm: np.ndarray  # (E, 3, 3), rotation halfway between the ends
-    e: (
-        np.ndarray
-    )  # this and the next: (E, 3), chord [m] and rotation of the second end against the first [rad]
-    Th: np.ndarray
-    Gamma: np.ndarray  # this and the next: (E, 3), strain and curvature [1/m]
-    K: np.ndarray
-    n: np.ndarray  # this and the next: (E, 3), section force [N] and moment [N m]
-    m: np.ndarray
+    e: np.ndarray  # (E, 3), chord [m]
+    Th: np.ndarray  # (E, 3), rotation of the second end against the first [rad]
+    Gamma: np.ndarray  # (E, 3), strain
+    K: np.ndarray  # (E, 3), curvature [1/m]
+    n: np.ndarray  # (E, 3), section force [N]
+    m: np.ndarray  # (E, 3), section moment [N m]
     q: np.ndarray  # (E, 3), moment n x e of the section force over the element [N m]
     f_D: np.ndarray  # (E, 3), moment that works on the difference of the end spins: H m + b Th x q [N m]
     halfway: Halfway  # scalars of the rotation maps

@@ -63,7 +63,7 @@ class BeamModel(Memoryless):
         self.nodes = np.asarray(nodes, dtype=float)
         self.springs = springs or LinearSprings.none()
         self.beams = len(ends)
-        # beams first, then springs: both are pairs of points.
+        # Beams first, then springs: both are pairs of points.
         self.ends = np.concatenate([ends, self.springs.ends])
         beam_offsets = np.zeros((self.beams, 2, 3)) if offsets is None else offsets
         self.offsets = np.concatenate([beam_offsets, self.springs.offsets])
@@ -76,7 +76,7 @@ class BeamModel(Memoryless):
         self.length = float(np.mean(self.elements.length))
         self.radius = float(radius)
         self.scale = np.tile(np.repeat([1.0, self.radius], 3), len(self.nodes))
-        # where nothing resists yet, rounding is no measure of a residual.
+        # Where nothing resists yet, rounding is no measure of a residual.
         axis = self.elements.axis
         along = np.einsum("ei,eij,ej->e", axis, self.elements.law[:, :3, :3], axis)
         self._least_force = UNLOADED * float(along.mean())

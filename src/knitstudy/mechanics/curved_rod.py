@@ -106,7 +106,7 @@ class _Disc:
         even, odd = (self._polynomials(degree, parity) for parity in (0, 1))
         components = (even, odd, even) if in_plane else (odd, even, odd)
         blank = [np.zeros_like(each[0]) for each in components]
-        # unknowns of component c are its own polynomials; all others are zero there.
+        # Unknowns of component c are its own polynomials; all others are zero there.
         self.value, self.along_x, self.along_y = (
             np.stack(
                 [np.hstack([*blank[:c], components[c][part], *blank[c + 1 :]]) for c in range(3)],
@@ -136,7 +136,7 @@ def _solve(disc: _Disc, bend: float, poisson_ratio: float, forces: tuple[int, ..
     B0, B1, BR = (
         (weigh @ each).reshape(-1, each.shape[-1]) for each in (of_warping, of_slope, of_strain[..., f])
     )
-    # motions of the section as a whole are no warping.
+    # Motions of the section as a whole are no warping.
     rigid = _rigid(disc)[:, :, f].reshape(-1, 3)
     shapes = disc.value.transpose(1, 0, 2).reshape(-1, disc.value.shape[-1])
     weights = np.repeat(disc.weight, 3)[:, None]
@@ -251,7 +251,7 @@ class CurvedSection:
                 f"curved rod is known down to {self.radius / TIGHTEST:.4g}, {1 / TIGHTEST:g} yarn radii: "
                 "take straight sections, which do without it"
             )
-        # where a rod is straight any normal will do.
+        # Where a rod is straight any normal will do.
         any_normal = np.eye(3)[np.argmin(np.abs(t), axis=1)]
         B = np.where((bend > 1e-12)[:, None], across, np.cross(t, any_normal))
         B /= np.linalg.norm(B, axis=1)[:, None]

@@ -277,7 +277,7 @@ def line_search(
             best = tried
         before_root = tried.along * slope > 0
         if before_root and (high is None or np.isnan(high[1])):
-            # the tangent is too stiff for the root to lie within the step, or the step leads uphill.
+            # The tangent is too stiff for the root to lie within the step, or the step leads uphill.
             if tried.residual <= residual or abs(tried.along) <= abs(slope):
                 return tried
             high = share, np.nan
@@ -286,7 +286,7 @@ def line_search(
         else:
             high = share, tried.along
         share = _between(low, high, first=high[0] == 1.0 and low[0] == 0.0)
-    # where points begin to touch or to slip, force jumps: the next tangent knows better than a shorter step.
+    # Where points begin to touch or to slip, force jumps: the next tangent knows better than a shorter step.
     if best is not None and (best.response.status is not None or best.residual < residual):
         return best
     return None

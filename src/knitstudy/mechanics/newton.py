@@ -103,7 +103,7 @@ def trace(
                 f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}",
             )
         else:
-            # one increment that was too coarse for what is summed says little about those far behind it.
+            # One increment that was too coarse for what is summed says little about those far behind it.
             most, next_size = min(share, largest * settings.growth), size
             if done.newton_iterations <= settings.quick:
                 next_size = min(most, size * settings.growth)
@@ -120,7 +120,7 @@ def trace(
                 now, size, largest = done, next_size, most
                 continue
             attempts.add(now, path, coarse)
-            # the next ones would be too large as well.
+            # The next ones would be too large as well.
             largest = 0.5 * (target - now.load)
         size = 0.5 * (target - now.load)
         log.warning("%s; trying %.3g of the load", attempts.reason, size)
@@ -129,7 +129,7 @@ def trace(
 def _target(load: float, size: float, prescribed: PrescribedDisplacement, settings: Settings) -> float:
     """Return the load factor at which an increment of a size ends: at a stop on the way, or where it is a share."""
     target = load + size
-    # whole shares of the load stay free of rounding.
+    # Whole shares of the load stay free of rounding.
     whole = round(target * settings.increments) / settings.increments
     if abs(target - whole) < SMALLEST:
         target = whole
@@ -262,7 +262,7 @@ class _Path:
         A straight step stretches what turns, and the state knows that. A curve through what came before foresees the
         turning as well; but where it overshoots it presses yarns, which may have no stiffness then.
         """
-        # multipliers start from zero again, so does what they moved.
+        # Multipliers start from zero again, so does what they moved.
         total = self._guess(now, begun, target, rates) - sum(now.updates)
         state = self.model.advance(begun, total)
         if len(rates) > 1:
@@ -276,7 +276,7 @@ class _Path:
             guess = extrapolated(rates, target - now.load)
             guess[self.prescribed.fixed] = moved
             return guess
-        # moving the driven side alone would crush the elements there: let the tangent spread it.
+        # Moving the driven side alone would crush the elements there: let the tangent spread it.
         guess = np.zeros(self.model.size)
         guess[self.prescribed.fixed] = moved
         response = self._tangent(begun)
@@ -342,7 +342,7 @@ class _Path:
         if at.changed:
             at.correction, at.tangent_is_stale = np.inf, True
         elif taken.share == 1.0 and at.residual <= 0.3 * self.settings.residual_tolerance:
-            # corrections fall as residuals do: what is still to come need not be computed to be known.
+            # Corrections fall as residuals do: what is still to come need not be computed to be known.
             at.correction *= min(at.residual / max(at.residuals[-2], 1e-300), 1.0)
         log.debug(
             "iteration %d: residual %.3e, correction %.3e h",
@@ -378,7 +378,7 @@ class _Path:
         return response
 
     def _tangent(self, state: Any) -> Response:
-        # two tangents at once would be the largest part of the memory.
+        # Two tangents at once would be the largest part of the memory.
         self.solver.release()
         return self._respond(state, stiffness=True)
 
@@ -401,7 +401,7 @@ class _Path:
         except ConvergenceError as error:
             raise _Failed(str(error)) from error
         self.krylov_iterations += solution.iterations
-        # factors that were made on the way are set-up, not solution.
+        # Factors that were made on the way are set-up, not solution.
         self.seconds["setup"] += self.solver.setup_seconds
         self.seconds["solve"] += time.perf_counter() - started - self.solver.setup_seconds
         return solution.x
@@ -416,10 +416,10 @@ class _Path:
         eta = 3e-2 if at.changed else 1e-3
         if len(at.residuals) > 1 and at.residual < at.residuals[-2]:
             eta = min(eta, 0.9 * (at.residual / at.residuals[-2]) ** 2)
-        # nothing is gained by solving further than the increment has to be balanced.
+        # Nothing is gained by solving further than the increment has to be balanced.
         floor = 0.1 * self.settings.residual_tolerance / max(at.residual, 1e-300)
         if at.residual <= NEAR and not at.changed:
-            # balance is one good step away: a few more Krylov iterations spare a tangent.
+            # Balance is one good step away: a few more Krylov iterations spare a tangent.
             eta = min(eta, floor)
         return min(max(eta, floor, 1e-8), 1e-1)
 

@@ -137,7 +137,7 @@ def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray
     area, inertia, shear = np.pi, np.pi / 4, 0.5 / (1 + nu)
     per_shear = (7 + 14 * nu + 8 * nu**2) / (6 * (1 + nu) ** 2) / (shear * area)  # as `curved_rod`
     bent = 1 / (inertia * k**4) + per_shear / k**2
-    # the arm, of length 1, turns with bending under a force along the yarn, with twist under one across it.
+    # The arm, of length 1, turns with bending under a force along the yarn, with twist under one across it.
     stretched = 1 / (area * k**2) + 1 / (inertia * k**2)
     twisted = bent + 1 / (2 * shear * inertia * k**2)
     return 2 / apart * np.array([np.sum(wave * each) for each in (bent, stretched, twisted)])
@@ -287,7 +287,7 @@ def cylinder_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndar
         share = np.where(m == 0, 0.5, 1.0)[:, None, None, None]
         flat = np.moveaxis(share * load, 2, 0).reshape(9, -1)
         total += np.real(flat.conj() @ np.moveaxis(answer, 2, 0).reshape(9, -1).T)
-    # waves of -k are the conjugate ones of those of k and -m; those of -m are their mirror images.
+    # Waves of -k are the conjugate ones of those of k and -m; those of -m are their mirror images.
     mirror = np.outer(MIRROR, MIRROR).ravel()
     return (total + mirror[:, None] * total * mirror) / (np.pi * apart)
 
@@ -312,7 +312,7 @@ def space_patch(
     right = np.einsum("wnj,ab->wnajb", load, np.eye(3)).reshape(len(phase), 3 * nodes, 9)
     solution = np.linalg.solve(stiffness, right)
     compliance = np.real(np.einsum("wia,wib->ab", right.conj(), solution)) / spans
-    # components x1, x2, s of the section at the angle 0 are n, y, s.
+    # Components x1, x2, s of the section at the angle 0 are n, y, s.
     order = (3 * np.arange(3)[:, None] + [0, 2, 1]).ravel()
     return compliance[np.ix_(order, order)]
 

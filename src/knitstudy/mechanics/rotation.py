@@ -72,7 +72,7 @@ class Halfway:
     """
 
     square: np.ndarray  # (k,), the angles' squares [rad2]
-    a: np.ndarray  # these: (k,), see the module
+    a: np.ndarray  # (k,), as b and g: see above
     b: np.ndarray
     g: np.ndarray
 
@@ -153,7 +153,7 @@ def stiffness_at_nodes(stiffness: np.ndarray, force: np.ndarray, arm: np.ndarray
     ends = ((0, slice(0, 3), slice(3, 6)), (1, slice(6, 9), slice(9, 12)))
     for end, shift, spin in ends:  # a spin w of the node moves the end by w x r = -r^ w
         at_nodes[:, :, spin] -= at_nodes[:, :, shift] @ lever[:, end]
-    # the arm turns under the force: d(r x F) = (w x r) x F = F^ r^ w.
+    # The arm turns under the force: d(r x F) = (w x r) x F = F^ r^ w.
     turning = hat(force[:, 0::2]) @ lever
     for end, shift, spin in ends:
         at_nodes[:, spin] += lever[:, end] @ at_nodes[:, shift]

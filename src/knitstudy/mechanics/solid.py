@@ -70,8 +70,8 @@ class SolidState:
 
     displacement: np.ndarray  # (n, 3), of the retained nodes [m]
     memory: Memory | None = None
-    load: float = 0.0  # this and the next: load factor that the running increment ends at, and its size
-    change: float = 1.0
+    load: float = 0.0  # load factor that the running increment ends at
+    change: float = 1.0  # its size
     # (n, 3), what it came by, straight from where a tangent was formed [m]; None where it came by no such way
     step: np.ndarray | None = field(default=None, kw_only=True)
 
@@ -115,7 +115,7 @@ class SolidModel:
         self.size = 3 * self.assembly.retained
         self.scale = np.ones(self.size)
         self.length = length
-        # where nothing resists yet, rounding is no measure of a residual.
+        # Where nothing resists yet, rounding is no measure of a residual.
         self._least_force = UNLOADED * self.groups[0].elements.material.youngs_modulus * length**2
 
     def start(self) -> SolidState:
@@ -241,7 +241,7 @@ class SolidModel:
         share(evaluate, len(batches))
         started = time.perf_counter()
         matrix = self.assembly.matrix(total) if stiffness else None
-        # threads sum up side by side: their mean counts.
+        # Threads sum up side by side: their mean counts.
         seconds = summing.sum() / min(threads(), len(batches)) + time.perf_counter() - started
         internal, hourglass = np.sum([each.sum(axis=1) for each in energy], axis=0).tolist()
         mean = magnitude.sum() / sum(group.connectivity.size for group in self.groups)

@@ -275,7 +275,7 @@ class SolidsAndBeams:
         columns += [own.col + self.first_beam, np.tile(self._motions, MOTIONS).ravel()]
         values += [own.data, turning.ravel()]
         entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-        # sums of triplets keep zeros: the pattern stays the same and structurally symmetric.
+        # Sums of triplets keep zeros: the pattern stays the same and structurally symmetric.
         return sp.coo_matrix(entries, shape=(self.size, self.size)).tocsr()
 
     def _spread(self, slope: np.ndarray) -> sp.csr_matrix:

@@ -28,9 +28,7 @@ class ContactState(SolidState):
 
     memory: ContactMemory | None = None
     augmentations: int = 0  # updates of the contact multipliers within the running increment
-    # share of the drag that leads free bodies to their first contact: 1, `FADED`, or 0 where contact holds
-    # them
-    led: float = 1.0
+    led: float = 1.0  # share of the drag on free bodies: 1, `FADED`, or 0 where contact holds them
 
 
 @dataclass(frozen=True)

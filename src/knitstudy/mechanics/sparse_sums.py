@@ -246,7 +246,7 @@ class TiedBlocks:
 
     def __init__(self, transformation: sp.csr_matrix) -> None:
         self._transformation, self._kept = transformation, transformation.shape[1]
-        # the retained node that a node is, or -1 if it depends on several.
+        # The retained node that a node is, or -1 if it depends on several.
         self._itself = np.full(transformation.shape[0], -1)
         single = np.flatnonzero(np.diff(transformation.indptr) == 1)
         entry = transformation.indptr[single]
@@ -263,7 +263,7 @@ class TiedBlocks:
             and np.all(np.diff(kept) > 0)
             and np.all(np.diff(self._itself[np.unique(matrix.indices)]) > 0)
         ):
-            # nothing among them is tied: the same blocks under other numbers.
+            # Nothing among them is tied: the same blocks under other numbers.
             indptr = np.zeros(self._kept + 1, dtype=np.int32)
             indptr[kept + 1] = np.diff(matrix.indptr)[row]
             indices = self._itself[matrix.indices].astype(np.int32)

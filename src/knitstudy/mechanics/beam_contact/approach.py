@@ -23,10 +23,9 @@ class Stencil:
     """Points (k,) of curves as weighted sums of stations."""
 
     stations: np.ndarray  # int (k, 4)
-    # these: (k, 4), weights of the position and of its derivatives with respect to arc length [1, 1/m, 1/m2]
-    value: np.ndarray
-    first: np.ndarray
-    second: np.ndarray
+    value: np.ndarray  # (k, 4), weights of the position
+    first: np.ndarray  # (k, 4), of its derivative with respect to arc length [1/m]
+    second: np.ndarray  # (k, 4), of the second one [1/m2]
 
     def of(self, weights: np.ndarray, field: np.ndarray) -> np.ndarray:
         """Return the sums (k, ...) of a field (S, ...) of the stations with one of the weights."""
@@ -63,7 +62,7 @@ class Curves:
         self.arc_length = arc_length
         self.first = np.concatenate([[0], np.cumsum(count)])
         self.length = arc_length[self.first[1:] - 1]
-        # one rising coordinate for all yarns, so that one search serves them.
+        # One rising coordinate for all yarns, so that one search serves them.
         self._origin = np.concatenate([[0.0], np.cumsum(2 * self.length)])[:-1]
         self._knots = self._origin[yarn] + arc_length
         self._weights = self._hermite_weights()
@@ -139,9 +138,9 @@ class Approach:
     s: np.ndarray  # (k, 2), their arc lengths [m]
     found: np.ndarray  # bool (k,), false where a point stands at the bound of its piece
     stencil: tuple[Stencil, Stencil]  # of side A and side B
-    point: np.ndarray  # these: (k, 2, 3), position [m] and its derivatives with respect to arc length
-    tangent: np.ndarray
-    bend: np.ndarray
+    point: np.ndarray  # (k, 2, 3), position [m]
+    tangent: np.ndarray  # (k, 2, 3), its derivative with respect to arc length
+    bend: np.ndarray  # (k, 2, 3), the second one [1/m]
     distance: np.ndarray  # (k,), |r| [m]
     normal: np.ndarray  # (k, 3) r / |r|, from A to B
 

@@ -103,9 +103,8 @@ class BeamContactPoints:
     # (k,), part of the increment in contact: 1, or less for pairs that have closed within it
     share: np.ndarray
     share_rate: np.ndarray  # (k,), its derivative with respect to the gap [1/m]
-    # this and the next: (k, 3), tangential force on side B by side A's motion, before and after Coulomb's limit [N]
-    trial: np.ndarray
-    traction: np.ndarray
+    trial: np.ndarray  # (k, 3), tangential force on side B by side A's motion, before Coulomb's limit [N]
+    traction: np.ndarray  # (k, 3), the same after it [N]
     force: np.ndarray  # (k,), normal force [N]
     status: np.ndarray  # int (k,) OPEN, STICK or SLIP
 
@@ -434,7 +433,7 @@ class TouchingBeams:
         carried = motion[stations]  # (a, 16, 6, 6)
         blocks = stiffness.reshape(-1, 16, 6, 16, 6).transpose(0, 1, 3, 2, 4)
         blocks = np.swapaxes(carried, 2, 3)[:, :, None] @ blocks @ carried[:, None]
-        # an arm turns under the force at its end: d(r x F) = F^ r^ w.
+        # An arm turns under the force at its end: d(r x F) = F^ r^ w.
         turning = np.zeros((len(self.node), 6, 6))
         turning[:, 3:, 3:] = hat(station_force[:, :3]) @ hat(arm)
         held = np.flatnonzero(np.any(turning != 0, axis=(1, 2)))

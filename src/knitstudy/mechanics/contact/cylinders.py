@@ -50,7 +50,7 @@ class Cylinders:
         degree = max(yarn.degree for yarn in space.yarns)
         self.block = 2 * degree + 1
         splines = [yarn.spline for yarn in space.yarns]
-        # one evaluator of all yarns: every place says which span it is on.
+        # One evaluator of all yarns: every place says which span it is on.
         self._spline = Spline(splines[0].degree, np.concatenate([spline.knots for spline in splines]))
         self._first_span = np.concatenate([[0], np.cumsum([len(spline.spans) for spline in splines])])
         start = np.concatenate([[0.0], np.cumsum(self._last)[:-1]]) * self.unit
@@ -59,7 +59,7 @@ class Cylinders:
         self._coefficients = _Coefficients.of(space, degree)
         self._rings = self._values_at(along)
         self._first_ring = np.concatenate([[0], np.cumsum(self.cells[:, 0] + 1)])
-        # waves of degree p are at most 1 / cos(pi p / n) times what they are at n > 2 p equal angles (Ehlich and Zeller
+        # Waves of degree p are at most 1 / cos(pi p / n) times what they are at n > 2 p equal angles (Ehlich and Zeller
         # 1964).
         controls = 2 * self.block
         self._control_waves = _waves(self.block, 2 * np.pi * np.arange(controls) / controls, 0)[0]
@@ -188,7 +188,7 @@ def _waves(block: int, angle: np.ndarray, orders: int = 2) -> np.ndarray:
         found[0, :, last + 3] = odd * cosine + even * sine
     wave = (np.arange(block) + 1) // 2
     if orders > 0:
-        # the derivative of a cosine is the sine beside it, and the other way round.
+        # The derivative of a cosine is the sine beside it, and the other way round.
         beside = np.where(np.arange(block) % 2 == 1, 1, -1)
         partner = np.arange(block) + np.where(wave > 0, beside, 0)
         np.multiply(found[0][:, partner], -wave * beside, out=found[1])

@@ -116,7 +116,7 @@ class Neighbourhoods:
         place, way = self._seen(now, then)
         if self._motion(place, way).least(margin).min() < 0:
             return False
-        # what was too far apart for one neighbourhood follows the map of the whole.
+        # What was too far apart for one neighbourhood follows the map of the whole.
         whole = _Maps.of(_moments(place, way).sum(axis=0, keepdims=True))
         rest = _farthest(way - whole.at(np.zeros(len(place), dtype=np.int64), place)).max(keepdims=True)
         return bool(Motion(whole.shrink, self._surfaces.overshoot * rest).least(self._apart)[0] >= 0)
@@ -238,7 +238,7 @@ class Following:
         again = kept is not None and kept.source is history and np.array_equal(kept.before, before)
         if again and kept.neighbourhoods.keeps_apart(carriers, kept.searched, self._margin):
             return kept
-        # what was found for trial states, however wild, is forgotten.
+        # What was found for trial states, however wild, is forgotten.
         found = self._search.find(carriers, self._margin)
         arc = self._search.arc(history.surface, history.xi[:, 0])
         same = same_pair(found.point, found.surface, found.arc, history, arc)
@@ -249,7 +249,7 @@ class Following:
         stays, new = np.flatnonzero(stays), np.flatnonzero(same < 0)
         every = joined(taken(history, stays), _open(found, new, history.dissipated))
         least = np.append(least[stays], found.least[new])
-        # in one order, so that sums are the same whenever was searched, after a restart too.
+        # In one order, so that sums are the same whenever was searched, after a restart too.
         order = np.lexsort((every.xi[:, 0], every.surface, every.point))
         every = taken(every, order)
         neighbourhoods = Neighbourhoods(self._search.surfaces, carriers, self._search.reach)

@@ -58,8 +58,8 @@ class ContactPoints:
 class ContactHistory:
     """What contact points remember of the last converged increment; all arrays run over the candidate pairs."""
 
-    point: np.ndarray  # this and the next: int (c,), gauss point and the surface that it faces
-    surface: np.ndarray
+    point: np.ndarray  # int (c,), Gauss point
+    surface: np.ndarray  # int (c,), surface that it faces
     xi: np.ndarray  # (c, 2), its closest point
     # (c,), its gap [m]; inf where the closest point was not within the surface's edges, -inf where none was
     # looked for: it was open then, and xi is a guess
@@ -116,7 +116,7 @@ def same_pair(
     if not len(old.point) or not len(point):
         return np.full(len(point), -1)
     count = 1 + max(surface.max(), old.surface.max())
-    # pairs of different points or surfaces lie farther apart in this plane than any two places of one surface.
+    # Pairs of different points or surfaces lie farther apart in this plane than any two places of one surface.
     new = np.stack([1e6 * (point * count + surface), arc], axis=1)
     known = np.stack([1e6 * (old.point * count + old.surface), old_arc], axis=1)
     distance, index = cKDTree(known).query(new, distance_upper_bound=1.0)

@@ -64,7 +64,7 @@ def circular_chords(angles: np.ndarray) -> np.ndarray:
     ahead = np.mod(np.roll(angles, -1, axis=1) - angles, 2 * np.pi)
     behind = np.roll(ahead, 1, axis=1)
     length = 8 / (1 / np.tan(behind / 4) + 1 / np.tan(ahead / 4))
-    # shares that go with 1 / sin(step / 2)^2 leave no part along the normal.
+    # Shares that go with 1 / sin(step / 2)^2 leave no part along the normal.
     scale = 0.5 * length / (1 / np.tan(behind / 2) + 1 / np.tan(ahead / 2))
     return np.stack([scale / np.sin(behind / 2) ** 2, scale / np.sin(ahead / 2) ** 2], axis=-1)
 
@@ -92,7 +92,7 @@ class Grids:
         self._chords = None
         if any(grid.chords is not None for grid in self.grids):
             self._chords = np.concatenate([_chords(grid).reshape(-1, 2) for grid in self.grids])
-        # between nodes that move by w at most, a place moves by at most 1/4 of what a tangent changes by farther: that
+        # Between nodes that move by w at most, a place moves by at most 1/4 of what a tangent changes by farther: that
         # is w along, and twice the larger share of a chord times w around.
         largest_chord = max(float(_chords(grid).max()) for grid in self.grids)
         self.overshoot = 1.25 * (1 + 0.5 * largest_chord)

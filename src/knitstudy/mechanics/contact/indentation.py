@@ -113,13 +113,11 @@ VANISHING = 1e-12
 class Indentation:
     """Local indentation of crossing yarns, and Coulomb's friction."""
 
-    modulus: float  # these: E and E* = E / (2 (1 - nu^2)) [Pa], and R [m] of the yarns
-    elastic: float
-    radius: float
+    modulus: float  # E of the yarns [Pa]
+    elastic: float  # E* = E / (2 (1 - nu^2)) [Pa]
+    radius: float  # R of the yarns [m]
     friction: float  # mu; inf for rough contact, 0 for none
-    # (n,), depth over R, at every angle of `ANGLES`, up to which F is tabulated; beyond it the pressure is
-    # linear
-    deepest: np.ndarray
+    deepest: np.ndarray  # (n,), depth over R, at every angle of `ANGLES`, beyond which the pressure is linear
     energy: np.ndarray  # (4, PIECES, n) F / q^3 over E as cubics in q = sqrt(depth / R), in equal pieces
     stick: np.ndarray  # (4, PIECES, n), stiffness along the surface over that across it, in the same pieces
 
@@ -146,7 +144,7 @@ class Indentation:
         """Return the stiffnesses at gaps (k,) [m] and angles (k,), with the friction."""
         _, _, first, second = self._derivatives(gap, angle)
         stick, change = self._stick(gap, angle)
-        # where nothing touches the stiffness vanishes; it is divided by.
+        # Where nothing touches the stiffness vanishes; it is divided by.
         normal = self.modulus / self.radius * np.maximum(first, VANISHING)
         slope = -self.modulus / self.radius**2 * (stick * second + change * first)
         return Coulomb(normal, stick * normal, self.friction, slope)
@@ -197,7 +195,7 @@ class Indentation:
                 6 * g + 18 * x * g1 + 9 * x**2 * g2 + x**3 * g3,
             ]
         )
-        # beyond what is tabulated F is a parabola of the depth.
+        # Beyond what is tabulated F is a parabola of the depth.
         pressure = f[1] / (2 * last)
         slope = np.maximum((f[2] - 2 * pressure) / (4 * last**2), LEAST * pressure / last**2)
         more = q**2 - last**2
@@ -261,7 +259,7 @@ def indentation(
     for number, angle in enumerate(ANGLES):
         root, values, sticking = _curve(float(angle), degree, span, spline_degree, poisson)
         deepest[number] = root[-1] ** 2
-        # the smooth F / q^3, in equal pieces.
+        # The smooth F / q^3, in equal pieces.
         even = np.linspace(0, root[-1], PIECES + 1)
         for table, curve in ((energy, values), (stick, sticking)):
             table[:, :, number] = CubicSpline(np.arange(PIECES + 1.0), CubicSpline(root, curve)(even)).c

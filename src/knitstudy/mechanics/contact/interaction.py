@@ -169,7 +169,7 @@ class Contact:
         rate = (-ends[1] / span**2)[:, None] * moved
         slip = share[:, None] * moved
         if self.law.directional:
-            # stiffness that is gained carries nothing at first; what is lost takes its share of the traction along.
+            # Stiffness that is gained carries nothing at first; what is lost takes its share of the traction along.
             carried = np.where(fresh[:, None], 0.0, history.xi - history.anchor)
             kept = np.minimum(self.law.at(history.gap, angle).tangential / local.tangential, 1.0)
             slip -= (1 - kept)[:, None] * carried
@@ -265,7 +265,7 @@ class Contact:
             every,
             multiplier=_put(every.multiplier, number, -points.pressure),
             anchor=_put(every.anchor, number, anchor),
-            # positive from now on, so that the anchor stays where the point touched first.
+            # Positive from now on, so that the anchor stays where the point touched first.
             pressure=_put(every.pressure, number, np.where(fresh, np.finfo(float).tiny, history.pressure)),
         )
         self._following.go_on(every, augmented)

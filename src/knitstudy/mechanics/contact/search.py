@@ -28,8 +28,8 @@ FARTHEST = 2.0
 class Candidates:
     """Pairs that may touch, by point, surface and place."""
 
-    point: np.ndarray  # this and the next: int (c,), gauss points, and surfaces that they face
-    surface: np.ndarray
+    point: np.ndarray  # int (c,), Gauss points
+    surface: np.ndarray  # int (c,), surfaces that they face
     guess: np.ndarray  # (c, 2), guesses of the closest places
     arc: np.ndarray  # (c,), what `Search.arc` is there
     least: np.ndarray  # (c,), what the gaps are at least [m]
@@ -91,7 +91,7 @@ class Search:
             guess[here] = self._place(number, self._row[row[here]], middle[here], carriers)
         closest = project(self.surfaces, carriers, surface, middle, guess)
         gap = self.gap(self._cell_surface[cell], surface, closest)
-        # beyond an edge of the surface nothing is known of the points beside the middle.
+        # Beyond an edge of the surface nothing is known of the points beside the middle.
         near = (gap - size < margin) | ~closest.found
         near &= self._may_meet(self.ring(cell), self._ring_at(surface, closest.xi[:, 0]))
         near = np.flatnonzero(near)
@@ -185,7 +185,7 @@ class Search:
         step = self._steps(centres)
         tree = cKDTree(centres)
         cell = self._cells_of(self._near_rows(tree, margin, step.max()))
-        # outside of a bend a yarn is at most twice as long as in its middle: none is bent to less than its radius.
+        # Outside of a bend a yarn is at most twice as long as in its middle: none is bent to less than its radius.
         size = step[self.ring(cell)] + 0.5 * self._chord[self._cell_surface[cell]]
         reach = self._reach[self._surface] + margin + 0.5 * np.maximum(np.append(step, 0), np.append(0, step))
         parts = _parts(len(cell))

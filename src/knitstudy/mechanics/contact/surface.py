@@ -136,10 +136,10 @@ def interpolate(weight: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np
 class Kinematics:
     """Derivatives with respect to z = (e, a_1, a_2), flattened to nine columns."""
 
-    xi: np.ndarray  # (k, 2, 9), dxi = A^-1 (tau . e + g n . a), A = m - g k with the distance g.
-    gap: np.ndarray  # (k, 9), dg = n . e.
-    tangent: np.ndarray  # (k, 2, 3, 9), dtau_a = a_a + y,_ab Dxi^b
-    normal: np.ndarray  # (k, 3, 9), dn = -tau^a (n . Dtau_a).
+    xi: np.ndarray  # (k, 2, 9), Dxi = A^-1 (tau . e + g n . a), A = m - g k with the distance g
+    gap: np.ndarray  # (k, 9), Dg = n . e
+    tangent: np.ndarray  # (k, 2, 3, 9), Dtau_a = a_a + y,_ab Dxi^b
+    normal: np.ndarray  # (k, 3, 9), Dn = -tau^a (n . Dtau_a)
 
     @classmethod
     def of(cls, projection: Projection) -> Kinematics:

@@ -171,7 +171,7 @@ class OnePointHexahedron:
         mode = gamma @ displacement  # (e, 4, 3)
         force = gradient @ np.swapaxes(first, 1, 2)
         force += np.swapaxes(hourglass[:, None, None] * gamma, 1, 2) @ mode
-        # an element turned inside out has no energy in terms of E: let the load path see it.
+        # An element turned inside out has no energy in terms of E: let the load path see it.
         force[determinant(deformation) <= 0] = np.nan
         blocks = None
         if stiffness:
@@ -219,8 +219,8 @@ class InverseMap:
     nodes: np.ndarray  # (N, 3) [m]
     elements: np.ndarray  # int (E, a)
     yarn: np.ndarray  # int (N,), of every node
-    shape: Functions  # this and the next: of the elements
-    gradient: Functions
+    shape: Functions  # of the elements
+    gradient: Functions  # of these
 
     def locate(self, points: np.ndarray, yarn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the nodes (k, a) and weights (k, a) whose sum a material point is.
@@ -297,7 +297,7 @@ def natural_coordinates(
         jacobian = np.swapaxes(own[far], 1, 2) @ gradient(here[far])  # dX_i / dxi_j
         with np.errstate(divide="ignore", invalid="ignore"):
             step = np.einsum("kij,kj->ki", inverse(jacobian)[0], apart[far])
-        # far outside of an element its map can fold; steps of bounded length come back from there.
+        # Far outside of an element its map can fold; steps of bounded length come back from there.
         natural[moving] = here[far] + np.clip(np.nan_to_num(step), -1, 1)
     natural[moving] = np.nan
     return natural

@@ -139,7 +139,7 @@ class QuadraticHexahedron:
         first = stress @ np.swapaxes(deformation, 1, 2)  # P transposed, times the volume of the point
         force = flat @ first.reshape(e, POINTS * 3, 3)
         energy = np.einsum("eq,eq->e", weight, answer.energy.reshape(e, POINTS))
-        # an element turned inside out has no energy in terms of E: let the load path see it.
+        # An element turned inside out has no energy in terms of E: let the load path see it.
         force[(determinant(deformation) <= 0).reshape(e, POINTS).any(axis=1)] = np.nan
         if out is not None:
             moduli = SCRATCH.array("tangent moduli", e * POINTS, 9, 9)

@@ -118,7 +118,7 @@ class LU:
         level = np.linalg.norm(rhs)
         for _ in range(REFINEMENTS):
             residual = rhs - self._matrix @ x
-            # without pivoting, factors of an unsymmetric matrix may need a step of refinement.
+            # Without pivoting, factors of an unsymmetric matrix may need a step of refinement.
             if np.linalg.norm(residual) <= min(tolerance, 1e-10) * level:
                 break
             x += self._factors.solve(residual)

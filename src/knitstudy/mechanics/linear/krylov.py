@@ -132,7 +132,7 @@ def conjugate_gradients(matrix: Rows, apply: Apply, state: Iterate, goal: float,
         if direction is None:
             direction = correction
         else:
-            # orthogonal to the last direction itself, not by a formula that presumes a constant preconditioner.
+            # Orthogonal to the last direction itself, not by a formula that presumes a constant preconditioner.
             direction = correction - (correction @ image) / curvature * direction
         image = matrix @ direction
         curvature = direction @ image

@@ -145,7 +145,7 @@ class YarnScale:
 
     def _factorise(self, matrix: sp.bsr_matrix, yarn: int) -> None:
         for dtype in (self._dtype, np.float64):
-            # in single precision a yarn that hardly anything holds cannot be told from one that nothing holds.
+            # In single precision a yarn that hardly anything holds cannot be told from one that nothing holds.
             band, self._lumps[yarn] = self._band(matrix, yarn, dtype)
             minor = banded.factorise_band(band)
             if minor == 0:

@@ -94,7 +94,7 @@ def axes_along(direction: np.ndarray) -> np.ndarray:
 def rotate_strain(axes: np.ndarray) -> np.ndarray:
     """Return the matrices (e, 6, 6) that take engineering strains to the axes (e, 3, 3) in columns."""
     i, j = VOIGT.T
-    # component (p, q) in the axes is sum over I, J of N_Ip E_IJ N_Jq, with E_IJ = gamma_IJ / 2 off the diagonal.
+    # Component (p, q) in the axes is sum over I, J of N_Ip E_IJ N_Jq, with E_IJ = gamma_IJ / 2 off the diagonal.
     left = axes[:, i[None, :], i[:, None]] * axes[:, j[None, :], j[:, None]]
     right = axes[:, j[None, :], i[:, None]] * axes[:, i[None, :], j[:, None]]
     rotation = 0.5 * (left + right)

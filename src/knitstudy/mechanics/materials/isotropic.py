@@ -100,7 +100,7 @@ class Hencky(Isotropic):
         full = stress[FULL].transpose(2, 0, 1)
         if not tangent:
             return Stress(energy, full, None)
-        # of the derivative of C^-1 T: C^-1 A = (C^-1 - t A) / (1 - t).
+        # Of the derivative of C^-1 T: C^-1 A = (C^-1 - t A) / (1 - t).
         near = weights / (1 - nodes)
         pairs = resolvent.pairs(-mu * near * nodes)
         add_pairs(pairs, 0.5 * (mu * resolvent.sum(near) - stress), inverse)

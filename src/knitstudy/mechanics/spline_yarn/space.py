@@ -357,7 +357,7 @@ def _start(yarn: YarnSpace, nodes: np.ndarray, points: np.ndarray) -> tuple[np.n
     centre, half1, half2 = (np.einsum("kj,kji->ki", values[0], nodes[at + k]) for k in range(3))
     nearest = cKDTree(centre).query(points)[1]
     out = points - centre[nearest]
-    # of phi_1 and phi_2 the coefficients are half the directors.
+    # Of phi_1 and phi_2 the coefficients are half the directors.
     x = [np.einsum("ki,ki->k", out, d[nearest]) / (2 * (d[nearest] ** 2).sum(axis=1)) for d in (half1, half2)]
     return np.stack(x, axis=-1), s[nearest]
 

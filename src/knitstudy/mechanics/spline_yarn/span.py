@@ -204,7 +204,7 @@ class Spans:
             for place, part in enumerate(parts):
                 np.copyto(gathered[:, place], np.swapaxes(points[:, :, part], 0, 1))
             np.matmul(table, gathered.reshape(m * len(parts), -1), out=sums[kind].reshape(n * n, -1))
-        # the transposed of what has its derivative in the column.
+        # The transposed of what has its derivative in the column.
         mixed = sums[1].reshape(n, n, e * g, 3, 3)
         np.copyto(sums[3].reshape(n, n, e * g, 3, 3), mixed.transpose(1, 0, 2, 4, 3))
         value, slope = along  # (e, g, d)
