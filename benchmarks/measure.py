@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 
 from knitstudy.loading.history import Meter
-from knitstudy.stages.parent import end_with_parent
+from knitstudy.stages.script import end_with_parent
 
 HERE = Path(__file__).resolve().parent
 

@@ -20,6 +20,7 @@ from knitstudy.geometry.fabric import (
 )
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.spline import CatmullRom, Centreline
+from knitstudy.mesh.mesher import mesh_fabric, sampled_sections
 
 RADIUS = 0.9e-3
 
@@ -225,3 +226,38 @@ def test_files_that_describe_no_fabric_are_refused(loop):
         Fabric.from_dataset(dataset.drop_vars("loops"))
     with pytest.raises(DataFileError, match=r"specimen is 'sock'; allowed are knit, pair"):
         Fabric.from_dataset(dataset.assign_attrs(specimen="sock"))
+
+
+@pytest.fixture(scope="module")
+def weave():
+    """Three warps and two wefts of a plain weave: sine waves that pass over and under each other."""
+    pitch, height = 6e-3, 1.05 * RADIUS
+    u = np.arange(16) / 16
+
+    def wave(shift, along, across, sign):
+        place = 2 * pitch * (u - 0.25)
+        points = np.outer(place, along) + np.outer(np.full(16, shift), across)
+        points[:, 2] = sign * height * np.cos(np.pi * place / pitch)
+        return Centreline(CatmullRom(points, 2 * pitch * np.array(along)), 2)
+
+    x, y = np.eye(3)[:2]
+    warps = [wave(k * pitch, y, x, (-1) ** k) for k in range(3)]
+    return of_curves([*warps, *(wave(k * pitch, x, y, -((-1) ** k)) for k in range(2))], RADIUS)
+
+
+def test_a_plain_weave_crosses_wherever_warp_meets_weft(weave):
+    crossings = weave.crossings
+    assert sorted(map(tuple, crossings.yarn.tolist())) == [(i, j) for i in range(3) for j in (3, 4)]
+    np.testing.assert_allclose(crossings.distance, 2.1 * RADIUS, rtol=1e-3)
+    over = np.sign(np.diff(crossings.point[..., 2], axis=1)[:, 0])
+    np.testing.assert_array_equal(over, (-1.0) ** crossings.yarn.sum(axis=1))
+
+
+def test_a_weave_is_meshed_with_its_crossings_in_the_middle_of_layers(weave):
+    mesh = mesh_fabric(weave, 0.6e-3)
+    for side in (0, 1):
+        for yarn, s in zip(weave.crossings.yarn[:, side], weave.crossings.arc_length[:, side], strict=True):
+            stations = mesh.stations[yarn]
+            middles = 0.5 * (stations[1:] + stations[:-1])
+            assert np.abs(middles - s).min() < 1e-6 * RADIUS
+    assert sampled_sections(weave).yarns == 5

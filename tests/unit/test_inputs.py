@@ -12,11 +12,10 @@ from knitstudy.figures import catalogue as figures
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.measures.claims.verdicts import findings, hanging
+from knitstudy.measures.claims.verdicts import findings, hanging, variations
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import Reference, transferred_uncertainty
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
-from knitstudy.measures.variations import variations
 from knitstudy.tables import catalogue as tables
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"

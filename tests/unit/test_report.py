@@ -5,6 +5,7 @@ from base64 import b64decode
 from io import BytesIO
 from pathlib import Path
 
+import jinja2
 import pandas as pd
 import pytest
 import study
@@ -37,6 +38,12 @@ CAPTIONS = {
     },
     "tables": {name: {"caption": f"about {name}"} for name in TABLES.names()},
 }
+
+
+@pytest.fixture(scope="module")
+def captions():
+    """Captions of the study."""
+    return yaml.safe_load((REPORT / "captions.yaml").read_text())
 
 
 @pytest.fixture
@@ -82,19 +89,25 @@ def page(pictures, results):
     TABLES.forget("t")
 
 
-def test_page_holds_every_figure_and_table_in_order(page):
+def render_tables(tables, pictures=(), captions=CAPTIONS):
+    """Return a page of some tables and pictures."""
+    provenance = pd.DataFrame({"file": ["a.nc"]})
+    return render(REPORT / "template.html", captions, pictures, tables, provenance, "ci")
+
+
+def test_page_holds_every_figure_and_table_in_order_and_nothing_from_elsewhere(page):
     pictures = re.findall(r'<img src="data:image/webp;base64,[\w+/=]+" [^>]*alt="sight of (\w+)"', page)
-    assert pictures == list(FIGURES.names())
-    assert pictures[0] == "fig15_force_strain"
+    assert pictures == list(FIGURES.names()) == re.findall(r'<a href="figures/(\w+)\.png"><img ', page)
     for name in TABLES.names():
         assert f'href="tables/{name}.csv"' in page
-
-
-def test_page_needs_nothing_from_elsewhere(page):
     loaded = re.findall(r'(?:src|srcset|poster|data)="([^"]*)"', page) + re.findall(r"url\(([^)]*)\)", page)
-    assert len(loaded) == len(FIGURES.names())
-    assert all(source.startswith("data:image/webp;base64,") for source in loaded)
+    assert len(loaded) == len(pictures)
     assert not re.search(r"<(?:script|link|iframe|object)\b", page)
+    assert 'href="dns/a.nc"' in page
+    assert "dns of dns-a [beef]" in page
+    parts = ("verdicts", "comparison", "fig15_force_strain", "rom_distance", "fig01_unit_cell")
+    places = [page.index(f'id="{part}"') for part in parts]
+    assert places == sorted(places), "the page opens on verdicts and the comparison of models"
 
 
 def test_texts_are_escaped_and_filled(page):
@@ -103,15 +116,13 @@ def test_texts_are_escaped_and_filled(page):
     assert page.count("1.23<") == len(FIGURES.names())
 
 
-def test_page_shows_verdicts_and_what_waits(page):
+def test_page_shows_verdicts_and_what_the_full_study_found(page):
+    assert "Of 2 claims of the paper" in page
     assert 'class="verdict not-reproduced">not reproduced<' in page
     assert "has no simulations for: 1<" in page
     assert "Uncertainty: By other discretisations." in page
     assert "Hangs on inputs: Clearance of the yarns." in page
     assert not re.search(r"\bnan\b", page)
-
-
-def test_page_shows_what_the_full_study_found_and_what_is_old(page):
     assert "full study, 2026-11-20: not decidable" in page
     assert re.search(r"two: not yet run; full study, 2026-11-20: <span .*>not decidable</span>. 9 mm\.", page)
     assert '<p class="note">The reference is old.</p>' in page
@@ -130,98 +141,59 @@ def test_summary_names_every_claim_and_shows_what_is_drawn(results):
     assert f"Of {len(claims)} claims of the paper: {len(claims)} reproduced." in page
 
 
-def test_page_links_data_and_origin(page):
-    assert 'href="dns/a.nc"' in page
-    assert "dns of dns-a [beef]" in page
-
-
-def test_captions_of_the_study_name_all_figures_and_tables():
-    captions = yaml.safe_load((REPORT / "captions.yaml").read_text())
+def test_captions_name_all_figures_and_tables(captions):
     assert set(captions["figures"]) == set(FIGURES.names())
     assert set(captions["tables"]) == set(TABLES.names())
     for texts in captions["figures"].values():
         assert set(texts) == {"alt", "caption", "paper", "ours"}
 
 
-def test_table_that_the_study_lacks_leaves_a_dash(pictures):
-    captions = yaml.safe_load((REPORT / "captions.yaml").read_text())
+@pytest.mark.parametrize("models", [None, ["DNS; tie constraint, course"]])
+def test_table_or_model_that_the_study_lacks_leaves_a_dash(pictures, captions, models):
+    table = models and {"table5_cost": pd.DataFrame({"model": models, "degrees of freedom [1]": [9.0]})}
     honeycomb = [path for path in pictures if path.stem == "fig04_honeycomb"]
-    page = render(REPORT / "template.html", captions, honeycomb, {}, pd.DataFrame({"file": ["a.nc"]}), "ci")
-    assert "– degrees of freedom, with one element a segment" in page
+    assert "– degrees of freedom, with one element a segment" in render_tables(
+        table or {}, honeycomb, captions
+    )
 
 
-def test_model_that_the_study_lacks_leaves_a_dash(pictures):
-    captions = yaml.safe_load((REPORT / "captions.yaml").read_text())
-    honeycomb = [path for path in pictures if path.stem == "fig04_honeycomb"]
-    table = pd.DataFrame({"model": ["DNS; tie constraint, course"], "degrees of freedom [1]": [9.0]})
-    tables = {"table5_cost": table}
-    provenance = pd.DataFrame({"file": ["a.nc"]})
-    page = render(REPORT / "template.html", captions, honeycomb, tables, provenance, "ci")
-    assert "– degrees of freedom, with one element a segment" in page
-
-
-def test_captions_speak_of_models_that_there_are(plain_scene):
+def test_captions_speak_of_models_that_there_are(plain_scene, captions):
     """Rows of models that a study lacks are not missed: names must be those of a whole study."""
     scenes = study.scenes(plain_scene)
-    yielding = {"beam.section": "hertz", "beam.tie": "patch"}
-    more = {
-        "beam-hertz-patch-isotropic-course": yielding,
-    }
-    first = scenes["beam-isotropic-course"]
-    scenes |= {name: first.vary({"name": name} | keys) for name, keys in more.items()}
-    every = study.histories(scenes) | {name: study.history() for name in more}
-    sources = {
-        "models": every,
-        "every": every,
-        "scenes": scenes,
-        "paper": read_table(RESOURCES / "paper_tables.csv"),
-    }
-    sources["reference"] = study.reference(scenes)
-    built = {name: tabulate(name, **sources) for name in BY_MODEL}
-    texts = (REPORT / "captions.yaml").read_text()
-    named = re.findall(r'value\("(\w+)",\s+"([^"]+)",\s+"([^"]+)"', texts)
-    asked = [(table, row, column) for table, row, column in named if table in BY_MODEL]
-    assert len(asked) > 20
+    name = "beam-hertz-patch-isotropic-course"
+    keys = {"name": name, "beam.section": "hertz", "beam.tie": "patch"}
+    scenes[name] = scenes["beam-isotropic-course"].vary(keys)
+    every = study.histories(scenes) | {name: study.history()}
+    sources = {"models": every, "every": every, "scenes": scenes, "reference": study.reference(scenes)}
+    sources["paper"] = read_table(RESOURCES / "paper_tables.csv")
+    built = {table: tabulate(table, **sources) for table in BY_MODEL}
+    asked = []
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined)
+    environment.globals["value"] = lambda *place: asked.append(place[:3]) or ""
+    for text in [text for texts in captions["figures"].values() for text in texts.values()]:
+        environment.from_string(text).render()
+    asked = [place for place in asked if place[0] in BY_MODEL]
+    assert len(asked) > 40
     for table, row, column in asked:
         assert row in set(built[table]["model"]), (table, row)
         assert column in built[table], (table, column)
 
 
-def test_page_opens_on_what_holds_and_the_comparison_of_models(page):
-    assert "Of 2 claims of the paper" in page
-    assert (
-        page.index('id="verdicts"')
-        < page.index('id="comparison"')
-        < page.index('id="fig15_force_strain"')
-        < page.index('id="rom_distance"')
-    )
-    assert page.index('id="rom_distance"') < page.index('id="fig01_unit_cell"')
-
-
-def test_of_the_longest_tables_the_page_shows_the_beginning():
-    tables = {"responses": pd.DataFrame({"scene": [f"s{k}" for k in range(MOST + 1)]})}
-    page = render(REPORT / "template.html", CAPTIONS, [], tables, pd.DataFrame({"file": ["a.nc"]}), "ci")
+def test_long_tables_are_folded_and_empty_ones_left_out():
+    rows = {count: pd.DataFrame({"scene": [f"s{k}" for k in range(count)]}) for count in (LONG, MOST + 1)}
+    page = render_tables({"responses": rows[LONG], "beams": pd.DataFrame({"a": []})})
+    assert f"<details><summary>All {LONG} rows</summary>" in page
+    assert 'id="beams"' not in page
+    page = render_tables({"responses": rows[MOST + 1]})
     assert f"The first {MOST} of {MOST + 1} rows; the CSV has all</summary>" in page
     assert f'<th scope="row">s{MOST - 1}</th>' in page
     assert f'<th scope="row">s{MOST}</th>' not in page
 
 
-def test_long_tables_are_folded_and_empty_ones_left_out(pictures, results):
-    tables = {
-        "responses": pd.DataFrame({"scene": [f"s{k}" for k in range(LONG)]}),
-        "beams": pd.DataFrame({"a": []}),
-    }
-    page = render(REPORT / "template.html", CAPTIONS, [], tables, pd.DataFrame({"file": ["a.nc"]}), "ci")
-    assert f"<details><summary>All {LONG} rows</summary>" in page
-    assert 'id="beams"' not in page
-
-
-def test_short_tables_are_turned_if_their_rows_have_names(pictures):
-    wide = pd.DataFrame({"a": ["x", "y"], "b": [1, 2], "c": [3, 4]})
-    for first, turned in ((["x", "y"], True), (["x", "x"], False)):
-        tables = {"beams": wide.assign(a=first)}
-        page = render(REPORT / "template.html", CAPTIONS, [], tables, pd.DataFrame({"file": ["a.nc"]}), "ci")
-        assert ('<th scope="row">b</th>' in page) is turned
+@pytest.mark.parametrize(("first", "turned"), [(["x", "y"], True), (["x", "x"], False)])
+def test_short_tables_are_turned_if_their_rows_have_names(first, turned):
+    table = pd.DataFrame({"a": first, "b": [1, 2], "c": [3, 4]})
+    assert ('<th scope="row">b</th>' in render_tables({"beams": table})) is turned
 
 
 def test_missing_caption_is_named(pictures, results):
@@ -229,7 +201,7 @@ def test_missing_caption_is_named(pictures, results):
     with pytest.raises(
         ConfigurationError, match=r"figures\.fig15_force_strain must have the texts alt, .*'paper' is"
     ):
-        render(REPORT / "template.html", captions, pictures, results, pd.DataFrame(), "ci")
+        render_tables(results, pictures, captions)
 
 
 def test_pictures_are_of_the_size_of_a_screen(tmp_path):
@@ -241,15 +213,11 @@ def test_pictures_are_of_the_size_of_a_screen(tmp_path):
     assert (picture.width, picture.height) == (2100, 900)
 
 
-def test_pictures_lead_to_the_full_ones(page):
-    assert re.findall(r'<a href="figures/(\w+)\.png"><img ', page) == list(FIGURES.names())
-
-
 def test_picture_that_is_none_is_named(tmp_path, results):
     path = tmp_path / "fig02_interfaces.png"
     path.write_bytes(b"\x89PNG")
     with pytest.raises(DataFileError, match=r"fig02_interfaces\.png: is no picture"):
-        render(REPORT / "template.html", CAPTIONS, [path], results, pd.DataFrame(), "ci")
+        render_tables(results, [path])
 
 
 def test_number_of_a_table_in_its_format():

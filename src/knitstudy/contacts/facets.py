@@ -245,10 +245,11 @@ def tied_crossings(scene: Scene, crossings: Crossings) -> np.ndarray:
     tension.
     """
     if not scene.kind.interaction.touches:
-        return np.ones(len(crossings.row), dtype=bool)
-    if scene.specimen == "pair" or scene.contact.tied_edges == "none":
-        return np.zeros(len(crossings.row), dtype=bool)
-    along = crossings.row if scene.load.direction == "course" else crossings.column
+        return np.ones(len(crossings), dtype=bool)
+    direction = scene.value("load.direction")
+    if direction is None or scene.contact.tied_edges == "none":
+        return np.zeros(len(crossings), dtype=bool)
+    along = crossings.row if direction == "course" else crossings.column
     return (along == along.min()) | (along == along.max())
 
 

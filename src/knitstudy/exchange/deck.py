@@ -261,7 +261,7 @@ def _yarn_elements(mesh: SweptMesh, yarn: int) -> slice:
 
 
 def _title(scene: Scene, specimen: Fabric) -> str:
-    if scene.specimen == "pair":
+    if scene.value("load.path"):
         return f"{scene.name}: two yarns at {scene.pair.angle:g} degrees, {scene.interaction}"
     loops, rows = specimen.cells
     return f"{scene.name}: {loops} x {rows} knit, {scene.interaction}, {scene.load.direction} tension"

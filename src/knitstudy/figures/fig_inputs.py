@@ -12,21 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.style import (
-    DOUBLE,
-    FAINT,
-    INK,
-    INTERACTIONS,
-    PAPER,
-    PERCENT,
-    figure,
-    panel_letter,
-)
+from knitstudy.figures.style import DOUBLE, FAINT, INK, INTERACTIONS, PAPER, PERCENT, figure, panel_letter
 from knitstudy.measures.catalogue import VARIED, several, solid
 from knitstudy.measures.claims.evidence import NOT_REPRODUCED, OPEN, REPRODUCED
-from knitstudy.measures.claims.verdicts import CLAIMS, Finding, findings
+from knitstudy.measures.claims.verdicts import CLAIMS, INPUTS, WITHOUT_LIMIT, Finding, Variation, findings
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
-from knitstudy.measures.variations import INPUTS, WITHOUT_LIMIT, Variation
 from knitstudy.study.scene import Scene
 
 VERDICTS = {REPRODUCED: ("#56B4E9", "\u2713"), OPEN: ("#E6E6E6", "?"), NOT_REPRODUCED: ("#D55E00", "\u2717")}

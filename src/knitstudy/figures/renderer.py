@@ -146,6 +146,9 @@ def _process() -> subprocess.Popen:
 
 def serve() -> None:
     """Render the pictures that come in through the standard input until there are no more."""
+    from vtkmodules.vtkCommonCore import vtkLogger
+
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)  # without a display it warns before it uses EGL
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what VTK prints is no answer
     while True:

@@ -47,7 +47,7 @@ class Motion:
 
 def load_path(scene: Scene, specimen: Fabric) -> Motion:
     """Return how a scene's grips move: a knit's along the load to its strain, a pair's along its path."""
-    if scene.specimen == "pair":
+    if isinstance(scene.load, Path):
         legs = np.array(scene.load.path)
         corners = tuple((np.arange(len(legs)) + 1) / len(legs))
         return Motion(legs, corners, (), axis=2, length=float(specimen.size[2]))

@@ -1,4 +1,4 @@
-"""Looks up what the paper prints, in ``resources/reference/paper_tables.csv``."""
+"""Numbers that the paper prints, from ``resources/reference/paper_tables.csv``."""
 
 from __future__ import annotations
 
@@ -26,40 +26,37 @@ def reported(paper: pd.DataFrame, table: str, case: str, quantity: str) -> pd.Se
         raise DataFileError(
             f"table of the paper's numbers: has no column {missing[0]!r}; needed are {COLUMNS}"
         )
-    same = _is(paper, table, case, quantity)
-    if same.sum() != 1:
+    rows = _rows(paper, table, case, quantity)
+    if len(rows) != 1:
         raise DataFileError(
             f"table of the paper's numbers: table {table!r}, case {case!r}, quantity {quantity!r} is there "
-            f"{same.sum()} times; it must be there once"
+            f"{len(rows)} times; it must be there once"
         )
-    return paper[same].iloc[0]
-
-
-def number(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
-    """Return a printed number in its unit."""
-    return _floats(reported(paper, table, case, quantity))[0]
+    return rows.iloc[0]
 
 
 def numbers(paper: pd.DataFrame, table: str, case: str, quantity: str) -> np.ndarray:
-    """Return several numbers that are printed together, for example the angles of a line to x, y and z."""
-    return _floats(reported(paper, table, case, quantity))
-
-
-def number_if_printed(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
-    """Return a number in its unit, nan where the paper prints none."""
-    there = _is(paper, table, case, quantity).any()
-    return number(paper, table, case, quantity) if there else np.nan
-
-
-def _is(paper: pd.DataFrame, table: str, case: str, quantity: str) -> pd.Series:
-    """Return which rows are of a quantity."""
-    return (paper["table"].astype(str) == table) & (paper["case"] == case) & (paper["quantity"] == quantity)
-
-
-def _floats(row: pd.Series) -> np.ndarray:
+    """Return numbers that are printed together, for example the angles of a line to x, y and z."""
+    row = reported(paper, table, case, quantity)
     try:
         return np.array([float(part) for part in str(row["value"]).split()])
     except ValueError as error:
         raise DataFileError(
             f"table of the paper's numbers: {row['quantity']!r} is {row['value']!r}; it must be numbers"
         ) from error
+
+
+def number(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
+    """Return a printed number in its unit."""
+    return numbers(paper, table, case, quantity)[0]
+
+
+def number_if_printed(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
+    """Return a number in its unit, nan where the paper prints none."""
+    printed = len(_rows(paper, table, case, quantity)) > 0
+    return number(paper, table, case, quantity) if printed else np.nan
+
+
+def _rows(paper: pd.DataFrame, table: str, case: str, quantity: str) -> pd.DataFrame:
+    same = (paper["table"].astype(str) == table) & (paper["case"] == case) & (paper["quantity"] == quantity)
+    return paper[same]

@@ -13,11 +13,10 @@ from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import QUANTITIES, at_strain
 from knitstudy.study.scene import Scene
 
-# ---- Whether models that were chosen for an accuracy keep it on knits that they were not measured on
-
+# ---- other knits ----
 
 BAR, DEAREST = 0.95, 3.0
-"""Share of promises that have to hold, and price over that of the cheapest that would have done."""
+"""Least share of promises that hold, and largest cost over that of the cheapest model that would have done."""
 
 
 @dataclass(frozen=True)
@@ -28,15 +27,15 @@ class Promise:
     ----------
     scene, question, model : str
     accuracy : float
-        What was asked for [1].
+        Accuracy that was asked for [1].
     error : Estimate
-        What was made [1].
+        Error of the model [1].
     quantity : str
-        Where it is the largest.
+        Quantity with this error, the largest.
     seconds, cheapest : float
-        Of the model, and of the cheapest that was tried and would have done [s].
+        Time of the model, and of the cheapest one that would have done [s].
     other : bool
-        Whether the model is another one than that which the truth is drawn from: else a promise cannot but hold.
+        Whether the true value is from another model: else a promise always holds.
     """
 
     scene: str
@@ -51,12 +50,12 @@ class Promise:
 
     @property
     def held(self) -> bool:
-        """Whether the error is within what was asked for: its value, whatever its uncertainty."""
+        """Whether the error is within the accuracy, whatever its uncertainty."""
         return self.error.value <= self.accuracy
 
     @property
     def surely(self) -> bool | None:
-        """The same with the uncertainty; None where that leaves it open."""
+        """The same with the uncertainty; None where it leaves that open."""
         return self.error.below(self.accuracy)
 
 
@@ -66,17 +65,16 @@ def corrected(
     here: tuple[xr.Dataset, xr.Dataset],
     strain: float,
 ) -> Reference:
-    """Return what is to be expected of a knit without a reference: a simulation of it, less what it is off elsewhere.
+    """Return the results of a knit without a reference, corrected by the error of their discretisation elsewhere.
 
-    The error of a discretisation where the reference knows it is taken to be the same here. Half of the correction is
-    left open besides the uncertainty of the reference, as where limits are drawn (docs/notes/reference.md). Where
-    degrees 2 and 3 were both run, at the ends of both sweeps, the corrections differ by 0.7 % in force and 4 % in
-    out-of-plane motion at most.
+    The error is taken to be the same as for a problem with a reference. The uncertainty is that of the reference and
+    half of the correction (docs/notes/reference.md). Where degrees 2 and 3 were both run, at the ends of both sweeps,
+    the corrections differ by 0.7 % in force and 4 % in out-of-plane motion at most.
 
     Parameters
     ----------
     reference : Reference
-        Of the problem of `base`.
+        Reference of the problem of `base`.
     base, here : tuple of Dataset
         Histories and contacts of one discretisation.
     strain : float
@@ -104,7 +102,7 @@ def error_made(
     truth: Reference,
     strain: float,
 ) -> tuple[str, Estimate]:
-    """Return the quantity of a question that a model is off by most, and its error [1]; unknown where nothing is."""
+    """Return the quantity of a question with the largest error of a model, and this error [1], unknown if none is."""
     found = []
     for quantity, value in answers(QUESTIONS[question], scene, history, contacts, strain).items():
         true = known(truth, quantity, strain)
@@ -113,8 +111,7 @@ def error_made(
     return max(found, key=lambda each: each[1].value, default=("", UNKNOWN))
 
 
-# ---- How far off a result is, by another model of the same scene whose own error is known to be bounded
-
+# ---- a second model of the same scene ----
 
 Result = tuple[Scene, xr.Dataset, xr.Dataset | None]
 """Scene, history, and contacts of a direct simulation."""
@@ -122,14 +119,14 @@ Result = tuple[Scene, xr.Dataset, xr.Dataset | None]
 
 @dataclass(frozen=True)
 class Comparison:
-    """What two results of one scene say of the first one's error.
+    """Bounds of the error of a result from a second one.
 
     Attributes
     ----------
     quantity : str
-        In which they differ most.
+        Quantity in which both differ most.
     least, most : float
-        Between which the error of the first lies, if that of the second is bounded as assumed [1].
+        Bounds of the error of the first, if that of the second is bounded as assumed [1].
     """
 
     quantity: str
@@ -137,7 +134,7 @@ class Comparison:
     most: float
 
     def judged(self, accuracy: float, by: str) -> str:
-        """Return in words whether an accuracy was kept, by what model that was seen."""
+        """Return in words whether an accuracy was kept, with the name of the second model."""
         said = f"{self.quantity} is off by {self.least:.1%} to {self.most:.1%}, by {by}"
         if self.least > accuracy:
             return f"warning: {said}: more than the {accuracy:.2g} that was asked for; ask for less, or name a model"
@@ -145,19 +142,18 @@ class Comparison:
 
 
 def compare(question: str, one: Result, other: Result, error: float) -> Comparison | None:
-    """Return between which bounds the error of one result lies, or None where both answer nothing alike.
+    """Return bounds of the error of one result, or None where both have no answer in common.
 
-    With d = |a / b - 1| and b off the truth by at most e, a is off by at most d (1 + e) + e, and at least by
-    d (1 - e) - e.
+    With d = |a / b - 1| and an error of b of at most e, the error of a is between d (1 - e) - e and d (1 + e) + e.
 
     Parameters
     ----------
     question : str
         One of `questions.QUESTIONS`.
     one, other : tuple of Scene, Dataset, Dataset or None
-        The result to judge, and the one that it is compared with.
+        The result to judge, and the second one.
     error : float
-        What the other one is off by at most [1].
+        Largest error of the second one [1].
     """
     strain = one[0].load.strain
     mine, theirs = (answers(QUESTIONS[question], *result, strain) for result in (one, other))

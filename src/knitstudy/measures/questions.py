@@ -1,4 +1,4 @@
-"""What may be asked of a knit, and which quantities answer it by which model."""
+"""Questions about a knit, and the quantities that answer them by each model."""
 
 from __future__ import annotations
 
@@ -35,16 +35,15 @@ Answer = Callable[[xr.Dataset, xr.Dataset | None], np.ndarray]
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked for.
+    """A question about a knit.
 
     Attributes
     ----------
     name : str
-        As a scene says it (``ask.question``).
+        Value of ``ask.question``.
     words : str
-        For people.
     by : mapping of str to tuple of str
-        Quantities that answer it, by fidelity; a fidelity that is not there cannot.
+        Quantities that answer it, by the fidelities that can.
     """
 
     name: str
@@ -71,25 +70,15 @@ QUESTIONS: dict[str, Question] = {
         Question("stress", "normal stress at a contact", dict.fromkeys(_SOLIDS, (PRESSURE,))),
     )
 }
-"""By their names."""
+"""By name."""
 
 
 def answers(
     question: Question, scene: Scene, history: xr.Dataset, contacts: xr.Dataset | None, strain: float
 ) -> dict[str, float]:
-    """Return the values of the quantities that answer a question at a strain; nothing where a model cannot.
+    """Return the quantities that answer a question at a strain of the history; none where a model cannot.
 
-    A slip of yarns that cannot slip is not asked for.
-
-    Parameters
-    ----------
-    question : Question
-    scene : Scene
-    history : Dataset
-    contacts : Dataset or None
-        Of a direct simulation.
-    strain : float
-        Up to the largest of the history.
+    Slip is an answer for friction only. Contacts are those of a direct simulation.
     """
     wanted = question.by.get(scene.fidelity, ())
     if scene.interaction != "isotropic":
@@ -101,10 +90,10 @@ def answers(
 
 
 def known(reference: Reference, quantity: str, strain: float) -> Estimate:
-    """Return what the reference says of a quantity, unknown where it says nothing or nothing moves.
+    """Return the reference value of a quantity, unknown where there is none or it is zero.
 
-    Of the whole force of a crossing it knows the means of both parts. The four crossings of a cell are so alike that
-    the mean of the whole is theirs put together, within 0.3 % with ties and friction (of direct simulations).
+    The mean force of a crossing follows from the means of its normal and tangential part: the four crossings of a cell
+    are alike within 0.3 % in direct simulations with ties and friction.
     """
     if quantity == TOTAL:
         parts = [reference.at(name, strain) for name in (NORMAL, TANGENTIAL)]
@@ -148,4 +137,4 @@ _VALUES: dict[str, Answer] = {name: values for name, (_, values) in QUANTITIES.i
 }
 
 UNITS = {name: unit for name, (unit, _) in QUANTITIES.items()} | {TOTAL: "N", BEAM_SLIP: "m", PRESSURE: "Pa"}
-"""Of all quantities that answer."""
+"""Units of all quantities that answer."""

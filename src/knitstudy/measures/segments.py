@@ -142,7 +142,7 @@ def cell_force(stresses: xr.Dataset, knit: Fabric) -> float:
 
 def _in_column(stresses: xr.Dataset, knit: Fabric) -> np.ndarray:
     """Return the share (P,) of every piece that lies in the centre column, from sinker to sinker."""
-    s, loop = stresses["piece_arc_length"].to_numpy(), knit.centrelines[0].length / knit.cells[0]
+    s, loop = stresses["piece_arc_length"].to_numpy(), knit.centrelines[0].length / knit.repeats
     first = centre(np.arange(knit.cells[0])) * loop
     inside = np.minimum(s[:, 1], first + loop) - np.maximum(s[:, 0], first)
     return np.clip(inside, 0, None) / np.diff(s, axis=1)[:, 0]

@@ -1,4 +1,4 @@
-"""What a result file holds, in a few quantities with their units."""
+"""Summary of a result file: a few quantities with their units, and the layout that is required of it."""
 
 from __future__ import annotations
 
@@ -14,19 +14,16 @@ from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
 from knitstudy.measures.segments import SEGMENT, stress_angles
 
 PROVENANCE = dict.fromkeys(("scene", "digest", "code_version", "numpy", "scipy", "pyamg"), "")
-"""Attributes that say where a result comes from."""
+"""Attributes of the origin of a result."""
 
-HISTORY = dict.fromkeys(("fidelity", "interaction", "incomplete"), "") | dict.fromkeys(
-    ("dof", "unknowns", "elements"), "1"
-)
-"""Attributes that say what was loaded, and why it ended early if it did, with their units."""
+HISTORY = {"fidelity": "", "interaction": "", "incomplete": "", "dof": "1", "unknowns": "1", "elements": "1"}
+"""Attributes of a history with their units."""
 
 COST = {"wall_seconds": "s", "memory_growth": "bytes"}
-"""Attributes of what a history cost, with their units."""
+"""Attributes of the cost of a history, with their units."""
 
 SURVEYED = ("loop_length", "radius_of_curvature", "gap", "interlock_angle", "leg_angle")
-"""Variables of a geometry that its optimisation changed."""
-
+"""Variables of an optimised geometry."""
 
 NOTHING = "nothing touched: forces at crossings in contact are zero or rounding"
 NEAR_NOTHING = "nothing came near anything"
@@ -41,7 +38,7 @@ class Quantity(NamedTuple):
 
 
 def kind_of(dataset: xr.Dataset) -> str:
-    """Return what a dataset is: one of `KINDS`.
+    """Return the kind of a dataset, one of `KINDS`.
 
     Raises
     ------
@@ -58,7 +55,7 @@ def kind_of(dataset: xr.Dataset) -> str:
 
 
 def summarise(dataset: xr.Dataset) -> list[Quantity]:
-    """Return what a result is, what it says, and where it comes from.
+    """Return kind, origin and quantities of a result.
 
     Raises
     ------
@@ -72,7 +69,7 @@ def summarise(dataset: xr.Dataset) -> list[Quantity]:
 
 
 def require_layout(dataset: xr.Dataset, kind: str) -> None:
-    """Refuse a dataset whose variables are not laid out as those of its kind.
+    """Check that the variables of a dataset are laid out as those of its kind.
 
     Raises
     ------
@@ -188,7 +185,7 @@ def _widths(dataset: xr.Dataset) -> list[Quantity]:
 
 
 def _contact(dataset: xr.Dataset) -> list[Quantity]:
-    """Return what was near and what touched, of yarns in contact."""
+    """Return the smallest gap of yarns in contact, and a note where none touched."""
     if "smallest_gap" not in dataset:
         return []
     gap = dataset["smallest_gap"].to_numpy()
@@ -198,7 +195,7 @@ def _contact(dataset: xr.Dataset) -> list[Quantity]:
 
 
 def touched(history: xr.Dataset) -> bool:
-    """Return whether any yarns that were in contact have pressed on each other in a history."""
+    """Whether any yarns pressed on each other."""
     return bool((history["energy"].sel(form="penalty") > 0).any())
 
 
@@ -231,7 +228,7 @@ KINDS: dict[str, tuple[tuple[str, ...], Callable[[xr.Dataset], list[Quantity]]]]
     "mesh": (("nodes", "hexahedra", "radius"), _mesh),
     "geometry": (("point_of_contact", "arc_length", "radius"), _geometry),
 }
-"""Variables by which a kind of result is known, and what is said of it."""
+"""Kinds of results: the variables by which a kind is recognised, and the function of its quantities."""
 
 LAYOUT: dict[str, dict[str, tuple[str, ...]]] = {
     "history": {name: ("increment",) for name in ("force", "displacement", "strain", "newton_iterations")}
@@ -265,4 +262,4 @@ LAYOUT: dict[str, dict[str, tuple[str, ...]]] = {
         "point_of_contact": ("crossing", "side", "xyz"),
     },
 }
-"""Dimensions of what is shown and drawn."""
+"""Dimensions of the variables that are shown and drawn."""

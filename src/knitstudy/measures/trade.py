@@ -34,8 +34,7 @@ from knitstudy.measures.trade_points import (
 from knitstudy.study.choice import digits
 from knitstudy.study.scene import Scene
 
-# ---- Quantities that no reference knows, between what the finest two independent models say of them
-
+# ---- values without a reference ----
 
 TRUST = (
     "quadratic hexahedra",
@@ -44,19 +43,19 @@ TRUST = (
     "rom3d patch",
     "beam hertz patch",
 )
-"""Independent models, the one before the other where both are at hand; what is not here brackets nothing."""
+"""Only these independent models may bound a value, in order of preference."""
 
 
 @dataclass(frozen=True)
 class Bracket:
-    """An estimate, and the models that it lies between, in words."""
+    """An estimate, and in words the two models between which it lies."""
 
     estimate: Estimate = UNKNOWN
     said: str = ""
 
 
 def family_of(scene: Scene) -> str:
-    """Return the independent model that a scene is one resolution of."""
+    """Return the independent model of which a scene is one resolution."""
     if is_direct(scene):
         return discretisation(scene)
     variants = (scene.value(key) for key in ("rom.joint", "beam.section", "beam.tie"))
@@ -64,15 +63,9 @@ def family_of(scene: Scene) -> str:
 
 
 def bracket(values: Mapping[str, float], scenes: Mapping[str, Scene]) -> Bracket:
-    """Return the middle of what two models say, as uncertain as half of what lies between them.
+    """Return the mean of the first two models of `TRUST`, each by its finest resolution, with half their difference.
 
-    Of the models that are trusted the first two count, each by its finest resolution.
-
-    Parameters
-    ----------
-    values : mapping of str to float
-        Of one quantity of one problem, by scene.
-    scenes : mapping of str to Scene
+    Values are of one quantity of one problem, by scene.
     """
     finest: dict[str, Scene] = {}
     for scene in (scenes[name] for name in values):
@@ -87,12 +80,12 @@ def bracket(values: Mapping[str, float], scenes: Mapping[str, Scene]) -> Bracket
     return Bracket(Estimate(0.5 * (one + other), 0.5 * abs(one - other)), said)
 
 
-# ---- What accuracy costs: every simulation of a problem that something is known of, by question, error and expense
+# ---- points ----
 
 
 @dataclass
 class _Problem:
-    """All simulations of one problem, and those of the same knit with ties, where its yarns stick where they touch."""
+    """All simulations of one problem, and those of the same knit with ties where its yarns cannot slip."""
 
     interaction: str
     reference: Reference
@@ -108,12 +101,12 @@ def points_of(
 ) -> list[Point]:
     """Return all points, problem by problem in the order of the scenes, question by question.
 
-    Problems are those of the reference and those like them that are larger, or are asked what it does not know.
+    Problems are those with a reference, and problems of the same loops and interactions of other size.
 
     Parameters
     ----------
     histories, contacts : mapping of str to Dataset
-        Of knits by scene; contacts of direct simulations.
+        Results of knits by scene; contacts of direct simulations.
     scenes : mapping of str to Scene
     table : DataFrame
         ``resources/reference/reference.csv``.
@@ -130,7 +123,7 @@ def points_of(
 
 
 def as_direct(scene: Scene, scenes: Mapping[str, Scene]) -> Scene | None:
-    """Return a direct simulation of the problem that a scene is a model of: itself, its source, or one like it."""
+    """Return a direct simulation of the problem of a scene: the scene itself, its source, or one like it."""
     if is_direct(scene):
         return scene
     if (source := scenes.get(scene.value("rom.contacts_from"))) is not None:
@@ -152,7 +145,7 @@ def as_direct(scene: Scene, scenes: Mapping[str, Scene]) -> Scene | None:
 
 
 def _problems(scenes: Mapping[str, Scene], table: pd.DataFrame) -> dict[str, _Problem]:
-    """Return the problems that the reference knows, and others of its loops under its interactions, by their digest."""
+    """Return by digest the problems with a reference, and others of the same loops and interactions."""
     found: dict[str, _Problem] = {}
     kin, of = set(), {}
     for name, scene in scenes.items():
@@ -185,8 +178,8 @@ def _points(
 ) -> Iterator[Point]:
     """Yield the points of a problem, each at the largest strain of the reference that it reaches.
 
-    Ties in place of contact are no surer there than on the way, where they are off by so much for certain: on other
-    knits yarns touch sooner or later.
+    Ties in place of contact have at least the error that is certain at smaller strains: on other knits yarns touch
+    sooner or later.
     """
     expenses = {
         scene.name: expense
@@ -241,7 +234,7 @@ def _true(
     found: Mapping[str, Mapping[str, float]],
     brackets: dict[str, Bracket],
 ) -> tuple[Estimate, str]:
-    """Return what a quantity is, and what says so: the reference, else the finest two models."""
+    """Return the true value of a quantity and its source: the reference, else the finest two models."""
     estimate = known(problem.reference, quantity, strain)
     if estimate.known:
         return estimate, REFERENCE
@@ -253,15 +246,14 @@ def _true(
     return brackets[quantity].estimate, f"between {brackets[quantity].said}"
 
 
-# ---- What fronts of error and price say: sentences, and rungs
-
+# ---- fronts of error and cost ----
 
 ACCURACIES = (0.20, 0.10, 0.05, 0.02)
-"""Errors that sentences are about [1]."""
+"""Accuracies of the sentences [1]."""
 
 
 def sentence(words: str, accuracy: float, name: str, seconds: float, memory: float, error: float) -> str:
-    """Return the sentence that a reader wants.
+    """Return the sentence about the cheapest model for an accuracy.
 
     >>> sentence("force", 0.05, "3D ROM, patch joints", 1.04, 14.9, 0.011)
     'For 5 % in force take 3D ROM, patch joints: 1 s, 15 MB (error at most 1.1 %).'
@@ -273,7 +265,7 @@ def sentence(words: str, accuracy: float, name: str, seconds: float, memory: flo
 
 
 def nothing(words: str, accuracy: float, name: str, error: float) -> str:
-    """Return the sentence of an accuracy that nothing reaches, with what comes nearest."""
+    """Return the sentence about an accuracy that no model reaches, with the nearest one."""
     return (
         f"Nothing measured gives {words} within {100 * accuracy:g} %: {name} comes nearest with "
         f"{digits(100 * error)} %."

@@ -1,9 +1,10 @@
-"""Points of accuracy and cost: one simulation and one question each, and lower bounds of their errors."""
+"""Points of accuracy and cost: one simulation and one question each, and bounds of errors that are small by chance."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 from knitstudy.measures.cases import label_of
@@ -11,53 +12,36 @@ from knitstudy.measures.cost import Expense
 from knitstudy.measures.discretisation import is_direct, made_of
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.questions import Question
+from knitstudy.study.configuration import default_keys
 from knitstudy.study.scene import Scene
 
-# ---- Which knobs of a model a scene has turned, and what models are called
+# ---- settings of models ("knobs") ----
 
+KNOBS = (
+    "mesh.growth",
+    "mesh.refinement",
+    "mesh.span",
+    "mesh.crossing_span",
+    "mesh.spline_degree",
+    "mesh.beam_size",
+    "contact.cell",
+    "contact.window",
+    "contact.points",
+    "contact.normal_stiffness",
+    "contact.tangential_stiffness",
+    "contact.penetration",
+    "contact.augmentations",
+    "solver.increments",
+    "solver.residual_tolerance",
+    "solver.correction_tolerance",
+    "solver.hourglass",
+    "solver.linear",
+    "beam.stiffness",
+)
+"""Settings that change the cost or the answer; main models have their defaults. Keys that name a model are not here."""
 
-MAIN: dict[str, Any] = {
-    "mesh.growth": 1.2,
-    "mesh.refinement": 1.0,
-    "mesh.span": 0.9,
-    "mesh.crossing_span": 0.9,
-    "mesh.spline_degree": 3,
-    "mesh.beam_size": 0.5e-3,
-    "contact.cell": 0.25,
-    "contact.window": 1.2,
-    "contact.points": 3,
-    "contact.normal_stiffness": 10,
-    "contact.tangential_stiffness": 10,
-    "contact.penetration": 0.01,
-    "contact.augmentations": 10,
-    "solver.increments": 12,
-    "solver.residual_tolerance": 1e-6,
-    "solver.correction_tolerance": 1e-6,
-    "solver.hourglass": 0.005,
-    "solver.linear": "auto",
-    "beam.stiffness": 10,
-}
-"""Keys that cost or change an answer, with their values in the main models. What names a model is not among them."""
-
-
-def model_of(scene: Scene) -> str:
-    """Return what a model is called: of a direct simulation what it is made of, else its kind and variant."""
-    return made_of(scene) if is_direct(scene) else label_of(scene)
-
-
-def turned(scene: Scene) -> dict[str, Any]:
-    """Return the keys of a scene that are not as in the main models, with their values."""
-    found = {key: scene.value(key) for key, main in MAIN.items() if scene.value(key) not in (None, main)}
-    if (span := found.get("mesh.crossing_span")) is not None and (scene.mesh.crossing_degree, span) in _SPANS:
-        del found["mesh.crossing_span"]
-        if found.get("mesh.span") == _SPANS[scene.mesh.crossing_degree, span]:
-            del found["mesh.span"]
-    return found
-
-
-_SPANS = {(3, 0.6): 0.9, (4, 0.5): 0.75, (5, 0.4): 0.6}
+SPANS = {(3, 0.6): 0.9, (4, 0.5): 0.75, (5, 0.4): 0.6}
 """Spans of the legs that go with a degree and its spans at crossings: higher degrees come with shorter ones."""
-
 
 WORDS = {
     "solver.increments": "increments: {}",
@@ -75,29 +59,49 @@ WORDS = {
     "contact.normal_stiffness": "stiffness {} E / h",
     "contact.tangential_stiffness": "",
 }
-"""What turned knobs are called; nothing where another one or the model's name says it. Others go by their keys."""
+"""Changed settings in words; empty where another setting or the name of the model says it. Others go by their keys."""
+
+
+def model_of(scene: Scene) -> str:
+    """Return the name of a model: the discretisation of a direct simulation, else the kind and variant."""
+    return made_of(scene) if is_direct(scene) else label_of(scene)
+
+
+@cache
+def _defaults() -> dict[str, Any]:
+    return default_keys()
+
+
+def turned(scene: Scene) -> dict[str, Any]:
+    """Return the settings of a scene that differ from those of the main models."""
+    main = _defaults()
+    found = {key: scene.value(key) for key in KNOBS if scene.value(key) not in (None, main[key])}
+    if (span := found.get("mesh.crossing_span")) is not None and (scene.mesh.crossing_degree, span) in SPANS:
+        del found["mesh.crossing_span"]
+        if found.get("mesh.span") == SPANS[scene.mesh.crossing_degree, span]:
+            del found["mesh.span"]
+    return found
 
 
 def called(scene: Scene) -> str:
-    """Return the model of a scene with the knobs that are turned, in words."""
+    """Return the model of a scene with its changed settings, in words."""
     found = turned(scene)
     words = (WORDS.get(key, f"{key} {{}}").replace("{}", shown(value)) for key, value in found.items())
     return ", ".join([model_of(scene), *filter(None, words)])
 
 
 def shown(value: Any) -> str:
-    """Return the value of a knob."""
+    """Return the value of a setting as text."""
     return f"{value:g}" if isinstance(value, int | float) else str(value)
 
 
-# ---- One simulation and one question: how far off it is, and what it costs
-
+# ---- points ----
 
 REFERENCE = "reference"
-"""What an error is to, where no two models bracket the quantity."""
+"""Source of a true value that is in the reference."""
 
 TIES = "ties in place of contact"
-"""What models are called that tie yarns which touch and stick."""
+"""Begins the names of models whose yarns are tied where those of the problem touch and stick."""
 
 
 @dataclass(frozen=True)
@@ -108,23 +112,23 @@ class Point:
     ----------
     scene : Scene
     interaction : str
-        Of the problem: that of the scene, or contact that sticks, for which its ties stand in.
+        Interaction of the problem: that of the scene, or contact that sticks, which ties replace.
     question : Question
     quantity : str
-        That of those which answer the question whose error may be the largest.
+        Of the quantities that answer the question, the one whose error may be the largest.
     strain : float
-        Where it is compared.
+        Strain at which it is compared.
     true : Estimate
-        What it is compared with.
+        True value.
     source : str
-        `REFERENCE`, or the models that bracket it.
+        `REFERENCE`, or the two models between which the true value lies.
     error : Estimate
         |value / true - 1| [1].
     expense : Expense
     answers : mapping of str to float
-        Values of all quantities that answer the question, there.
+        Values of all quantities that answer the question.
     floor : float
-        Error below which it counts as luck [1] (`bound_cheaper_settings`).
+        Lower bound of the error [1]: a smaller one is chance.
     """
 
     scene: Scene
@@ -141,114 +145,115 @@ class Point:
 
     @property
     def value(self) -> float:
-        """Of the quantity."""
+        """Value of the quantity."""
         return self.answers[self.quantity]
 
     @property
     def bound(self) -> float:
-        """The error and its uncertainty, and no less than luck: what it is at most."""
+        """Upper bound of the error: the error and its uncertainty, at least the lower bound."""
         return max(self.error.value + self.error.uncertainty, self.floor)
 
     @property
     def stands_in(self) -> bool:
-        """Whether its yarns are tied where those of the problem touch."""
+        """Whether yarns are tied where those of the problem touch."""
         return self.interaction != self.scene.interaction
 
     @property
     def model(self) -> str:
-        """What its model is called (`knobs.model_of`)."""
-        return self._said(model_of(self.scene))
+        """Name of the model (`model_of`)."""
+        return f"{TIES}, {model_of(self.scene)}" if self.stands_in else model_of(self.scene)
 
     @property
     def called(self) -> str:
-        """The same with the knobs that are turned (`knobs.called`)."""
-        return self._said(called(self.scene))
+        """The same with the changed settings (`called`)."""
+        return f"{TIES}, {called(self.scene)}" if self.stands_in else called(self.scene)
 
-    def no_surer_than(self, bound: float) -> Point:
-        """Return it with a floor that is no lower than some error."""
+    def at_least(self, bound: float) -> Point:
+        """Return the point with a lower bound that is no smaller than an error."""
         return replace(self, floor=max(self.floor, bound))
 
-    def _said(self, model: str) -> str:
-        return f"{TIES}, {model}" if self.stands_in else model
 
-
-# ---- Errors that are small by luck: what has come out on one knit need not on others
-# Two errors that cancel make a model look surer than it is. Where one of them is known to be there, the error at most
-# is no smaller than without the other (docs/accuracy.md).
+# ---- lower bounds ----
+# Two errors that cancel make a model look more accurate than it is on other knits. Where one of them is known, the
+# error of the model is taken to be no smaller than without the other (docs/trade.md).
 
 
 def bound_cheaper_settings(points: list[Point]) -> list[Point]:
-    """Return all points; what saves adds its change to the error of its model.
+    """Return all points; cheaper settings inherit their deviation from the model with its main settings.
 
-    Longer spans, fewer increments or looser tolerances change an answer: by as much as they do on any of the knits
-    they may be farther off than the model with no knob turned, even if here they have come nearer. Nor are several of
-    them surer than some are alone.
+    Longer spans, fewer increments or looser tolerances change an answer. The largest change on any knit is added to the
+    error of the model with its main settings. Several cheaper settings together are no more accurate than some of them.
     """
     knobs = {point.scene.name: turned(point.scene) for point in points}
     alike: dict[tuple, list[Point]] = {}
     for point in points:
         alike.setdefault(_of_one_model(point), []).append(point)
 
-    def saves(point: Point, other: Point) -> bool:
-        """Whether a point turns more knobs than another, and costs less for it."""
+    def is_cheaper(point: Point, other: Point) -> bool:
+        """Whether a point has all changed settings of another and more, and costs less."""
         more = knobs[point.scene.name].items() > knobs[other.scene.name].items()
         return more and point.expense.seconds < other.expense.seconds
 
-    saved = [[other for other in alike[_of_one_model(point)] if saves(point, other)] for point in points]
-    wholes = [next((other for other in others if not knobs[other.scene.name]), None) for others in saved]
+    dearer = [
+        [other for other in alike[_of_one_model(point)] if is_cheaper(point, other)] for point in points
+    ]
+    mains = [next((other for other in others if not knobs[other.scene.name]), None) for others in dearer]
     largest: dict[tuple, float] = {}
-    for point, whole in zip(points, wholes, strict=True):
-        if whole is not None:
-            largest[_answer(point)] = max(largest.get(_answer(point), 0.0), _change(point, whole))
+    for point, main in zip(points, mains, strict=True):
+        if main is not None:
+            largest[_answer(point)] = max(largest.get(_answer(point), 0.0), _change(point, main))
     changed = [
-        point if whole is None else point.no_surer_than(whole.bound + largest[_answer(point)])
-        for point, whole in zip(points, wholes, strict=True)
+        point if main is None else point.at_least(main.bound + largest[_answer(point)])
+        for point, main in zip(points, mains, strict=True)
     ]
     bound = {id(point): new.bound for point, new in zip(points, changed, strict=True)}
     return [
-        new.no_surer_than(max((bound[id(other)] for other in others), default=0.0))
-        for new, others in zip(changed, saved, strict=True)
+        new.at_least(max((bound[id(other)] for other in others), default=0.0))
+        for new, others in zip(changed, dearer, strict=True)
     ]
 
 
 def worst_over_directions(points: list[Point]) -> list[Point]:
-    """Return all points; yarns that touch without being solid are no surer in one direction of load than in the other.
+    """Return all points; yarns that touch and are not solid have the larger error of both directions of load.
 
-    Beams do not tend to solids: how far what stands for contact makes up for what joints lack hangs on the direction.
+    Beams do not converge to solids: how far the law of contact makes up for compliant joints hangs on the direction.
     """
-    worst: dict[tuple, float] = {}
-    for point in points:
-        worst[_either_way(point)] = max(worst.get(_either_way(point), 0.0), point.bound)
-    return [point.no_surer_than(worst[_either_way(point)]) if _is_crude(point) else point for point in points]
+    worst = _largest_bound(points, _either_way)
+    return [point.at_least(worst[_either_way(point)]) if _is_crude(point) else point for point in points]
 
 
 def bound_ties_in_place_of_contact(points: list[Point]) -> list[Point]:
-    """Return all points; none whose ties stand in for contact is surer than the same simulation is of ties."""
-    of_ties = {
-        (point.scene.name, point.question.name): point.bound for point in points if not point.stands_in
-    }
-    bounds = (of_ties.get((point.scene.name, point.question.name), 0.0) for point in points)
-    return [
-        point.no_surer_than(bound) if point.stands_in else point
-        for point, bound in zip(points, bounds, strict=True)
-    ]
+    """Return all points; ties in place of contact have at least the error that the same simulation has of ties."""
+
+    def place(point: Point) -> tuple:
+        return point.scene.name, point.question.name
+
+    of_ties = _largest_bound([point for point in points if not point.stands_in], place)
+    return [point.at_least(of_ties.get(place(point), 0.0)) if point.stands_in else point for point in points]
+
+
+def _largest_bound(points: list[Point], place: Callable[[Point], tuple]) -> dict[tuple, float]:
+    worst: dict[tuple, float] = {}
+    for point in points:
+        worst[place(point)] = max(worst.get(place(point), 0.0), point.bound)
+    return worst
 
 
 def _of_one_model(point: Point) -> tuple:
-    """Return what points of one model, problem and question share, whatever knobs they turn."""
+    """Return what points of one model, problem and question share, whatever their settings."""
     scene = point.scene
     of_problem = (point.interaction, scene.load.direction, scene.pattern.loops, scene.pattern.rows)
     return (point.question.name, *of_problem, point.model, point.strain)
 
 
 def _answer(point: Point) -> tuple:
-    """Return what points of one model and its knobs share that answer one question, of whatever knit."""
+    """Return what points of one model with its settings share that answer one question, on any knit."""
     return point.question.name, point.interaction, point.called
 
 
-def _change(point: Point, whole: Point) -> float:
+def _change(point: Point, main: Point) -> float:
     """Return the largest relative difference of the answers of two points."""
-    values = ((value, whole.answers.get(name, 0.0)) for name, value in point.answers.items())
+    values = ((value, main.answers.get(name, 0.0)) for name, value in point.answers.items())
     return max((abs(value / other - 1) for value, other in values if other), default=0.0)
 
 
@@ -258,6 +263,6 @@ def _is_crude(point: Point) -> bool:
 
 
 def _either_way(point: Point) -> tuple:
-    """Return what points of the same model of the same knit share, whatever direction it is pulled in."""
+    """Return what points of one model of one knit share in both directions of load."""
     pattern = point.scene.pattern
     return point.question.name, point.interaction, pattern.loops, pattern.rows, point.called

@@ -12,11 +12,10 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError
 from knitstudy.measures.catalogue import SOLIDS, VARIED, of_case, one, several, solid
 from knitstudy.measures.claims.evidence import CONTACTS, OPEN, SIMULATIONS, STRESSES, Evidence
-from knitstudy.measures.claims.verdicts import CLAIMS, RULES, Finding, findings, hanging
+from knitstudy.measures.claims.verdicts import CLAIMS, INPUTS, RULES, Finding, findings, hanging
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.reference import TRANSFERRED
 from knitstudy.measures.response import QUANTITIES
-from knitstudy.measures.variations import INPUTS
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
