@@ -6,6 +6,7 @@ of the question, and `Trial.scene` refuses it.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -92,6 +93,11 @@ class Trial:
     group: str
     base: Scene
     changes: Mapping[str, Any]
+
+    @property
+    def label(self) -> str:
+        """The name as that of a file."""
+        return re.sub(r"[^a-z0-9]+", "-", self.name.lower())
 
     @property
     def model(self) -> str:
