@@ -1,5 +1,6 @@
 """Tables against values computed by hand, and the paper's numbers beside them."""
 
+import fnmatch
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +11,16 @@ import synthetic
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact, snapshots
 from knitstudy.measures.cost import element_length
+from knitstudy.measures.domain import SERIES
 from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.response import transverse_contraction
+from knitstudy.study.configuration import load_scenes
 from knitstudy.tables import catalogue
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
@@ -245,3 +249,18 @@ def test_first_symmetric_contact():
     touching = contacts(1, 1).assign(zones=(("increment", "crossing"), zones))
     assert first_symmetric_contact(touching) == 2
     assert first_symmetric_contact(touching.isel(increment=slice(0, 2))) is None
+
+
+def test_names_of_scenes_are_those_of_the_configuration():
+    """A name or pattern that no scene has, for example with a typing error, would leave out a result in silence."""
+    known = set(load_scenes())
+    coarse = {name for name in known if name.endswith("-coarse")}
+    for display in (*FIGURES.all().values(), *catalogue.TABLES.all().values()):
+        for argument, results in display.results.items():
+            found = {name for name in results.names if fnmatch.filter(known, name)}
+            assert found, (display.name, argument)
+            if not results.several:
+                assert found - coarse, (display.name, argument)
+    for stem, three in SERIES.items():
+        assert fnmatch.filter(known, f"{stem}-*x*"), stem
+        assert three is None or three in known

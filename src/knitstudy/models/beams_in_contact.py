@@ -246,14 +246,7 @@ def build(scene: Scene, fabric: Fabric) -> Problem:
 
 
 class BeamObserver:
-    """Sees the motion of the stations, what happens at crossings, and gaps of yarns that are near each other.
-
-    Parameters
-    ----------
-    beams : BeamKnit
-    fabric : Fabric
-    scene : Scene
-    """
+    """Reports the motion of the stations, crossings, and gaps of yarns that are near each other."""
 
     def __init__(self, beams: BeamKnit, fabric: Fabric, scene: Scene) -> None:
         self._beams, self._radius = beams, scene.yarn.radius

@@ -221,12 +221,7 @@ def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[Prescr
 
 
 class SolidObserver:
-    """Reports crossings and contact of solid yarns, and the net forces on every yarn.
-
-    Parameters
-    ----------
-    yarns : SolidYarns
-    """
+    """Reports crossings and contact of solid yarns, and the net forces on every yarn."""
 
     def __init__(self, yarns: SolidYarns) -> None:
         self.yarns = yarns
@@ -235,29 +230,19 @@ class SolidObserver:
         """Return columns of the history, and of the points in contact."""
         columns, points = self.yarns.record(increment.state)
         moved = self.yarns.model.node_displacement(increment.state)
-        force, moment = yarn_resultants(
+        force, moment = _yarn_resultants(
             self.yarns, increment.response.node_force, moved, columns["centreline_displacement"]
         )
         return columns | {"yarn_force": force, "yarn_moment": moment}, points
 
 
-def yarn_resultants(
+def _yarn_resultants(
     yarns: SolidYarns, node_force: np.ndarray, displacement: np.ndarray, stations: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return net force (Y, 3) [N] and moment (Y, 3) [N m] of all interactions on every yarn (Fig. 10a).
 
-    At a free node the internal force equals the force of the interactions; grips are left out. Moments are about the
-    mean of the yarn's stations.
-
-    Parameters
-    ----------
-    yarns : SolidYarns
-    node_force : ndarray, shape (N, 3)
-        Internal forces of the elements [N].
-    displacement : ndarray, shape (N, 3)
-        Of the nodes [m].
-    stations : ndarray, shape (S, 3)
-        Displacement of the slices' centres [m].
+    At a free node the internal force `node_force` (N, 3) equals the force of the interactions; grips are left out.
+    Moments are about the mean of the yarn's `stations` (S, 3).
     """
     mesh, ends, unity = yarns.parts.mesh, yarns.parts.ends, yarns.parts.unity
     force = node_force.copy()

@@ -74,22 +74,15 @@ def hexahedral_cell_stress(
     (group,), (after,) = parts.groups(nodes), parts.groups(moved)
     corners = group.connectivity[:, :CORNERS]
     return CellStress(
-        integral=stress_integral(group, nodes, displacement),
+        integral=_stress_integral(group, nodes, displacement),
         volume=after.elements.volume,
         reference=nodes[corners].mean(axis=1),
         place=moved[corners].mean(axis=1),
     )
 
 
-def stress_integral(group: ElementGroup, nodes: np.ndarray, displacement: np.ndarray) -> np.ndarray:
-    """Return the integrals (E, 3, 3) of the Cauchy stress over deformed elements [N m].
-
-    Parameters
-    ----------
-    group : ElementGroup
-    nodes, displacement : ndarray, shape (N, 3)
-        Undeformed places and their displacements [m].
-    """
+def _stress_integral(group: ElementGroup, nodes: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+    """Return the integrals (E, 3, 3) of the Cauchy stress over deformed elements [N m], from nodes (N, 3) [m]."""
     count = len(group.connectivity)
     integral = np.empty((count, 3, 3))
     for first in range(0, count, CHUNK):
