@@ -87,7 +87,7 @@ def draw(
 
 
 def _draw_verdicts(axes: Axes, found: Sequence[Finding]) -> None:
-    """Draw a cell for each value and claim, with a frame where the verdict differs from the base. Assumed inputs are bold."""
+    """Draw a cell for each value and claim, framed where the verdict differs from the base; assumed inputs are bold."""
     claims = [claim for claim in CLAIMS if any(claim in each.judged for each in found)]
     for row, finding in enumerate(found):
         for column, claim in enumerate(claims):
