@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.increment import Increment
 from knitstudy.models.beam_pairs import Gaps
 from knitstudy.models.beams_in_contact import UNSEEN, beam_knit, require_seen
@@ -91,22 +91,6 @@ def test_pinned_ties_join_points_and_not_sections(tied_scene, knit):
     np.testing.assert_allclose(springs.stiffness, np.tile(penalty * np.eye(3), (beams.tied.sum(), 1, 1)))
     points = beams.network.nodes[springs.ends] + springs.offsets
     np.testing.assert_allclose(points[:, 0], points[:, 1], atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        ("solver.linear", "amg"),
-        ("solver.stabilisation", 1e-9),
-        ("mesh.size", 1e-3),
-        ("contact.augmentations", 3),
-    ],
-)
-def test_what_beams_do_not_offer_is_refused(beam_scene, key, value):
-    with pytest.raises(
-        ConfigurationError, match=rf"'beam': {key.partition('.')[0]}.* is no key of a scene whose"
-    ):
-        beam_scene.replace(key, value)
 
 
 def test_penetration_that_contact_does_not_see_is_refused(beam_scene, cell):

@@ -35,13 +35,6 @@ def test_cells_are_small_near_crossings_only(scene, knit):
         assert 2 * cell < size[~near].max() <= COARSE * cell * (1 + 1e-9)
 
 
-def test_windows_narrower_than_a_cell_are_refused(scene):
-    with pytest.raises(
-        ConfigurationError, match=r"contact\.window is 0\.3 but must be at least contact\.cell, 0\.5"
-    ):
-        scene.vary({"contact.window": 0.3, "contact.cell": 0.5})
-
-
 def test_crossings_nearer_than_their_windows_are_refused(scene, knit):
     wide = scene.vary({"contact.window": 4.0})
     thick = replace(knit, radius=2 * knit.radius)

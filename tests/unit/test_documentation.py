@@ -6,8 +6,10 @@ import pytest
 from knitstudy.measures.discretisation import HOW_FAR, physics_of
 from knitstudy.study.configuration import CONFIG, default_keys, load_scenes
 from knitstudy.study.documentation import COMMAND, KEYS, in_words, keys_page, main, schema_of
+from knitstudy.study.documents import read_yaml
 from knitstudy.study.keys import ROLES, allowed_values, describe
-from knitstudy.study.kinds import Labels, all_kinds, all_sections, role_of
+from knitstudy.study.kinds import Labels, all_kinds, all_sections, defaults_of_fields, role_of
+from knitstudy.study.scene import flat
 
 DESCRIBED = {name: (Labels, name) for name in Labels.model_fields} | {
     f"{section}.{name}": (described, name)
@@ -41,14 +43,9 @@ def has(scene, key):
 
 
 def test_a_default_stands_in_one_place():
-    defaults = default_keys(CONFIG)
-    assert defaults.keys() <= DESCRIBED.keys()
-    doubled = [
-        key
-        for key, (section, name) in DESCRIBED.items()
-        if key in defaults and not section.model_fields[name].is_required()
-    ]
-    assert doubled == []
+    assert default_keys(CONFIG).keys() <= DESCRIBED.keys()
+    document = flat(read_yaml(CONFIG / "defaults.yaml"))
+    assert document.keys() & defaults_of_fields().keys() == set()
 
 
 def kinds(**wanted):

@@ -5,7 +5,7 @@ import pytest
 import synthetic
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.models.joints import Joints, contacts_of_crossings, joint_points, spring_joints
+from knitstudy.models.joints import Joints, joint_points, spring_joints
 from knitstudy.models.simulate import build, solve
 from knitstudy.models.springs import springs
 
@@ -38,11 +38,6 @@ def test_secant_counts_from_first_contact(touching):
     # From the undeformed state on there would be twice the displacement.
     np.testing.assert_allclose(found.displacement[inner], 0.5 * touching["relative_displacement"][-1][inner])
     np.testing.assert_array_equal(found.used, 12)
-
-
-def test_measures_are_read_apart(touching):
-    twice = touching.assign(centreline_relative_displacement=2 * touching["relative_displacement"])
-    np.testing.assert_allclose(springs(twice, "centreline").averaged, STIFFNESS / 2)
 
 
 def test_contact_askew_to_the_axes_has_springs_of_its_own(touching):
@@ -186,14 +181,6 @@ def test_springs_from_elsewhere_must_be_asked_for(scene, knit, touching):
         ConfigurationError, match="is dns-wale, and contacts of another dns scene are not given"
     ):
         solve(scene.replace("rom.springs_from", "dns-wale"), knit, contacts=touching)
-
-
-def test_planar_model_needs_no_springs(scene, knit):
-    planar = scene.replace("fidelity", "rom2d")
-    plain = contacts_of_crossings(knit)
-    assert len(build(planar, knit, contacts=plain).observers[0].network.springs.ends) == 0
-    doubled = build(planar.replace("rom.section", "doubled"), knit, contacts=plain).observers[0].network
-    assert (doubled.yarns_side_by_side == 2).sum() == 18
 
 
 def test_axes_of_the_springs_are_those_of_the_scene(scene, knit, touching):

@@ -1,5 +1,6 @@
 """Tables against values computed by hand, and the paper's numbers beside them."""
 
+import fnmatch
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +11,15 @@ import synthetic
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact, snapshots
-from knitstudy.measures.cost import element_length
+from knitstudy.measures.domain import SERIES
 from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.response import transverse_contraction
+from knitstudy.study.configuration import load_scenes
 from knitstudy.tables import catalogue
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
@@ -51,17 +54,10 @@ def contacts(rows=2, columns=2):
     )
 
 
-def test_every_number_of_the_paper_that_tables_use_is_there(paper):
-    assert number(paper, "5", "dns-tie 3x3", "degrees of freedom") == 189_513
+def test_numbers_of_the_paper_are_read_and_missing_ones_are_named(paper):
     assert numbers(paper, "4", "rom2d", "segment 2 and 3 angles to x y z").tolist() == [66, 24, 90]
-
-
-def test_number_that_is_not_printed_is_named(paper):
     with pytest.raises(DataFileError, match="case 'dns', quantity 'time' is there 0 times"):
         number(paper, "5", "dns", "time")
-
-
-def test_printed_text_is_no_number(paper):
     with pytest.raises(DataFileError, match="'memory' is 'much'; it must be numbers"):
         number(paper.assign(value="much"), "5", "rom2d 3x3", "memory")
 
@@ -107,10 +103,6 @@ def test_knit_of_one_cell_has_heads_and_interlocks_only(paper):
     assert table["kind"].tolist() == ["head", "interlock, left", "interlock, right"]
 
 
-def test_element_length_leaves_out_the_way_to_the_next_yarn():
-    assert element_length(synthetic.history(stations=11)) == pytest.approx(1e-3)
-
-
 def test_residuals_of_the_calibration(geometry):
     targets = {
         "targets": {"length": {"value": 40e-3}, "interlock_angle": {"value": 66}, "leg_angle": {"value": 80}}
@@ -124,22 +116,13 @@ def test_residuals_of_the_calibration(geometry):
     assert (error["before"], error["after"]) == (pytest.approx(4e-4), pytest.approx(1e-8))
     assert np.isnan(table.loc["smallest gap", "target"])
     assert table.loc["F, total", "after"] == 11
-
-
-def test_missing_target_is_named(geometry):
     with pytest.raises(ConfigurationError, match=r"targets\.length\.value must be there"):
         catalogue.tabulate("geometry", geometry=geometry, targets={"targets": {}})
 
 
-def test_unknown_table_names_the_known_ones():
-    with pytest.raises(
-        ConfigurationError,
-        match=r"unknown table 'table6'.*allowed are rom_distance, ",
-    ):
+def test_missing_tables_and_results_are_named(paper):
+    with pytest.raises(ConfigurationError, match=r"unknown table 'table6'.*allowed are .*table1_contact"):
         catalogue.tabulate("table6")
-
-
-def test_missing_result_is_named(paper):
     with pytest.raises(
         ConfigurationError, match="table4_angles' needs contacts, paper, scenes: contacts, scenes is missing"
     ):
@@ -245,3 +228,18 @@ def test_first_symmetric_contact():
     touching = contacts(1, 1).assign(zones=(("increment", "crossing"), zones))
     assert first_symmetric_contact(touching) == 2
     assert first_symmetric_contact(touching.isel(increment=slice(0, 2))) is None
+
+
+def test_names_of_scenes_are_those_of_the_configuration():
+    """A name or pattern that no scene has, for example with a typing error, would leave out a result in silence."""
+    known = set(load_scenes())
+    coarse = {name for name in known if name.endswith("-coarse")}
+    for display in (*FIGURES.all().values(), *catalogue.TABLES.all().values()):
+        for argument, results in display.results.items():
+            found = {name for name in results.names if fnmatch.filter(known, name)}
+            assert found, (display.name, argument)
+            if not results.several:
+                assert found - coarse, (display.name, argument)
+    for stem, three in SERIES.items():
+        assert fnmatch.filter(known, f"{stem}-*x*"), stem
+        assert three is None or three in known

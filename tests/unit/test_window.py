@@ -7,7 +7,6 @@ import pytest
 
 from knitstudy.contacts.contacts import extract
 from knitstudy.errors import ConfigurationError, ConvergenceError
-from knitstudy.geometry.fabric import pieces_of
 from knitstudy.loading.gates import require_no_jump
 from knitstudy.loading.restart import Checkpoint, Run
 from knitstudy.loading.solve import solve_load_path
@@ -88,15 +87,6 @@ def test_a_margin_is_solid_and_not_asked_for(scene, knit):
     assert len(window.crossing) == 36
 
 
-def test_crossings_of_pieces_are_those_of_the_knit(scene, knit):
-    pieces = pieces_of(knit, window_of(scene, knit))
-    crossings = pieces.crossings
-    for side in range(2):
-        for k, piece in enumerate(crossings.yarn[:, side]):
-            place = pieces.centrelines[piece].position(crossings.arc_length[k : k + 1, side])[0]
-            assert place == pytest.approx(crossings.point[k, side], abs=1e-6 * knit.radius)
-
-
 def test_beams_end_where_yarns_become_solid(scene, knit):
     window = window_of(scene, knit)
     network = surroundings(scene, knit, window, None)
@@ -146,19 +136,6 @@ REFUSED = {
         r"a part of yarn 0 that is gripped in wale tension: move window\.row inwards",
     ),
 }
-
-
-@pytest.mark.parametrize("name", REFUSED)
-def test_windows_that_are_refused(scene, knit, name):
-    keys, message = REFUSED[name]
-    with pytest.raises(ConfigurationError, match=message) as refused:
-        window_of(scene.vary(keys), knit)
-    assert "\n" not in str(refused.value)
-
-
-def test_even_numbers_of_cells_have_no_middle(scene):
-    with pytest.raises(ConfigurationError, match=r"window\.cells is 2 but must be an odd whole number"):
-        scene.replace("window.cells", 2)
 
 
 def test_beams_touch_where_yarns_are_neither_tied_nor_solid(scene, knit):

@@ -81,7 +81,7 @@ def test_every_yarn_is_in_balance(scenes, loop_knit, direction, verify):
     gripped = np.union1d(ends.held, ends.driven)
     yarn_of_node = np.zeros(len(node_force), dtype=int)
     yarn_of_node[network.station_node] = network.stations.yarn
-    rest = np.zeros((loop_knit.rows + 1, 3))
+    rest = np.zeros((len(loop_knit.centrelines), 3))
     np.add.at(rest, crossings.yarn[:, 0], exerted)
     np.add.at(rest, crossings.yarn[:, 1], -exerted)
     np.add.at(rest, yarn_of_node[gripped], node_force[gripped])

@@ -184,3 +184,13 @@ def test_force_of_the_three_dimensional_model_converges_with_element_size(plain_
     ]
     change = np.abs(np.diff(force))
     assert np.polyfit(np.log(sizes[:-1]), np.log(change), 1)[0] == pytest.approx(2.0, abs=0.3)
+
+
+def test_force_does_not_depend_on_the_number_of_increments(plain_scene, knit, contacts, verify):
+    """Every increment ends in equilibrium, to far less than the residual that is allowed."""
+    scene = plain_scene.replace("fidelity", "rom3d").replace("load.strain", 0.05)
+    force = [
+        float(solve(scene.replace("solver.increments", count), knit, contacts=contacts)["force"][-1])
+        for count in (1, 3, 12)
+    ]
+    verify.at_most("3D reduced model: force at 5% in 1, 3, 12 increments", np.ptp(force) / max(force), 1e-8)

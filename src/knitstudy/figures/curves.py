@@ -85,21 +85,9 @@ def draw_reference(axes: Axes, reference: Reference) -> None:
         return
     strain, force, off = reference.curve()
     axes.fill_between(PERCENT * strain, force - off, force + off, color=FAINT, alpha=0.6, linewidth=0)
-    axes.errorbar(
-        PERCENT * strain[1:],
-        force[1:],
-        off[1:],
-        color=INK,
-        linestyle="none",
-        marker="s",
-        markersize=3.0,
-        markerfacecolor="white",
-        capsize=2.5,
-        linewidth=0.8,
-        label="reference",
-        zorder=3,
-        clip_on=False,
-    )
+    look = {"color": INK, "linestyle": "none", "marker": "s", "markersize": 3.0, "markerfacecolor": "white"}
+    look |= {"capsize": 2.5, "linewidth": 0.8, "label": "reference", "zorder": 3, "clip_on": False}
+    axes.errorbar(PERCENT * strain[1:], force[1:], off[1:], **look)
 
 
 def legend_beside(axes: Axes, corner: tuple[float, float], down: float, **said: object) -> Legend:
@@ -114,12 +102,7 @@ def _name_ends(axes: Axes, curves: Sequence[Curve], unit: str) -> None:
     apart, lowest = LINE_OF_TEXT * axes.get_ylim()[1], -np.inf
     for curve in sorted(curves, key=lambda curve: float(curve.value[-1])):
         lowest = max(float(curve.value[-1]), lowest + apart)
-        axes.annotate(
-            f"{float(curve.value[-1]):.3g} {unit}",
-            (PERCENT * float(curve.strain[-1]), lowest),
-            xytext=(7, 0),
-            textcoords="offset points",
-            va="center",
-            color=curve.look.colour,
-            annotation_clip=False,
-        )
+        look = {"va": "center", "color": curve.look.colour, "annotation_clip": False}
+        place = (PERCENT * float(curve.strain[-1]), lowest)
+        text = f"{float(curve.value[-1]):.3g} {unit}"
+        axes.annotate(text, place, xytext=(7, 0), textcoords="offset points", **look)

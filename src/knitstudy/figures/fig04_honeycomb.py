@@ -54,19 +54,11 @@ def _draw_network(axes: Axes, network: Network) -> None:
 
 
 def _legend(drawing: Figure) -> None:
-    beam, zone = MODELS["rom2d"].colour, {"markerfacecolor": PAPER, "markeredgecolor": ACCENT}
+    colour, dot = MODELS["rom2d"].colour, {"linestyle": "", "marker": "o"}
+    zone = {"markersize": 5, "markeredgewidth": 1.4, "markerfacecolor": PAPER, "markeredgecolor": ACCENT}
     handles = [
-        Line2D([], [], color=beam, linewidth=2.2, label="beam of the 2D ROM"),
-        Line2D(
-            [],
-            [],
-            linestyle="",
-            marker="o",
-            markersize=5,
-            markeredgewidth=1.4,
-            label="contact zone, a joint",
-            **zone,
-        ),
-        Line2D([], [], linestyle="", marker="o", markersize=3.5, color=beam, label="node without contact"),
+        Line2D([], [], color=colour, linewidth=2.2, label="beam of the 2D ROM"),
+        Line2D([], [], **dot, **zone, label="contact zone, a joint"),
+        Line2D([], [], **dot, markersize=3.5, color=colour, label="node without contact"),
     ]
     drawing.legend(handles=handles, loc="lower center", ncols=3, labelcolor=INK)

@@ -21,7 +21,6 @@ from knitstudy.figures.style import (
     ACCENT,
     DOUBLE,
     FAINT,
-    INK,
     INTERACTIONS,
     MEGAPASCAL,
     PERCENT,
@@ -122,19 +121,10 @@ def _number(axes: Axes, points: Sequence[Snapshot]) -> None:
     for point in points:
         x = PERCENT * point.strain
         place = max(x, place + apart)
-        axes.annotate(
-            str(point.number),
-            (x, 1.0),
-            (place, 1.06),
-            xycoords=("data", "axes fraction"),
-            textcoords=("data", "axes fraction"),
-            ha="center",
-            va="bottom",
-            color=INK,
-            fontweight="bold",
-            arrowprops={"arrowstyle": "-", "linewidth": 0.7, "color": FAINT, "shrinkA": 1, "shrinkB": 0},
-            annotation_clip=False,
-        )
+        line = {"arrowstyle": "-", "linewidth": 0.7, "color": FAINT, "shrinkA": 1, "shrinkB": 0}
+        look = {"ha": "center", "va": "bottom", "fontweight": "bold", "annotation_clip": False}
+        frames = {"xycoords": ("data", "axes fraction"), "textcoords": ("data", "axes fraction")}
+        axes.annotate(str(point.number), (x, 1.0), (place, 1.06), arrowprops=line, **look, **frames)
 
 
 def _window(knit: Fabric, cell: np.ndarray) -> Window:

@@ -96,21 +96,17 @@ def _draw_series(
 ) -> None:
     dash, marker = LOOKS[series.interaction]
     found = [quantity(point) for point in series.points]
-    axes.errorbar(
-        np.array([scale(point) for point in series.points]),
-        [each.value for each in found],
-        np.nan_to_num([each.uncertainty for each in found]),
-        color=COLOURS[series.keep],
-        linestyle=dash if series.main else "none",
-        marker=marker if series.main else CHECKS[series.made_of.startswith(SOLID_YARNS)],
-        markersize=3.5 if series.main else 5.0,
-        markerfacecolor=COLOURS[series.keep] if series.main else "none",
-        linewidth=1.2,
-        elinewidth=0.6,
-        capsize=1.8,
-        label=_label(series),
-        clip_on=False,
-    )
+    look = {
+        "linestyle": dash if series.main else "none",
+        "marker": marker if series.main else CHECKS[series.made_of.startswith(SOLID_YARNS)],
+        "markersize": 3.5 if series.main else 5.0,
+        "markerfacecolor": COLOURS[series.keep] if series.main else "none",
+    }
+    look |= {"linewidth": 1.2, "elinewidth": 0.6, "capsize": 1.8, "clip_on": False}
+    at = [scale(point) for point in series.points]
+    off = np.nan_to_num([each.uncertainty for each in found])
+    values = [each.value for each in found]
+    axes.errorbar(at, values, off, color=COLOURS[series.keep], label=_label(series), **look)
 
 
 def _label(series: Sweep) -> str:
@@ -120,13 +116,7 @@ def _label(series: Sweep) -> str:
 def _draw_refused(axes: Axes, loops: pd.DataFrame) -> None:
     """Mark loops that cannot be made along the foot of the axes, a line for each quantity that is held fixed."""
     for line, (keep, of) in enumerate(loops.groupby("held fixed", sort=False)):
-        axes.plot(
-            of["at"],
-            np.full(len(of), 0.03 + 0.05 * line),
-            transform=axes.get_xaxis_transform(),
-            color=COLOURS[keep],
-            linestyle="none",
-            marker="x",
-            markersize=4.0,
-            label=f"{HELD[keep]}: no such loop",
-        )
+        look = {"color": COLOURS[keep], "linestyle": "none", "marker": "x", "markersize": 4.0}
+        height = np.full(len(of), 0.03 + 0.05 * line)
+        label = f"{HELD[keep]}: no such loop"
+        axes.plot(of["at"], height, transform=axes.get_xaxis_transform(), label=label, **look)

@@ -173,21 +173,16 @@ def _cells(x: np.ndarray, width: float, interlock: float, leg: float) -> np.ndar
 
 
 def _legend(drawing: Figure) -> None:
-    handles = [
-        Line2D([], [], color=MODELS["rom2d"].colour, linewidth=2.2, label="segment by geometry"),
-        *(
-            Line2D([], [], color=colour, linewidth=1.8, label=f"axis of principal stress, {way} tension")
-            for way, colour in TENSION.items()
-        ),
-        Line2D(
-            [],
-            [],
-            linestyle="",
-            marker="o",
-            markersize=5,
-            markerfacecolor=PAPER,
-            markeredgecolor=INK,
-            label="contact, true area",
-        ),
-    ]
+    contact = {
+        "linestyle": "",
+        "marker": "o",
+        "markersize": 5,
+        "markerfacecolor": PAPER,
+        "markeredgecolor": INK,
+    }
+    handles = [Line2D([], [], color=MODELS["rom2d"].colour, linewidth=2.2, label="segment by geometry")]
+    for way, colour in TENSION.items():
+        label = f"axis of principal stress, {way} tension"
+        handles.append(Line2D([], [], color=colour, linewidth=1.8, label=label))
+    handles.append(Line2D([], [], **contact, label="contact, true area"))
     drawing.legend(handles=handles, loc="lower center", ncols=2, labelcolor=INK)

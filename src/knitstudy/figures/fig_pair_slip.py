@@ -105,14 +105,8 @@ def _draw_angle(axes: tuple[Axes, Axes], slides: list[Slide]) -> None:
         longest = max(sliding, key=lambda slide: len(slide.distance))
         bound = longest.scene.contact.friction * longest.normal
         for sign, label in ((1, "± friction coefficient times normal force"), (-1, None)):
-            axes[0].plot(
-                MICROMETRE * longest.distance,
-                sign * bound,
-                color=FAINT,
-                linewidth=0.8,
-                linestyle=":",
-                label=label,
-            )
+            look = {"color": FAINT, "linewidth": 0.8, "linestyle": ":"}
+            axes[0].plot(MICROMETRE * longest.distance, sign * bound, label=label, **look)
     axes[0].axhline(0, color=FAINT, linewidth=0.6, zorder=0)
     axes[1].set(xlabel="relative displacement along the slide (µm)")
     axes[1].set_ylim(0, None)

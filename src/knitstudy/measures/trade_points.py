@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 from knitstudy.measures.cases import label_of
@@ -11,34 +12,33 @@ from knitstudy.measures.cost import Expense
 from knitstudy.measures.discretisation import is_direct, made_of
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.questions import Question
+from knitstudy.study.configuration import default_keys
 from knitstudy.study.scene import Scene
 
 # ---- settings of models ("knobs") ----
 
-MAIN: dict[str, Any] = {
-    "mesh.growth": 1.2,
-    "mesh.refinement": 1.0,
-    "mesh.span": 0.9,
-    "mesh.crossing_span": 0.9,
-    "mesh.spline_degree": 3,
-    "mesh.beam_size": 0.5e-3,
-    "contact.cell": 0.25,
-    "contact.window": 1.2,
-    "contact.points": 3,
-    "contact.normal_stiffness": 10,
-    "contact.tangential_stiffness": 10,
-    "contact.penetration": 0.01,
-    "contact.augmentations": 10,
-    "solver.increments": 12,
-    "solver.residual_tolerance": 1e-6,
-    "solver.correction_tolerance": 1e-6,
-    "solver.hourglass": 0.005,
-    "solver.linear": "auto",
-    "beam.stiffness": 10,
-}
-"""Keys and their effect on accuracy and cost are compared with these values, those of the main models.
-
-Keys that give a model its name are not among them."""
+KNOBS = (
+    "mesh.growth",
+    "mesh.refinement",
+    "mesh.span",
+    "mesh.crossing_span",
+    "mesh.spline_degree",
+    "mesh.beam_size",
+    "contact.cell",
+    "contact.window",
+    "contact.points",
+    "contact.normal_stiffness",
+    "contact.tangential_stiffness",
+    "contact.penetration",
+    "contact.augmentations",
+    "solver.increments",
+    "solver.residual_tolerance",
+    "solver.correction_tolerance",
+    "solver.hourglass",
+    "solver.linear",
+    "beam.stiffness",
+)
+"""Settings that change the cost or the answer; main models have their defaults. Keys that name a model are not here."""
 
 SPANS = {(3, 0.6): 0.9, (4, 0.5): 0.75, (5, 0.4): 0.6}
 """Spans of the legs that go with a degree and its spans at crossings: higher degrees come with shorter ones."""
@@ -67,9 +67,15 @@ def model_of(scene: Scene) -> str:
     return made_of(scene) if is_direct(scene) else label_of(scene)
 
 
+@cache
+def _defaults() -> dict[str, Any]:
+    return default_keys()
+
+
 def turned(scene: Scene) -> dict[str, Any]:
     """Return the settings of a scene that differ from those of the main models."""
-    found = {key: scene.value(key) for key, main in MAIN.items() if scene.value(key) not in (None, main)}
+    main = _defaults()
+    found = {key: scene.value(key) for key in KNOBS if scene.value(key) not in (None, main[key])}
     if (span := found.get("mesh.crossing_span")) is not None and (scene.mesh.crossing_degree, span) in SPANS:
         del found["mesh.crossing_span"]
         if found.get("mesh.span") == SPANS[scene.mesh.crossing_degree, span]:

@@ -92,32 +92,23 @@ def trace(
         target = _target(now.load, size, prescribed, settings)
         if not target - now.load > SMALLEST:
             raise ConvergenceError(f"{attempts.reason}; the increment has become too small. {REMEDY}")
-        try:
-            done = path.increment(now, target)
-        except ConvergenceError as error:
-            raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
-        except _Failed as failure:
-            attempts.add(
-                now,
-                path,
-                f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}",
-            )
-        else:
+        done = _attempt(path, now, target, attempts)
+        if done is not None:
             # One increment that was too coarse for what is summed says little about those far behind it.
-            most, next_size = min(share, largest * settings.growth), size
-            if done.newton_iterations <= settings.quick:
-                next_size = min(most, size * settings.growth)
+            most = min(share, largest * settings.growth)
+            quick = done.newton_iterations <= settings.quick
+            newton, krylov = attempts.spent + path.spent
             done = replace(
                 done,
-                size=next_size,
+                size=min(most, size * settings.growth) if quick else size,
                 largest=most,
-                newton_iterations=done.newton_iterations + attempts.spent.newton,
-                krylov_iterations=done.krylov_iterations + attempts.spent.krylov,
+                newton_iterations=int(newton),
+                krylov_iterations=int(krylov),
             )
             coarse = yield done
             if not coarse:
                 attempts.end(target, largest)
-                now, size, largest = done, next_size, most
+                now, size, largest = done, done.size, most
                 continue
             attempts.add(now, path, coarse)
             # The next ones would be too large as well.
@@ -139,15 +130,19 @@ def _target(load: float, size: float, prescribed: PrescribedDisplacement, settin
     return target if target < 1.0 - SMALLEST else 1.0
 
 
-@dataclass(frozen=True)
-class _Spent:
-    """Iterations of failed attempts."""
-
-    newton: int = 0
-    krylov: int = 0
-
-    def after(self, path: _Path) -> _Spent:
-        return _Spent(self.newton + path.newton_iterations, self.krylov + path.krylov_iterations)
+def _attempt(path: _Path, now: Increment, target: float, attempts: _Attempts) -> Increment | None:
+    """Return the converged increment, or None where it failed and a smaller one may do."""
+    try:
+        return path.increment(now, target)
+    except ConvergenceError as error:
+        raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
+    except _Failed as failure:
+        attempts.add(
+            now,
+            path,
+            f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}",
+        )
+        return None
 
 
 class _Attempts:
@@ -156,28 +151,28 @@ class _Attempts:
     def __init__(self, settings: Settings, load: float) -> None:
         self.settings = settings
         self.reason = ""
-        self.spent = _Spent()
-        self._cutbacks, self._since, self._failed = 0, load, _Spent()
+        self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and of the linear solver
+        self._cutbacks, self._since, self._failed = 0, load, 0
 
     def add(self, now: Increment, path: _Path, reason: str) -> None:
         """Count a failed attempt beyond an increment."""
         self._cutbacks, self.reason = self._cutbacks + 1, reason
-        self.spent, self._failed = self.spent.after(path), self._failed.after(path)
+        self.spent, self._failed = self.spent + path.spent, self._failed + path.newton_iterations
         if self._cutbacks > self.settings.cutbacks:
             raise ConvergenceError(
                 f"{reason}; the increment was halved {self.settings.cutbacks} times. {REMEDY}"
             )
-        if self._failed.newton > self.settings.waste:
+        if self._failed > self.settings.waste:
             raise ConvergenceError(
-                f"increment {now.index + 1} makes no headway beyond load factor {now.load:.6g}: {self._failed.newton} "
+                f"increment {now.index + 1} makes no headway beyond load factor {now.load:.6g}: {self._failed} "
                 f"iterations were in vain since load factor {self._since:.6g}; at last, {reason}. {REMEDY}"
             )
 
     def end(self, load: float, largest: float) -> None:
         """Begin anew at a load factor that was reached."""
-        self._cutbacks, self.spent = 0, _Spent()
+        self._cutbacks, self.spent = 0, np.zeros(2, dtype=int)
         if load - self._since >= min(largest, HEADWAY):
-            self._since, self._failed = load, _Spent()
+            self._since, self._failed = load, 0
 
 
 @dataclass
@@ -223,6 +218,11 @@ class _Path:
         self.newton_iterations = 0
         self.krylov_iterations = 0
         self.seconds = dict.fromkeys(PHASES, 0.0)
+
+    @property
+    def spent(self) -> np.ndarray:
+        """Iterations (2,) of Newton's method and of the linear solver in the last increment."""
+        return np.array([self.newton_iterations, self.krylov_iterations])
 
     def increment(self, now: Increment, target: float) -> Increment:
         """Return the converged increment at load factor `target`, or raise _Failed."""

@@ -27,31 +27,11 @@ from knitstudy.models.discretisation import Discretisation, yarn_surfaces
 from knitstudy.study.scene import Scene
 
 
-def hexahedral_elements(
-    scene: Scene, connectivity: np.ndarray, nodes: np.ndarray
-) -> tuple[ElementGroup, ...]:
-    """Return the hexahedra of a scene.
-
-    Parameters
-    ----------
-    scene : Scene
-    connectivity : ndarray of int, shape (E, a)
-        Nodes of every hexahedron.
-    nodes : ndarray, shape (N, 3)
-        Undeformed [m].
-
-    Raises
-    ------
-    MeshError
-        If one is folded.
-    """
-    yarn = scene.yarn
-    material = material_of(yarn)
+def _elements(scene: Scene, connectivity: np.ndarray, nodes: np.ndarray) -> tuple[ElementGroup, ...]:
+    """Return the hexahedra (E, a) of a scene with nodes (N, 3) [m]; MeshError if one is folded."""
+    material = material_of(scene.yarn)
     kind = ELEMENTS.find(scene.mesh.element)
     return (ElementGroup(connectivity, kind.build(nodes[connectivity], material, scene.solver.hourglass)),)
-
-
-__all__ = ["NODES", "divide"]
 
 
 def _lumped() -> np.ndarray:
@@ -65,14 +45,8 @@ def _lumped() -> np.ndarray:
 LUMPED = _lumped()
 
 
-def divide_quadratic(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
-    """Return the yarns of a scene as quadratic hexahedra, one for each of a swept mesh.
-
-    Raises
-    ------
-    MeshError
-        If one is folded.
-    """
+def _divide_quadratic(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
+    """Return the yarns of a scene as quadratic hexahedra, one for each of a swept mesh."""
     quadratic = quadratic_mesh(mesh, fabric.centrelines)
     return Discretisation(
         mesh=quadratic.corners,
@@ -81,7 +55,7 @@ def divide_quadratic(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretis
         yarn=quadratic.yarn,
         station=quadratic.station,
         bandwidth=quadratic.bandwidth,
-        groups=partial(hexahedral_elements, scene, quadratic.elements),
+        groups=partial(_elements, scene, quadratic.elements),
         volume=partial(_volume, len(quadratic.nodes)),
         surfaces=Grids(_grids(quadratic)),
         rings=Rings.of_rows(quadratic.arc_lengths),
@@ -108,7 +82,7 @@ def _grids(mesh: QuadraticMesh) -> list[Grid]:
 def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
     """Return the volume (N,) of every node [m3]: of each element in proportion to the squares of its functions.
 
-    Hinton, Rock and Zienkiewicz (1976): what the functions themselves hold is negative at corners.
+    Hinton, Rock and Zienkiewicz (1976); integrals of the functions themselves are negative at corners.
     """
     (group,) = groups
     volume = group.elements.volume[:, None] * LUMPED
@@ -128,7 +102,7 @@ def _with_middles(mesh: QuadraticMesh, nodes: np.ndarray) -> np.ndarray:
 
 
 def _sampling(mesh: QuadraticMesh) -> sp.csr_matrix:
-    """Return what picks the corners (M, N)."""
+    """Return the matrix (M, N) that selects the corners."""
     count = len(mesh.corner_nodes)
     return sp.csr_matrix(
         (np.ones(count), (np.arange(count), mesh.corner_nodes)), shape=(count, len(mesh.nodes))
@@ -189,7 +163,7 @@ def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
         If one is folded.
     """
     if ELEMENTS.find(scene.mesh.element).nodes == NODES:
-        return divide_quadratic(scene, mesh, fabric)
+        return _divide_quadratic(scene, mesh, fabric)
     station = np.repeat(np.arange(mesh.slices), mesh.section.size)
     return Discretisation(
         mesh=mesh,
@@ -198,7 +172,7 @@ def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
         yarn=mesh.yarn_of_slice[station],
         station=station,
         bandwidth=mesh.section.size + mesh.section.bandwidth,
-        groups=partial(hexahedral_elements, scene, mesh.hexahedra),
+        groups=partial(_elements, scene, mesh.hexahedra),
         volume=partial(_volume_hexahedra, len(mesh.nodes)),
         surfaces=Grids(yarn_surfaces(mesh)),
         rings=Rings.of_rows(mesh.stations),

@@ -57,17 +57,10 @@ class Heights:
         return self.interlock + self.leg
 
 
-def plane_angles(stresses: xr.Dataset, kinds: tuple[str, ...], extent: str = "whole") -> np.ndarray:
-    """Return the angles (k,) to x, in the plane and from 0 to 90, of the maximum principal stress [deg].
+def _plane_angles(stresses: xr.Dataset, kinds: tuple[str, ...], extent: str = "whole") -> np.ndarray:
+    """Return the angles (k,) to x, from 0 to 90, of the maximum principal stress in the plane [deg].
 
-    Parameters
-    ----------
-    stresses : Dataset
-        In the format of docs/files.md.
-    kinds : tuple of str
-        Of `crossings.segments.KINDS`; segments that end in the centre cell are taken.
-    extent : str
-        What is averaged over, "whole" or "middle".
+    Of segments that end in the centre cell, of some of `contacts.segments.KINDS`, averaged over an extent.
     """
     wanted = [KINDS.index(kind) for kind in kinds]
     here = np.isin(stresses["segment_kind"], wanted) & (stresses["segment_central"].to_numpy() == 1)
@@ -92,7 +85,7 @@ def heights_by_stress(knit: Fabric, contacts: xr.Dataset, stresses: xr.Dataset) 
     """
     angles = []
     for name, kinds in (("interlocks", INTERLOCKS), ("legs", LEGS)):
-        found = plane_angles(stresses, kinds)
+        found = _plane_angles(stresses, kinds)
         if found.size == 0:
             raise GeometryError(
                 f"the centre cell has no {name} with stresses: a honeycomb by principal stress needs a knit of two "

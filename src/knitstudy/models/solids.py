@@ -1,7 +1,7 @@
-"""Solid yarns of a fabric under load, whatever they are divided into: ties, contact, load, solver and history.
+"""Solid yarns of a fabric under load, of any discretisation: ties, contact, load, solver and history.
 
 Sections 2.2 and 2.3 of the paper. `hexahedra` and `spline_yarns` divide the yarns; `assemble` joins them at their
-crossings, and `problem` adds grips, load and what is recorded and checked at every increment.
+crossings, and `problem` adds grips, load, observers and checks.
 """
 
 from __future__ import annotations
@@ -75,11 +75,11 @@ class SolidYarns:
         return sum(len(group.connectivity) for group in self.model.groups)
 
     def attributes(self) -> dict[str, float]:
-        """Return what a history says of ties and contact."""
+        """Return the attributes of a history for ties and contact."""
         return self.ties.attributes() | (self.contact.attributes() if self.contact else {})
 
     def constants(self) -> dict[str, np.ndarray]:
-        """Return what a history says of the ties of every crossing."""
+        """Return the variables of a history for the ties of all crossings."""
         return {
             "crossing_tied": np.isfinite(self.ties.area).astype(np.int8),
             "tied_area": self.ties.area,
@@ -165,7 +165,7 @@ def assemble(
 
 
 def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns, meter: Meter) -> Problem:
-    """Return solid yarns with the load of a scene, and with what is recorded and checked at every increment."""
+    """Return solid yarns with the load of a scene, observers and checks."""
     model, contact = yarns.model, yarns.contact
     motion = load_path(scene, fabric)
     prescribed, driven = _prescribed(yarns, scene, motion)
@@ -221,12 +221,7 @@ def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[Prescr
 
 
 class SolidObserver:
-    """Reports crossings and contact of solid yarns, and the net forces on every yarn.
-
-    Parameters
-    ----------
-    yarns : SolidYarns
-    """
+    """Reports crossings and contact of solid yarns, and the net forces on every yarn."""
 
     def __init__(self, yarns: SolidYarns) -> None:
         self.yarns = yarns
@@ -235,29 +230,19 @@ class SolidObserver:
         """Return columns of the history, and of the points in contact."""
         columns, points = self.yarns.record(increment.state)
         moved = self.yarns.model.node_displacement(increment.state)
-        force, moment = yarn_resultants(
+        force, moment = _yarn_resultants(
             self.yarns, increment.response.node_force, moved, columns["centreline_displacement"]
         )
         return columns | {"yarn_force": force, "yarn_moment": moment}, points
 
 
-def yarn_resultants(
+def _yarn_resultants(
     yarns: SolidYarns, node_force: np.ndarray, displacement: np.ndarray, stations: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return net force (Y, 3) [N] and moment (Y, 3) [N m] of all interactions on every yarn (Fig. 10a).
 
-    At a free node the internal force equals the force of the interactions; grips are left out. Moments are about the
-    mean of the yarn's stations.
-
-    Parameters
-    ----------
-    yarns : SolidYarns
-    node_force : ndarray, shape (N, 3)
-        Internal forces of the elements [N].
-    displacement : ndarray, shape (N, 3)
-        Of the nodes [m].
-    stations : ndarray, shape (S, 3)
-        Displacement of the slices' centres [m].
+    At a free node the internal force `node_force` (N, 3) equals the force of the interactions; grips are left out.
+    Moments are about the mean of the yarn's `stations` (S, 3).
     """
     mesh, ends, unity = yarns.parts.mesh, yarns.parts.ends, yarns.parts.unity
     force = node_force.copy()

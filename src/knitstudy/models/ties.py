@@ -67,20 +67,12 @@ class Discs:
         return self.centre[:, None] + self.radius * rule @ self.axes
 
 
-def continued(
+def _continued(
     fabric: Fabric, parts: Discretisation, discs: Discs, side: int, places: np.ndarray
 ) -> sp.csr_matrix:
-    """Return the weighted sums (D q, N) of nodes that a yarn is at points of the discs.
+    """Return the weighted sums (D q, N) of nodes that one yarn, continued, is at points of the discs.
 
-    Parameters
-    ----------
-    fabric : Fabric
-    parts : Discretisation
-    discs : Discs
-    side : int
-        0 the lower row's yarn, 1 the upper row's.
-    places : ndarray, shape (D, q, 3)
-        [m]
+    Side 0 is the lower row's yarn, 1 the upper row's; `places` (D, q, 3) are the points [m].
     """
     crossings = fabric.crossings
     yarn = np.repeat(crossings.yarn[discs.crossing, side], places.shape[1])
@@ -103,7 +95,7 @@ def continued(
 
 
 def _sums(parts: Discretisation, points: np.ndarray, yarn: np.ndarray, factor: np.ndarray) -> sp.csr_matrix:
-    """Return what points (k, 3) are of the nodes, times factors (k,)."""
+    """Return the weights (k, N) of nodes at points (k, 3), times factors (k,)."""
     found, weight = parts.locate(points, yarn)
     rows = np.arange(len(points) + 1) * found.shape[1]
     values = (factor[:, None] * weight).ravel()
@@ -177,7 +169,7 @@ class Ties:
         return centroid
 
     def attributes(self) -> dict[str, float]:
-        """Return what a history says of the ties."""
+        """Return the attributes of a history for the ties."""
         return {
             "tie_radius": self.discs.radius,
             "tie_nodes": len(self.joined),
@@ -260,7 +252,7 @@ def tie_crossings(
     rings = int(np.ceil(discs.radius / (WIDEST_STEP * parts.size)))
     rule, weight = polar_rule(max(RINGS, rings))
     places = discs.points(rule)
-    lower, upper = (continued(fabric, parts, discs, side, places) for side in range(2))
+    lower, upper = (_continued(fabric, parts, discs, side, places) for side in range(2))
     mean = sp.kron(sp.identity(len(crossing)), moments(rule) * weight, format="csr")  # (3 D, D q)
     joined = sp.csr_matrix(mean @ (upper - lower))
     joined.eliminate_zeros()

@@ -31,14 +31,8 @@ from knitstudy.models.window_network import Window, cut_nodes, surroundings, tou
 from knitstudy.study.scene import Scene
 
 
-def solid_pieces(scene: Scene, pieces: Fabric) -> SolidYarns:
-    """Return the solid yarns of a window: all crossings are tied, or all in contact.
-
-    Raises
-    ------
-    MeshError
-        If the yarn bends tighter than its radius, crossings cannot be tied, or yarns overlap.
-    """
+def _solid_pieces(scene: Scene, pieces: Fabric) -> SolidYarns:
+    """Return the solid yarns of a window: all crossings are tied, or all in contact."""
     tied = np.full(len(pieces.crossings.row), not scene.kind.interaction.touches)
     parts = spline_yarns.discretise(scene, pieces)
     ends = Grips(*(_carried(parts.space, last) for last in (0, -1)))
@@ -65,7 +59,7 @@ class MixedKnit:
     ----------
     window : Window
     yarns : SolidYarns
-        The pieces; what it calls yarns are solid arcs of the window.
+        Of the pieces: each solid arc of the window counts as a yarn.
     network : Network
     beams : BeamModel
         Of the network, without contact.
@@ -98,12 +92,12 @@ def mixed_knit(scene: Scene, knit: Fabric, contacts: xr.Dataset | None = None) -
     ConfigurationError
         As `window_of` and `surroundings`.
     MeshError
-        As `solid_pieces`.
+        As `_solid_pieces`.
     GeometryError
         If two joints of a yarn coincide.
     """
     window = window_of(scene, knit)
-    yarns = solid_pieces(scene, pieces_of(knit, window))
+    yarns = _solid_pieces(scene, pieces_of(knit, window))
     network = surroundings(scene, knit, window, contacts)
     beams = network.model(scene.yarn, scene.mesh.section_law)
     section = end_sections(yarns.parts).reshape(-1, 3)
@@ -131,13 +125,13 @@ OF_CROSSINGS = ("crossing_force", "crossing_displacement", "section_gradient", "
 
 
 class WindowObserver:
-    """Sees crossings by their numbers in the whole knit; nothing is known of those that lie outside of the window.
+    """Reports crossings by their numbers in the whole fabric, with nan for those outside of the window.
 
     Parameters
     ----------
     mixed : MixedKnit
     crossings : int
-        K, of the whole knit.
+        K, of the whole fabric.
     """
 
     def __init__(self, mixed: MixedKnit, crossings: int) -> None:
@@ -154,7 +148,7 @@ class WindowObserver:
         return columns | self._seams(state), self._named(points)
 
     def _seams(self, state: Any) -> dict[str, np.ndarray | float]:
-        """Return what the beams exert on the solids at the seams, and by how much both sides differ."""
+        """Return forces and moments of the beams on the solids at the seams, and the largest difference at a seam."""
         force, moment = self.mixed.model.seam_forces(state)
         return {
             "seam_force": -force[:, 1],

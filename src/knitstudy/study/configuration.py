@@ -18,7 +18,7 @@ from knitstudy.study.choice import AUTO
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.families import STUDIES, Member, read_families
 from knitstudy.study.keys import Section, key, validated
-from knitstudy.study.kinds import Kind, Labels, all_kinds, all_sections
+from knitstudy.study.kinds import Kind, Labels, all_kinds, all_sections, defaults_of_fields
 from knitstudy.study.planning import Planned, is_open, of_model, planned, problem_and_ask
 from knitstudy.study.scene import Scene, flat, set_dotted
 
@@ -206,7 +206,7 @@ def _scene(member: Member, defaults: dict) -> Scene:
 
 
 def default_keys(config: Path = CONFIG) -> dict[str, Any]:
-    """Return the defaults by dotted key, those of the loop file among them, checked for every kind of scene.
+    """Return all defaults by dotted key: of fields, of the loop file and of ``defaults.yaml``, checked for every kind.
 
     Raises
     ------
@@ -223,7 +223,7 @@ def default_keys(config: Path = CONFIG) -> dict[str, Any]:
         sections[name] = needed | sections.get(name, {})
     for kind in all_kinds():
         Scene.from_dict(_least(kind), where, sections)
-    return flat(document)
+    return defaults_of_fields() | flat(document)
 
 
 def _unknown(document: Mapping) -> Iterator[str]:

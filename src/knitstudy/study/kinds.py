@@ -423,6 +423,16 @@ def _sections_of(*names: tuple[str, ...]) -> dict[str, dict[str, type[Section]]]
     return found
 
 
+def defaults_of_fields() -> dict[str, Any]:
+    """Return the defaults that stand in the fields of keys, by dotted key."""
+    return {
+        f"{name}.{key}": section.model_fields[key].default
+        for name, keys in all_sections().items()
+        for key, section in keys.items()
+        if not section.model_fields[key].is_required()
+    }
+
+
 def role_of(key: str) -> str | None:
     """Return the role of a dotted key or a label; None if there is no such key."""
     name, dot, field = key.rpartition(".")

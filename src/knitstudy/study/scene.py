@@ -265,13 +265,6 @@ def flattened(scene: Scene) -> dict[str, Any]:
 
 def differences(scene: Scene, defaults: Mapping[str, Any]) -> dict[str, Any]:
     """Return those keys of a scene, but labels and outputs, whose values are not the defaults."""
-    below = {
-        f"{name}.{key}": field.default
-        for name, section in scene.sections.items()
-        for key, field in type(section).model_fields.items()
-        if not field.is_required()
-    }
-    defaults = below | dict(defaults)
     return {
         key: value
         for key, value in flattened(scene).items()
