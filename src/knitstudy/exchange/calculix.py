@@ -30,34 +30,16 @@ print(os.waitstatus_to_exitcode(status), time.perf_counter() - start, cpu, 1024 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Results and cost of one run of CalculiX.
+    """Results and cost of one run of CalculiX."""
 
-    Attributes
-    ----------
-    step : ndarray (i,) of int
-        Step that every increment belongs to, from 1; decks with contact begin with one in which nothing is driven.
-    time : ndarray (i,)
-        Time at the end of every increment; a step lasts as long as the number of increments asked for.
-    force : ndarray (i, 3)
-        Total reaction of the driven set, N.
-    iterations : ndarray (i,) of int
-        Newton iterations of every increment, including failed attempts.
-    seconds, cpu_seconds : float
-        Wall time of the process, and processor time of all its threads.
-    memory_growth, memory_peak : int
-        Largest resident size, and its excess over that of a process that only prints its version, bytes.
-    log : str
-        Printed output.
-    """
-
-    step: np.ndarray
-    time: np.ndarray
-    force: np.ndarray
-    iterations: np.ndarray
-    seconds: float
-    cpu_seconds: float
-    memory_growth: int
-    memory_peak: int
+    step: np.ndarray  # (i,) step of every increment, from 1; decks with contact begin with a step of rest
+    time: np.ndarray  # (i,) at the end of every increment; a step lasts as long as its number of increments
+    force: np.ndarray  # (i, 3) total reaction of the driven set [N]
+    iterations: np.ndarray  # (i,) Newton iterations, including failed attempts
+    seconds: float  # wall time
+    cpu_seconds: float  # of all threads
+    memory_growth: int  # largest resident size over that of a process that prints its version [bytes]
+    memory_peak: int  # [bytes]
     log: str
 
     @property

@@ -103,55 +103,24 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class Deck:
-    """Nonlinear static steps on a mesh of hexahedra, numbered from 0.
-
-    Attributes
-    ----------
-    title : str
-    nodes : ndarray (N, 3)
-        Coordinates, m.
-    elements : dict of str to ndarray (e, 8) or (e, 20)
-        Nodes of the elements of every set; the sets follow each other in the numbering of elements.
-    node_sets : dict of str to ndarray
-    element : str
-        Value of ``mesh.element``.
-    material : Material
-    hourglass : float
-        Hourglass stiffness over shear modulus, of elements that have one.
-    steps : tuple of Step
-    driven : str
-        Node set whose total reaction is written.
-    equations : Equations or None
-    contacts : tuple of ContactPair
-    interaction : Interaction or None
-        Of all pairs in contact.
-    rests : bool
-        Whether a step in which nothing is driven comes first where a program needs one before contact.
-    tolerance : float or None
-        Largest residual force over the mean one, and largest last correction over the increment, at which an
-        increment has converged; None leaves it to the program (0.005 and 0.01 in both).
-    fields : bool
-        Whether displacements are written; the total reaction always is.
-    departures : tuple of str
-        Sentences on what decks cannot say of the scene.
-    """
+    """Nonlinear static steps on a mesh of hexahedra, numbered from 0."""
 
     title: str
-    nodes: np.ndarray
-    elements: dict[str, np.ndarray]
+    nodes: np.ndarray  # (N, 3) [m]
+    elements: dict[str, np.ndarray]  # nodes (e, 8) or (e, 20) of every set, one set after another
     node_sets: dict[str, np.ndarray]
-    element: str
+    element: str  # value of mesh.element
     material: Material
-    hourglass: float
+    hourglass: float  # stiffness over shear modulus, of elements that have one
     steps: tuple[Step, ...]
-    driven: str
+    driven: str  # node set whose total reaction is written
     equations: Equations | None = None
     contacts: tuple[ContactPair, ...] = ()
-    interaction: Interaction | None = None
-    rests: bool = True
-    tolerance: float | None = None
-    fields: bool = True
-    departures: tuple[str, ...] = ()
+    interaction: Interaction | None = None  # of all pairs in contact
+    rests: bool = True  # whether CalculiX rests for a step before contact
+    tolerance: float | None = None  # of residual and correction; by default 0.005 and 0.01 in both programs
+    fields: bool = True  # whether displacements are written; the total reaction always is
+    departures: tuple[str, ...] = ()  # sentences on what decks cannot say of the scene
 
 
 def require_deck(scene: Scene) -> None:

@@ -27,24 +27,12 @@ ROUGH = 1e6
 
 @dataclass(frozen=True)
 class Keywords:
-    """Templates of what a deck says for one value of a key.
+    """Templates of what a deck says for one value of a key, with numbers by name (`_numbers`)."""
 
-    Attributes
-    ----------
-    cards : str
-        Keyword lines; numbers by name, see `_numbers`.
-    departure : str
-        How the cards differ from the scene; empty if they do not.
-    element : str
-        Type of an element.
-    section : str
-        Parameters of the solid section.
-    """
-
-    cards: str = ""
-    departure: str = ""
-    element: str = ""
-    section: str = ""
+    cards: str = ""  # keyword lines
+    departure: str = ""  # how the cards differ from the scene
+    element: str = ""  # type of an element
+    section: str = ""  # parameters of the solid section
 
     def filled(self, numbers: dict[str, float]) -> Keywords:
         """Return the keywords with numbers in place of their names."""
@@ -120,25 +108,6 @@ TABLE: dict[tuple[str, str], dict[str, Keywords]] = {
 """Keywords by key and value, then by dialect."""
 
 
-@dataclass(frozen=True)
-class Dialect:
-    """What decks of one program have besides the keywords of the table.
-
-    Attributes
-    ----------
-    step : str
-        Parameters of every step of a deck with contact.
-    rests : bool
-        Whether a step in which nothing is driven comes first in a deck with contact.
-    outputs : function (Deck) -> str
-        Cards that ask for results.
-    """
-
-    step: str
-    rests: bool
-    outputs: Callable[[Deck], str]
-
-
 def _abaqus_outputs(deck: Deck) -> str:
     """Ask for fields at the end, and for energies and the reaction of the driven set in every increment."""
     contact = "*CONTACT OUTPUT\nCSTRESS, CDISP\n" if deck.contacts else ""
@@ -155,26 +124,8 @@ def _calculix_outputs(deck: Deck) -> str:
     return reaction + ("*NODE FILE\nU\n" + contact if deck.fields else "")
 
 
-# Friction makes the tangent unsymmetric, which Abaqus must be told. In the first step of a deck, CalculiX takes the
-# penetration at the beginning of an increment for an overlap of the mesh, which acts in proportion to the time that
-# has passed: contact pressures are too small until the step ends (docs/decks.md). A step of rest prevents this.
-DIALECTS = {
-    "abaqus": Dialect(step=", UNSYMM=YES", rests=False, outputs=_abaqus_outputs),
-    "calculix": Dialect(step="", rests=True, outputs=_calculix_outputs),
-}
-
-
-def find_dialect(name: str) -> Dialect:
-    """Return a dialect.
-
-    Raises
-    ------
-    ConfigurationError
-        If there is none of this name.
-    """
-    if name not in DIALECTS:
-        raise ConfigurationError(f"unknown deck dialect {name!r}; allowed are {', '.join(DIALECTS)}")
-    return DIALECTS[name]
+DIALECTS: dict[str, Callable[[Deck], str]] = {"abaqus": _abaqus_outputs, "calculix": _calculix_outputs}
+"""Cards that ask for results, by dialect."""
 
 
 def keywords(deck: Deck, dialect: str) -> dict[str, Keywords]:
@@ -183,8 +134,10 @@ def keywords(deck: Deck, dialect: str) -> dict[str, Keywords]:
     Raises
     ------
     ConfigurationError
-        If a program does not have one of them.
+        If the dialect is unknown, or the program does not have one of them.
     """
+    if dialect not in DIALECTS:
+        raise ConfigurationError(f"unknown deck dialect {dialect!r}; allowed are {', '.join(DIALECTS)}")
     values = {"mesh.element": deck.element, "yarn.material": deck.material.name}
     if deck.interaction is not None:
         values["interaction"] = deck.interaction.kind
@@ -196,9 +149,18 @@ def keywords(deck: Deck, dialect: str) -> dict[str, Keywords]:
     return {key: TABLE[key, value][dialect].filled(numbers) for key, value in values.items()}
 
 
-def steps(deck: Deck, dialect: Dialect) -> tuple[Step, ...]:
-    """Return the steps of a deck, after a step in which nothing is driven where the program needs one."""
-    if not (dialect.rests and deck.contacts and deck.rests):
+def step_parameters(deck: Deck, dialect: str) -> str:
+    """Return the parameters of every step: friction makes the tangent unsymmetric, which Abaqus must be told."""
+    return ", UNSYMM=YES" if dialect == "abaqus" and deck.contacts else ""
+
+
+def steps(deck: Deck, dialect: str) -> tuple[Step, ...]:
+    """Return the steps of a deck, in CalculiX with contact after a step in which nothing is driven.
+
+    In the first step CalculiX takes the penetration at the beginning of an increment for an overlap of the mesh, which
+    acts in proportion to the time that has passed: contact pressures are too small until it ends (docs/decks.md).
+    """
+    if dialect != "calculix" or not (deck.contacts and deck.rests):
         return deck.steps
     first = deck.steps[0]
     still = tuple(replace(each, value=0.0) for each in first.prescribed)

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.exchange.deck import Deck, Equations, Step, Surface, specimen_deck
-from knitstudy.exchange.dialects import NUMBER, Dialect, Keywords, find_dialect, keywords, steps
+from knitstudy.exchange.dialects import DIALECTS, NUMBER, Keywords, keywords, step_parameters, steps
 from knitstudy.files import code_version, replacing
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.mesh.sweep import SweptMesh
@@ -47,7 +47,7 @@ def write_inp(deck: Deck, path: Path | str, dialect: str) -> None:
     DataFileError
         If the file cannot be written.
     """
-    program, words = find_dialect(dialect), keywords(deck, dialect)
+    words = keywords(deck, dialect)
     departures = [*filter(None, (each.departure for each in words.values())), *deck.departures]
     element, material = words["mesh.element"], words["yarn.material"]
     with replacing(path) as temporary, open(temporary, "w", encoding="ascii") as file:
@@ -59,8 +59,8 @@ def write_inp(deck: Deck, path: Path | str, dialect: str) -> None:
         file.write(f"*SOLID SECTION, ELSET=SOLID, MATERIAL=YARN{element.section}\n")
         if deck.interaction is not None:
             _write_contacts(file, deck, words["interaction"])
-        for step in steps(deck, program):
-            _write_step(file, deck, step, program)
+        for step in steps(deck, dialect):
+            _write_step(file, deck, step, dialect)
     for sentence in departures:
         log.warning("%s: not quite the scene: %s", path, sentence)
 
@@ -121,8 +121,8 @@ def _write_equations(file: TextIO, equations: Equations) -> None:
             file.writelines(f"{', '.join(written[i : i + 4])}\n" for i in range(0, len(written), 4))
 
 
-def _write_step(file: TextIO, deck: Deck, step: Step, dialect: Dialect) -> None:
-    parameters = dialect.step if deck.contacts else ""
+def _write_step(file: TextIO, deck: Deck, step: Step, dialect: str) -> None:
+    parameters = step_parameters(deck, dialect)
     file.write(f"*STEP, NLGEOM, INC={100 * step.increments}{parameters}\n")
     if deck.tolerance is not None:
         file.write("*CONTROLS, PARAMETERS=FIELD, FIELD=DISPLACEMENT\n")
@@ -131,7 +131,7 @@ def _write_step(file: TextIO, deck: Deck, step: Step, dialect: Dialect) -> None:
     file.write(f"*STATIC, DIRECT\n1.0, {step.increments}.0\n*BOUNDARY\n")
     for item in step.prescribed:
         file.write(f"{item.node_set}, {item.first}, {item.last}, {NUMBER % item.value}\n")
-    file.write(dialect.outputs(deck) + "*END STEP\n")
+    file.write(DIALECTS[dialect](deck) + "*END STEP\n")
 
 
 def _numbers(count: int) -> str:

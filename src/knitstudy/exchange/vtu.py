@@ -132,24 +132,12 @@ CHUNK = 200
 
 @dataclass(frozen=True, eq=False)
 class CurvedCells:
-    """Hexahedra of 27 nodes in round yarns; nodes are numbered yarn by yarn, section by section.
+    """Hexahedra of 27 nodes in round yarns; nodes are numbered yarn by yarn, section by section."""
 
-    Attributes
-    ----------
-    x : ndarray, shape (q, 2)
-        Points of every section, over the radius.
-    rim : ndarray of int, shape (a,)
-        Points of a section that lie on its circle, counter-clockwise.
-    stations : tuple of ndarray, shape (t,)
-        Arc lengths of the sections of every yarn [m]: ends and middles of its spans.
-    cells : ndarray of int, shape (C, 27)
-        In the order of VTK.
-    """
-
-    x: np.ndarray
-    rim: np.ndarray
-    stations: tuple[np.ndarray, ...]
-    cells: np.ndarray
+    x: np.ndarray  # (q, 2) points of every section, over the radius
+    rim: np.ndarray  # (a,) points of a section on its circle, counter-clockwise
+    stations: tuple[np.ndarray, ...]  # (t,) of every yarn: arc lengths of ends and middles of its spans [m]
+    cells: np.ndarray  # (C, 27) in the order of VTK
 
     @classmethod
     def of(cls, breaks: list[np.ndarray]) -> CurvedCells:

@@ -149,20 +149,13 @@ def check_shape(fabric: Fabric) -> None:
 
 def _side_by_side(meshes: list[SweptMesh], shift: np.ndarray) -> SweptMesh:
     """Return meshes of one yarn each as one, moved by vectors (Y, 3) [m]."""
-    first_node = np.cumsum([0, *(len(mesh.nodes) for mesh in meshes)])
-    moved = list(zip(meshes, shift, strict=True))
-    return replace(
-        meshes[0],
-        nodes=np.concatenate([mesh.nodes + by for mesh, by in moved]),
-        hexahedra=np.concatenate(
-            [mesh.hexahedra + np.int32(first) for mesh, first in zip(meshes, first_node, strict=False)]
-        ),
-        centres=np.concatenate([mesh.centres + by for mesh, by in moved]),
-        frames=np.concatenate([mesh.frames for mesh in meshes]),
-        arc_length=np.concatenate([mesh.arc_length for mesh in meshes]),
-        first_slice=np.cumsum([0, *(mesh.slices for mesh in meshes)]),
-        pull=None,
-    )
+    names = ("nodes", "hexahedra", "centres", "frames", "arc_length")
+    joined = {name: np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in names}
+    first = {name: np.cumsum([0, *(len(getattr(mesh, name)) for mesh in meshes)]) for name in names}
+    for yarn, by in enumerate(shift):
+        for name, step in (("nodes", by), ("centres", by), ("hexahedra", first["nodes"][yarn])):
+            joined[name][slice(*first[name][yarn : yarn + 2])] += step.astype(joined[name].dtype)
+    return replace(meshes[0], **joined, first_slice=first["arc_length"], pull=None)
 
 
 def mesh_scene(scene: Scene, fabric: Fabric) -> SweptMesh:
