@@ -146,11 +146,7 @@ class Stage:
 
 def has_mesh(scene: Scene) -> bool:
     """Whether solid yarns of a scene are swept through its whole geometry."""
-    return scene.kind.stage == "dns"
-
-
-HAVE_CONTACTS = ("dns", "cut_knit", "window")
-"""Kinds of simulations whose contacts are extracted."""
+    return scene.kind.direct
 
 
 # ---- Simulation: one model of each scene ----
@@ -171,13 +167,13 @@ def unused_code(scene: Scene) -> tuple[str, ...]:
 
 
 def _is_solid(scene: Scene) -> bool:
-    return scene.kind.stage in ("dns", "cut_knit", "cell", "window")
+    return scene.kind.fidelity.solid or scene.fidelity == "window"
 
 
 def _model_memory(scene: Scene) -> int:
     """Return the expected memory of a simulation [MB]."""
-    constant = {"rom": 500, "beams": 1000, "window": 1500}
-    return constant.get(scene.kind.stage) or expected_memory(scene)
+    constant = {"rom2d": 500, "rom3d": 500, "beam": 1000, "window": 1500}
+    return constant.get(scene.fidelity) or expected_memory(scene)
 
 
 def _model_needs(scene: Scene, named: Named) -> Needs:
@@ -286,7 +282,7 @@ _STAGES = (
         path_pattern="contacts/{scene}.nc",
         function=contacts,
         reads=(),
-        of=lambda scene: scene.kind.stage in HAVE_CONTACTS,
+        of=lambda scene: _is_solid(scene) and scene.specimen != "cell",
         needs=_history,
     ),
     Stage(
