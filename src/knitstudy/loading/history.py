@@ -198,7 +198,7 @@ class Recorder:
         once : mapping of str to ndarray, optional
             Variables of `HISTORY` that are the same at all increments, or known at the last one alone.
         **attributes
-            What else the file says about itself.
+            Further attributes of the file.
         """
         values = {name: np.array(values) for name, values in self.columns.items()} | self._points()
         values |= {

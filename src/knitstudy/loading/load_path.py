@@ -31,7 +31,7 @@ class Motion:
     axis : int
         Direction of the force that is reported.
     length : float
-        What a displacement along it is divided by for a strain [m].
+        Length that strains along it refer to [m].
     """
 
     displacement: np.ndarray

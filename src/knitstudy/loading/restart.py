@@ -20,7 +20,7 @@ from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
 
 ReportProgress = Callable[[float, str], None]
-"""What a stage calls with the share done, from 0 to 1, and a short note."""
+"""Called with the share done, from 0 to 1, and a short note."""
 
 
 def silent(done: float, note: str = "") -> None:

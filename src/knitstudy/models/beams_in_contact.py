@@ -67,7 +67,7 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     ConfigurationError
         If ``mesh.beam_size`` is not positive.
     DataFileError
-        If ties yield and are of a size that is not known (`networks.rom.patch_joint`).
+        If ties are compliant and no compliance is known for their size.
     GeometryError
         If two ties of a yarn coincide, or a yarn has too few nodes for a smooth centreline.
     """
@@ -95,7 +95,7 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
 def beam_contact(scene: Scene, fabric: Fabric, curves: Curves, touching: np.ndarray) -> BeamContact:
     """Return the contact of a scene at the crossings that `touching` (K,) says.
 
-    The stiffness against elastic slip is ``beam.stiffness`` whatever the sections do: Hertz's approach is normal.
+    The stiffness against elastic slip is ``beam.stiffness`` for both laws: Hertz's approach is normal.
     """
     yarn = scene.yarn
     pairs = point_pairs(fabric.crossings, np.flatnonzero(touching), curves.length)
@@ -127,7 +127,7 @@ class CrossingRecord:
         network, yarn = beams.network, scene.yarn
         stations = network.stations
         first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
-        # Yarns without their ties: what they resist at a tied station is what the tie supplies.
+        # Yarns without ties: the internal force at a tied station equals the force of the tie.
         self._apart = BeamModel(
             stations.position,
             np.column_stack([first, first + 1]),
@@ -176,7 +176,7 @@ class CrossingRecord:
         }
 
     def _gap_of_points(self, places: Places) -> np.ndarray:
-        """Gap (K,) of the yarns at the points of their centrelines that were closest at rest [m]: what a tie leaves."""
+        """Gap (K,) of the yarns at the points of their centrelines that were closest at rest [m]."""
         one, other = (each.of(each.value, places.position) for each in self._stencil)
         return np.linalg.norm(other - one, axis=1) - 2 * self._radius
 
@@ -191,10 +191,10 @@ class CrossingRecord:
 
 
 UNSEEN = 0.02
-"""Penetration that no contact has seen, over the radius, beyond which a state is refused.
+"""Penetration over the radius, of yarns between which no contact acts, beyond which a state is refused.
 
-Beside pins in wale tension beams come to 1 %. Solids that carry what such a crossing does, 10 to 30 N, approach each
-other by 5 to 10 % (Hertz), so that this much is no second contact that would carry a share of its own.
+Beside pins in wale tension it reaches 1 %. Solid yarns under the force of such a crossing, 10 to 30 N, approach each
+other by 5 to 10 % (Hertz): a second contact would carry little.
 """
 
 

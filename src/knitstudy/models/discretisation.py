@@ -134,7 +134,7 @@ class Discretisation:
     space: Space | None = None
 
     def sampled(self, values: np.ndarray) -> np.ndarray:
-        """Return what the nodes (N, ...) give at the nodes of `mesh` (M, ...)."""
+        """Return values at the nodes of `mesh` (M, ...) from values of the nodes (N, ...)."""
         return values if self.sampling is None else self.sampling @ values
 
     def nodes_of(self, yarn: int) -> np.ndarray:

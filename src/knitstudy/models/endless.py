@@ -116,7 +116,7 @@ class Cell:
     spread : csr matrix, shape (3 N, 3 n)
         Displacements of all nodes from the n nodes that repeat themselves.
     jumps : ndarray, shape (3 N, 6)
-        What is added to them for each generalised strain of `mechanics.periodic`.
+        Displacements added for each generalised strain of `mechanics.periodic`.
     lattice : Lattice
     """
 

@@ -82,7 +82,7 @@ def _grids(mesh: QuadraticMesh) -> list[Grid]:
 def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
     """Return the volume (N,) of every node [m3]: of each element in proportion to the squares of its functions.
 
-    Hinton, Rock and Zienkiewicz (1976): what the functions themselves hold is negative at corners.
+    Hinton, Rock and Zienkiewicz (1976); integrals of the functions themselves are negative at corners.
     """
     (group,) = groups
     volume = group.elements.volume[:, None] * LUMPED
@@ -102,7 +102,7 @@ def _with_middles(mesh: QuadraticMesh, nodes: np.ndarray) -> np.ndarray:
 
 
 def _sampling(mesh: QuadraticMesh) -> sp.csr_matrix:
-    """Return what picks the corners (M, N)."""
+    """Return the matrix (M, N) that selects the corners."""
     count = len(mesh.corner_nodes)
     return sp.csr_matrix(
         (np.ones(count), (np.arange(count), mesh.corner_nodes)), shape=(count, len(mesh.nodes))

@@ -249,7 +249,7 @@ def _frames(normal: np.ndarray, tangent: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Joints:
-    """Joints of K crossings; what has no spring and is not open is tied.
+    """Joints of K crossings; a crossing without a spring that is not open is tied.
 
     Attributes
     ----------
@@ -307,7 +307,7 @@ def spring_joints(
     measure : {"interface", "centreline"}
         Which relative displacement the springs are secants of.
     axes : {"global", "contact"}
-        Along what they are measured and act.
+        Axes along which they are measured and act.
     each : bool
         Whether every crossing has its own springs, or all have the average.
     springs_from : Dataset, optional

@@ -54,7 +54,7 @@ class Network:
     springs : LinearSprings
         Springs between yarns.
     joints : Joints or None
-        What joins the yarns at each crossing; None where crossings are nodes of the network.
+        Of the crossings; None where crossings are nodes of the network.
     curvature : ndarray, shape (E, 3), or None
         Mean curvature vector t x dt/ds of the undeformed yarn over every element [1/m]; None where elements do not
         follow a yarn.
@@ -129,7 +129,7 @@ def tension(grips: Grips, motion: Motion, lateral: str) -> PrescribedDisplacemen
 
 
 def problem(scene: Scene, fabric: Fabric, network: Network, meter: Meter) -> Problem:
-    """Return a network with the load of a scene, and with what is recorded and checked at every increment."""
+    """Return a network with the load of a scene, observer and checks."""
     model = network.model(scene.yarn, scene.value("mesh.section_law") or "straight")
     motion = _motion(network, scene, fabric)
     ends = grips(network, fabric, scene.load.direction)

@@ -164,7 +164,7 @@ def spatial_network(
     joint : {"rigid", "printed"}
         Of ties, see the module.
     joints : Joints, optional
-        What joins the yarns at each crossing; all are tied if left out.
+        Of the crossings; all are tied if left out.
     stops : mapping of int to ndarray, optional
         Arc lengths [m] by yarn at which there has to be a node as well.
 

@@ -1,7 +1,7 @@
-"""Solid yarns of a fabric under load, whatever they are divided into: ties, contact, load, solver and history.
+"""Solid yarns of a fabric under load, of any discretisation: ties, contact, load, solver and history.
 
 Sections 2.2 and 2.3 of the paper. `hexahedra` and `spline_yarns` divide the yarns; `assemble` joins them at their
-crossings, and `problem` adds grips, load and what is recorded and checked at every increment.
+crossings, and `problem` adds grips, load, observers and checks.
 """
 
 from __future__ import annotations
@@ -75,11 +75,11 @@ class SolidYarns:
         return sum(len(group.connectivity) for group in self.model.groups)
 
     def attributes(self) -> dict[str, float]:
-        """Return what a history says of ties and contact."""
+        """Return the attributes of a history for ties and contact."""
         return self.ties.attributes() | (self.contact.attributes() if self.contact else {})
 
     def constants(self) -> dict[str, np.ndarray]:
-        """Return what a history says of the ties of every crossing."""
+        """Return the variables of a history for the ties of all crossings."""
         return {
             "crossing_tied": np.isfinite(self.ties.area).astype(np.int8),
             "tied_area": self.ties.area,
@@ -165,7 +165,7 @@ def assemble(
 
 
 def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns, meter: Meter) -> Problem:
-    """Return solid yarns with the load of a scene, and with what is recorded and checked at every increment."""
+    """Return solid yarns with the load of a scene, observers and checks."""
     model, contact = yarns.model, yarns.contact
     motion = load_path(scene, fabric)
     prescribed, driven = _prescribed(yarns, scene, motion)

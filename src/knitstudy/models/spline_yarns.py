@@ -100,7 +100,7 @@ def _spans(scene: Scene, fabric: Fabric, yarn: int, arcs: np.ndarray, ends: np.n
 
 
 BYTES_A_PAIR = 48
-"""Of a simulation, for each pair of nodes of a span: tangent, factors of single yarns, places of what is summed."""
+"""Of a simulation, for each pair of nodes of a span: tangent, factors of single yarns and indices of sums."""
 
 
 def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> Problem:
@@ -192,7 +192,7 @@ def undeformed(space: Space, fabric: Fabric) -> np.ndarray:
 
 
 def _require_memory(scene: Scene, space: Space) -> None:
-    """Refuse more unknowns than the memory has room for: tangent, factors of single yarns and what is summed up."""
+    """Refuse more unknowns than the memory has room for: tangent, factors of single yarns and sums."""
     pairs = sum(float((own.span_sizes.astype(float) ** 2).sum()) for own in space.yarns)
     what = f"a simulation of {3 * space.size:.2g} unknowns"
     require_memory(BYTES_A_PAIR * pairs, "mesh.span", scene.mesh.span, what, power=1, unit="yarn radii")
@@ -208,7 +208,7 @@ def shape(own: YarnSpace, curve: Centreline, radius: float) -> np.ndarray:
 
 
 def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
-    """Return what stands for the volume (N,) of every node [m3]: positive, and of the constant function all of it."""
+    """Return a positive volume (N,) of every node [m3]; those of the constant function add up to the volume."""
     total = np.zeros(count)
     for group in groups:
         total += np.bincount(group.connectivity.ravel(), group.elements.node_volume().ravel(), count)

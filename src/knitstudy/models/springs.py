@@ -7,7 +7,7 @@ by part: with the projections P of the axes asked for,
     k = F . P d / d . P d
 
 Along x, y and z, the paper's axes, that is the ratio of the components. In the axes of the contact the parts are the
-component along the contact normal, and what lies in the tangent plane as a whole.
+component along the contact normal and the component in the tangent plane.
 
 A contact resists along its normal far more than across it. Where the normal is askew to x, y and z, as it is by some
 45 degrees where loops hold each other, this couples the axes: a crossing slides down its tangent plane and moves
@@ -16,8 +16,7 @@ those in the axes of the contact are positive, and alike at all crossings.
 
 The paper averages, but does not say how. The mean of the ratios is ruled by whichever crossing moves least and has no
 bound as that d goes to zero; the average here is the one stiffness that comes nearest to all forces,
-sum(F . P d) / sum(d . P d), in which such a crossing has no weight. The mean, with its spread, is kept beside it.
-What the data say is left as it is, negative or not.
+sum(F . P d) / sum(d . P d), in which such a crossing has no weight. Negative values are reported as they are.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ MEASURES = {
     "interface": "relative_displacement",
     "centreline": "centreline_relative_displacement",
 }
-"""Variables of the contacts by what is displaced: the facets that face each other, or the yarns' centrelines."""
+"""Displacement variables of the contacts: of the facets that face each other, or of the yarns' centrelines."""
 
 AXES = {"global": ("x", "y", "z"), "contact": ("normal", "tangential")}
 """The a parts that force and displacement are divided into."""
@@ -48,7 +47,7 @@ class Springs:
     axes : tuple of a str
         Names of the axes.
     projection : ndarray, shape (K, a, 3, 3)
-        What belongs to an axis.
+        Onto every axis.
     tied : ndarray of bool, shape (K,)
         Crossings that are tied instead.
     open : ndarray of bool, shape (K,)
@@ -119,9 +118,9 @@ def springs(contacts: xr.Dataset, measure: str, axes: str = "global") -> Springs
     contacts : Dataset
         Contacts in the format of docs/files.md, of a simulation with contact.
     measure : {"interface", "centreline"}
-        What is displaced.
+        Whose displacement is taken.
     axes : {"global", "contact"}
-        Along what; the contact's are those of the undeformed normal.
+        Of the springs; those of the contact are along the undeformed normal and across it.
 
     Raises
     ------

@@ -34,7 +34,7 @@ from knitstudy.study.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class CellStress:
-    """Stress in the hexahedra of the mesh of a scene, in its order, whatever the yarns are divided into.
+    """Stress in the hexahedra of the mesh of a scene, in its order, for any discretisation.
 
     Attributes
     ----------
@@ -174,7 +174,7 @@ def _section_points(section: Section) -> tuple[np.ndarray, np.ndarray]:
 
 
 EXTENTS = {"whole": 1.0, "middle": 0.5}
-"""Share of every piece of yarn, about its middle, that is averaged over; what judges is the whole piece."""
+"""Share of every piece of yarn, about its middle, that is averaged over."""
 
 
 CELL_STRESS = {"hexahedra": hexahedral_cell_stress, "spline_yarns": spline_cell_stress}
@@ -258,7 +258,7 @@ def _of_pieces(
     """Return volume (P, x), integral of the stress (P, x, 3, 3) and moments (P, 4, 7) of pieces, for extents x.
 
     A piece takes its share of the layer of cells that it ends in. Moments are sums over cells of [1, X] (x) [1, X, x]
-    by volume: what the best affine motion of a whole piece is made of.
+    by volume, for the best affine motion of a whole piece.
     """
     one = np.ones((len(cells.volume), 1))
     before = np.concatenate([one, cells.reference], axis=1)
@@ -286,7 +286,7 @@ def _of_pieces(
 
 
 def _at(s: np.ndarray, stations: np.ndarray, upto: np.ndarray) -> np.ndarray:
-    """Return what is summed up to arc lengths s (k,) [m], from the sums (S, c) up to stations (S,)."""
+    """Return sums (k, c) up to arc lengths s (k,) [m], from the sums (S, c) up to stations (S,)."""
     low = np.clip(np.searchsorted(stations, s) - 1, 0, len(stations) - 2)
     share = (s - stations[low]) / (stations[low + 1] - stations[low])
     return upto[low] + share[:, None] * (upto[low + 1] - upto[low])

@@ -95,7 +95,7 @@ def _continued(
 
 
 def _sums(parts: Discretisation, points: np.ndarray, yarn: np.ndarray, factor: np.ndarray) -> sp.csr_matrix:
-    """Return what points (k, 3) are of the nodes, times factors (k,)."""
+    """Return the weights (k, N) of nodes at points (k, 3), times factors (k,)."""
     found, weight = parts.locate(points, yarn)
     rows = np.arange(len(points) + 1) * found.shape[1]
     values = (factor[:, None] * weight).ravel()
@@ -169,7 +169,7 @@ class Ties:
         return centroid
 
     def attributes(self) -> dict[str, float]:
-        """Return what a history says of the ties."""
+        """Return the attributes of a history for the ties."""
         return {
             "tie_radius": self.discs.radius,
             "tie_nodes": len(self.joined),

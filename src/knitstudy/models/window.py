@@ -59,7 +59,7 @@ class MixedKnit:
     ----------
     window : Window
     yarns : SolidYarns
-        The pieces; what it calls yarns are solid arcs of the window.
+        Of the pieces: each solid arc of the window counts as a yarn.
     network : Network
     beams : BeamModel
         Of the network, without contact.
@@ -148,7 +148,7 @@ class WindowObserver:
         return columns | self._seams(state), self._named(points)
 
     def _seams(self, state: Any) -> dict[str, np.ndarray | float]:
-        """Return what the beams exert on the solids at the seams, and by how much both sides differ."""
+        """Return forces and moments of the beams on the solids at the seams, and the largest difference at a seam."""
         force, moment = self.mixed.model.seam_forces(state)
         return {
             "seam_force": -force[:, 1],

@@ -58,7 +58,7 @@ def window_of(scene: Scene, knit: Fabric) -> Window:
     Raises
     ------
     ConfigurationError
-        If it does not lie within the knit, or reaches what is gripped or, where yarns touch, tied.
+        If it does not lie within the knit, or reaches a grip or, where yarns touch, tied crossings.
     """
     crossings, cells = knit.crossings, scene.window.cells // 2
     middle = _middle(scene, knit)
@@ -186,7 +186,7 @@ def cut_nodes(network: Network, window: Window) -> np.ndarray:
 def _joints(
     scene: Scene, knit: Fabric, points: JointPoints, outside: np.ndarray, contacts: xr.Dataset | None
 ) -> Joints:
-    """Return what joins the beams: pins that yield as tied patches do, and springs or nothing where yarns touch."""
+    """Return the joints of the beams: pins as compliant as tied patches, and springs or nothing where yarns touch."""
     joints = Joints.all_tied(len(outside))
     tied = tied_crossings(scene, knit.crossings)[outside]
     every = contacts_of_crossings(knit, scene.tie.radius).isel(crossing=outside)
@@ -223,7 +223,7 @@ def _measured(scene: Scene, contacts: xr.Dataset, normal: np.ndarray) -> np.ndar
 
 
 def _without_arcs(network: Network, window: Window) -> Network:
-    """Return a network without what lies inside of the solid arcs."""
+    """Return a network without the elements and nodes inside of the solid arcs."""
     stations = network.stations
     first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
     middle = 0.5 * (stations.arc_length[first] + stations.arc_length[first + 1])

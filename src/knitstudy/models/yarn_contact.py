@@ -218,7 +218,7 @@ class YarnContact:
             )
 
     def attributes(self) -> dict[str, float]:
-        """Return what a history says of the contact."""
+        """Return the attributes of a history for the contact."""
         law = self.model.contact.law
         return {
             "facets_around": int(self.model.contact.surfaces.cells[0, 1]),
