@@ -67,10 +67,6 @@ def test_one_resolution_is_none(limit):
         limit((3, 3), (1.0, 1.0))
 
 
-def test_equal_values_are_not_certain():
-    assert limit_of_sizes((0.2, 0.1), (5.0, 5.0)).uncertainty > 0
-
-
 def test_surer_ways_weigh_more_and_the_larger_origin_is_named():
     common = common_limit([Limit(1.0, 0.01, 2.0), Limit(1.03, 0.03, 2.0)])
     assert common.value == pytest.approx(1.003)
@@ -80,6 +76,9 @@ def test_surer_ways_weigh_more_and_the_larger_origin_is_named():
     assert common.origin == "disagreement"
     near = common_limit([Limit(1.0, 0.01, 2.0), Limit(1.001, 0.01, 2.0)])
     assert near.origin == "extrapolation"
+    assert limit_of_sizes((0.2, 0.1), (5.0, 5.0)).uncertainty > 0, "equal values are not certain"
+    with pytest.raises(DataFileError, match="there are 1 limits"):
+        common_limit([Limit(1.0, 0.01, 2.0)])
 
 
 def test_a_way_does_not_win_by_an_uncertainty_that_is_too_small():
@@ -93,18 +92,6 @@ def test_a_way_does_not_win_by_an_uncertainty_that_is_too_small():
         assert abs(limit - common.value) < 1.02 * common.uncertainty
 
 
-def test_three_limits_lie_as_far_apart_as_their_uncertainties_with_what_is_added_say():
-    limits = [Limit(1.0, 0.01, 2.0), Limit(1.2, 0.02, 2.0), Limit(1.1, 0.05, 2.0)]
-    common = common_limit(limits)
-    assert 1.05 < common.value < 1.15
-    assert common.disagreement == pytest.approx(0.1)
-
-
-def test_one_way_is_not_enough():
-    with pytest.raises(DataFileError, match="there are 1 limits"):
-        common_limit([Limit(1.0, 0.01, 2.0)])
-
-
 def test_less_than_the_uncertainty_decides_nothing():
     estimate = Estimate(1.0, 0.1)
     assert estimate.below(1.2) is True
@@ -114,16 +101,11 @@ def test_less_than_the_uncertainty_decides_nothing():
     assert estimate.above(1.2) is False
     assert estimate.above(1.05) is None
     assert UNKNOWN.below(1.0) is UNKNOWN.above(1.0) is None
-
-
-def test_functions_of_estimates_keep_the_larger_change():
-    assert Estimate(2.0, 1.0).of(lambda value: 1 / value) == Estimate(0.5, 0.5)
-
-
-def test_what_fails_outweighs_what_is_open():
-    assert all_hold([True, True]) is True
+    assert Estimate(1.0, 0.1).larger_than(Estimate(0.8, 0.05)) is True
+    assert Estimate(1.0, 0.1).larger_than(Estimate(0.8, 0.15)) is None
     assert all_hold([True, None]) is None
     assert all_hold([None, False]) is False
+    assert Estimate(2.0, 1.0).of(lambda value: 1 / value) == Estimate(0.5, 0.5)
 
 
 def test_estimates_are_written_as_finely_as_they_are_known():

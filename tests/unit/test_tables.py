@@ -16,7 +16,6 @@ from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact, snapshots
-from knitstudy.measures.cost import element_length
 from knitstudy.measures.domain import SERIES
 from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.response import transverse_contraction
@@ -55,17 +54,10 @@ def contacts(rows=2, columns=2):
     )
 
 
-def test_every_number_of_the_paper_that_tables_use_is_there(paper):
-    assert number(paper, "5", "dns-tie 3x3", "degrees of freedom") == 189_513
+def test_numbers_of_the_paper_are_read_and_missing_ones_are_named(paper):
     assert numbers(paper, "4", "rom2d", "segment 2 and 3 angles to x y z").tolist() == [66, 24, 90]
-
-
-def test_number_that_is_not_printed_is_named(paper):
     with pytest.raises(DataFileError, match="case 'dns', quantity 'time' is there 0 times"):
         number(paper, "5", "dns", "time")
-
-
-def test_printed_text_is_no_number(paper):
     with pytest.raises(DataFileError, match="'memory' is 'much'; it must be numbers"):
         number(paper.assign(value="much"), "5", "rom2d 3x3", "memory")
 
@@ -111,10 +103,6 @@ def test_knit_of_one_cell_has_heads_and_interlocks_only(paper):
     assert table["kind"].tolist() == ["head", "interlock, left", "interlock, right"]
 
 
-def test_element_length_leaves_out_the_way_to_the_next_yarn():
-    assert element_length(synthetic.history(stations=11)) == pytest.approx(1e-3)
-
-
 def test_residuals_of_the_calibration(geometry):
     targets = {
         "targets": {"length": {"value": 40e-3}, "interlock_angle": {"value": 66}, "leg_angle": {"value": 80}}
@@ -128,22 +116,13 @@ def test_residuals_of_the_calibration(geometry):
     assert (error["before"], error["after"]) == (pytest.approx(4e-4), pytest.approx(1e-8))
     assert np.isnan(table.loc["smallest gap", "target"])
     assert table.loc["F, total", "after"] == 11
-
-
-def test_missing_target_is_named(geometry):
     with pytest.raises(ConfigurationError, match=r"targets\.length\.value must be there"):
         catalogue.tabulate("geometry", geometry=geometry, targets={"targets": {}})
 
 
-def test_unknown_table_names_the_known_ones():
-    with pytest.raises(
-        ConfigurationError,
-        match=r"unknown table 'table6'.*allowed are rom_distance, ",
-    ):
+def test_missing_tables_and_results_are_named(paper):
+    with pytest.raises(ConfigurationError, match=r"unknown table 'table6'.*allowed are .*table1_contact"):
         catalogue.tabulate("table6")
-
-
-def test_missing_result_is_named(paper):
     with pytest.raises(
         ConfigurationError, match="table4_angles' needs contacts, paper, scenes: contacts, scenes is missing"
     ):

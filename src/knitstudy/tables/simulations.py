@@ -155,35 +155,15 @@ def _cost(history: xr.Dataset) -> dict:
 Row = tuple[str, str, float, float]
 """Quantity, unit, value and bar."""
 
+CHECKED = {
+    "simulation": ("What the direct simulations stand on: ties, course tension", "tie-course"),
+    "simulation_contact": ("What they stand on: friction, course tension", "isotropic-course"),
+    "simulation_wale": ("What they stand on: ties, wale tension", "tie-wale"),
+    "simulation_contact_wale": ("What they stand on: friction, wale tension", "isotropic-wale"),
+}
+"""Title and case of the tables of checks by name."""
 
-@TABLES.add(
-    "simulation",
-    "What the direct simulations stand on: ties, course tension",
-    results={"dns": solid("simulation", "tie-course")},
-    scenes=True,
-    order=10,
-)
-@TABLES.add(
-    "simulation_contact",
-    "What they stand on: friction, course tension",
-    results={"dns": solid("simulation", "isotropic-course")},
-    scenes=True,
-    order=11,
-)
-@TABLES.add(
-    "simulation_wale",
-    "What they stand on: ties, wale tension",
-    results={"dns": solid("simulation", "tie-wale")},
-    scenes=True,
-    order=12,
-)
-@TABLES.add(
-    "simulation_contact_wale",
-    "What they stand on: friction, wale tension",
-    results={"dns": solid("simulation", "isotropic-wale")},
-    scenes=True,
-    order=13,
-)
+
 def tabulate_checks(dns: xr.Dataset, scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one quantity of a direct simulation a row, with its unit and its bar where it has one."""
     rows = [*_ties(dns), *_solution(dns, scenes["dns"]), *(_contact(dns) if "smallest_gap" in dns else ())]
@@ -191,6 +171,11 @@ def tabulate_checks(dns: xr.Dataset, scenes: Mapping[str, Scene]) -> pd.DataFram
         [(name, unit, float(value), bar) for name, unit, value, bar in rows],
         columns=["quantity", "unit", "value", "bar"],
     )
+
+
+for order, (name, (title, case)) in enumerate(CHECKED.items(), start=10):
+    results = {"dns": solid("simulation", case)}
+    TABLES.add(name, title, results=results, scenes=True, order=order)(tabulate_checks)
 
 
 def _ties(dns: xr.Dataset) -> list[Row]:

@@ -18,10 +18,16 @@ NOT_SAID, NONE = "not said", "none"
 STATED = ("stiffness ratio (contact / element)", "stick ratio (stick / element)", "friction coefficient")
 """Numbers of Table 1."""
 
+HARD = "hard contact, by a penalty method"
 PENALTY = "penalty on smooth surfaces, augmented where penetration is too deep"
 INDENTATION = (
     "hard contact, in series with the local indentation that polynomials over the section do not show"
 )
+
+OVER_NORMAL = "stick over normal stiffness of the local indentation"
+
+MASTER_AND_SLAVE = "surface to surface, finite sliding, master and slave chosen at random"
+BOTH_WAYS = "Gauss points to smooth surface, finite sliding, both ways with half the stiffness each"
 
 
 @TABLES.add(
@@ -37,47 +43,27 @@ def tabulate(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) 
     contact, attrs = scenes["dns"].contact, dns.attrs
     ratio, stick, friction = (number(paper, "1", "contact", quantity) for quantity in STATED)
     by_penalty = "contact_stiffness" in attrs
+    normal, tangential = (
+        (contact.normal_stiffness, contact.tangential_stiffness) if by_penalty else (NONE, NONE)
+    )
+    allowed, reached = allowed_penetration(dns), penetration(dns)
+    stabilisation = scenes["dns"].solver.stabilisation
     rows = [
-        (
-            "contact-overclosure relation",
-            "1",
-            "hard contact, by a penalty method",
-            PENALTY if by_penalty else INDENTATION,
-        ),
-        (
-            "contact stiffness over element stiffness",
-            "1",
-            ratio,
-            contact.normal_stiffness if by_penalty else NONE,
-        ),
+        ("contact-overclosure relation", "1", HARD, PENALTY if by_penalty else INDENTATION),
+        ("contact stiffness over element stiffness", "1", ratio, normal),
         ("contact stiffness, pressure over gap", "Pa/m", NOT_SAID, attrs.get("contact_stiffness", NONE)),
         ("modulus of the local indentation", "Pa", NONE, attrs.get("indentation_modulus", NONE)),
         ("friction model", "1", "isotropic Coulomb", "isotropic Coulomb, convected slip"),
-        (
-            "stick stiffness over element stiffness",
-            "1",
-            stick,
-            contact.tangential_stiffness if by_penalty else NONE,
-        ),
+        ("stick stiffness over element stiffness", "1", stick, tangential),
         ("stick stiffness, traction over slip", "Pa/m", NOT_SAID, attrs.get("stick_stiffness", NONE)),
-        (
-            "stick over normal stiffness of the local indentation",
-            "1",
-            NONE,
-            attrs.get("stick_over_normal", NONE),
-        ),
+        (OVER_NORMAL, "1", NONE, attrs.get("stick_over_normal", NONE)),
         ("friction coefficient", "1", friction, contact.friction),
-        (
-            "discretisation",
-            "1",
-            "surface to surface, finite sliding, master and slave chosen at random",
-            "Gauss points to smooth surface, finite sliding, both ways with half the stiffness each",
-        ),
+        ("discretisation", "1", MASTER_AND_SLAVE, BOTH_WAYS),
         ("Gauss points a facet", "1", NOT_SAID, contact.points**2),
-        ("deepest penetration or local indentation allowed", "m", NOT_SAID, allowed_penetration(dns)),
-        ("deepest penetration or local indentation reached", "m", NOT_SAID, penetration(dns)),
+        ("deepest penetration or local indentation allowed", "m", NOT_SAID, allowed),
+        ("deepest penetration or local indentation reached", "m", NOT_SAID, reached),
         ("augmentations of an increment, at most", "1", NOT_SAID, dns["augmentations"].max().item()),
-        ("stabilisation, viscosity over E", "1", "used, not said", scenes["dns"].solver.stabilisation),
+        ("stabilisation, viscosity over E", "1", "used, not said", stabilisation),
     ]
     return pd.DataFrame(
         [(name, unit, _text(theirs), _text(ours)) for name, unit, theirs, ours in rows],
