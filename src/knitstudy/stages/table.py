@@ -66,8 +66,6 @@ class Stage:
     code : callable, optional
         Names of the modules whose code, with all that they import, makes the result of a scene. By default the module
         of the function.
-    unused : callable
-        Names of modules that these import, but that no number of a scene depends on.
     outputs : tuple of str
         Entries of the scene's outputs that its result depends on.
     wanted : callable
@@ -85,7 +83,6 @@ class Stage:
     of: Callable[[Scene], bool]
     needs: Callable[[Scene, Named], Needs] = lambda scene, named: {}
     code: Callable[[Scene], tuple[str, ...]] | None = None
-    unused: Callable[[Scene], tuple[str, ...]] = lambda scene: ()
     outputs: tuple[str, ...] = ()
     wanted: Callable[[Scene], bool] = lambda scene: True
     long: bool = False
@@ -164,8 +161,8 @@ def _model_code(scene: Scene) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _unused_code(scene: Scene) -> tuple[str, ...]:
-    """Return the law of friction, where yarns are tied."""
+def unused_code(scene: Scene) -> tuple[str, ...]:
+    """Return the modules that no result of a scene depends on, whoever imports them: of ties, the law of friction."""
     return () if scene.kind.interaction.touches else (friction.__name__,)
 
 
@@ -277,7 +274,6 @@ _STAGES = (
         of=lambda scene: True,
         needs=_model_needs,
         code=_model_code,
-        unused=_unused_code,
         long=True,
         memory=_model_memory,
     ),
@@ -297,7 +293,6 @@ _STAGES = (
         of=lambda scene: has_mesh(scene) and scene.specimen == "knit" and "fields" in scene.outputs,
         needs=_fields,
         code=lambda scene: (stress.__name__, *_model_code(scene)),
-        unused=_unused_code,
         memory=lambda scene: 1000 + expected_memory(scene) // 2,
     ),
     _export("mesh_vtu", "mesh/{scene}.vtu", vtu.write_mesh, "vtu", reads=("mesh.element",)),
