@@ -1,15 +1,18 @@
 """What the optimisation of a loop refuses, and the pieces that it is made of."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.lay_out import initial_loop, lay_out
+from knitstudy.geometry.lay_out import initial_loop, lay_out, redraw
+from knitstudy.geometry.loop import symmetric_motions, symmetries
 from knitstudy.geometry.optimise import free_components, optimise, squared_join_curvature
+from knitstudy.geometry.spline import CatmullRom
 from knitstudy.geometry.survey import check_yarns, survey
-from knitstudy.study.configuration import load_knits
+from knitstudy.study.configuration import load_knits, load_scene
 
 
 @pytest.fixture(scope="module")
@@ -91,3 +94,97 @@ def test_initial_yarns_interpenetrate_as_in_figure_1a(surveyed):
     assert measured.penetration > 0.2 * loop.radius
     with pytest.raises(GeometryError, match="yarns overlap"):
         check_yarns(measured, loop, 0.001)
+
+
+POINTS = 16
+COARSE = 12
+"""Samples a Bezier curve: closest points are refined from them, fewer only cost less."""
+
+
+@pytest.fixture(scope="module")
+def swept():
+    return load_scene("sweep-wale-tie-course").replace("geometry.samples", COARSE)
+
+
+@pytest.fixture(scope="module")
+def drawn_loop(swept):
+    return initial_loop(swept)
+
+
+def varied(swept, ratio, keep):
+    return swept.vary({"pattern.course_ratio": ratio, "pattern.keep": keep})
+
+
+def test_drawn_shape_stays_in_the_plane_when_rows_stand_closer(drawn_loop, swept):
+    settings = SimpleNamespace(**swept.geometry.model_dump() | {"free": ("z",) * POINTS})
+    initial, loop, _, _ = redraw(drawn_loop, 0.9, "shape", settings)
+    np.testing.assert_array_equal(initial.control_points, drawn_loop.control_points)
+    np.testing.assert_allclose(
+        loop.control_points[:, :2], drawn_loop.control_points[:, :2], atol=1e-15
+    )  # in radii and back
+    assert loop.course_spacing == 0.9 * drawn_loop.course_spacing
+
+
+def test_loop_that_cannot_be_made_is_named_with_its_keys_and_a_remedy(swept):
+    impossible = varied(swept, 1.3, "length")
+    named = r"course_ratio 1\.3, pattern\.keep 'length': no wale spacing .*: take a pattern\.course_ratio nearer to 1"
+    with pytest.raises(GeometryError, match=named) as refused:
+        lay_out(impossible)
+    assert "\n" not in str(refused.value)
+
+
+WALE = 12.0
+
+
+def plain_points(count=16):
+    t = 2 * np.pi * np.arange(count) / count
+    return np.column_stack([WALE * t / (2 * np.pi) + 2.5 * np.sin(2 * t), -7 * np.cos(t), -np.cos(2 * t)])
+
+
+def group_of(points):
+    return symmetries(CatmullRom(points, [WALE, 0, 0]))
+
+
+def test_plain_loop_has_mirror_and_half_turn():
+    assert len(group_of(plain_points())) == 2
+
+
+def test_higher_head_leaves_the_mirror_only():
+    points = plain_points()
+    points[8, 1] += 0.1
+    assert len(group_of(points)) == 1
+
+
+def test_loop_without_mirror_is_refused():
+    points = plain_points()
+    points[3, 0] += 0.1
+    with pytest.raises(GeometryError, match=r"pattern\.control_points.*mirror"):
+        group_of(points)
+
+
+@pytest.mark.parametrize(("turned", "count"), [(True, 5), (False, 9)])
+def test_one_motion_for_every_orbit_of_points(turned, count):
+    points = plain_points()
+    points[8, 1] += 0.0 if turned else 0.1
+    free = np.tile([False, False, True], (16, 1))
+    assert symmetric_motions(free, group_of(points)).shape == (16, 3, count)
+
+
+def test_motions_are_independent_and_span_all_that_is_symmetric():
+    motions = symmetric_motions(np.ones((16, 3), dtype=bool), group_of(plain_points()))
+    # Sinker's y and z, x y z of three points, the leg's z: the rest is fixed by symmetry.
+    assert np.linalg.matrix_rank(motions.reshape(48, -1)) == motions.shape[-1] == 12
+
+
+def test_point_without_its_image_is_refused():
+    free = np.zeros((16, 3), dtype=bool)
+    free[2, 2] = True
+    with pytest.raises(GeometryError, match=r"geometry\.free"):
+        symmetric_motions(free, group_of(plain_points()))
+
+
+def test_component_that_symmetry_holds_is_no_motion():
+    free = np.zeros((16, 3), dtype=bool)
+    free[[0, 8], 0] = True  # sinker and head cannot move along x
+    with pytest.raises(GeometryError, match="no component"):
+        symmetric_motions(free, group_of(plain_points()))

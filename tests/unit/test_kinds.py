@@ -34,7 +34,7 @@ from knitstudy.study.model_sections import Newton
 
 register(
     Fidelity(
-        name="rods", meaning="rods without torsion", specimens=("knit", "pair"), stage="rods",
+        name="rods", meaning="rods without torsion", specimens=("knit", "pair"),
         sections={"mesh": BeamMesh, "solver": Newton},
     )
 )

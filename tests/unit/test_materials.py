@@ -83,17 +83,6 @@ def test_a_yarn_with_an_axis_goes_through_a_simulation(pull, fidelity):
     assert 0.4 * force < pull(**yarn, yarn__axial_shear_modulus=1e8) < 0.95 * force
 
 
-def test_names_say_what_they_mean():
-    assert {"one_point", "quadratic"} <= set(ELEMENTS.names())
-    assert {"hencky", "neo_hookean", "st_venant_kirchhoff"} <= set(MATERIALS.names())
-    assert "one_point (with hourglass control)" in ELEMENTS.allowed()
-
-
-def test_only_some_elements_take_hourglass_control():
-    assert ELEMENTS.find("one_point").hourglass
-    assert not ELEMENTS.find("quadratic").hourglass
-
-
 def test_an_unknown_name_is_answered_with_those_there_are():
     with pytest.raises(ConfigurationError, match=r"mesh.element 'two_point'.*one_point.*quadratic"):
         ELEMENTS.find("two_point")

@@ -51,7 +51,7 @@ def knitstudy(start):
 def test_run_and_show(knitstudy, tmp_path):
     ended = knitstudy("run", "rom3d-tie-course-coarse", *SMALL)
     assert ended.returncode == 0, ended.stderr
-    (path,) = (tmp_path / "results" / "simulation").glob("*.nc")
+    (path,) = (tmp_path / "results" / "simulation").glob("rom3d-*.nc")
     assert f"results/simulation/{path.name}:" in ended.stderr
     quantities = dict(line.split("\t")[:2] for line in ended.stdout.splitlines())
     assert quantities["scene"] == path.stem

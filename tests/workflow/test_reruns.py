@@ -76,7 +76,7 @@ def test_scene_that_is_added_or_changed_runs_itself_and_what_lists_it(checkout, 
 
 def test_friction_law_runs_no_tied_model_and_no_mesh(checkout, edited):
     edited("src/knitstudy/mechanics/contact/friction.py", "\nOPEN, STICK", "\nEDITED = True\nOPEN, STICK")
-    jobs = data(checkout.jobs())
+    jobs = {job for job in checkout.jobs() if job.startswith(("Lay", "Mesh", "Simulate", "Find", "Average"))}
     assert "Simulate dns-isotropic-course-coarse" in jobs
     assert not [job for job in jobs if TIED.search(job) or job.startswith(("Mesh", "Lay"))]
 

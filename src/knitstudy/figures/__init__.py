@@ -1,1 +1,1 @@
-"""Figures, one function each that registers itself in `catalogue`, and what draws them. No table, no simulation."""
+"""Figures of the paper and of this study, one file each; a figure registers itself in `catalogue`."""

@@ -22,7 +22,7 @@ CAUSES = {
 """Label and colour of every way in which a scene may end."""
 
 ROW, HEAD, FOOT = 3.6, 11.0, 20.0
-"""Heights of a row, of what stands above the rows and below them [mm]."""
+"""Heights of a row, of the head above the rows and of the legend below them [mm]."""
 
 MARK = 14.0
 """Area of a square [points squared]."""

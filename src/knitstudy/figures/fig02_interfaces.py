@@ -13,8 +13,8 @@ from knitstudy.figures.picture import draw_arrow, write
 from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, panel_letter, tint
 
 SLAVE, MASTER = YARNS[1], YARNS[2]
-HALF = 3.0  # half the width of what is drawn; all lengths of the schematic are in one arbitrary unit
-GAP = 0.55  # distance at which tied surfaces are drawn, so that what ties them can be seen
+HALF = 3.0  # half the width of a panel; all lengths of the schematic are in one arbitrary unit
+GAP = 0.55  # distance between the tied surfaces, so that the ties can be seen
 CONTACT = 1.15  # half the width of the contact zone
 
 Profile = Callable[[np.ndarray], np.ndarray]

@@ -27,7 +27,7 @@ SILL = 0.4  # room below the yarns for the scale bar [mm]
 REACH = 2.0  # how much of the yarns is shown beyond the contacts, in radii
 ARROW = 2.6  # length of a drawn normal, in radii
 PLANES = ("#E69F00", "#6B6B80")  # colours of the contact normal planes of P1 and P2
-RIM = 0.4  # how far a plane is shown beyond what it must hold, in radii
+RIM = 0.4  # margin of the drawn part of a plane, in radii
 
 PLACES = {
     "C_1": (-34, 8),
@@ -39,7 +39,7 @@ PLACES = {
     "n_1": (11, 7),
     "n_2": (-3, -13),
 }
-"""Where the names stand, points from what they name."""
+"""Offsets of the names from the points [points]."""
 
 LEFT_ZONES = (0, 2)  # lower and upper contact on the left of an interlock, where P1 and P2 of Fig. 5 lie
 
@@ -195,7 +195,7 @@ class InterlockSide:
 
     @property
     def colours(self) -> tuple[str, str]:
-        """Colours of the two yarns, which are those that they have in pictures of the whole knit."""
+        """Colours of the two yarns, the same as in pictures of the whole knit."""
         lower, upper = (YARNS[yarn % len(YARNS)] for yarn in self.yarn)
         return lower, upper
 

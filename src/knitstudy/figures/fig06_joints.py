@@ -24,7 +24,7 @@ REACH = 3.2  # how much of the yarns the detail shows on either side of the join
 AXIS = 2.0  # length of the directions in the detail, in radii
 
 PLACES = {"C_1": (-32, -10), "C_3": (34, 8), "P_1": (0, -30)}
-"""Where the names of the detail stand, points from what they name."""
+"""Offsets of the names of the detail from the points [points]."""
 
 
 @FIGURES.add(

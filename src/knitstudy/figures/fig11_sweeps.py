@@ -19,11 +19,11 @@ from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Sweep, refused, sweeps_of
 from knitstudy.study.scene import Scene
 
-COLOURS = {"wale_spacing": INK, "length": "#0072B2", "shape": "#D9740B"}  # by what is held fixed
+COLOURS = {"wale_spacing": INK, "length": "#0072B2", "shape": "#D9740B"}  # by the quantity that is held fixed
 LOOKS = {"isotropic": ("-", "o"), "tie": ("--", "s")}  # dash and marker by interaction
 CHECKS = {True: "D", False: "^"}  # marker of other discretisations: whether of solid yarns
 PANEL, HEAD, FOOT, BETWEEN = 46.0, 7.0, 11.0, 6.0
-"""Heights of a panel, of what is above and below all, and between two [mm]."""
+"""Heights of a panel, above and below all panels, and between two [mm]."""
 
 LINE = 3.6  # a line of the legend [mm]
 COLUMNS = 3  # columns of the legend

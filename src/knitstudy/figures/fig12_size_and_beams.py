@@ -140,7 +140,7 @@ PANELS = (
 def draw_response(
     squares: Mapping[str, xr.Dataset], squares_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
 ) -> Figure:
-    """Draw what knits answer over their size."""
+    """Draw force, out-of-plane motion and contact force over the size."""
     every = series_of(scenes[name] for name in squares)
     found = [series for series in every if series.scenes[0].load.strain >= STRAIN]
     drawing = figure(DOUBLE, 72.0)
@@ -170,7 +170,7 @@ def _draw_cells_axis(axes: Axes) -> None:
 
 
 def series_line(series: Series) -> dict:
-    """Return keywords of a line: the model by colour and marker, what holds its yarns by dash and filling."""
+    """Return keywords of a line: colour and marker show the model, dash and filling the interaction."""
     scene = series.scenes[0]
     if not is_direct(scene):
         look = BEAMS_IN_CONTACT if scene.fidelity == "beam" else MODELS[scene.fidelity]

@@ -33,7 +33,7 @@ SPACING, AROUND, LENGTH = 0.5, 14, 1.9
 
 WIDTH = (0.045, 0.14)  # of a streak without stress and with the largest one, over the yarn's radius
 FOOT, HEAD = 15.0, 8.0  # room for colour bars below and for titles above [mm]
-CLOSE = (1.25, 0.95)  # width and height of what the close views show, over the width of a cell
+CLOSE = (1.25, 0.95)  # width and height of the close views, over the width of a cell
 SILL = 3.0  # room below the knit for the scale bar [mm of the knit]
 STEPS = 10  # of a streak to either side of its middle
 ABOVE = 1.02  # of streaks, over the yarn's radius: clear of the facets of a tube

@@ -24,7 +24,7 @@ from knitstudy.measures.segments import SEGMENT, central
 from knitstudy.models.network_2d import heights_by_stress, zone_places
 
 TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}  # colours of the axes in course and in wale tension
-YARNS = ("#D8D4CC", "#EFECE6")  # of neighbouring yarns, below what is drawn over them
+YARNS = ("#D8D4CC", "#EFECE6")  # of neighbouring yarns, pale below the segments
 STROKE = 1.5  # half the length of the stroke along an axis, over the yarn's radius
 MARGIN = (5.0, 4.0)  # room around the zones of the cell, in yarn radii
 COLUMNS, ROWS = 2, 1  # cells of every honeycomb that are drawn

@@ -28,7 +28,7 @@ from knitstudy.measures.discretisation import INTERACTIONS, is_direct
 from knitstudy.study.scene import Scene
 
 DASHES = ((0, (1, 1.2)), (0, (4, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (2, 2.5)), (0, (3, 1, 1, 1, 1, 1)))
-"""Dashes of the variants of one model, in their order; those after are lighter."""
+"""Dashes of the variants of one model, in their order; further variants are lighter."""
 
 SHARES = (1.0, 0.5)  # shares of a model's colour, for variants whose dashes are the same
 

@@ -23,7 +23,7 @@ SHOWN = ("tie", "isotropic")  # interactions, from above
 
 
 def _results(direction: str) -> dict[str, Results]:
-    """Return what the figure of a direction takes: both models with ties and with isotropic friction."""
+    """Return the results of a direction: both models with ties and with isotropic friction."""
     found = {"geometry": solid("geometry", f"tie-{direction}")}
     for kind in SHOWN:
         found[f"{kind}_dns"] = solid("simulation", f"{kind}-{direction}")

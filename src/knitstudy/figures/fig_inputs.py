@@ -33,7 +33,7 @@ SHORT = {
     "K11": "untied rows slide",
     "E1": "little is dissipated",
 }
-"""What claims say, as short as the head of a column."""
+"""Claims in a few words, for the heads of columns."""
 
 UNITS = {"1": "", "yarn radii": " R"}
 ROW, HEAD, FOOT = 5.0, 40.0, 12.0  # height of a row, and room above and below the rows [mm]
@@ -87,7 +87,7 @@ def draw(
 
 
 def _draw_verdicts(axes: Axes, found: Sequence[Finding]) -> None:
-    """Draw a cell a value and claim; those that differ from the base's have a frame. Assumed inputs are bold."""
+    """Draw a cell for each value and claim, framed where the verdict differs from the base; assumed inputs are bold."""
     claims = [claim for claim in CLAIMS if any(claim in each.judged for each in found)]
     for row, finding in enumerate(found):
         for column, claim in enumerate(claims):
@@ -140,7 +140,7 @@ def _draw_changes(axes: Axes, found: Sequence[Finding], quantity: str) -> None:
 
 
 def _separate(axes: Axes, found: Sequence[Finding]) -> None:
-    """Draw a line between the rows of one input and those of the next."""
+    """Draw a line between the rows of different inputs."""
     keys = [each.variation.key for each in found]
     for row in range(1, len(keys)):
         if keys[row] != keys[row - 1]:

@@ -23,7 +23,7 @@ PATHS = {
     "slid": {"color": "#56B4E9", "linestyle": "-", "marker": "s", "linewidth": 3.0, "markersize": 5},
     "slid and reversed": {"color": "#D55E00", "linestyle": "--", "marker": "^"},
 }
-"""What is done to a pair, and how it is drawn."""
+"""Looks of the lines by the load of a pair."""
 
 
 @dataclass(frozen=True)

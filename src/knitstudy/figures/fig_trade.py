@@ -1,4 +1,4 @@
-"""What accuracy costs: error against time of every model and knob, with the front of each case (docs/accuracy.md)."""
+"""Accuracy and cost: error against time of every model and setting, with the front of each case (docs/accuracy.md)."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ WIDE = 200.0
 
 
 def number_axes(axes: Axes) -> None:
-    """Write numbers that stand apart on two logarithmic axes, whether what is drawn takes one decade or four."""
+    """Write numbers that stand apart on two logarithmic axes of one to four decades."""
     for axis in (axes.xaxis, axes.yaxis):
         low, high = axis.get_view_interval()
         axis.set_major_locator(LogLocator(subs=BETWEEN if high < WIDE * low else (1.0,), numticks=12))

@@ -1,4 +1,4 @@
-"""A picture of solids in axes, and what is written over it: labels, a scale bar, directions."""
+"""A picture of solids in axes, with labels, a scale bar and directions over it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SILL = 4.0  # room below the knit for the scale bar [mm of the knit]
 LEGEND = 9.0  # height of the legend below a front view [mm]
 
 Window = tuple[float, float, float, float]
-"""Left, right, bottom and top of what a picture shows [mm]."""
+"""Left, right, bottom and top of a picture [mm]."""
 
 
 def show(axes: Axes, surfaces: Sequence[Surface], view: View, window: Window | None = None) -> None:

@@ -33,7 +33,7 @@ class RenderingError(KnitstudyError):
 
 @dataclass(frozen=True)
 class View:
-    """A direction of sight and what is up in it.
+    """A direction of sight and the upright direction.
 
     Attributes
     ----------
@@ -150,7 +150,7 @@ def serve() -> None:
 
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)  # without a display it warns before it uses EGL
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what VTK prints is no answer
+    os.dup2(2, 1)  # output of VTK must not mix with answers
     while True:
         try:
             picture = pickle.load(sys.stdin.buffer)
@@ -178,7 +178,7 @@ def render(picture: Picture) -> np.ndarray:
     if any(surface.opacity < 1 for surface in picture.surfaces):
         plotter.enable_depth_peeling(number_of_peels=12)
     else:
-        # Shadows of what is nearer than 1.5 mm, a yarn's width; the bias hides the facets of a tube.
+        # Shadows within 1.5 mm, a yarn's width; the bias hides the facets of a tube.
         plotter.enable_ssao(radius=1.5, bias=0.1, kernel_size=32, blur=True)
     plotter.enable_anti_aliasing("ssaa")
     image = np.array(plotter.screenshot(None, transparent_background=True, return_img=True))

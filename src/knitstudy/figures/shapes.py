@@ -85,7 +85,7 @@ def yarn_of_mesh(mesh: SweptMesh, yarn: int, colour: str, opacity: float = 1.0) 
 def _revolution(
     origin: np.ndarray, axis: np.ndarray, profile: np.ndarray, colour: str, opacity: float = 1.0
 ) -> Surface:
-    """Return what a profile (k, 2) of height and radius [m] sweeps about an axis."""
+    """Return the surface of revolution of a profile (k, 2) of height and radius [m] about an axis."""
     seed = np.eye(3)[np.argmin(np.abs(axis))]
     first = np.cross(seed, axis)
     first /= np.linalg.norm(first)

@@ -44,7 +44,7 @@ YARNS = ("#D55E00", "#009E73", "#0072B2", "#E69F00")
 """Vermilion, green and blue stand for the red, green and blue of Fig. 1 (Okabe and Ito 2008)."""
 
 INK, FAINT, PAPER = "#1A1A1A", "#8C8C8C", "#FFFFFF"
-ACCENT = "#8E1B5A"  # what a three-dimensional picture points at: joints, contact points
+ACCENT = "#8E1B5A"  # joints and contact points in pictures of solids
 
 RC = {
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same letters on every machine
@@ -148,7 +148,7 @@ def panel_letter(axes: Axes, letter: str, title: str = "") -> None:
 
 
 def tint(colour: str, share: float = 0.45) -> tuple[float, float, float]:
-    """Return a colour mixed with white; `share` is what remains of it."""
+    """Return a colour mixed with white; `share` is the share of the colour."""
     red, green, blue = to_rgb(colour)
     return tuple(share * part + 1 - share for part in (red, green, blue))
 

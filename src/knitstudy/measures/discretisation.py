@@ -26,12 +26,12 @@ SOLID_YARNS = "solid yarns"
 
 def is_direct(scene: Scene) -> bool:
     """Whether a scene is a direct simulation, that is, of solids."""
-    return scene.kind.stage == "dns"
+    return scene.kind.direct
 
 
 def is_cut(scene: Scene) -> bool:
     """Whether a scene is a direct simulation of cells cut out of a knit."""
-    return scene.kind.stage == "cut_knit"
+    return scene.specimen == "cut_knit"
 
 
 def discretisation(scene: Scene) -> str:

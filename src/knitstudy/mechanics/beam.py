@@ -8,7 +8,7 @@ t0 of an element of length L,
     W = L/2 (Gamma . n + K . m)
 
 All vectors stand in global axes. C (6, 6) is the law of the section in the reference, turned by Rm. A straight section
-is the same in all directions across t and does not couple n and m; that of a curved rod does (`curved_section.py`). The
+is the same in all directions across t and does not couple n and m; that of a curved rod does (`curved_rod.py`). The
 strains vanish in the reference: a curved yarn is a polygon of such elements, and its curvature is free of stress. A
 rigid rotation of the whole turns every vector alike, so the element is objective.
 """

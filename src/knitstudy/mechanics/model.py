@@ -238,9 +238,9 @@ class Stabilisation:
 # A body without a grip or a tie can move rigidly for nothing, so that no equilibrium tells where it goes. In every
 # increment it therefore drags on its way from where the increment began, as with the contact stabilisation of
 # Abaqus/Standard: first by as much as lets contact find its places, then by next to nothing. As soon as such a
-# state has
-# converged in which contact resists every rigid motion of all such bodies by itself, the drag is taken away and the
-# increment balanced anew, at the same load: what is accepted knows nothing of it. Before that, grips feel only drag.
+# state has converged in which contact resists every rigid motion of all such bodies by itself, the drag is taken
+# away and the increment balanced anew, at the same load: what is accepted knows nothing of it. Before that, grips
+# feel only drag.
 
 SHARE = 1e-4
 """Drag over E V / h^2, V the volume of a node, with which an increment begins."""

@@ -32,10 +32,9 @@ def moments(rule: np.ndarray) -> np.ndarray:
 
 
 # How the surface of a straight elastic cylinder yields to tractions, wave by wave, in closed form
-# The cylinder is solid, of radius 1 and infinitely long. To a traction t exp(i (m theta + k z)) its surface
-# answers with
-# the displacement G(m, k) t exp(i (m theta + k z)). With the harmonic f = I_m(k r) exp(i (m theta + k z)) / I_m(k) and
-# D = r d/dr, three solutions of Navier's equations that stay finite on the axis are
+# The cylinder is solid, of radius 1 and infinitely long. To a traction t exp(i (m theta + k z)) its surface answers
+# with the displacement G(m, k) t exp(i (m theta + k z)). With the harmonic f = I_m(k r) exp(i (m theta + k z)) /
+# I_m(k) and D = r d/dr, three solutions of Navier's equations that stay finite on the axis are
 #
 #     grad f,    curl (f e_z),    grad (D f) + 4 (1 - nu) i k f e_z.
 #
@@ -102,7 +101,7 @@ def _logarithmic_slope(m: np.ndarray, k: np.ndarray) -> np.ndarray:
 # How a patch on the side of a yarn yields beyond what the yarn does as a beam
 # A patch of radius a on a straight yarn carries a force, spread evenly over it, and every A along the yarn another one
 # of the opposite sign. The mean displacement of the patch is known in closed form, of the elastic cylinder
-# (`polynomial_yarn.patch_compliance`), and so is that of Timoshenko's beam with the force at the end of a rigid arm.
+# (`surface_compliance`), and so is that of Timoshenko's beam with the force at the end of a rigid arm.
 # Their difference is c_0 + c_1 A to within e^-A: c_0 is local, the indentation; c_1 goes with the bending moment, which
 # widens and narrows the section under the patch. Beams with joints that yield by c_0 leave out c_1.
 
@@ -146,7 +145,7 @@ def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray
 # What a space of solid yarns shows of a patch's compliance, and what is missing of it
 # A patch is a small disc on the side of a straight yarn. Forces spread over it with the weights of its moments (the
 # mean and both linear ones) move the same moments of its displacement: a compliance. That of the yarn is known in
-# closed form (`knitstudy.mechanics.patch_compliance`), that of the space from its own stiffness. Their difference is
+# closed form (`surface_compliance`), that of the space from its own stiffness. Their difference is
 # positive, since the space is a part of all displacements, and it is local. Both are taken of yarns of infinite
 # length with patches at least `APART` radii apart, whose forces alternate in sign: nothing has to be held, and waves
 # are independent of each other. What for, and what comes out: docs/theory.md.

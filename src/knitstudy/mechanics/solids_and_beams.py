@@ -16,17 +16,15 @@ from knitstudy.mechanics.solids_in_contact import ContactState, SolidsInContact
 
 # Seams: sections of solids that nodes of beams carry, without a jump in force
 # A solid yarn whose displacement is a sum over orthonormal functions of the section ends in a section whose mean
-# place is
-# the coefficient X_0 and whose linear moments are X_1 and X_2, half the radius times the directors d_1 and d_2
-# (`mechanics.polynomial_yarn`). A node with place x and rotation Q carries them:
+# place is the coefficient X_0 and whose linear moments are X_1 and X_2, half the radius times the directors d_1 and
+# d_2 (`mechanics.spline_yarn`). A node with place x and rotation Q carries them:
 #
 #     X_0 = x,    X_k = Q (R/2 d_k + sum_l E_kl d_l),    E = [[e_0, e_2], [e_2, e_1]]
 #
 # so that the section's mean moves and its best plane turns with the node. Its widening E in its own plane and all
-# higher
-# coefficients, warping among them, are its own: a rod under tension may contract where solid and beam meet. All
-# of it is
-# eliminated, u = u(x, Q, e): forces on the section act on the node as the transposed of the derivative says.
+# higher coefficients, warping among them, are its own: a rod under tension may contract where solid and beam meet.
+# All of it is eliminated, u = u(x, Q, e): forces on the section act on the node as the transposed of the derivative
+# says.
 #
 #     f_x = f_0,    m = sum_k X_k x f_k,    g_kl = f_k . Q d_l
 
@@ -118,7 +116,7 @@ _WIDENING = np.array([[[1.0, 0.0], [0.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]], [[0.0,
 """E of each of the widths."""
 
 
-# Solids and beams as one model: sections of the solids are carried by nodes of the beams (`mechanics.seams`)
+# Solids and beams as one model: sections of the solids are carried by nodes of the beams (`Seams`)
 # Unknowns are those of the solids that belong to no seam, the widths of the seams, then those of the beams. What the
 # elements of either side resist is summed up at the unknowns of both: a balanced state has no jump in force or moment.
 

@@ -56,12 +56,12 @@ class JointPoints:
         return cls(crossings.yarn[chosen], crossings.arc_length[chosen], point, point.mean(axis=1))
 
 
-def joint_points(knit: Fabric, contacts: xr.Dataset) -> JointPoints:
+def joint_points(fabric: Fabric, contacts: xr.Dataset) -> JointPoints:
     """Return points P and C of all crossings.
 
     Parameters
     ----------
-    knit : Fabric
+    fabric : Fabric
         Centrelines and yarn radius.
     contacts : Dataset
         Contacts in the format of docs/files.md.
@@ -77,7 +77,7 @@ def joint_points(knit: Fabric, contacts: xr.Dataset) -> JointPoints:
     plane = contact_normal_planes(contacts)
     arc_length = np.empty(yarn.shape)
     point = np.empty((*yarn.shape, 3))
-    for number, centreline in enumerate(knit.centrelines):
+    for number, centreline in enumerate(fabric.centrelines):
         on_yarn = yarn == number
         crossing = np.nonzero(on_yarn)[0]
         arc_length[on_yarn] = _cut(
@@ -85,7 +85,7 @@ def joint_points(knit: Fabric, contacts: xr.Dataset) -> JointPoints:
             contacts["arc_length"].to_numpy()[on_yarn],
             plane[crossing],
             centroid[crossing],
-            2 * knit.radius,
+            2 * fabric.radius,
             lambda k, crossing=crossing, number=number: _name(contacts, crossing[k], number),
         )
         point[on_yarn] = centreline.position(arc_length[on_yarn])
@@ -166,14 +166,14 @@ def _name(contacts: xr.Dataset, k: int, yarn: int) -> str:
     return f"contact of row {row}, column {column}, zone {zone} on yarn {yarn}"
 
 
-def contacts_of_crossings(knit: Fabric, tied: float = 0.0) -> xr.Dataset:
+def contacts_of_crossings(fabric: Fabric, tied: float = 0.0) -> xr.Dataset:
     """Return the contacts that geometry alone predicts: a point or a tied disc midway between closest points.
 
     The normal points from side 0 to side 1. Forces and displacements are left out.
 
     Parameters
     ----------
-    knit : Fabric
+    fabric : Fabric
     tied : float
         Radius of the disc that joins two yarns at a crossing, over that of the yarn; 0 for a point without area.
 
@@ -182,7 +182,7 @@ def contacts_of_crossings(knit: Fabric, tied: float = 0.0) -> xr.Dataset:
     GeometryError
         If two centrelines meet, so that there is no normal.
     """
-    crossings = knit.crossings
+    crossings = fabric.crossings
     apart = crossings.point[:, 1] - crossings.point[:, 0]
     distance = np.linalg.norm(apart, axis=1)
     if not np.all(distance > 0):
@@ -199,7 +199,7 @@ def contacts_of_crossings(knit: Fabric, tied: float = 0.0) -> xr.Dataset:
         "arc_length": np.asarray(crossings.arc_length),
         "centroid": crossings.point.mean(axis=1),
         "normal": apart / distance[:, None],
-        "area": np.full(len(distance), np.pi * (tied * knit.radius) ** 2),
+        "area": np.full(len(distance), np.pi * (tied * fabric.radius) ** 2),
     }
     return xr.Dataset(
         CONTACTS.variables(values),
@@ -211,7 +211,7 @@ SMALLEST, LARGEST = 0.1, 0.6
 """Radius of a patch over that of the yarn: waves to resolve a smaller one are many, a larger one is not local."""
 
 
-def patch_stiffness(knit: Fabric, points: JointPoints, contacts: xr.Dataset, yarn: Yarn) -> np.ndarray:
+def patch_stiffness(fabric: Fabric, points: JointPoints, contacts: xr.Dataset, yarn: Yarn) -> np.ndarray:
     """Return the stiffness matrices (K, 3, 3) [N/m] of the tied patches of all crossings.
 
     Tied areas are alike in size: their mean is taken. The two yarns yield one after the other, each along the contact
@@ -232,7 +232,7 @@ def patch_stiffness(knit: Fabric, points: JointPoints, contacts: xr.Dataset, yar
         )
     normal = contacts["normal"].to_numpy()
     compliance = np.zeros((len(normal), 3, 3))
-    for number, centreline in enumerate(knit.centrelines):
+    for number, centreline in enumerate(fabric.centrelines):
         crossing, side = np.nonzero(points.yarn == number)
         frame = _frames(normal[crossing], centreline.tangent(points.arc_length[crossing, side]))
         each = frame.swapaxes(1, 2) @ (np.array(local_compliance(size, yarn.poisson_ratio))[:, None] * frame)

@@ -102,10 +102,10 @@ class Network:
         return model.carried(state, self.station_node, self.station_offset) - self.stations.position
 
 
-def grips(network: Network, knit: Fabric, direction: str) -> Grips:
+def grips(network: Network, fabric: Fabric, direction: str) -> Grips:
     """Return the nodes of all stations that are gripped under a direction of the load."""
     stations = network.stations
-    parts = (grip.holds(stations.yarn, stations.arc_length) for grip in knit.grips[direction])
+    parts = (grip.holds(stations.yarn, stations.arc_length) for grip in fabric.grips[direction])
     return Grips(*(np.unique(network.station_node[part]) for part in parts))
 
 

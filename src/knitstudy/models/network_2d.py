@@ -68,14 +68,14 @@ def _plane_angles(stresses: xr.Dataset, kinds: tuple[str, ...], extent: str = "w
     return np.degrees(np.arctan2(*np.abs(axis[:, [1, 0]]).T))
 
 
-def heights(knit: Fabric, contacts: xr.Dataset, interlock: float, leg: float) -> Heights:
+def heights(fabric: Fabric, contacts: xr.Dataset, interlock: float, leg: float) -> Heights:
     """Return the heights of a honeycomb with the contacts' distances along x, from the angles of its segments [deg]."""
-    x = zone_places(knit, contacts)[:, 0]
+    x = zone_places(fabric, contacts)[:, 0]
     step = 0.5 * (abs(x[2] - x[0]) + abs(x[3] - x[1]))
     return Heights(*(float(step * np.tan(np.radians(angle))) for angle in (interlock, leg)))
 
 
-def heights_by_stress(knit: Fabric, contacts: xr.Dataset, stresses: xr.Dataset) -> Heights:
+def heights_by_stress(fabric: Fabric, contacts: xr.Dataset, stresses: xr.Dataset) -> Heights:
     """Return the heights of the honeycomb along the maximum principal stress.
 
     Raises
@@ -98,23 +98,23 @@ def heights_by_stress(knit: Fabric, contacts: xr.Dataset, stresses: xr.Dataset) 
                 f"angles from {90 - UPRIGHT:g} to {UPRIGHT:g} make a honeycomb; use rom.honeycomb geometry"
             )
         angles.append(angle)
-    return heights(knit, contacts, *angles)
+    return heights(fabric, contacts, *angles)
 
 
-def zone_places(knit: Fabric, contacts: xr.Dataset) -> np.ndarray:
+def zone_places(fabric: Fabric, contacts: xr.Dataset) -> np.ndarray:
     """Return the mean places (4, 2) of the zones in their cells, from the left edge of the cell and row 0 on [m]."""
     row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
-    steps = np.column_stack([column * knit.cell[0], row * knit.cell[1]])
+    steps = np.column_stack([column * fabric.cell[0], row * fabric.cell[1]])
     within = contacts["centroid"].to_numpy()[:, :2] - steps
     return np.stack([within[zone == each].mean(axis=0) for each in range(4)])
 
 
-def moved(knit: Fabric, contacts: xr.Dataset, found: Heights) -> xr.Dataset:
+def moved(fabric: Fabric, contacts: xr.Dataset, found: Heights) -> xr.Dataset:
     """Return contacts whose centroids are the joints of a honeycomb of some heights; x is each zone's mean."""
     row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
-    place = zone_places(knit, contacts)
+    place = zone_places(fabric, contacts)
     centroid = contacts["centroid"].to_numpy().copy()
-    centroid[:, 0] = column * knit.cell[0] + place[zone, 0]
+    centroid[:, 0] = column * fabric.cell[0] + place[zone, 0]
     centroid[:, 1] = place[:2, 1].mean() + row * found.course + np.where(zone >= 2, found.interlock, 0.0)
     return contacts.assign(centroid=(contacts["centroid"].dims, centroid, contacts["centroid"].attrs))
 
@@ -160,7 +160,7 @@ def assemble(
 
 
 def planar_network(
-    knit: Fabric,
+    fabric: Fabric,
     contacts: xr.Dataset,
     doubled: bool = False,
     stresses: xr.Dataset | None = None,
@@ -169,7 +169,7 @@ def planar_network(
 
     Parameters
     ----------
-    knit : Fabric
+    fabric : Fabric
         Size of the pattern and lengths of the yarns.
     contacts : Dataset
         Contacts in the format of docs/files.md.
@@ -183,11 +183,11 @@ def planar_network(
     GeometryError
         If the stresses make no honeycomb.
     """
-    course = knit.cell[1]
+    course = fabric.cell[1]
     if stresses is not None:
-        rows = heights_by_stress(knit, contacts, stresses)
-        contacts, course = moved(knit, contacts, rows), rows.course
-    corners = _end_in_cut(knit, _corners(knit, contacts, course))
+        rows = heights_by_stress(fabric, contacts, stresses)
+        contacts, course = moved(fabric, contacts, rows), rows.course
+    corners = _end_in_cut(fabric, _corners(fabric, contacts, course))
     first = np.flatnonzero(corners.begins)
     legs = np.column_stack([corners.number[first], corners.number[first + 1]])
     segments, yarns = np.unique(np.sort(legs, axis=1), axis=0, return_counts=True)
@@ -201,7 +201,7 @@ def planar_network(
         station_node=corners.number,
         station_offset=np.zeros((len(corners.number), 3)),
         beam_nodes=len(corners.point),
-        height=knit.cells[1] * course,
+        height=fabric.cells[1] * course,
     )
 
 
@@ -230,13 +230,13 @@ class _Corners:
         return cls(yarn[order], arc_length[order], number[order], point)
 
 
-def _corners(knit: Fabric, contacts: xr.Dataset, spacing: float) -> _Corners:
+def _corners(fabric: Fabric, contacts: xr.Dataset, spacing: float) -> _Corners:
     """Corners in contact zones, and where the zones of the rows beyond the edges would be."""
     zone = contacts["centroid"].to_numpy() * [1.0, 1.0, 0.0]
     row = contacts["row"].to_numpy()
     yarn, arc_length = contacts["yarn"].to_numpy().astype(int), contacts["arc_length"].to_numpy()
     course = np.array([0.0, spacing, 0.0])
-    feet, heads = np.flatnonzero(row == 0), np.flatnonzero(row == knit.cells[1] - 1)
+    feet, heads = np.flatnonzero(row == 0), np.flatnonzero(row == fabric.cells[1] - 1)
     number = np.arange(len(zone))
     # All yarns have one shape: the bottom yarn's feet are where yarn 1 has them, the top yarn's heads where
     # the yarn below it has them.
@@ -248,13 +248,13 @@ def _corners(knit: Fabric, contacts: xr.Dataset, spacing: float) -> _Corners:
     )
 
 
-def _end_in_cut(knit: Fabric, corners: _Corners) -> _Corners:
+def _end_in_cut(fabric: Fabric, corners: _Corners) -> _Corners:
     """Add the ends of the yarns."""
     start = np.flatnonzero(np.append(True, np.diff(corners.yarn) != 0))
     stop = np.append(start[1:], len(corners.yarn)) - 1
-    length = np.array([centreline.length for centreline in knit.centrelines])
+    length = np.array([centreline.length for centreline in fabric.centrelines])
     arc_length = np.concatenate([np.zeros(len(length)), length])
-    tips = np.stack([c.position(np.array([0.0, c.length])) for c in knit.centrelines], axis=1)  # (2, Y, 3)
+    tips = np.stack([c.position(np.array([0.0, c.length])) for c in fabric.centrelines], axis=1)  # (2, Y, 3)
     end = corners.point[corners.number[np.append(start, stop)]]
     end[:, 0] = tips[..., 0].ravel()
     return _Corners.sorted(

@@ -199,10 +199,10 @@ def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dat
         raise DataFileError(
             "the history holds no node_displacement, which stresses come from: the scene's outputs must hold 'fields'"
         )
-    knit, swept = Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh)
+    fabric, swept = Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh)
     moved = history["node_displacement"].to_numpy()
-    cells = CELL_STRESS[scene.fidelity](scene, swept, knit, moved)
-    parts = segments(knit.crossings, np.array([each.length for each in knit.centrelines]))
+    cells = CELL_STRESS[scene.fidelity](scene, swept, fabric, moved)
+    parts = segments(fabric.crossings, np.array([each.length for each in fabric.centrelines]))
     values = {
         "cell_stress": cells.mean[:, VOIGT[:, 0], VOIGT[:, 1]],
         "cell_volume": cells.volume,

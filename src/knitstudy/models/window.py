@@ -84,7 +84,7 @@ class MixedKnit:
         return np.concatenate([beams, sections])[self.order]
 
 
-def mixed_knit(scene: Scene, knit: Fabric, contacts: xr.Dataset | None = None) -> MixedKnit:
+def mixed_knit(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None = None) -> MixedKnit:
     """Return the knit of a scene with its window.
 
     Raises
@@ -96,15 +96,15 @@ def mixed_knit(scene: Scene, knit: Fabric, contacts: xr.Dataset | None = None) -
     GeometryError
         If two joints of a yarn coincide.
     """
-    window = window_of(scene, knit)
-    yarns = _solid_pieces(scene, pieces_of(knit, window))
-    network = surroundings(scene, knit, window, contacts)
+    window = window_of(scene, fabric)
+    yarns = _solid_pieces(scene, pieces_of(fabric, window))
+    network = surroundings(scene, fabric, window, contacts)
     beams = network.model(scene.yarn, scene.mesh.section_law)
     section = end_sections(yarns.parts).reshape(-1, 3)
     arms = yarns.parts.nodes[section[:, 1:]]
     seams = Seams(section, cut_nodes(network, window).ravel(), arms)
     order, stations = _stations(network, yarns, window)
-    outer = touching_beams(scene, knit, window, network, beams) if contacts is None else None
+    outer = touching_beams(scene, fabric, window, network, beams) if contacts is None else None
     model = SolidsAndBeams(yarns.model, outer or beams, seams)
     return MixedKnit(window, yarns, network, beams, model, order, stations)
 

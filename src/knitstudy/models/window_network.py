@@ -52,7 +52,7 @@ class Window(Arcs):
         return {int(yarn): self.arc[self.yarn == yarn].ravel() for yarn in np.unique(self.yarn)}
 
 
-def window_of(scene: Scene, knit: Fabric) -> Window:
+def window_of(scene: Scene, fabric: Fabric) -> Window:
     """Return the window of a scene.
 
     Raises
@@ -60,14 +60,14 @@ def window_of(scene: Scene, knit: Fabric) -> Window:
     ConfigurationError
         If it does not lie within the knit, or reaches a grip or, where yarns touch, tied crossings.
     """
-    crossings, cells = knit.crossings, scene.window.cells // 2
-    middle = _middle(scene, knit)
+    crossings, cells = fabric.crossings, scene.window.cells // 2
+    middle = _middle(scene, fabric)
     shown = _around(crossings, middle, cells)
     crossing = _around(crossings, middle, cells + scene.window.margin)
     if scene.kind.interaction.touches:
         _require_untied(scene, crossings, crossing)
-    yarn, arc = _arcs(knit, crossing)
-    _require_ungripped(scene, knit, yarn, arc)
+    yarn, arc = _arcs(fabric, crossing)
+    _require_ungripped(scene, fabric, yarn, arc)
     return Window(crossing, yarn, arc, shown)
 
 
@@ -77,11 +77,11 @@ def _around(crossings: Crossings, middle: tuple[int, int], reach: int) -> np.nda
     return np.flatnonzero((rows <= reach) & (columns <= reach))
 
 
-def _middle(scene: Scene, knit: Fabric) -> tuple[int, int]:
+def _middle(scene: Scene, fabric: Fabric) -> tuple[int, int]:
     """Return row and column of the middle cell; refuse a window that is not wholly in the knit."""
     keys = scene.window
     reach, found = keys.cells // 2 + keys.margin, []
-    for name, given, count in (("row", keys.row, knit.cells[1]), ("column", keys.column, knit.cells[0])):
+    for name, given, count in (("row", keys.row, fabric.cells[1]), ("column", keys.column, fabric.cells[0])):
         middle = count // 2 if given is None else given
         lowest, highest = reach, count - 1 - reach
         if lowest > highest:
@@ -111,9 +111,9 @@ def _require_untied(scene: Scene, crossings: Crossings, chosen: np.ndarray) -> N
         )
 
 
-def _require_ungripped(scene: Scene, knit: Fabric, yarn: np.ndarray, arc: np.ndarray) -> None:
+def _require_ungripped(scene: Scene, fabric: Fabric, yarn: np.ndarray, arc: np.ndarray) -> None:
     """Refuse a window whose arcs reach into a grip."""
-    gripped = knit.gripped_arcs(scene.load.direction)
+    gripped = fabric.gripped_arcs(scene.load.direction)
     for one, (low, high) in zip(yarn, arc, strict=True):
         ends = gripped.get(int(one), np.empty((0, 2)))
         if np.any((ends[:, 0] < high) & (ends[:, 1] > low)):
@@ -124,13 +124,13 @@ def _require_ungripped(scene: Scene, knit: Fabric, yarn: np.ndarray, arc: np.nda
             )
 
 
-def _arcs(knit: Fabric, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _arcs(fabric: Fabric, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return arcs of yarns (P,) that hold chosen crossings: (P, 2) [m], half the way to those next to them."""
-    crossings = knit.crossings
+    crossings = fabric.crossings
     is_chosen = np.zeros(len(crossings.row), dtype=bool)
     is_chosen[chosen] = True
     yarns, arcs = [], []
-    for number, line in enumerate(knit.centrelines):
+    for number, line in enumerate(fabric.centrelines):
         here, side = np.nonzero(crossings.yarn == number)
         order = np.argsort(crossings.arc_length[here, side])
         stations = crossings.arc_length[here, side][order]
@@ -144,13 +144,13 @@ def _arcs(knit: Fabric, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(yarns), np.concatenate(arcs)
 
 
-def surroundings(scene: Scene, knit: Fabric, window: Window, contacts: xr.Dataset | None) -> Network:
+def surroundings(scene: Scene, fabric: Fabric, window: Window, contacts: xr.Dataset | None) -> Network:
     """Return the network around a window; it has a node at every cut, and no elements in the solid arcs.
 
     Parameters
     ----------
     scene : Scene
-    knit : Fabric
+    fabric : Fabric
     window : Window
     contacts : Dataset, optional
         Contacts of the simulation that ``window.springs_from`` names. Without it nothing joins yarns that touch.
@@ -160,14 +160,14 @@ def surroundings(scene: Scene, knit: Fabric, window: Window, contacts: xr.Datase
     ConfigurationError
         If ties have no size that pins are known for, or springs are not positive.
     """
-    crossings = knit.crossings
+    crossings = fabric.crossings
     outside = np.setdiff1d(np.arange(len(crossings.row)), window.crossing)
     points = JointPoints.at_crossings(crossings, outside)
-    stops = knit.grip_ends(scene.load.direction)
+    stops = fabric.grip_ends(scene.load.direction)
     for yarn, cuts in window.cuts.items():
         stops = stops | {yarn: np.concatenate([stops.get(yarn, np.empty(0)), cuts])}
-    joints = _joints(scene, knit, points, outside, contacts)
-    whole = spatial_network(knit, points, scene.mesh.beam_size, joints=joints, stops=stops)
+    joints = _joints(scene, fabric, points, outside, contacts)
+    whole = spatial_network(fabric, points, scene.mesh.beam_size, joints=joints, stops=stops)
     return _without_arcs(whole, window)
 
 
@@ -184,22 +184,22 @@ def cut_nodes(network: Network, window: Window) -> np.ndarray:
 
 
 def _joints(
-    scene: Scene, knit: Fabric, points: JointPoints, outside: np.ndarray, contacts: xr.Dataset | None
+    scene: Scene, fabric: Fabric, points: JointPoints, outside: np.ndarray, contacts: xr.Dataset | None
 ) -> Joints:
     """Return the joints of the beams: pins as compliant as tied patches, and springs or nothing where yarns touch."""
     joints = Joints.all_tied(len(outside))
-    tied = tied_crossings(scene, knit.crossings)[outside]
-    every = contacts_of_crossings(knit, scene.tie.radius).isel(crossing=outside)
+    tied = tied_crossings(scene, fabric.crossings)[outside]
+    every = contacts_of_crossings(fabric, scene.tie.radius).isel(crossing=outside)
     if not tied.all():
         if contacts is None:
             joints = replace(joints, open=~tied)
         else:
             measured = _measured(scene, contacts, every["normal"].to_numpy())
             joints = replace(joints, stiffness=np.where(tied[:, None, None], joints.stiffness, measured))
-    return joints.pinned(_pins(scene, knit, points, every)) if tied.any() else joints
+    return joints.pinned(_pins(scene, fabric, points, every)) if tied.any() else joints
 
 
-def _pins(scene: Scene, knit: Fabric, points: JointPoints, contacts: xr.Dataset) -> np.ndarray:
+def _pins(scene: Scene, fabric: Fabric, points: JointPoints, contacts: xr.Dataset) -> np.ndarray:
     """Return the stiffness (K, 3, 3) [N/m] of tied patches of the scene's size."""
     radius = scene.tie.radius
     if not SMALLEST <= radius <= LARGEST:
@@ -207,7 +207,7 @@ def _pins(scene: Scene, knit: Fabric, points: JointPoints, contacts: xr.Dataset)
             f"scene {scene.name!r}: tie.radius is {radius:g} but must be from {SMALLEST:g} to {LARGEST:g} where "
             "fidelity is window: beyond, no pins are known that yield as the ties around it do"
         )
-    return patch_stiffness(knit, points, contacts, scene.yarn)
+    return patch_stiffness(fabric, points, contacts, scene.yarn)
 
 
 def _measured(scene: Scene, contacts: xr.Dataset, normal: np.ndarray) -> np.ndarray:
@@ -254,7 +254,7 @@ STICK = 10.0
 
 
 def touching_beams(
-    scene: Scene, knit: Fabric, window: Window, network: Network, beams: BeamModel
+    scene: Scene, fabric: Fabric, window: Window, network: Network, beams: BeamModel
 ) -> TouchingBeams | None:
     """Return beams with contact at all crossings outside of the window that are not tied; None if there are none.
 
@@ -265,7 +265,7 @@ def touching_beams(
     """
     if not scene.kind.interaction.touches:
         return None
-    open_ones = ~tied_crossings(scene, knit.crossings)
+    open_ones = ~tied_crossings(scene, fabric.crossings)
     open_ones[window.crossing] = False
     if not open_ones.any():
         return None
@@ -273,7 +273,7 @@ def touching_beams(
     curves = Curves(chain, network.stations.arc_length)
     outside = np.setdiff1d(np.arange(len(open_ones)), window.crossing)
     pairs = point_pairs(
-        _on_chains(knit.crossings, outside, network.stations, chain),
+        _on_chains(fabric.crossings, outside, network.stations, chain),
         np.flatnonzero(open_ones[outside]),
         curves.length,
     )

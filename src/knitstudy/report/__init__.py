@@ -1,1 +1,1 @@
-"""The report: one HTML page that holds every figure and table, and what the paper says beside them."""
+"""The report: one HTML page that holds every figure and table, beside the findings of the paper."""

@@ -1,4 +1,4 @@
-"""Pages of results that are kept: what holds of the paper, and what accuracy costs."""
+"""Pages of kept results: verdicts on the claims of the paper, and accuracy against cost."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def trade_summary(table: pd.DataFrame, promises: pd.DataFrame | None = None) -> 
 
 
 def _sentences(table: pd.DataFrame) -> str:
-    """Return sentences by case: of those of one model that of the tightest accuracy, of failures the loosest."""
+    """Return sentences by case: for each model its tightest accuracy, of failures the loosest."""
     said = sentences(table)
     lines = []
     for case, rows in said.groupby(["cells [1]", "interaction", "direction"], sort=False):

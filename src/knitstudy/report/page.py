@@ -43,7 +43,7 @@ class FigureItem:
 
     @property
     def origin(self) -> str:
-        """What it was drawn from."""
+        """Sources of the figure."""
         return self.picture.said.get("Source", "")
 
 
@@ -159,7 +159,7 @@ def _item(name: str, title: str, caption: str, text: pd.DataFrame, most: int | N
 
 
 def _texts(captions: Mapping[str, Any], kind: str, display: Display, keys: Sequence[str]) -> dict[str, str]:
-    """Return what the captions say of a figure or table, or else its registration."""
+    """Return the texts of a figure or table, from the captions or else from its registration."""
     try:
         texts = captions[kind].get(display.name) or display.texts
         return {key: str(texts[key]).strip() for key in keys}

@@ -65,7 +65,7 @@ class Displays:
 
     @cached_property
     def sources(self) -> dict[str, dict[str, Source]]:
-        """Sources of each figure or table by argument; only those for which the study has all scenes."""
+        """Sources by argument of each figure or table for which the study has all scenes."""
         found = {}
         for name, display in self.catalogue.all().items():
             known: dict[str, Source] = dict(self._reference)
@@ -78,12 +78,12 @@ class Displays:
         return found
 
     def _steps(self, results: Results) -> list[Step]:
-        """Return the results that the study has: those of scenes for which there is the stage."""
+        """Return the results that the study has, of scenes that have the stage."""
         stage = STAGES[results.stage]
         return [(stage, scene) for scene in results.scenes(self._study) if stage.of(scene)]
 
     def names(self) -> tuple[str, ...]:
-        """Return the names of those that the study can make, in the order of the report."""
+        """Return the names of the figures or tables that the study can make, in the order of the report."""
         return tuple(self.sources)
 
     def files(self, name: str, folder: Path | str) -> dict[str, str | list[str]]:

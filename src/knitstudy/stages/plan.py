@@ -11,7 +11,7 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import read_result, recorded_digest
 from knitstudy.stages.code import code_digest
-from knitstudy.stages.table import STAGES, Stage
+from knitstudy.stages.table import STAGES, Stage, unused_code
 from knitstudy.study.configuration import CONFIG, OWN, check_source, knits_of, load_scenes
 from knitstudy.study.scene import Scene, digest
 
@@ -42,7 +42,7 @@ def digest_of(stage: Stage, document: Mapping, scene: Scene, needed: Mapping[str
     needed : mapping of str to str
         Digests of what the result is made from.
     """
-    code = code_digest(*stage.modules(scene), without=stage.unused(scene))
+    code = code_digest(*stage.modules(scene), without=unused_code(scene))
     return digest({"stage": stage.name, "reads": document, "code": code, "needs": dict(needed)})
 
 

@@ -66,8 +66,6 @@ class Stage:
     code : callable, optional
         Names of the modules whose code, with all that they import, makes the result of a scene. By default the module
         of the function.
-    unused : callable
-        Names of modules that these import, but that no number of a scene depends on.
     outputs : tuple of str
         Entries of the scene's outputs that its result depends on.
     wanted : callable
@@ -85,7 +83,6 @@ class Stage:
     of: Callable[[Scene], bool]
     needs: Callable[[Scene, Named], Needs] = lambda scene, named: {}
     code: Callable[[Scene], tuple[str, ...]] | None = None
-    unused: Callable[[Scene], tuple[str, ...]] = lambda scene: ()
     outputs: tuple[str, ...] = ()
     wanted: Callable[[Scene], bool] = lambda scene: True
     long: bool = False
@@ -149,11 +146,7 @@ class Stage:
 
 def has_mesh(scene: Scene) -> bool:
     """Whether solid yarns of a scene are swept through its whole geometry."""
-    return scene.kind.stage == "dns"
-
-
-HAVE_CONTACTS = ("dns", "cut_knit", "window")
-"""Kinds of simulations whose contacts are extracted."""
+    return scene.kind.direct
 
 
 # ---- Simulation: one model of each scene ----
@@ -168,19 +161,19 @@ def _model_code(scene: Scene) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _unused_code(scene: Scene) -> tuple[str, ...]:
-    """Return the law of friction, where yarns are tied."""
+def unused_code(scene: Scene) -> tuple[str, ...]:
+    """Return the modules that no result of a scene depends on, whoever imports them: of ties, the law of friction."""
     return () if scene.kind.interaction.touches else (friction.__name__,)
 
 
 def _is_solid(scene: Scene) -> bool:
-    return scene.kind.stage in ("dns", "cut_knit", "cell", "window")
+    return scene.kind.fidelity.solid or scene.fidelity == "window"
 
 
 def _model_memory(scene: Scene) -> int:
     """Return the expected memory of a simulation [MB]."""
-    constant = {"rom": 500, "beams": 1000, "window": 1500}
-    return constant.get(scene.kind.stage) or expected_memory(scene)
+    constant = {"rom2d": 500, "rom3d": 500, "beam": 1000, "window": 1500}
+    return constant.get(scene.fidelity) or expected_memory(scene)
 
 
 def _model_needs(scene: Scene, named: Named) -> Needs:
@@ -281,7 +274,6 @@ _STAGES = (
         of=lambda scene: True,
         needs=_model_needs,
         code=_model_code,
-        unused=_unused_code,
         long=True,
         memory=_model_memory,
     ),
@@ -290,7 +282,7 @@ _STAGES = (
         path_pattern="contacts/{scene}.nc",
         function=contacts,
         reads=(),
-        of=lambda scene: scene.kind.stage in HAVE_CONTACTS,
+        of=lambda scene: _is_solid(scene) and scene.specimen != "cell",
         needs=_history,
     ),
     Stage(
@@ -301,7 +293,6 @@ _STAGES = (
         of=lambda scene: has_mesh(scene) and scene.specimen == "knit" and "fields" in scene.outputs,
         needs=_fields,
         code=lambda scene: (stress.__name__, *_model_code(scene)),
-        unused=_unused_code,
         memory=lambda scene: 1000 + expected_memory(scene) // 2,
     ),
     _export("mesh_vtu", "mesh/{scene}.vtu", vtu.write_mesh, "vtu", reads=("mesh.element",)),

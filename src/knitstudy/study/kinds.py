@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find, meanings, unknown_choice
-from knitstudy.study.keys import SceneName, Section, describe, key, validated
+from knitstudy.study.keys import SceneName, Section, describe, numerics, output, physics, validated
 from knitstudy.study.model_sections import (
     Beam,
     BeamMesh,
@@ -56,8 +56,8 @@ class Specimen:
     sections : mapping of str to subclass of Section
     geometry : tuple of str
         Sections and dotted keys that its geometry depends on.
-    stage : str
-        Stage that simulates it whatever the model; empty where that is the model's.
+    whole : bool
+        Whether all its yarns are whole and end.
     outputs : tuple of str or None
         What a scene may ask to be written besides; None where that is the model's.
     requires : mapping of str to value
@@ -68,7 +68,7 @@ class Specimen:
     meaning: str
     sections: Sections
     geometry: tuple[str, ...]
-    stage: str = ""
+    whole: bool = True
     outputs: tuple[str, ...] | None = None
     requires: Mapping[str, Any] = field(default_factory=dict)
 
@@ -121,8 +121,8 @@ class Fidelity:
         Those of scenes whose yarns are in contact besides.
     tied : mapping of str to subclass of Section or None
         Those of scenes whose yarns are all tied besides; None where it cannot model these.
-    stage : str
-        Stage that simulates it.
+    solid : bool
+        Whether all yarns are solids.
     sources : tuple of str
         Dotted keys that name direct simulations which it takes something from.
     outputs : tuple of str
@@ -135,7 +135,7 @@ class Fidelity:
     sections: Sections
     touching: Sections = field(default_factory=dict)
     tied: Sections | None = field(default_factory=dict)
-    stage: str = ""
+    solid: bool = False
     sources: tuple[str, ...] = ()
     outputs: tuple[str, ...] = ()
 
@@ -159,7 +159,7 @@ SPECIMENS = {
             "cells cut out of a knit",
             {**_KNIT, "load": KnitTension},
             _KNIT_GEOMETRY,
-            stage="cut_knit",
+            whole=False,
             outputs=(),
             requires={"solver.stabilisation": 0},
         ),
@@ -168,7 +168,7 @@ SPECIMENS = {
             "a cell of an endless knit",
             {**_KNIT, "load": CellStrain},
             _KNIT_GEOMETRY,
-            stage="cell",
+            whole=False,
             outputs=("deck",),
             requires={"contact.tied_edges": "none", "solver.stabilisation": 0},
         ),
@@ -204,7 +204,7 @@ FIDELITIES = {
             specimens=("knit", "pair"),
             sections={"mesh": SolidMesh, "tie": Tie, "solver": HexahedralNewton, "gates": HexahedralGates},
             touching={"contact": SolidContact},
-            stage="dns",
+            solid=True,
             outputs=("fields", "vtu", "deck"),
         ),
         Fidelity(
@@ -213,7 +213,7 @@ FIDELITIES = {
             specimens=("knit", "cut_knit", "pair", "cell"),
             sections={"mesh": PolynomialMesh, "tie": Tie, "solver": SolidNewton, "gates": SolidGates},
             touching={"contact": PolynomialContact},
-            stage="dns",
+            solid=True,
             outputs=("fields", "vtu"),
         ),
         Fidelity(
@@ -223,7 +223,6 @@ FIDELITIES = {
             sections={"mesh": BeamMesh, "solver": Newton, "gates": Gates},
             touching={"rom": Springs},
             tied={"tie": Tie, "rom": SpatialJoints},
-            stage="rom",
             sources=("rom.contacts_from", "rom.springs_from"),
         ),
         Fidelity(
@@ -231,7 +230,6 @@ FIDELITIES = {
             "a planar honeycomb of beams",
             specimens=("knit",),
             sections={"solver": Newton, "gates": Gates, "rom": PlanarJoints},
-            stage="rom",
             sources=("rom.contacts_from", "rom.stress_from"),
         ),
         Fidelity(
@@ -241,7 +239,6 @@ FIDELITIES = {
             sections={"mesh": BeamMesh, "tie": Tie, "solver": Newton, "gates": Gates, "beam": Beam},
             touching={"contact": TiedEdges},
             tied=None,
-            stage="beams",
         ),
         Fidelity(
             "window",
@@ -255,7 +252,6 @@ FIDELITIES = {
                 "window": Window,
             },
             touching={"contact": PolynomialContact},
-            stage="window",
             sources=("window.springs_from",),
         ),
     )
@@ -278,14 +274,12 @@ def register(kind: Specimen | Interaction | Fidelity) -> None:
 class Labels(Section):
     """Name and kind of a scene."""
 
-    name: SceneName = key(
-        "output",
+    name: SceneName = output(
         "choice",
         allowed="a name of at most 200 small letters, digits, - and _, that starts with a letter",
         source="names files",
     )
-    knit: SceneName = key(
-        "output",
+    knit: SceneName = output(
         "choice",
         allowed=(
             "the label of the knit or pair; scenes with one label share one geometry (at most 200 small letters,"
@@ -293,8 +287,7 @@ class Labels(Section):
         ),
         source="names files",
     )
-    specimen: str = key(
-        "physics",
+    specimen: str = physics(
         "choice",
         allowed=lambda: meanings(SPECIMENS),
         source=(
@@ -304,22 +297,19 @@ class Labels(Section):
         ),
         checked="all",
     )
-    fidelity: str = key(
-        "numerics",
+    fidelity: str = numerics(
         "choice",
         allowed=lambda: meanings(FIDELITIES),
         source="sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact",
         checked="all",
     )
-    interaction: str = key(
-        "physics",
+    interaction: str = physics(
         "stated",
         allowed=lambda: meanings(INTERACTIONS),
         source="section 2.2, Fig. 2 and Table 1: tie constraint, rough contact, isotropic Coulomb friction",
         checked="all three",
     )
-    outputs: tuple[str, ...] = key(
-        "output",
+    outputs: tuple[str, ...] = output(
         "choice",
         allowed="a list of what is written besides, for example [fields, vtu]",
         source="what is written; no result depends on it",
@@ -373,9 +363,9 @@ class Kind:
         return kind
 
     @property
-    def stage(self) -> str:
-        """Stage that simulates it."""
-        return self.specimen.stage or self.fidelity.stage
+    def direct(self) -> bool:
+        """Whether a scene is a direct simulation: whole yarns, all of them solids."""
+        return self.fidelity.solid and self.specimen.whole
 
     @property
     def outputs(self) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
     u(x1, x2, s) = sum_j sum_(k < n_p(j)) phi_k(x1, x2) N_j(s) U_jk
 
-phi_k are Zernike's polynomials on the unit disc (`disc`), N_j B-splines (`spline`). The degree p belongs to the
+phi_k are Zernike's polynomials on the unit disc (`basis`), N_j B-splines. The degree p belongs to the
 spline j: where it falls there are fewer unknowns, and elements are smaller. Coefficients U_jk are the "nodes": yarn by
 yarn, spline by spline along a yarn, k within; every yarn is a narrow band. The undeformed yarn lies in the same space,
 so rigid motions do as well: x -> Q x + t maps coefficients X_jk to Q X_jk + t where k = 0, to Q X_jk where not.
