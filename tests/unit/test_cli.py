@@ -102,13 +102,13 @@ def test_check_folder(knitstudy, config):
 def test_check_scene(knitstudy, config):
     change = ("--config", config, "--set", "mesh.size=4e-4", "--set", "load.stops=[0.01, 2e-2]")
     rows = table(knitstudy("check", "dns-a", *change))
-    assert rows[0] == ["key", "value", "unit", "standing"]
-    assert ["mesh.size", "0.0004", "m", "stated"] in rows
-    assert ["load.stops", "[0.01, 0.02]", "1", "choice"] in rows
+    assert rows[0] == ["key", "value", "unit", "role", "standing"]
+    assert ["mesh.size", "0.0004", "m", "resolution", "stated"] in rows
+    assert ["load.stops", "[0.01, 0.02]", "1", "output", "choice"] in rows
     columns, *rows = table(knitstudy("check", "dns-a", *change, "--sources"))
-    assert columns == ["key", "value", "unit", "standing", "source", "checked"]
+    assert columns == ["key", "value", "unit", "role", "standing", "source", "checked"]
     (size,) = [row for row in rows if row[0] == "mesh.size"]
-    assert size[:5] == ["mesh.size", "0.0004", "m", "stated", "Table 5: 0.3 mm"]
+    assert size[:6] == ["mesh.size", "0.0004", "m", "resolution", "stated", "Table 5: 0.3 mm"]
 
 
 def test_plugins_of_the_configuration_are_imported(knitstudy, config, monkeypatch):

@@ -10,7 +10,7 @@ import xarray as xr
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
 from knitstudy.measures.cases import cases_of, label_of
-from knitstudy.measures.discretisation import is_window, made_of, problem_of
+from knitstudy.measures.discretisation import made_of, problem_of
 from knitstudy.measures.response import poisson_ratio, tangent_stiffness
 from knitstudy.study.configuration import load_scenes, load_study
 from knitstudy.tables import catalogue
@@ -290,7 +290,7 @@ def test_a_row_for_every_window(plain_scene):
 
 def test_windows_of_the_study_are_compared_with_the_same_knit_in_full():
     scenes = load_scenes()
-    assert {name for name in load_study("full") if is_window(scenes[name])} == set(WINDOWS)
+    assert {name for name in load_study("full") if scenes[name].value("window")} == set(WINDOWS)
     for name, full in WINDOWS.items():
         assert problem_of(scenes[name]) == problem_of(scenes[full]), name
         assert made_of(scenes[name]) == made_of(scenes[full]), name

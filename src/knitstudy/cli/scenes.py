@@ -99,7 +99,7 @@ def _check_folder(folder: Path) -> None:
 
 
 def _print_keys(scene: Scene, sources: bool) -> None:
-    columns = ("unit", "standing", *(("source", "checked") if sources else ()))
+    columns = ("unit", "role", "standing", *(("source", "checked") if sources else ()))
     rows = []
     for key, value in flattened(scene).items():
         name, _, field = key.rpartition(".")

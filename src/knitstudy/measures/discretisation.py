@@ -34,11 +34,6 @@ def is_cut(scene: Scene) -> bool:
     return scene.specimen == "cut_knit"
 
 
-def is_window(scene: Scene) -> bool:
-    """Whether a scene is a window of solid yarns in a knit of beams."""
-    return scene.value("window") is not None
-
-
 def discretisation(scene: Scene) -> str:
     """Return the discretisation of a direct simulation in words, without its resolution."""
     element = scene.value("mesh.element")

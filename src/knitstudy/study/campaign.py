@@ -19,7 +19,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find, unknown_choice
 from knitstudy.study.configuration import CONFIG, FAMILIES, load_scenes
 from knitstudy.study.documents import read_yaml
-from knitstudy.study.keys import Section, key, validated
+from knitstudy.study.keys import Section, output, validated
 from knitstudy.study.kinds import Labels, all_sections, role_of
 from knitstudy.study.scene import Scene
 
@@ -47,7 +47,7 @@ APPLIES = {"across": "mesh.size", "degree": "mesh.degree", "diameter": "yarn", "
 
 
 def _said(allowed: str, **default: Any) -> Any:
-    return key("output", "choice", allowed=allowed, source="what is tried", checked="all", **default)
+    return output("choice", allowed=allowed, source="what is tried", checked="all", **default)
 
 
 class Alone(Section):

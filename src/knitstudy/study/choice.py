@@ -18,7 +18,7 @@ from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import listed, unknown_choice
-from knitstudy.study.keys import Section, key, validated
+from knitstudy.study.keys import Section, output, validated
 from knitstudy.study.kinds import FIDELITIES
 from knitstudy.study.scene import Scene
 
@@ -343,15 +343,13 @@ class Ask(Section):
     It is resolved where scenes are read: what is simulated is an ordinary scene of the cheapest model that will do.
     """
 
-    question: Literal["force", "out_of_plane", "contact", "stress"] = key(
-        "output",
+    question: Literal["force", "out_of_plane", "contact", "stress"] = output(
         "choice",
         allowed="force, out_of_plane (motion), contact (force and slip) or stress (normal, at a contact)",
         source="what the model is chosen for; tables/trade.csv has the errors of all models by question",
         checked="all four",
     )
-    accuracy: float = key(
-        "output",
+    accuracy: float = output(
         "choice",
         meaning="the relative error that may be made",
         source="a model is taken whose error is at most this where it is measured",
@@ -359,8 +357,7 @@ class Ask(Section):
         gt=0,
         le=10,
     )
-    seconds: float | None = key(
-        "output",
+    seconds: float | None = output(
         "choice",
         unit="s",
         source="what the simulation may take, with those that it is made from",
@@ -368,8 +365,7 @@ class Ask(Section):
         default=None,
         gt=0,
     )
-    memory: float | None = key(
-        "output",
+    memory: float | None = output(
         "choice",
         unit="MB",
         source="by how much the memory of the process may grow",
@@ -377,8 +373,7 @@ class Ask(Section):
         default=None,
         gt=0,
     )
-    among: tuple[Annotated[str, Field(min_length=1)], ...] = key(
-        "output",
+    among: tuple[Annotated[str, Field(min_length=1)], ...] = output(
         "choice",
         allowed="a list of fidelities to choose from, for example [rom3d, spline_yarns]; [] for all",
         source="narrows what is taken",

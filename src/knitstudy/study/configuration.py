@@ -17,7 +17,7 @@ from knitstudy.registry import unknown_choice
 from knitstudy.study.choice import AUTO
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.families import STUDIES, Member, read_families
-from knitstudy.study.keys import Section, key, validated
+from knitstudy.study.keys import Section, output, validated
 from knitstudy.study.kinds import Kind, Labels, all_kinds, all_sections, defaults_of_fields
 from knitstudy.study.planning import Planned, is_open, of_model, planned, problem_and_ask
 from knitstudy.study.scene import Scene, flat, set_dotted
@@ -47,18 +47,16 @@ _RECORD = "achieved"
 class Workflow(Section):
     """The study of scenes that is made, the folder that they stand in, and modules of kinds from outside."""
 
-    study: Literal["ci", "reduced", "full", "reference", "trade"] = key(
-        "output", "choice", source="which scenes are run; no result depends on it", checked="all"
+    study: Literal["ci", "reduced", "full", "reference", "trade"] = output(
+        "choice", source="which scenes are run; no result depends on it", checked="all"
     )
-    folder: Annotated[str, Field(min_length=1)] = key(
-        "output",
+    folder: Annotated[str, Field(min_length=1)] = output(
         "choice",
         allowed="the path of a folder with defaults.yaml, families of scenes and a calibrated loop",
         source="where files are",
         checked="config, and folders of tests",
     )
-    plugins: tuple[Annotated[str, Field(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")], ...] = key(
-        "output",
+    plugins: tuple[Annotated[str, Field(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")], ...] = output(
         "choice",
         allowed="a list of the dotted names of modules, for example [my_elements], that register kinds of their own",
         source="what the study is extended by",

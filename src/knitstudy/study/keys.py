@@ -1,7 +1,8 @@
 """Keys of a scene: type, bounds, unit, role, standing and source of each stand once, in the field of its section.
 
-A section is a frozen pydantic model whose fields are made by `key`. What is allowed, error messages, the JSON schema,
-``knitstudy check``, ``docs/keys.md`` and the identity of a problem all follow from there.
+A section is a frozen pydantic model whose fields are made by `physics`, `resolution`, `numerics` and `output`. Allowed
+values in words, error messages, the JSON schema, ``knitstudy check``, ``docs/keys.md`` and the identity of a problem
+follow from there.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, get_args, get_origin
 
@@ -102,6 +104,10 @@ def key(
         raise ValueError(f"a key of role {role!r} and standing {standing!r}")
     known = Description(role, standing, source, unit, checked, meaning, allowed)
     return Field(default, json_schema_extra=known, **bounds)
+
+
+physics, resolution, numerics, output = (partial(key, role) for role in ROLES)
+"""Fields of keys by their roles: `key` without its first argument."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find, meanings, unknown_choice
-from knitstudy.study.keys import SceneName, Section, describe, key, validated
+from knitstudy.study.keys import SceneName, Section, describe, numerics, output, physics, validated
 from knitstudy.study.model_sections import (
     Beam,
     BeamMesh,
@@ -274,14 +274,12 @@ def register(kind: Specimen | Interaction | Fidelity) -> None:
 class Labels(Section):
     """Name and kind of a scene."""
 
-    name: SceneName = key(
-        "output",
+    name: SceneName = output(
         "choice",
         allowed="a name of at most 200 small letters, digits, - and _, that starts with a letter",
         source="names files",
     )
-    knit: SceneName = key(
-        "output",
+    knit: SceneName = output(
         "choice",
         allowed=(
             "the label of the knit or pair; scenes with one label share one geometry (at most 200 small letters,"
@@ -289,8 +287,7 @@ class Labels(Section):
         ),
         source="names files",
     )
-    specimen: str = key(
-        "physics",
+    specimen: str = physics(
         "choice",
         allowed=lambda: meanings(SPECIMENS),
         source=(
@@ -300,22 +297,19 @@ class Labels(Section):
         ),
         checked="all",
     )
-    fidelity: str = key(
-        "numerics",
+    fidelity: str = numerics(
         "choice",
         allowed=lambda: meanings(FIDELITIES),
         source="sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact",
         checked="all",
     )
-    interaction: str = key(
-        "physics",
+    interaction: str = physics(
         "stated",
         allowed=lambda: meanings(INTERACTIONS),
         source="section 2.2, Fig. 2 and Table 1: tie constraint, rough contact, isotropic Coulomb friction",
         checked="all three",
     )
-    outputs: tuple[str, ...] = key(
-        "output",
+    outputs: tuple[str, ...] = output(
         "choice",
         allowed="a list of what is written besides, for example [fields, vtu]",
         source="what is written; no result depends on it",

@@ -11,7 +11,18 @@ from pydantic import Field, field_validator, model_validator
 
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.spline_yarn.basis import LARGEST_DEGREE
-from knitstudy.study.keys import Count, Length, OneOf, Positive, SceneName, Section, key
+from knitstudy.study.keys import (
+    Count,
+    Length,
+    OneOf,
+    Positive,
+    SceneName,
+    Section,
+    numerics,
+    output,
+    physics,
+    resolution,
+)
 
 # ---- Meshes ----
 
@@ -19,15 +30,13 @@ from knitstudy.study.keys import Count, Length, OneOf, Positive, SceneName, Sect
 class SolidMesh(Section):
     """Sizes of solid elements at crossings, their growth on legs, and the element."""
 
-    size: Length = key(
-        "resolution",
+    size: Length = resolution(
         "stated",
         unit="m",
         source="Table 5: 0.3 mm",
         checked="0.225 to 0.6 mm: force +7 % at 0.6 mm (docs/notes/sensitivity.md)",
     )
-    growth: float = key(
-        "numerics",
+    growth: float = numerics(
         "assumed",
         meaning="spacing on legs over size",
         source="spacing of slices between crossings; near the count of nodes in Table 5",
@@ -35,8 +44,7 @@ class SolidMesh(Section):
         ge=1,
         le=4,
     )
-    refinement: float = key(
-        "numerics",
+    refinement: float = numerics(
         "assumed",
         meaning="size over the size of elements at crossings",
         source="slices stand nearer, and sections are drawn towards the other yarn (docs/notes/refinement.md)",
@@ -45,8 +53,7 @@ class SolidMesh(Section):
         ge=1,
         le=3,
     )
-    element: Annotated[str, OneOf(ELEMENTS.all)] = key(
-        "numerics",
+    element: Annotated[str, OneOf(ELEMENTS.all)] = numerics(
         "stated",
         source="section 2.3: linear hexahedra with reduced integration; quadratic ones are the reference",
         checked="over quadratic, tied cell at 0.3 mm: one_point -3 % in force",
@@ -61,9 +68,8 @@ class SolidMesh(Section):
 class BeamMesh(Section):
     """Size of beam elements, and their section."""
 
-    beam_size: Length = key("resolution", "stated", unit="m", source="Table 5: 0.5 mm", checked="0.5 mm")
-    section_law: Literal["straight", "curved"] = key(
-        "numerics",
+    beam_size: Length = resolution("stated", unit="m", source="Table 5: 0.5 mm", checked="0.5 mm")
+    section_law: Literal["straight", "curved"] = numerics(
         "assumed",
         allowed="straight (of a straight rod) or curved (of a rod as bent as the yarn is): law of the beams' sections",
         source=(
@@ -89,16 +95,14 @@ class PolynomialMesh(Section):
     and grows to `span`.
     """
 
-    degree: Degree = key(
-        "resolution",
+    degree: Degree = resolution(
         "choice",
         meaning=LOCKS,
         source="numerical; degree of the polynomials over the section, away from crossings",
         checked="2 to 6: of one loop, force +3.2 % at 2 and within 0.3 % from 3 on (docs/notes/solid_yarns.md)",
         default=2,
     )
-    spline_degree: int = key(
-        "numerics",
+    spline_degree: int = numerics(
         "choice",
         source="numerical; of the splines along the yarn; quadratic ones need half as many spans more",
         checked="2 and 3",
@@ -106,8 +110,7 @@ class PolynomialMesh(Section):
         ge=2,
         le=5,
     )
-    span: Span = key(
-        "resolution",
+    span: Span = resolution(
         "choice",
         unit="yarn radii",
         meaning="in yarn radii, and not below mesh.crossing_span",
@@ -115,8 +118,7 @@ class PolynomialMesh(Section):
         checked="0.6 to 1.8: of one loop, force +0.8 % at 1.8 (docs/notes/solid_yarns.md)",
         default=0.9,
     )
-    crossing_degree: Degree = key(
-        "resolution",
+    crossing_degree: Degree = resolution(
         "choice",
         meaning="not below mesh.degree",
         source="numerical; degree of the polynomials near crossings",
@@ -126,8 +128,7 @@ class PolynomialMesh(Section):
         ),
         default=2,
     )
-    crossing_span: Span = key(
-        "resolution",
+    crossing_span: Span = resolution(
         "choice",
         unit="yarn radii",
         source="numerical; length of a span near crossings",
@@ -158,8 +159,7 @@ class WindowMesh(PolynomialMesh, BeamMesh):
 class Tie(Section):
     """The mean and the linear moments of two yarns' displacement on a disc are joined where they cross and are tied."""
 
-    radius: float = key(
-        "physics",
+    radius: float = physics(
         "inferred",
         unit="yarn radii",
         source=(
@@ -176,8 +176,7 @@ class Tie(Section):
 class Sliding(Section):
     """Coulomb friction."""
 
-    friction: float = key(
-        "physics",
+    friction: float = physics(
         "stated",
         source="Table 1: 0.76; static value of the data sheet of the polypropylene, which gives 0.44 for sliding",
         checked="0 to 1.5 (scenes inputs-friction*)",
@@ -192,8 +191,7 @@ class TiedEdges(Section):
     Of the "outer" interlock rows in course tension and columns of loops in wale tension, or "none".
     """
 
-    tied_edges: Literal["outer", "none"] = key(
-        "physics",
+    tied_edges: Literal["outer", "none"] = physics(
         "stated",
         allowed="outer (the first and the last interlock row, in wale tension the outer columns, are tied) or none",
         source=(
@@ -211,8 +209,7 @@ class SolidContact(TiedEdges):
     Gauss points along each side of a facet.
     """
 
-    normal_stiffness: Positive = key(
-        "numerics",
+    normal_stiffness: Positive = numerics(
         "stated",
         unit="E / h",
         meaning="times E over the mesh size",
@@ -222,16 +219,14 @@ class SolidContact(TiedEdges):
             "0.3 mm: force -1.5 to +0.1 %, as multipliers bound the penetration"
         ),
     )
-    tangential_stiffness: Positive = key(
-        "numerics",
+    tangential_stiffness: Positive = numerics(
         "stated",
         unit="E / h",
         meaning="times E over the mesh size",
         source="Table 1: stick stiffness over element stiffness is 10; as traction over slip it is taken as 10 E / h",
         checked="3 to 30, of a pair slid by 0.45 mm at 0.3 mm: force within 0.04 %, work -1.8 to +0.7 %",
     )
-    penetration: float = key(
-        "numerics",
+    penetration: float = numerics(
         "assumed",
         unit="h",
         meaning="a share of the mesh size",
@@ -240,16 +235,14 @@ class SolidContact(TiedEdges):
         gt=0,
         le=1,
     )
-    augmentations: int = key(
-        "numerics",
+    augmentations: int = numerics(
         "choice",
         source="numerical; updates of the multipliers where the penalty alone lets yarns in too deep",
         checked="10; 3 were needed at most by pairs pressed by 90 um",
         ge=0,
         le=100,
     )
-    points: int = key(
-        "numerics",
+    points: int = numerics(
         "choice",
         source=(
             "numerical; Gauss points along each side of a facet; crossings lie over the middles of facets, where even "
@@ -273,8 +266,7 @@ class PolynomialContact(SolidContact):
     elsewhere; around they are `cell`.
     """
 
-    cell: float = key(
-        "numerics",
+    cell: float = numerics(
         "choice",
         unit="yarn radii",
         source="numerical; length of a cell near crossings, with contact.points x contact.points Gauss points",
@@ -283,8 +275,7 @@ class PolynomialContact(SolidContact):
         ge=0.05,
         le=0.5,
     )
-    window: float = key(
-        "numerics",
+    window: float = numerics(
         "choice",
         unit="yarn radii",
         meaning="in yarn radii, and not below contact.cell",
@@ -308,14 +299,12 @@ class PolynomialContact(SolidContact):
 class Newton(Section):
     """First number of increments, and tolerances."""
 
-    increments: Count = key(
-        "resolution",
+    increments: Count = resolution(
         "choice",
         source="numerical; the first increment's share of the load, adapted on the way",
         checked="5, 12, 20 and 40: the same force to seven digits",
     )
-    residual_tolerance: float = key(
-        "resolution",
+    residual_tolerance: float = resolution(
         "choice",
         meaning="relative to the mean internal force",
         source="numerical; of the mean internal force",
@@ -323,8 +312,7 @@ class Newton(Section):
         gt=0,
         le=1e-2,
     )
-    correction_tolerance: float = key(
-        "resolution",
+    correction_tolerance: float = resolution(
         "choice",
         meaning="relative to the mesh size",
         source="numerical; of the element size",
@@ -337,8 +325,7 @@ class Newton(Section):
 class SolidNewton(Newton):
     """The same of solids, with the linear solver; the viscosity `stabilisation` is relative to Young's modulus."""
 
-    stabilisation: float = key(
-        "numerics",
+    stabilisation: float = numerics(
         "assumed",
         unit="E",
         meaning="times Young's modulus",
@@ -350,16 +337,15 @@ class SolidNewton(Newton):
         ge=0,
         le=1e6,
     )
-    linear: Literal["auto", "three_scale", "amg", "lu"] = key(
-        "numerics", "choice", source="numerical; no result depends on it", checked="auto"
+    linear: Literal["auto", "three_scale", "amg", "lu"] = numerics(
+        "choice", source="numerical; no result depends on it", checked="auto"
     )
 
 
 class HexahedralNewton(SolidNewton):
     """The same of hexahedra, with their `hourglass` coefficient, relative to the shear modulus."""
 
-    hourglass: float = key(
-        "numerics",
+    hourglass: float = numerics(
         "assumed",
         unit="shear moduli",
         meaning="times the shear modulus",
@@ -376,8 +362,7 @@ class HexahedralNewton(SolidNewton):
 class Gates(Section):
     """Limits of every model."""
 
-    ledger: float = key(
-        "numerics",
+    ledger: float = numerics(
         "choice",
         meaning="over the external work",
         source="every scene of the study stays below 0.035; pairs in 8 increments leave 0.14, docs/gates.md",
@@ -390,8 +375,7 @@ class Gates(Section):
 class SolidGates(Gates):
     """Additional limits of solids."""
 
-    stabilisation: float = key(
-        "numerics",
+    stabilisation: float = numerics(
         "choice",
         meaning="over the internal energy",
         source="5 % is the field's rule",
@@ -399,8 +383,7 @@ class SolidGates(Gates):
         default=0.05,
         ge=0,
     )
-    viscous_force: float = key(
-        "numerics",
+    viscous_force: float = numerics(
         "choice",
         meaning="over the reaction of the driven side",
         source="forces are wrong by about as much, docs/gates.md",
@@ -413,8 +396,7 @@ class SolidGates(Gates):
 class HexahedralGates(SolidGates):
     """Additional limits of hexahedra."""
 
-    hourglass: float = key(
-        "numerics",
+    hourglass: float = numerics(
         "choice",
         meaning="over the internal energy",
         source="5 % is the field's rule; at least the usual stiffness of 0.005 G is counted",
@@ -422,8 +404,7 @@ class HexahedralGates(SolidGates):
         default=0.05,
         gt=0,
     )
-    elements_across: float | None = key(
-        "numerics",
+    elements_across: float | None = numerics(
         "choice",
         allowed="a number > 0 of elements of mesh.size across the yarn, or null for 3 of a knit and 7 of a pair",
         source="force of a tied knit +5 % at 3.3, of a pressed pair within 8 % from 8 on, docs/gates.md",
@@ -436,8 +417,7 @@ class HexahedralGates(SolidGates):
 class WindowGates(Gates):
     """Additional limits of a window."""
 
-    jump: float = key(
-        "numerics",
+    jump: float = numerics(
         "choice",
         meaning="over the largest force where solid yarns and beams meet",
         source="numerical; what Newton's method leaves is a hundredth of it, docs/notes/window.md",
@@ -453,8 +433,7 @@ class WindowGates(Gates):
 class Joints(Section):
     """Which direct simulation a reduced model takes its joints from; none where the geometry says enough."""
 
-    contacts_from: SceneName | None = key(
-        "numerics",
+    contacts_from: SceneName | None = numerics(
         "choice",
         allowed=(
             "the name of the scene of solid yarns that the joints come from (empty: where yarns are closest, tied by"
@@ -472,23 +451,20 @@ class PlanarJoints(Joints):
     Its segments join the contacts, or lie along the maximum principal stress of the simulation `stress_from` (Fig. 14).
     """
 
-    section: Literal["single", "doubled"] = key(
-        "numerics",
+    section: Literal["single", "doubled"] = numerics(
         "assumed",
         meaning="a segment of the planar model that two yarns share",
         source="section 2.4: the same cross section as the yarns; where two yarns share a segment nothing is printed",
         checked="single and doubled (scenes rom2d-doubled-*)",
     )
-    honeycomb: Literal["geometry", "principal_stress"] = key(
-        "numerics",
+    honeycomb: Literal["geometry", "principal_stress"] = numerics(
         "stated",
         allowed="geometry (segments of the planar model join the contacts) or principal_stress (they lie along it)",
         source="section 3.4: MPS-based honeycombs beside the one from geometry",
         checked="both (scenes rom2d-by-*-stress-*)",
         default="geometry",
     )
-    stress_from: SceneName | None = key(
-        "numerics",
+    stress_from: SceneName | None = numerics(
         "choice",
         allowed=(
             "the name of the scene of solid yarns whose principal stress segments lie along (empty where rom.honeycomb"
@@ -512,8 +488,7 @@ class PlanarJoints(Joints):
 class SpatialJoints(Joints):
     """Of the spatial model (Figs. 5 and 6)."""
 
-    joint: Literal["rigid", "pinned", "patch", "printed"] = key(
-        "numerics",
+    joint: Literal["rigid", "pinned", "patch", "printed"] = numerics(
         "assumed",
         allowed=(
             "rigid (arms to the contact point), pinned (arms that may turn there), patch (pinned, and yielding as the "
@@ -535,8 +510,7 @@ class Springs(SpatialJoints):
     along x, y and z.
     """
 
-    springs_from: SceneName | None = key(
-        "numerics",
+    springs_from: SceneName | None = numerics(
         "choice",
         allowed=(
             "the name of the scene of solid yarns whose averaged springs are used (empty for that of"
@@ -545,15 +519,13 @@ class Springs(SpatialJoints):
         source="springs of another simulation test what carries over from one load to another",
         checked="course springs in wale tension and the other way round (scenes rom3d-carried-*)",
     )
-    springs: Literal["averaged", "zones"] = key(
-        "numerics",
+    springs: Literal["averaged", "zones"] = numerics(
         "stated",
         allowed="averaged (one stiffness for all crossings) or zones (each crossing its own)",
         source="Table 2 prints one stiffness a direction; a variant gives every crossing its own",
         checked="averaged and zones (scenes rom3d-zones-*)",
     )
-    stiffness: tuple[Annotated[float, Field(gt=0)], ...] = key(
-        "numerics",
+    stiffness: tuple[Annotated[float, Field(gt=0)], ...] = numerics(
         "stated",
         unit="N/m",
         allowed="[], or a list of the springs' three stiffnesses along x, y and z in N/m instead of measured ones",
@@ -561,8 +533,7 @@ class Springs(SpatialJoints):
         checked="those of Table 2 (scenes rom3d-table2-*)",
         max_length=3,
     )
-    axes: Literal["contact", "global"] = key(
-        "numerics",
+    axes: Literal["contact", "global"] = numerics(
         "inferred",
         allowed="contact (springs along the normal and in the tangent plane) or global (along x, y and z)",
         source=(
@@ -571,8 +542,7 @@ class Springs(SpatialJoints):
         ),
         checked="contact; global with the stiffnesses of Table 2 (scenes rom3d-table2-*)",
     )
-    displacement: Literal["interface", "centreline"] = key(
-        "numerics",
+    displacement: Literal["interface", "centreline"] = numerics(
         "stated",
         meaning="the relative displacement whose secants the springs are",
         source="section 2.6: relative displacement between yarn interfaces; that of the centrelines is a variant",
@@ -613,15 +583,13 @@ class Beam(Section):
     sections, over E R.
     """
 
-    section: Literal["rigid", "hertz"] = key(
-        "numerics",
+    section: Literal["rigid", "hertz"] = numerics(
         "inferred",
         allowed="rigid (a penalty) or hertz (the approach of two crossed cylinders)",
         source="section 3.3: the deformation of the cross-section is ignored",
         checked="rigid and hertz (scenes beam-*)",
     )
-    tie: Literal["rigid", "pinned", "patch"] = key(
-        "numerics",
+    tie: Literal["rigid", "pinned", "patch"] = numerics(
         "assumed",
         allowed="rigid, pinned (sections may turn) or patch (pins that yield as tied areas do): tied crossings",
         source=(
@@ -630,8 +598,7 @@ class Beam(Section):
         ),
         checked="all three (scenes beam-pinned-*, beam-patch-*)",
     )
-    stiffness: Positive = key(
-        "numerics",
+    stiffness: Positive = numerics(
         "assumed",
         unit="E R",
         meaning="times E R",
@@ -655,24 +622,21 @@ class Window(Section):
     beams are in contact, or springs stand for it that the simulation `springs_from` measures, of a knit of any size.
     """
 
-    row: int | None = key(
-        "output",
+    row: int | None = output(
         "choice",
         allowed="a whole number from 0 to pattern.rows - 1, or null for the middle",
         default=None,
         ge=0,
         **ASKED,
     )
-    column: int | None = key(
-        "output",
+    column: int | None = output(
         "choice",
         allowed="a whole number from 0 to pattern.loops - 1, or null for the middle",
         default=None,
         ge=0,
         **ASKED,
     )
-    cells: int = key(
-        "output",
+    cells: int = output(
         "choice",
         allowed="an odd whole number from 1 to 999",
         source="what is asked for",
@@ -681,8 +645,7 @@ class Window(Section):
         ge=1,
         le=999,
     )
-    margin: int = key(
-        "resolution",
+    margin: int = resolution(
         "choice",
         source="numerical; how far from what is asked for yarns become beams",
         checked="0, and 1 of 3 x 3 cells with ties (docs/notes/window.md)",
@@ -690,8 +653,7 @@ class Window(Section):
         ge=0,
         le=999,
     )
-    springs_from: SceneName | None = key(
-        "numerics",
+    springs_from: SceneName | None = numerics(
         "choice",
         allowed=(
             "the name of a scene of solid yarns in contact whose averaged springs are used outside, or null where"

@@ -9,7 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import MATERIALS, material_of
-from knitstudy.study.keys import Count, Length, OneOf, Positive, Section, key
+from knitstudy.study.keys import Count, Length, OneOf, Positive, Section, output, physics
 
 Point = tuple[float, float, float]
 
@@ -24,29 +24,25 @@ class Pattern(Section):
     drawn for; rows stand `course_ratio` times the course spacing apart, and `keep` says what stays of the drawn loop.
     """
 
-    loops: Count = key("physics", "stated", source="sections 3.1 and 3.5: 3 x 3 unit cells", checked="3")
-    rows: Count = key(
-        "physics",
+    loops: Count = physics("stated", source="sections 3.1 and 3.5: 3 x 3 unit cells", checked="3")
+    rows: Count = physics(
         "inferred",
         source="DOF(n) = n^2 [21057 + 40700 (1 - 2/n)] fits Table 3 within 0.4 %: n rows; whole edge yarns are assumed",
         checked="3",
     )
-    course_spacing: Length = key(
-        "physics",
+    course_spacing: Length = physics(
         "calibrated",
         unit="m",
         source="not printed; fitted with the control points",
         checked="one value",
     )
-    wale_spacing: Length = key(
-        "physics",
+    wale_spacing: Length = physics(
         "calibrated",
         unit="m",
         source="not printed; fitted with the control points",
         checked="one value",
     )
-    control_points: tuple[Point, ...] = key(
-        "physics",
+    control_points: tuple[Point, ...] = physics(
         "calibrated",
         unit="m",
         allowed="a list of at least 4 points x, y, z in m",
@@ -57,8 +53,7 @@ class Pattern(Section):
         checked="one loop shape",
         min_length=4,
     )
-    clearance: float = key(
-        "physics",
+    clearance: float = physics(
         "assumed",
         unit="yarn radii",
         source=(
@@ -69,8 +64,7 @@ class Pattern(Section):
         ge=0,
         le=1,
     )
-    course_ratio: float = key(
-        "physics",
+    course_ratio: float = physics(
         "choice",
         meaning="course spacing over the one that the loop is drawn for",
         source="Fig. 11a varies the course spacing without saying how far",
@@ -79,8 +73,7 @@ class Pattern(Section):
         ge=0.5,
         le=2,
     )
-    keep: Literal["shape", "length", "wale_spacing"] = key(
-        "physics",
+    keep: Literal["shape", "length", "wale_spacing"] = physics(
         "choice",
         meaning="what stays of the drawn loop at another course spacing or diameter",
         source="not printed: Fig. 11 does not say what is held fixed (docs/notes/geometry.md)",
@@ -96,8 +89,7 @@ class Pair(Section):
     yarn, the "back".
     """
 
-    angle: float = key(
-        "physics",
+    angle: float = physics(
         "choice",
         unit="degrees",
         source="of a case of verification",
@@ -105,18 +97,16 @@ class Pair(Section):
         gt=0,
         le=90,
     )
-    length: Length = key(
-        "physics",
+    length: Length = physics(
         "choice",
         unit="m",
         source="of a case of verification: nearly three diameters, beyond what the other yarn covers at 30 degrees",
         checked="5 mm",
     )
-    clearance: float = key(
-        "physics", "choice", unit="yarn radii", source="of a case of verification", checked="0.01", ge=0, le=1
+    clearance: float = physics(
+        "choice", unit="yarn radii", source="of a case of verification", checked="0.01", ge=0, le=1
     )
-    support: Literal["ends", "back"] = key(
-        "physics",
+    support: Literal["ends", "back"] = physics(
         "choice",
         meaning="what is held and driven of each yarn",
         source=(
@@ -141,30 +131,23 @@ class Geometry(Section):
     `free` lists for every control point the components that may move: "", "z", "yz", "xyz" and so on.
     """
 
-    alpha: Positive = key("physics", "assumed", meaning="the weight of F_distance in Eq. (1)", **WEIGHT)
-    beta: float = key(
-        "physics", "assumed", meaning="the weight of F_bending in Eq. (1)", ge=0, le=1e12, **WEIGHT
-    )
-    gamma: float = key(
-        "physics", "assumed", meaning="the weight of F_length in Eq. (1)", ge=0, le=1e12, **WEIGHT
-    )
-    beta_0: float = key(
-        "physics",
+    alpha: Positive = physics("assumed", meaning="the weight of F_distance in Eq. (1)", **WEIGHT)
+    beta: float = physics("assumed", meaning="the weight of F_bending in Eq. (1)", ge=0, le=1e12, **WEIGHT)
+    gamma: float = physics("assumed", meaning="the weight of F_length in Eq. (1)", ge=0, le=1e12, **WEIGHT)
+    beta_0: float = physics(
         "assumed",
         meaning="the scalar of Eq. (3)",
         ge=0,
         le=1e12,
         **WEIGHT | {"source": "scalar of Eq. (3), not printed"},
     )
-    free: tuple[Annotated[str, Field(pattern="^x?y?z?$")], ...] = key(
-        "physics",
+    free: tuple[Annotated[str, Field(pattern="^x?y?z?$")], ...] = physics(
         "assumed",
         allowed='a list of the components that may move, one text such as "", z or xyz for every control point',
         source="the paper says that a subset of points and components moves, not which",
         checked="one list",
     )
-    samples: int = key(
-        "physics",
+    samples: int = physics(
         "stated",
         meaning="samples a Bezier curve",
         source="section 2.1: 100 points a Bezier curve; true closest points are refined from them here",
@@ -184,8 +167,7 @@ class Yarn(Section):
     the other three constants are as of an isotropic one where nothing is said.
     """
 
-    diameter: Length = key(
-        "physics",
+    diameter: Length = physics(
         "inferred",
         unit="m",
         source=(
@@ -194,8 +176,7 @@ class Yarn(Section):
         ),
         checked="1.8 mm",
     )
-    youngs_modulus: float = key(
-        "physics",
+    youngs_modulus: float = physics(
         "inferred",
         unit="Pa",
         source="data sheet of the polypropylene that the paper cites: homopolymer 1.30 GPa, copolymer 1.10 GPa",
@@ -203,19 +184,15 @@ class Yarn(Section):
         gt=0,
         le=1e20,
     )
-    poisson_ratio: float = key(
-        "physics", "inferred", source="the same data sheet", checked="0.42", gt=-1, lt=0.5
-    )
-    material: Annotated[str, OneOf(MATERIALS.all)] = key(
-        "physics",
+    poisson_ratio: float = physics("inferred", source="the same data sheet", checked="0.42", gt=-1, lt=0.5)
+    material: Annotated[str, OneOf(MATERIALS.all)] = physics(
         "assumed",
         source=(
             "isotropic polypropylene (section 2.3) with geometric nonlinearity; Hencky is what Abaqus computes then"
         ),
         checked="the isotropic laws: force +1.2 % at most (docs/notes/sensitivity.md)",
     )
-    transverse_modulus: float | None = key(
-        "physics",
+    transverse_modulus: float | None = physics(
         "assumed",
         allowed="a number > 0 and <= 1e20, in Pa: Young's modulus across the yarn; or null for that along it",
         unit="Pa",
@@ -225,8 +202,7 @@ class Yarn(Section):
         gt=0,
         le=1e20,
     )
-    transverse_poisson_ratio: float | None = key(
-        "physics",
+    transverse_poisson_ratio: float | None = physics(
         "assumed",
         allowed="a number between -1 and 1 (both excluded): Poisson's ratio across the yarn; or null for that along it",
         source="section 2.3 takes yarns as isotropic",
@@ -235,8 +211,7 @@ class Yarn(Section):
         gt=-1,
         lt=1,
     )
-    axial_shear_modulus: float | None = key(
-        "physics",
+    axial_shear_modulus: float | None = physics(
         "assumed",
         allowed="a number > 0 and <= 1e20, in Pa: shear modulus along the yarn; or null for that of an isotropic one",
         unit="Pa",
@@ -276,8 +251,7 @@ class Tension(Section):
     `lateral`: what goes with it held or free; `stops`: strains at which an increment has to end.
     """
 
-    strain: float = key(
-        "physics",
+    strain: float = physics(
         "stated",
         meaning="not 0 (0.05 is 5 %, -0.05 a compression)",
         source="section 3.1: 5 % course strain",
@@ -285,15 +259,13 @@ class Tension(Section):
         ge=-0.2,
         le=0.5,
     )
-    lateral: Literal["fixed", "free"] = key(
-        "physics",
+    lateral: Literal["fixed", "free"] = physics(
         "assumed",
         meaning="the other components of the driven ends, of a cell its other strains",
         source="prescribed displacements on the driven side; lateral components held, a variant leaves them free",
         checked="fixed; free: force -3.3 % (docs/notes/sensitivity.md)",
     )
-    stops: tuple[float, ...] = key(
-        "output",
+    stops: tuple[float, ...] = output(
         "choice",
         allowed="a list of strains on the way, for example [0.01, 0.02], or []",
         source="numerical; where increments end, so that figures show the strains of Fig. 7c",
@@ -323,8 +295,7 @@ class KnitTension(Tension):
     `lateral`: driven ends fixed or free in the other components; `stops`: strains at which an increment has to end.
     """
 
-    direction: Literal["course", "wale"] = key(
-        "physics",
+    direction: Literal["course", "wale"] = physics(
         "stated",
         source=(
             "section 2.3: course and wale tension; in wale tension sinker arcs of the bottom yarn are held and head "
@@ -340,8 +311,7 @@ class CellStrain(Tension):
     `lateral`: the other strains in the plane are held at 0, or free, so that no force goes with them.
     """
 
-    deformation: Literal["course", "wale", "biaxial", "shear"] = key(
-        "physics",
+    deformation: Literal["course", "wale", "biaxial", "shear"] = physics(
         "choice",
         source="strains in the plane that define a shell's stiffness",
         checked="all four",
@@ -357,8 +327,7 @@ class Path(Section):
 
     lateral: ClassVar = "fixed"
 
-    path: tuple[Point, ...] = key(
-        "physics",
+    path: tuple[Point, ...] = physics(
         "choice",
         unit="m",
         allowed="a list of one displacement x, y, z in m or more",
