@@ -270,7 +270,7 @@ def test_models_take_any_fabric(weave, plain_scene):
     wefts = np.array([3, 4])
     ends = np.array([weave.centrelines[yarn].length for yarn in wefts])[:, None] * [1, 1]
     fabric = replace(weave, grips={"course": (Grip(wefts, 0 * ends), Grip(wefts, ends))})
-    scene = plain_scene.vary({"load.strain": 0.01, "solver.increments": 1, "mesh.beam_size": 1e-3})
+    scene = plain_scene.vary({"load.strain": 0.01, "solver.increments": 1})
     solid = scene.vary({"fidelity": "spline_yarns", "mesh.spline_degree": 2})
     beams = scene.vary({"fidelity": "beam", "interaction": "isotropic", "contact.tied_edges": "none"})
     solids = solve_load_path(spline_yarns.build(solid, fabric, sampled_sections(fabric)))
