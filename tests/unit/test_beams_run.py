@@ -5,8 +5,7 @@ import pytest
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.increment import Increment
-from knitstudy.models.beam_pairs import Gaps
-from knitstudy.models.beams_in_contact import UNSEEN, beam_knit, require_seen
+from knitstudy.models.beams_in_contact import UNSEEN, Gaps, beam_knit, require_seen
 from knitstudy.models.simulate import solve
 
 

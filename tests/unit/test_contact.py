@@ -6,8 +6,7 @@ from scipy.spatial import cKDTree
 from tubes import crossing, hairpin
 
 from knitstudy.errors import ConvergenceError, MeshError
-from knitstudy.loading.history import Recorder, Stations
-from knitstudy.loading.load_path import Motion
+from knitstudy.loading.history import Motion, Recorder, Stations
 from knitstudy.loading.restart import Checkpoint
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, ContactHistory, Coulomb
 from knitstudy.mechanics.contact.grids import Grids

@@ -14,8 +14,7 @@ from knitstudy.loading.gates import (
     require_small_hourglass,
     require_small_stabilisation,
 )
-from knitstudy.loading.history import Recorder, Stations
-from knitstudy.loading.load_path import Motion
+from knitstudy.loading.history import Motion, Recorder, Stations
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
 from knitstudy.mesh.quality import require_memory

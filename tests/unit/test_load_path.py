@@ -12,8 +12,7 @@ from knitstudy.errors import CoarseIncrement, ConvergenceError, DataFileError
 from knitstudy.files import read_dataset
 from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.loading.gates import require_closed_ledger
-from knitstudy.loading.history import Meter, Stations
-from knitstudy.loading.load_path import Motion, load_path, place_on_path
+from knitstudy.loading.history import Meter, Motion, Stations, load_path, place_on_path
 from knitstudy.loading.restart import Run
 from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings

@@ -9,8 +9,7 @@ import pytest
 
 from knitstudy.errors import DataFileError
 from knitstudy.loading import restart
-from knitstudy.loading.history import Recorder, Stations
-from knitstudy.loading.load_path import Motion
+from knitstudy.loading.history import Motion, Recorder, Stations
 from knitstudy.loading.restart import IN_MEMORY, Checkpoint, Progress, restart_of, run_with
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response

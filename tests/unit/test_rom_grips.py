@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.geometry.fabric import head_arcs, sinker_arcs
-from knitstudy.loading.load_path import Motion
+from knitstudy.loading.history import Motion
 from knitstudy.models.network import grips, tension
 from knitstudy.models.simulate import build, solve
 

@@ -5,9 +5,8 @@ import pytest
 import synthetic
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.models.joints import Joints, joint_points, spring_joints
+from knitstudy.models.joints import Joints, joint_points, spring_joints, springs
 from knitstudy.models.simulate import build, solve
-from knitstudy.models.springs import springs
 
 STIFFNESS = np.array([80e3, 60e3, 900e3])
 """Of the contacts below along x, y and z [N/m]."""
@@ -178,7 +177,7 @@ def test_springs_from_elsewhere_must_be_asked_for(scene, knit, touching):
     with pytest.raises(ConfigurationError, match=r"rom\.springs_from of scene plain-rom3d is empty"):
         solve(scene, knit, contacts=touching, springs=touching)
     with pytest.raises(
-        ConfigurationError, match="is dns-wale, and contacts of another dns scene are not given"
+        ConfigurationError, match="is dns-wale, and contacts of another scene of solid yarns are not given"
     ):
         solve(scene.replace("rom.springs_from", "dns-wale"), knit, contacts=touching)
 

@@ -3,11 +3,11 @@
 from dataclasses import replace
 from functools import partial
 
+import calculix
 import numpy as np
 import pytest
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.fabric import yarn_pair

@@ -1,9 +1,9 @@
 """What CalculiX's hexahedra and laws compute (docs/decks.md), from single elements."""
 
+import calculix
 import numpy as np
 import pytest
 
-from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import Deck, Prescribed, Step
 from knitstudy.exchange.inp import write_inp
 from knitstudy.mechanics.materials import MATERIALS

@@ -37,7 +37,7 @@ from knitstudy.measures.response import (
     out_of_plane_correlation,
     rms_out_of_plane,
 )
-from knitstudy.models.springs import springs
+from knitstudy.models.joints import springs
 
 RULES: dict[str, Rule] = {}
 """By claim."""
