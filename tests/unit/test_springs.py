@@ -176,9 +176,7 @@ def test_open_crossings_have_no_joint(scene, knit, touching):
 def test_springs_from_elsewhere_must_be_asked_for(scene, knit, touching):
     with pytest.raises(ConfigurationError, match=r"rom\.springs_from of scene plain-rom3d is empty"):
         solve(scene, knit, contacts=touching, springs=touching)
-    with pytest.raises(
-        ConfigurationError, match="is dns-wale, and contacts of another scene of solid yarns are not given"
-    ):
+    with pytest.raises(ConfigurationError, match="is dns-wale, and contacts of another scene are not given"):
         solve(scene.replace("rom.springs_from", "dns-wale"), knit, contacts=touching)
 
 

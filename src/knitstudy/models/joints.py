@@ -171,10 +171,10 @@ def _projections(axes: str, normal: np.ndarray) -> np.ndarray:
 
 
 # ---- Joints of the 3D network: the points C1 to C4 where yarns are joined, and ties and springs (section 2.5, Fig. 5)
-# P1 and P2 are the centroids of the lower and the upper contact on one side of an interlock, where the same two yarns
-# touch one after the other. The line P1 P2 and the contact normal at P1 span the contact normal plane of P1, which cuts
-# the centrelines of the two yarns near P1 in C1 and C3; the normal at P2 gives C2 and C4. The paper takes one normal for
-# both points; here each has its own, because the two differ by some 90 degrees on a loop with the angles of Table 4.
+# P1 and P2 are the centroids of the lower and the upper contact on one side of an interlock. The line P1 P2 and the
+# contact normal at P1 span the contact normal plane of P1, which cuts the centrelines of the two yarns near P1 in C1
+# and C3; the normal at P2 gives C2 and C4. The paper takes one normal for both points; here each has its own: the two
+# differ by some 90 degrees on a loop with the angles of Table 4.
 
 
 SAMPLES = 40
@@ -495,7 +495,7 @@ def _averaged(measured: Springs, contacts: xr.Dataset) -> np.ndarray:
         raise ConfigurationError(
             f"the averaged spring of {scene} along {measured.axes[axis]} is {averaged[axis]:.4g} N/m "
             f"({measured.negative[axis]} of {measured.used[axis]} crossings have a negative secant) but must be "
-            "positive; rom.axes contact, the other rom.displacement or rom.springs_from another scene of solid yarns may do"
+            "positive; rom.axes contact, the other rom.displacement or rom.springs_from another scene may do"
         )
     return averaged
 
