@@ -20,7 +20,9 @@ from knitstudy.geometry.fabric import (
 )
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.spline import CatmullRom, Centreline
+from knitstudy.loading.solve import solve_load_path
 from knitstudy.mesh.mesher import mesh_fabric, sampled_sections
+from knitstudy.models import beams_in_contact, spline_yarns
 
 RADIUS = 0.9e-3
 
@@ -261,3 +263,16 @@ def test_a_weave_is_meshed_with_its_crossings_in_the_middle_of_layers(weave):
             middles = 0.5 * (stations[1:] + stations[:-1])
             assert np.abs(middles - s).min() < 1e-6 * RADIUS
     assert sampled_sections(weave).yarns == 5
+
+
+def test_models_take_any_fabric(weave, plain_scene):
+    """Wefts of a weave that are pulled: tied solid yarns, and beams that touch with friction."""
+    wefts = np.array([3, 4])
+    ends = np.array([weave.centrelines[yarn].length for yarn in wefts])[:, None] * [1, 1]
+    fabric = replace(weave, grips={"course": (Grip(wefts, 0 * ends), Grip(wefts, ends))})
+    scene = plain_scene.vary({"load.strain": 0.01, "solver.increments": 1})
+    solid = scene.vary({"fidelity": "spline_yarns", "mesh.spline_degree": 2})
+    beams = scene.vary({"fidelity": "beam", "interaction": "isotropic", "contact.tied_edges": "none"})
+    solids = solve_load_path(spline_yarns.build(solid, fabric, sampled_sections(fabric)))
+    touching = solve_load_path(beams_in_contact.build(beams, fabric))
+    assert float(solids["force"][-1]) == pytest.approx(float(touching["force"][-1]), rel=0.1), "of 25 N"
