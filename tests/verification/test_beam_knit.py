@@ -6,7 +6,7 @@ import pytest
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.loading.load_path import load_path
+from knitstudy.loading.history import load_path
 from knitstudy.measures.reference import reference_of
 from knitstudy.measures.response import FORCE
 from knitstudy.mechanics.increment import Settings

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from dead_loads import balance
 
-from knitstudy.loading.history import Meter
-from knitstudy.loading.load_path import load_path
+from knitstudy.loading.history import Meter, load_path
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_model import BeamModel
