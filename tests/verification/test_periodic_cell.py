@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from periodic_sheets import rotated
 
 from knitstudy.exchange.inp import section_matrix
 from knitstudy.geometry.fabric import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.solve import solve_load_path
-from knitstudy.measures.endless_knit import rotated
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace

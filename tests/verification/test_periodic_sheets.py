@@ -3,9 +3,20 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from periodic_sheets import AREA, INERTIA, POISSON, RADIUS, SHEAR, TORSION, YOUNG, Sheet, StraightYarn
+from periodic_sheets import (
+    AREA,
+    INERTIA,
+    POISSON,
+    RADIUS,
+    SHEAR,
+    TORSION,
+    YOUNG,
+    Sheet,
+    StraightYarn,
+    referred,
+    rotated,
+)
 
-from knitstudy.measures.endless_knit import referred, rotated
 from knitstudy.mechanics.periodic import Lattice
 
 FIRST, SECOND = 30.0, 24.0
