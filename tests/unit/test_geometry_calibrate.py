@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.calibrate import (
-    UNUSABLE,
-    first_guess,
-    read_problem,
-    residuals,
-    whole_loop,
-)
+from knitstudy.geometry.calibrate import UNUSABLE, first_guess, read_problem, residuals, whole_loop
 from knitstudy.geometry.loop import symmetries
 from knitstudy.geometry.spline import CatmullRom
 from knitstudy.study.configuration import CONFIG

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from knitstudy.errors import ConfigurationError, MeshError
+from knitstudy.errors import ConfigurationError
 from knitstudy.exchange.inp import SHELL_ENTRIES, section_matrix, shell_entries, write_shell
 from knitstudy.measures.endless_knit import moduli
 from knitstudy.mechanics.periodic import Lattice
-from knitstudy.mechanics.spline_yarn.seam import conversion, seam
+from knitstudy.mechanics.spline_yarn.seam import seam
 from knitstudy.mechanics.spline_yarn.space import yarn_space
 from knitstudy.study.configuration import load_scene
 from knitstudy.tables.catalogue import tabulate
@@ -40,20 +40,6 @@ def test_the_jump_lifts_the_image_alone():
     first, values = own.spline.basis(BREAKS[[0, -1]], orders=2)
     left, right = (values[:, end] @ nodes[own.first_node[first[end] + np.arange(4)], 2] for end in range(2))
     np.testing.assert_allclose(right - left, [2, 0, 0], atol=1e-10)
-
-
-def test_where_the_degree_falls_only_what_all_share_wraps_around():
-    own = yarn_space(BREAKS, np.array([2, 2, 4, 2, 2]), 3)
-    around = seam(own)
-    used = np.unique(around.wrapped.indices)
-    assert len(used) == around.wrapped.shape[1] == len(around.order)
-    assert around.order.max() == 14  # up to degree 4 somewhere
-    np.testing.assert_allclose(np.asarray(conversion(own.spline).sum(axis=1)).ravel(), 1)  # constants stay
-
-
-def test_too_few_spans_cannot_wrap_around():
-    with pytest.raises(MeshError, match="2 spans of a yarn cannot wrap around with splines of degree 3"):
-        seam(yarn_space(BREAKS[:3], 2, 3))
 
 
 def test_jumps_are_those_of_the_macroscopic_field():

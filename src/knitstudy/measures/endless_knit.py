@@ -20,7 +20,7 @@ import xarray as xr
 from scipy.sparse.linalg import spsolve
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.loading.load_path import DIRECTIONS
+from knitstudy.loading.history import DIRECTIONS
 from knitstudy.study.scene import Scene
 
 ELEMENTS = 24

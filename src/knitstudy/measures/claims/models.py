@@ -31,7 +31,7 @@ from knitstudy.measures.response import (
     out_of_plane_correlation,
     rms_out_of_plane,
 )
-from knitstudy.models.springs import springs
+from knitstudy.models.joints import springs
 
 MUCH_CLOSER = 0.5
 """Claim R1: "much closer" is at most half the distance."""
