@@ -2,9 +2,19 @@
 
 import numpy as np
 import scipy.sparse as sp
-from periodic_sheets import AREA, INERTIA, POISSON, RADIUS, SHEAR, TORSION, YOUNG, Sheet, StraightYarn
+from periodic_sheets import (
+    AREA,
+    INERTIA,
+    POISSON,
+    RADIUS,
+    SHEAR,
+    TORSION,
+    YOUNG,
+    Sheet,
+    StraightYarn,
+    referred,
+)
 
-from knitstudy.measures.endless_knit import referred
 from knitstudy.mechanics.periodic import Lattice
 
 FIRST, SECOND = 30.0, 24.0
