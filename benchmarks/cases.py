@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import calculix
 import numpy as np
 import scipy.sparse as sp
 import xarray as xr
 from measure import ready
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.files import read_dataset, write_dataset
 from knitstudy.geometry.fabric import Fabric, fabric_of
-from knitstudy.loading.load_path import DIRECTIONS
+from knitstudy.loading.history import DIRECTIONS
 from knitstudy.loading.restart import Run
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.mechanics.model import DirichletElimination

@@ -15,12 +15,12 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+import calculix
 import cases
 import measure
 import pandas as pd
 
 from knitstudy.errors import KnitstudyError
-from knitstudy.exchange import calculix
 from knitstudy.files import write_table
 from knitstudy.study.configuration import load_scene, load_scenes
 from knitstudy.study.scene import Scene

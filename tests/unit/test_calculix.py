@@ -1,8 +1,8 @@
+import calculix
 import numpy as np
 import pytest
 
 from knitstudy.errors import ConvergenceError, DataFileError
-from knitstudy.exchange import calculix
 
 TOTALS = """
  total force (fx,fy,fz) for set RIGHT and time  0.1000000E+01

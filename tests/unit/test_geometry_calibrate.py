@@ -2,13 +2,7 @@
 
 import numpy as np
 
-from knitstudy.geometry.calibrate import (
-    UNUSABLE,
-    first_guess,
-    read_problem,
-    residuals,
-    whole_loop,
-)
+from knitstudy.geometry.calibrate import UNUSABLE, first_guess, read_problem, residuals, whole_loop
 from knitstudy.geometry.loop import symmetries
 from knitstudy.geometry.spline import CatmullRom
 from knitstudy.study.configuration import CONFIG

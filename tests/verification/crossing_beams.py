@@ -13,7 +13,7 @@ from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear.direct import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp
-from knitstudy.models.beam_pairs import point_pairs
+from knitstudy.models.beams_in_contact import point_pairs
 
 RADIUS, MODULUS, POISSON = 0.9e-3, 1.3e9, 0.42
 STICK = 10 * MODULUS * RADIUS

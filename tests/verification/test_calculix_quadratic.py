@@ -2,12 +2,12 @@
 
 import dataclasses
 
+import calculix
 import numpy as np
 import pytest
 from hexahedral_block import connect, unknowns, with_middles
 from test_solids import EXACT
 
-from knitstudy.exchange import calculix
 from knitstudy.exchange.deck import Deck, Prescribed, Step, specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.fabric import Fabric

@@ -148,7 +148,7 @@ class CrossingFacets:
                 layer = np.clip(layer, 0, len(stations) - 2)
                 directors = mesh.frames[first + layer] + mesh.frames[first + layer + 1]
                 x, y = np.einsum("kdi,ki->dk", directors[:, :2], across[here, side])
-                facet, _ = mesh.facet_at(first + layer, np.arctan2(y, x))
+                facet = mesh.facet_at(first + layer, np.arctan2(y, x))
                 nodes[here, side] = mesh.surface_quads(yarn)[layer * mesh.section.ring.size + facet]
         return cls(crossings, mesh, nodes)
 

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from knitstudy.contacts.facets import tied_crossings, tied_pieces
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.loading.load_path import load_path
+from knitstudy.loading.history import load_path
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.materials import Material, material_of
 from knitstudy.mesh.sweep import SweptMesh

@@ -13,8 +13,7 @@ import numpy as np
 from knitstudy.errors import CoarseIncrement, ConvergenceError, MeshError
 
 if TYPE_CHECKING:
-    from knitstudy.loading.history import Recorder
-    from knitstudy.loading.load_path import Motion
+    from knitstudy.loading.history import Motion, Recorder
     from knitstudy.mechanics.increment import Increment
     from knitstudy.mechanics.model import Response
     from knitstudy.study.scene import Scene

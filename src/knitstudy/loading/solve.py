@@ -12,8 +12,7 @@ import xarray as xr
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError, DataFileError
 from knitstudy.files import write_dataset
-from knitstudy.loading.history import Meter, Recorder, Stations
-from knitstudy.loading.load_path import Motion, place_on_path
+from knitstudy.loading.history import Meter, Motion, Recorder, Stations, place_on_path
 from knitstudy.loading.restart import IN_MEMORY, Checkpoint, Run
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings

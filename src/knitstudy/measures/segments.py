@@ -9,7 +9,7 @@ import xarray as xr
 
 from knitstudy.contacts.segments import KINDS, NO_SEGMENT, centre
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.loading.load_path import DIRECTIONS
+from knitstudy.loading.history import DIRECTIONS
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 
 SEGMENT = {kind: number for number, kind in enumerate(KINDS, start=1)}

@@ -220,25 +220,11 @@ class SweptMesh:
         on_ring = values[self.slice_nodes(np.arange(self.slices))[:, ring]]
         return np.einsum("sa,sa...->s...", weight / weight.sum(axis=1, keepdims=True), on_ring)
 
-    @cached_property
-    def facet_edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Angles (S, a) at which the facets of every slice begin and end, rad."""
-        begin = self.angles
-        return begin, np.concatenate([begin[:, 1:], begin[:, :1] + 2 * np.pi], axis=1)
-
-    def facet_at(
-        self, slices: np.ndarray, angle: np.ndarray, along: np.ndarray | float = 0.5
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Facets (k,) at angles (k,) in rad in the layers above slices (k,), and the share (k,) of each before them.
-
-        Angles count ``along`` (k,) of the way from one slice to the next.
-        """
-        share = np.broadcast_to(along, np.shape(slices))[:, None]
-        begin, end = ((1 - share) * a[slices] + share * a[slices + 1] for a in self.facet_edges)
+    def facet_at(self, slices: np.ndarray, angle: np.ndarray) -> np.ndarray:
+        """Facets (k,) at angles (k,) in rad, counted midway from slices (k,) to the next ones."""
+        begin = 0.5 * self.angles[slices] + 0.5 * self.angles[slices + 1]
         turned = begin[:, 0] + np.mod(angle - begin[:, 0], 2 * np.pi)
-        facet = (begin <= turned[:, None]).sum(axis=1) - 1
-        here = np.arange(facet.size)
-        return facet, (turned - begin[here, facet]) / (end - begin)[here, facet]
+        return (begin <= turned[:, None]).sum(axis=1) - 1
 
     @cached_property
     def slice_of_element(self) -> np.ndarray:

@@ -19,8 +19,7 @@ from scipy.sparse.linalg import splu
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.gates import require_sound
-from knitstudy.loading.history import Meter
-from knitstudy.loading.load_path import Motion
+from knitstudy.loading.history import Meter, Motion
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings

@@ -10,8 +10,7 @@ import numpy as np
 
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_sound
-from knitstudy.loading.history import Meter, Stations
-from knitstudy.loading.load_path import Motion, load_path
+from knitstudy.loading.history import Meter, Motion, Stations, load_path
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.beam import LinearSprings, Section, SectionLaw
 from knitstudy.mechanics.beam_model import BeamModel, BeamState

@@ -154,7 +154,7 @@ def assemble(
     if (scene.rom.stress_from is None) != (stresses is None):
         raise ConfigurationError(
             f"rom.stress_from of scene {scene.name} is {scene.rom.stress_from or 'empty'}, and stresses are "
-            f"{'not ' if stresses is None else ''}given: they must be where it names a dns scene, and only there"
+            f"{'not ' if stresses is None else ''}given: they must be where it names a scene, and only there"
         )
     return planar_network(fabric, contacts, scene.rom.section == "doubled", stresses)
 

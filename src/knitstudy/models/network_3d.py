@@ -137,7 +137,7 @@ def _require_springs(scene: Scene, springs_from: xr.Dataset | None) -> None:
     wanted = scene.rom.springs_from
     if (wanted is None) != (springs_from is None):
         raise ConfigurationError(
-            f"rom.springs_from of scene {scene.name} is {wanted or 'empty'}, and contacts of another dns scene are "
+            f"rom.springs_from of scene {scene.name} is {wanted or 'empty'}, and contacts of another scene are "
             f"{'not ' if springs_from is None else ''}given: they must be given where it names one, and only there"
         )
 

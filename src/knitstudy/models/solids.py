@@ -17,8 +17,7 @@ from knitstudy.contacts.facets import CrossingFacets, tied_crossings, tied_piece
 from knitstudy.contacts.kinematics import section_motion
 from knitstudy.geometry.fabric import Arcs, Fabric
 from knitstudy.loading.gates import require_sound
-from knitstudy.loading.history import Meter, Stations
-from knitstudy.loading.load_path import Motion, load_path
+from knitstudy.loading.history import Meter, Motion, Stations, load_path
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LinearSolver

@@ -14,8 +14,7 @@ import xarray as xr
 
 from knitstudy.geometry.fabric import Fabric, pieces_of
 from knitstudy.loading.gates import require_no_jump, require_sound
-from knitstudy.loading.history import Meter, Stations
-from knitstudy.loading.load_path import load_path
+from knitstudy.loading.history import Meter, Stations, load_path
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment, Settings

@@ -19,7 +19,7 @@ from knitstudy.loading.history import Stations
 from knitstudy.mechanics.beam_contact.approach import Curves
 from knitstudy.mechanics.beam_contact.contact import BeamContact, TouchingBeams, hertz
 from knitstudy.mechanics.beam_model import BeamModel
-from knitstudy.models.beam_pairs import point_pairs
+from knitstudy.models.beams_in_contact import point_pairs
 from knitstudy.models.joints import (
     LARGEST,
     SMALLEST,
@@ -27,10 +27,10 @@ from knitstudy.models.joints import (
     Joints,
     contacts_of_crossings,
     patch_stiffness,
+    springs,
 )
 from knitstudy.models.network import Network
 from knitstudy.models.network_3d import spatial_network
-from knitstudy.models.springs import springs
 from knitstudy.study.scene import Scene
 
 

@@ -16,15 +16,7 @@ from knitstudy.registry import listed
 from knitstudy.study.choice import AUTO, Ask
 from knitstudy.study.configuration import CONFIG
 from knitstudy.study.keys import ROLES, Section, allowed_values, describe
-from knitstudy.study.kinds import (
-    FIDELITIES,
-    INTERACTIONS,
-    SPECIMENS,
-    Kind,
-    Labels,
-    all_kinds,
-    all_sections,
-)
+from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS, Kind, Labels, all_kinds, all_sections
 
 COMMAND = "python -m knitstudy.study.documentation"
 

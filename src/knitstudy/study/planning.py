@@ -7,15 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.choice import (
-    AUTO,
-    Ask,
-    Choice,
-    asked,
-    choose,
-    resolved,
-    second,
-)
+from knitstudy.study.choice import AUTO, Ask, Choice, asked, choose, resolved, second
 from knitstudy.study.kinds import role_of
 from knitstudy.study.scene import Scene, set_dotted
 

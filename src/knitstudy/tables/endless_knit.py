@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.exchange.inp import SHELL_ENTRIES, section_matrix, shell_entries
-from knitstudy.loading.load_path import DIRECTIONS
+from knitstudy.loading.history import DIRECTIONS
 from knitstudy.measures.catalogue import several
 from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.domain import SERIES, Series, force_per_width, series_of

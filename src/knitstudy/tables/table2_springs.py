@@ -12,7 +12,7 @@ import xarray as xr
 from knitstudy.errors import DataFileError
 from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, of_case, several
 from knitstudy.measures.paper_values import number
-from knitstudy.models.springs import AXES, MEASURES, Springs, springs
+from knitstudy.models.joints import AXES, MEASURES, Springs, springs
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
@@ -70,7 +70,7 @@ def tabulate(
 def _rows(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> Iterator[dict]:
     if contacts["tied"].all():
         raise DataFileError(
-            f"the contacts of {scene.name!r} are all tied: springs come from a dns scene with contact"
+            f"the contacts of {scene.name!r} are all tied: springs come from a scene of solid yarns with contact"
         )
     direction = scene.load.direction
     measures = [measure for measure, variable in MEASURES.items() if variable in contacts]

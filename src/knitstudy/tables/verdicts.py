@@ -11,7 +11,7 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.measures.catalogue import SOLIDS, VARIED, of_case, one, several, solid
-from knitstudy.measures.claims.evidence import CONTACTS, OPEN, SIMULATIONS, STRESSES, Evidence
+from knitstudy.measures.claims.evidence import CONTACTS, OPEN, SIMULATIONS, STRESSES, Evidence, decide
 from knitstudy.measures.claims.verdicts import CLAIMS, INPUTS, RULES, Finding, findings, hanging
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.reference import TRANSFERRED
@@ -64,25 +64,24 @@ def tabulate(
 
 
 def _row_of_claim(claim: Any, evidence: Evidence, hang: Mapping[str, str]) -> dict[str, str]:
-    rule = RULES.get(claim.id)
-    if rule is None:
+    if (judge := RULES.get(claim.id)) is None:
         raise ConfigurationError(
             f"claim {claim.id!r} has no rule by which it is judged; known are {', '.join(RULES)}: take it out of "
             "resources/reference/paper_claims.csv, or give it one in knitstudy.measures.claims"
         )
-    judged = rule.decide(evidence)
+    judged = decide(judge, evidence, claim.uncertainty)
     return {
         "id": claim.id,
         "where": claim.where,
         "claim": claim.claim,
-        "rule": rule.words,
-        "rule fixed": rule.fixed,
+        "rule": claim.rule,
+        "rule fixed": claim.fixed,
         "measured": judged.measured,
         "verdict": judged.verdict,
         "uncertainty": judged.uncertainty,
         "hangs on inputs": hang.get(claim.id, ""),
         "note": judged.note,
-        "see": ", ".join(rule.see),
+        "see": claim.see,
     }
 
 

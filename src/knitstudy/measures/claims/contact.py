@@ -16,17 +16,11 @@ from knitstudy.measures.centre_cell import (
     zones_of_cell,
 )
 from knitstudy.measures.claims.evidence import (
-    AFTER,
-    BY_OTHERS,
-    OF_REFERENCE,
-    UNRECORDED,
     Evidence,
     Judgement,
-    Rule,
     at_full_strain,
     lacking,
     not_run,
-    rule,
     verdict,
 )
 from knitstudy.measures.discretisation import INTERACTIONS
@@ -45,9 +39,6 @@ from knitstudy.measures.response import (
     transverse_contraction,
 )
 from knitstudy.measures.sweeps import FRICTION
-
-RULES: dict[str, Rule] = {}
-"""By claim."""
 
 FIRST, LAST = 1, 4
 """Points of Fig. 7 that claims K1 and K2 are about."""
@@ -74,14 +65,6 @@ FRICTION_SWEEP = "inputs-friction"
 # ---- contact zones and force (Fig. 7) ----
 
 
-@rule(
-    RULES,
-    "K1",
-    "no zone in the centre cell at 0.05 % strain",
-    UNRECORDED,
-    ("fig07_contact",),
-    BY_OTHERS,
-)
 def judge_no_contact(evidence: Evidence) -> Judgement:
     """K1: no zone in the centre cell at point 1."""
     if (contacts := evidence.contact("isotropic")) is None:
@@ -92,14 +75,6 @@ def judge_no_contact(evidence: Evidence) -> Judgement:
     return _at_snapshot(contacts, FIRST, lambda zones, at: zones[at] == wanted)
 
 
-@rule(
-    RULES,
-    "K2",
-    "four zones in the centre cell from 1.95 % strain to the end, and never more",
-    UNRECORDED,
-    ("fig07_contact",),
-    BY_OTHERS,
-)
 def judge_zones(evidence: Evidence) -> Judgement:
     """K2: four zones in the centre cell from point 4 to the end, never more."""
     if (contacts := evidence.contact("isotropic")) is None:
@@ -125,15 +100,6 @@ def _at_snapshot(contacts: xr.Dataset, number: int, holds: Callable[[np.ndarray,
     return Judgement(measured, verdict(bool(holds(zones, point.increment))))
 
 
-@rule(
-    RULES,
-    "K3",
-    "the force bends most between the increment before the first symmetric contact of the centre cell and "
-    f"{JUST_AFTER:.1%} strain after it; slopes over {SPAN:.1%} before and after",
-    UNRECORDED,
-    ("fig07_contact",),
-    BY_OTHERS,
-)
 def judge_slope(evidence: Evidence) -> Judgement:
     """K3: the force bends most just after zones come into symmetric contact."""
     history, contacts = evidence.history("isotropic"), evidence.contact("isotropic")
@@ -176,15 +142,6 @@ def largest_bend(history: xr.Dataset) -> float:
 # ---- motion (Figs. 8 and 10) ----
 
 
-@rule(
-    RULES,
-    "K4",
-    f"the knit contracts, its largest |u_z| is {PRONOUNCED:g} d or more, and mirrored envelopes of u_z differ by "
-    f"{SYMMETRIC:.0%} of it at most",
-    UNRECORDED,
-    ("fig08_out_of_plane",),
-    BY_OTHERS,
-)
 def judge_motion(evidence: Evidence) -> Judgement:
     """K4: the knit contracts and moves out of its plane, symmetrically about its mid line."""
     if (history := evidence.history("isotropic")) is None:
@@ -212,16 +169,6 @@ def asymmetry(history: xr.Dataset) -> float:
     return float(np.abs(envelope - envelope[::-1]).max() / largest) if largest > 0 else 0.0
 
 
-@rule(
-    RULES,
-    "K8",
-    "at every crossing of the centre cell, at full strain: sections turn by "
-    f"{np.degrees(TURNS):g} degree or more, the crossing comes closer to a neighbour on the yarn, surfaces slide "
-    f"by {SLIDES:g} d or more, and contact areas spin by {np.degrees(SPINS):g} degrees or more",
-    AFTER,
-    ("fig10_kinematics",),
-    BY_OTHERS,
-)
 def judge_kinematics(evidence: Evidence) -> Judgement:
     """K8: at every crossing of the centre cell each yarn turns, contracts and slides, and its contact area spins."""
     if (contacts := evidence.contact("isotropic")) is None:
@@ -275,14 +222,6 @@ def _half(contacts: xr.Dataset, values: np.ndarray) -> float:
 # ---- ties, rough contact and friction (Fig. 9) ----
 
 
-@rule(
-    RULES,
-    "K5",
-    "the reference's force at full strain: ties > rough > isotropic, each by more than both uncertainties",
-    UNRECORDED,
-    ("fig09_interactions", "interactions"),
-    OF_REFERENCE,
-)
 def judge_stiffness_order(evidence: Evidence) -> Judgement:
     """K5: ties are stiffer than rough contact, and that is stiffer than isotropic friction."""
     stiffness = _compared(evidence, lambda history, strain: 1e-3 * stiffness_at(history, strain))
@@ -300,14 +239,6 @@ def judge_stiffness_order(evidence: Evidence) -> Judgement:
     return at_full_strain(evidence, judged, _three(evidence), evidence.direct["isotropic"])
 
 
-@rule(
-    RULES,
-    "K6",
-    "the reference's largest |u_z| at full strain: isotropic > ties, by more than both uncertainties",
-    UNRECORDED,
-    ("fig09_interactions", "interactions"),
-    OF_REFERENCE,
-)
 def judge_motion_order(evidence: Evidence) -> Judgement:
     """K6: isotropic friction lets yarns move further out of the plane than ties."""
     motion = _compared(
@@ -329,15 +260,6 @@ def judge_motion_order(evidence: Evidence) -> Judgement:
     return at_full_strain(evidence, judged, _three(evidence), evidence.direct["isotropic"])
 
 
-@rule(
-    RULES,
-    "K7",
-    "force at full strain: ties > rough > isotropic with Table 1's coefficient of friction and every smaller one, "
-    "each by more than both uncertainties",
-    AFTER,
-    ("fig_inputs", "inputs"),
-    OF_REFERENCE,
-)
 def judge_smaller_friction(evidence: Evidence) -> Judgement:
     """K7: ties > rough > isotropic with every smaller coefficient of friction."""
     smaller = [
@@ -374,16 +296,6 @@ def judge_smaller_friction(evidence: Evidence) -> Judgement:
     return at_full_strain(evidence, judged, (tie, rough, *slides))
 
 
-@rule(
-    RULES,
-    "K11",
-    f"with untied outer rows, these slide {SLIDE:g} times as far as the others or more, the force is "
-    f"{TRANSFERRED:.0%} of that with tied ones at most, and Newton's method takes {HARDER:g} times the iterations "
-    "or more",
-    UNRECORDED,
-    ("interactions",),
-    BY_OTHERS,
-)
 def judge_untied_rows(evidence: Evidence) -> Judgement:
     """K11: without ties the outer rows slide, load is not transferred, and convergence suffers."""
     untied, contacts = evidence.history("untied"), evidence.contact("untied")
@@ -408,14 +320,6 @@ def judge_untied_rows(evidence: Evidence) -> Judgement:
     return at_full_strain(evidence, judged, [evidence.direct["untied"], evidence.direct["isotropic"]])
 
 
-@rule(
-    RULES,
-    "E1",
-    "stabilisation dissipates 5 % of the internal energy at most, at every increment",
-    UNRECORDED,
-    ("interactions",),
-    BY_OTHERS,
-)
 def judge_stabilisation(evidence: Evidence) -> Judgement:
     """E1: the energy that stabilisation dissipates is small beside the internal energy, at every increment."""
     names = {kind: name for kind, name in evidence.direct.items() if kind != "tie"}

@@ -1,7 +1,8 @@
 """Evidence for the paper's claims, by the names of scenes, and how a claim is judged.
 
-A rule holds the bar of a claim and the function that compares it with the evidence. What was not simulated, or not to
-the paper's strain, decides nothing.
+``resources/reference/paper_claims.csv`` says of every claim what has to hold (rule), when that was fixed, where the
+uncertainty of the verdict comes from, and which figures and tables show it. What was not simulated, or not to the
+paper's strain, decides nothing.
 """
 
 from __future__ import annotations
@@ -158,66 +159,24 @@ def at_full_strain(
 
 # ---- rules ----
 
-BEFORE, AFTER, UNRECORDED = "before its numbers", "after its numbers", "not on record"
-"""When a rule was fixed."""
-
 BY_OTHERS = "by other discretisations"
-"""The uncertainty of a claim without reference values: whether other discretisations decide it likewise."""
-
-OF_REFERENCE = "of the reference, beside the values"
-
-OF_COSTS = "unknowns are exact; memory and time are of one run each, on one machine"
+"""Uncertainty of a claim without reference values: whether other discretisations decide it likewise."""
 
 Judge = Callable[[Evidence], Judgement]
+"""Compares the evidence with the bar of a claim."""
 
 
-@dataclass(frozen=True)
-class Rule:
-    """How a claim is judged.
-
-    Attributes
-    ----------
-    judge : callable
-        Function of the evidence.
-    words : str
-        What has to hold for "reproduced".
-    fixed : str
-        When the rule was fixed: `BEFORE`, `AFTER` or `UNRECORDED`.
-    see : tuple of str
-        Figures and tables that show it.
-    uncertainty : str
-        Origin of the uncertainty of the verdict: `BY_OTHERS`, `OF_REFERENCE`, `OF_COSTS`, or in other words.
-    """
-
-    judge: Judge
-    words: str
-    fixed: str
-    see: tuple[str, ...]
-    uncertainty: str
-
-    def decide(self, evidence: Evidence) -> Judgement:
-        """Judge; where other discretisations are the uncertainty, they have to agree."""
-        judged = self.judge(evidence)
-        if judged.verdict not in (REPRODUCED, NOT_REPRODUCED):
-            return judged
-        if self.uncertainty != BY_OTHERS:
-            return replace(judged, uncertainty=self.uncertainty)
-        others = {made: self.judge(other) for made, other in evidence.again.items()}
-        others = {made: other for made, other in others.items() if other.verdict != NOT_RUN}
-        if not others:
-            return replace(judged, uncertainty="not known: one discretisation alone")
-        said = "; ".join(f"{made}: {other.verdict}, {other.measured}" for made, other in others.items())
-        agreed = all(other.verdict == judged.verdict for other in others.values())
-        return replace(judged, verdict=judged.verdict if agreed else OPEN, uncertainty=said)
-
-
-def rule(
-    rules: dict[str, Rule], claim: str, words: str, fixed: str, see: tuple[str, ...], uncertainty: str
-) -> Callable[[Judge], Judge]:
-    """Return a decorator that adds the rule of a claim to a dictionary."""
-
-    def added(judge: Judge) -> Judge:
-        rules[claim] = Rule(judge, words, fixed, see, uncertainty)
-        return judge
-
-    return added
+def decide(judge: Judge, evidence: Evidence, uncertainty: str) -> Judgement:
+    """Judge a claim with the uncertainty of its rule; other discretisations have to agree if that is `BY_OTHERS`."""
+    judged = judge(evidence)
+    if judged.verdict not in (REPRODUCED, NOT_REPRODUCED):
+        return judged
+    if uncertainty != BY_OTHERS:
+        return replace(judged, uncertainty=uncertainty)
+    others = {made: judge(other) for made, other in evidence.again.items()}
+    others = {made: other for made, other in others.items() if other.verdict != NOT_RUN}
+    if not others:
+        return replace(judged, uncertainty="not known: one discretisation alone")
+    said = "; ".join(f"{made}: {other.verdict}, {other.measured}" for made, other in others.items())
+    agreed = all(other.verdict == judged.verdict for other in others.values())
+    return replace(judged, verdict=judged.verdict if agreed else OPEN, uncertainty=said)

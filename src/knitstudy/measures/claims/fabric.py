@@ -12,18 +12,13 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, of_case
 from knitstudy.measures.centre_cell import crossing_error, loop_of
 from knitstudy.measures.claims.evidence import (
-    BEFORE,
     NOT_REPRODUCED,
-    OF_COSTS,
     OPEN,
     REPRODUCED,
-    UNRECORDED,
     Evidence,
     Judgement,
-    Rule,
     at_full_strain,
     not_run,
-    rule,
     verdict,
 )
 from knitstudy.measures.cost import memory_growth
@@ -35,9 +30,6 @@ from knitstudy.measures.segments import LEGS, SEGMENT, angle_to_x, angles_to_axe
 from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Sweep, sweeps_of
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.network_2d import heights
-
-RULES: dict[str, Rule] = {}
-"""By claim."""
 
 CONTACT_BAR = 1e-3
 """Claim G1: largest |D - 2R - c0| over R at which yarns count as touching at points."""
@@ -59,18 +51,7 @@ NEAR = 10.0
 
 # ---- loop (Fig. 1) ----
 
-GEOMETRY_ALONE = "geometry alone: none of a discretisation"
 
-
-@rule(
-    RULES,
-    "G1",
-    "yarns penetrate each other before the optimisation and not after it, when |D - 2R - c0| at every crossing is "
-    f"at most {CONTACT_BAR:g} R",
-    UNRECORDED,
-    ("fig01_unit_cell", "geometry"),
-    GEOMETRY_ALONE,
-)
 def judge_penetration(evidence: Evidence) -> Judgement:
     """G1: the yarns penetrate each other before the optimisation, and only touch after it."""
     geometry, radius = evidence.geometry, float(evidence.geometry["radius"])
@@ -87,14 +68,6 @@ def judge_penetration(evidence: Evidence) -> Judgement:
     )
 
 
-@rule(
-    RULES,
-    "G2",
-    f"arc lengths of the loop and of every Bezier curve change by {LENGTH_BAR:.0%} at most",
-    UNRECORDED,
-    ("geometry",),
-    GEOMETRY_ALONE,
-)
 def judge_length(evidence: Evidence) -> Judgement:
     """G2: no Bezier curve of the yarn changes its length."""
     before, after = (
@@ -112,15 +85,6 @@ def judge_length(evidence: Evidence) -> Judgement:
 # ---- size of the knit (Table 3) ----
 
 
-@rule(
-    RULES,
-    "S1",
-    f"exponents of degrees of freedom in cells in a row within {AS_AN_AREA:g} of 2, with ties and with friction, "
-    f"and contact over ties at the smallest size {SHARE:.0%} of the paper's factor in degrees of freedom or more",
-    BEFORE,
-    ("fig12_size_and_beams", "table3_domain_size"),
-    OF_COSTS,
-)
 def judge_size(evidence: Evidence) -> Judgement:
     """S1: degrees of freedom grow with the area of the knit, and contact costs more of them than ties do."""
     series = series_of(evidence.scenes[name] for name in evidence.histories)
@@ -166,22 +130,12 @@ HANGS = "hangs on what is held fixed"
 
 SAID = {True: "as claimed", False: "against it", None: "within the uncertainties"}
 
-WORDS = (
-    "the largest |u_z| at 5 % strain, isotropic friction, {} from each value to the next by more than both "
-    "uncertainties or never {} by more, and by more than both over the whole range; in every reading of what is held "
-    "fixed. Where every reading goes against that: not reproduced; where readings differ: not decidable"
-)
 
-OF_VALUES = "of every value, by the next degree and hexahedra, beside the values"
-
-
-@rule(RULES, "K9", WORDS.format("rises", "falls"), BEFORE, ("fig11_sweeps", "sweeps"), OF_VALUES)
 def judge_spacing(evidence: Evidence) -> Judgement:
     """K9: knits of larger course spacing move further out of their plane."""
     return _judge_sweep(SPACING, 1, evidence)
 
 
-@rule(RULES, "K10", WORDS.format("falls", "rises"), BEFORE, ("fig11_sweeps", "sweeps"), OF_VALUES)
 def judge_diameter(evidence: Evidence) -> Judgement:
     """K10: knits of thicker yarn move less far out of their plane."""
     return _judge_sweep(DIAMETER, -1, evidence)
@@ -240,20 +194,7 @@ DIRECTIONS = ("course", "wale")
 
 LACKING = "the study has no stresses with isotropic friction in course and in wale tension"
 
-OF_SEGMENTS = "of equivalent segments and other discretisations, beside the values"
 
-
-@rule(
-    RULES,
-    "M1",
-    f"segments 2 to 5, averaged over equivalent ones, lie within {NEAR:g} degrees of the printed 31 to 36 degrees "
-    "to x in course tension and of 82 in wale tension, with isotropic friction; and each is turned from its "
-    "direction by geometry towards x in course tension, towards y in wale tension, by more than its uncertainty; "
-    "the latter alone is a tendency, which does not decide",
-    BEFORE,
-    ("table4_angles", "fig13_principal_stress", "fig14_segments"),
-    OF_SEGMENTS,
-)
 def judge_directions(evidence: Evidence) -> Judgement:
     """M1: the maximum principal stress tends to align with the yarn loops and with the load.
 
@@ -293,15 +234,6 @@ def judge_directions(evidence: Evidence) -> Judgement:
     return at_full_strain(evidence, judged, [name for each in found.values() for name in each])
 
 
-@rule(
-    RULES,
-    "M2",
-    "a row of the honeycomb along the principal stress is lower than that by geometry for course tension and "
-    "higher for wale tension, each by more than its uncertainty, with isotropic friction",
-    BEFORE,
-    ("fig14_segments", "table4_angles"),
-    OF_SEGMENTS,
-)
 def judge_heights(evidence: Evidence) -> Judgement:
     """M2: the honeycomb by principal stress is compressed along the wales for course tension, stretched for wale."""
     found = _isotropic(evidence)

@@ -11,18 +11,12 @@ import numpy as np
 from knitstudy.measures.cases import Case, Simulation, is_plain
 from knitstudy.measures.catalogue import CASES
 from knitstudy.measures.claims.evidence import (
-    AFTER,
     NOT_RUN,
-    OF_COSTS,
-    OF_REFERENCE,
     REPRODUCED,
-    UNRECORDED,
     Evidence,
     Judgement,
-    Rule,
     at_full_strain,
     not_run,
-    rule,
     verdict,
 )
 from knitstudy.measures.cost import MEGABYTE, memory_growth
@@ -37,10 +31,7 @@ from knitstudy.measures.response import (
     out_of_plane_correlation,
     rms_out_of_plane,
 )
-from knitstudy.models.springs import springs
-
-RULES: dict[str, Rule] = {}
-"""By claim."""
+from knitstudy.models.joints import springs
 
 MUCH_CLOSER = 0.5
 """Claim R1: "much closer" is at most half the distance."""
@@ -65,14 +56,6 @@ IN_WORDS = {True: "holds", False: "does not hold", None: "cannot be decided"}
 # ---- force and motion (Figs. 15 and 16) ----
 
 
-@rule(
-    RULES,
-    "R1",
-    f"relative L2 distance of F(strain) to the reference: 3D at most {MUCH_CLOSER:g} times 2D, in four cases",
-    UNRECORDED,
-    ("fig15_force_strain", "rom_distance"),
-    OF_REFERENCE,
-)
 def judge_forces(evidence: Evidence) -> Judgement:
     """R1: the force of the 3D model is much closer to the reference than that of the 2D model, in all four cases."""
 
@@ -88,16 +71,6 @@ def judge_forces(evidence: Evidence) -> Judgement:
     return _noted(judged, f"much closer: {MUCH_CLOSER:g} times the distance or less")
 
 
-@rule(
-    RULES,
-    "R2",
-    f"in four cases: u_z of the 3D ROM correlates with the DNS's from {SAME_SHAPE:g} on, its root mean square lies "
-    f"within a factor of {SAME_SIZE:g} of the reference's, and the 2D ROM's largest |u_z| is {NONE_AT_ALL:.0%} of "
-    "the reference's at most",
-    UNRECORDED,
-    ("fig16_out_of_plane",),
-    OF_REFERENCE,
-)
 def judge_out_of_plane(evidence: Evidence) -> Judgement:
     """R2: u_z of the 3D model has the reference's size and the DNS's shape; the 2D model has none, in all cases."""
 
@@ -120,15 +93,6 @@ def judge_out_of_plane(evidence: Evidence) -> Judgement:
     return _noted(judged, f"2D ROM: its largest |u_z| over the reference's; {bars}")
 
 
-@rule(
-    RULES,
-    "R3",
-    "in course tension, of which Fig. 16 is: largest |u_z| with friction over that with ties exceeds 1 in the 3D "
-    "ROM and in the reference",
-    AFTER,
-    ("fig16_out_of_plane",),
-    OF_REFERENCE,
-)
 def judge_motion_order(evidence: Evidence) -> Judgement:
     """R3: the 3D model moves further out of its plane with friction than with ties, and so does the reference.
 
@@ -174,14 +138,6 @@ def _over_ties(slides: Case, tie: Case) -> Estimate:
 # ---- springs (Table 2) ----
 
 
-@rule(
-    RULES,
-    "R4",
-    f"averaged springs: kz {BY_FAR:g} times the others or more, kx > ky in course and ky > kx in wale tension",
-    UNRECORDED,
-    ("table2_springs",),
-    "by contact stiffness, beside the values; signs alone decide what does not hold",
-)
 def judge_springs(evidence: Evidence) -> Judgement:
     """R4: of the averaged springs kz is the largest by far; kx > ky in course tension, ky > kx in wale tension."""
     cases = [case for case in evidence.cases if case.interaction == "isotropic"]
@@ -225,15 +181,6 @@ def _by_penalty(evidence: Evidence, direction: str) -> str:
 # ---- cost (Table 5) ----
 
 
-@rule(
-    RULES,
-    "R5",
-    f"the 3D ROM saves {AS_MUCH:.0%} of the paper's factors in degrees of freedom and memory growth or more, and "
-    f"the 2D ROM's memory differs from the 3D ROM's by {LITTLE:.0%} of the DNS's at most",
-    UNRECORDED,
-    ("table5_cost",),
-    OF_COSTS,
-)
 def judge_cost(evidence: Evidence) -> Judgement:
     """R5: savings of the reduced models with ties, at the paper's mesh size."""
     case = _case(evidence, "tie", ("rom3d", "rom2d"))
@@ -269,14 +216,6 @@ def judge_cost(evidence: Evidence) -> Judgement:
     return Judgement(measured, verdict(reproduced), note)
 
 
-@rule(
-    RULES,
-    "R6",
-    f"DNS over 3D ROM in degrees of freedom, memory growth and time: {AS_MUCH:.0%} of what it is with ties or more",
-    UNRECORDED,
-    ("table5_cost",),
-    OF_COSTS,
-)
 def judge_cost_with_friction(evidence: Evidence) -> Judgement:
     """R6: with isotropic friction the 3D model saves as much as with ties; over the paper's element if both have it."""
     tie, slides = (_case(evidence, kind, ("rom3d",)) for kind in ("tie", "isotropic"))
@@ -311,15 +250,6 @@ def _reported(evidence: Evidence, fidelity: str, quantity: str) -> float:
 # ---- beams in contact (Fig. 12b) ----
 
 
-@rule(
-    RULES,
-    "B1",
-    "force of beams in contact at one point, with rigid sections, over the reference's: below 1 by more than the "
-    "uncertainty",
-    UNRECORDED,
-    ("fig12_size_and_beams", "beams"),
-    OF_REFERENCE,
-)
 def judge_beams(evidence: Evidence) -> Judgement:
     """B1: beams in contact at one point of a crossing, with rigid sections, are softer than solids."""
     case = _case(evidence, "isotropic", ())

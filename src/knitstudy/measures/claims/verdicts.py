@@ -13,7 +13,7 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.measures.claims import contact, fabric, models
-from knitstudy.measures.claims.evidence import NOT_RUN, OPEN, Evidence, Judgement, Rule
+from knitstudy.measures.claims.evidence import NOT_RUN, OPEN, Evidence, Judge, Judgement
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.reference import TRANSFERRED, reference_of, transferred_uncertainty
 from knitstudy.measures.response import QUANTITIES
@@ -107,8 +107,33 @@ def _variation(base: Mapping[str, Scene], changed: Mapping[str, Scene]) -> Varia
 
 # ---- rules and findings ----
 
-RULES: dict[str, Rule] = fabric.RULES | contact.RULES | models.RULES
-"""By claim."""
+RULES: dict[str, Judge] = {
+    "G1": fabric.judge_penetration,
+    "G2": fabric.judge_length,
+    "S1": fabric.judge_size,
+    "K1": contact.judge_no_contact,
+    "K2": contact.judge_zones,
+    "K3": contact.judge_slope,
+    "K4": contact.judge_motion,
+    "K5": contact.judge_stiffness_order,
+    "K6": contact.judge_motion_order,
+    "K7": contact.judge_smaller_friction,
+    "K8": contact.judge_kinematics,
+    "K9": fabric.judge_spacing,
+    "K10": fabric.judge_diameter,
+    "K11": contact.judge_untied_rows,
+    "E1": contact.judge_stabilisation,
+    "M1": fabric.judge_directions,
+    "M2": fabric.judge_heights,
+    "R1": models.judge_forces,
+    "R2": models.judge_out_of_plane,
+    "R3": models.judge_motion_order,
+    "R4": models.judge_springs,
+    "R5": models.judge_cost,
+    "R6": models.judge_cost_with_friction,
+    "B1": models.judge_beams,
+}
+"""The function that judges, by claim."""
 
 CLAIMS = ("K1", "K2", "K3", "K4", "K5", "K6", "K8", "K11", "E1")
 """Claims that histories and contacts of a knit in course tension decide. K7 is K5 at all coefficients of friction."""
@@ -187,7 +212,7 @@ def findings(
                 for kind, scene in each.scenes.items()
             },
         )
-        judged = {claim: RULES[claim].judge(evidence) for claim in CLAIMS}
+        judged = {claim: RULES[claim](evidence) for claim in CLAIMS}
         judged = {claim: of for claim, of in judged.items() if of.verdict != NOT_RUN}
         first = result[0] if result else None
         values = {
