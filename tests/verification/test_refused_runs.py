@@ -1,7 +1,6 @@
 """Runs that cannot go on: a named error, and everything up to the last converged increment kept and readable."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -82,21 +81,6 @@ def test_what_had_converged_is_kept(case, tmp_path):
     # What had converged is not computed again, and still there.
     assert all(load >= seen[-1] for load in again)
     assert read_dataset(files["partial"])["load"][len(seen) - 1] == seen[-1]
-
-
-def test_a_remedy_makes_the_run_whole(tmp_path):
-    """With augmentation the same load is reached, and nothing incomplete is left."""
-    changes, _ = REFUSED["penetration"]
-    scene, mesh, specimen = pair(changes | {"contact.augmentations": 10})
-    partial = tmp_path / "run.nc"
-    partial.write_text("of an earlier run")
-    run = Run(partial=partial)
-    history = solve(scene, specimen, run, mesh=mesh)
-    run.forget()
-    assert not partial.exists()
-    assert "incomplete" not in history.attrs
-    assert history["augmentations"].max() > 0
-    assert -history["smallest_gap"].min() <= scene.contact.penetration * scene.mesh.size
 
 
 def test_local_indentation_is_not_taken_beyond_its_law(tmp_path):
@@ -180,31 +164,3 @@ def test_what_is_wrong_is_refused_unless_asked_for(case, tmp_path):
     assert read_dataset(tmp_path / "run.nc").attrs["incomplete"]
     history = solve(scene.vary(asked), specimen, mesh=mesh)
     assert history["load"][-1] == 1
-
-
-def test_increments_that_are_too_coarse_for_the_ledger_are_halved():
-    fine, coarse = (
-        solve(scene, specimen, mesh=mesh)
-        for scene, mesh, specimen in (pair(PRESSED | {"solver.increments": count}) for count in (24, 2))
-    )
-    assert 2 < coarse.sizes["increment"] - 1 < 24
-    assert coarse["load"][-1] == 1
-    energy = coarse["energy"][-1]
-    assert abs(2 * energy[0] - energy.sum()) <= 0.05 * energy[0]
-    assert float(coarse["force"][-1]) == pytest.approx(float(fine["force"][-1]), rel=1e-3)
-
-
-def test_elements_that_are_too_large_for_the_yarn_are_refused():
-    scene, mesh, specimen = pair({"gates.elements_across": None})
-    message = r"mesh\.size is 0\.0006 m, 3 elements across.*gates\.elements_across asks for 7: use 0\.000257 m or less"
-    with pytest.raises(MeshError, match=message):
-        solve(scene, specimen, mesh=mesh)
-
-
-def test_a_simulation_that_does_not_fit_into_memory_is_refused(monkeypatch):
-    scene, mesh, specimen = pair({})
-    monkeypatch.setattr("psutil.virtual_memory", lambda: SimpleNamespace(available=1e6))
-    with pytest.raises(
-        MeshError, match=r"mesh\.size is 0\.0006 m: a simulation of .* unknowns would take about"
-    ):
-        solve(scene, specimen, mesh=mesh)

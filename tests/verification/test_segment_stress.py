@@ -83,17 +83,6 @@ def off(stress, wanted):
     return float(np.degrees(np.arccos(np.clip(cosine, 0, 1))).max())
 
 
-def test_axes_in_tension(yarn, request, verify):
-    nu = yarn.scene.yarn.poisson_ratio
-    stress, place = yarn.cells(lambda x: SMALL * x * [1, -nu, -nu])
-    case = f"straight yarn in tension, {request.node.callspec.id}"
-    verify.at_most(
-        f"{case}: axis of principal stress [deg]", off(stress, np.tile([1.0, 0, 0], (len(place), 1))), 1
-    )
-    modulus = yarn.scene.yarn.youngs_modulus
-    verify.within(f"{case}: stress", float(stress[:, 0, 0].mean()), modulus * SMALL, 1e-3)
-
-
 def test_axes_in_bending(yarn, request, verify):
     """Where a bent yarn is stretched, along it; where it is pressed, any axis across is a principal one."""
     nu, radius = yarn.scene.yarn.poisson_ratio, yarn.radius

@@ -22,8 +22,8 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Recorder, load_path
 from knitstudy.loading.solve import Problem
-from knitstudy.mechanics.beam_contact.approach import A, B, Curves, Pairs, approach
-from knitstudy.mechanics.beam_contact.contact import (
+from knitstudy.mechanics.beam_approach import A, B, Curves, Pairs, approach
+from knitstudy.mechanics.beam_contact import (
     BeamContact,
     CrossingPairs,
     Places,
@@ -34,7 +34,7 @@ from knitstudy.mechanics.beam_contact.contact import (
 )
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.increment import Increment, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.models.network import Network, grips, tension
 from knitstudy.models.network_3d import spatial_network

@@ -23,10 +23,9 @@ from knitstudy.loading.history import Meter, Motion
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.periodic import Lattice, PeriodicModel, condensed
-from knitstudy.mechanics.spline_yarn.seam import Seam, seam
+from knitstudy.mechanics.periodic import Lattice, PeriodicModel, Seam, condensed, seam
 from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
 from knitstudy.mechanics.spline_yarn.span import span_groups
 from knitstudy.mesh.mesher import Grips

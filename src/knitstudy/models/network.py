@@ -16,7 +16,7 @@ from knitstudy.mechanics.beam import LinearSprings, Section, SectionLaw
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.curved_rod import CurvedSection
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mesh.mesher import Grips
 from knitstudy.models.joints import Joints
 from knitstudy.study.problem_sections import Yarn

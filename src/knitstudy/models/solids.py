@@ -20,8 +20,7 @@ from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Motion, Stations, load_path
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LinearSolver
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, KnitStructure, ThreeScale
 from knitstudy.mechanics.model import Stabilisation, transformation

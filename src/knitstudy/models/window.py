@@ -18,7 +18,7 @@ from knitstudy.loading.history import Meter, Stations, load_path
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.solids_and_beams import MixedState, Seams, SolidsAndBeams
 from knitstudy.mechanics.spline_yarn.space import Space
 from knitstudy.mesh.mesher import Grips

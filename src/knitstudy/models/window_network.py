@@ -16,8 +16,8 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Arcs, Fabric
 from knitstudy.loading.history import Stations
-from knitstudy.mechanics.beam_contact.approach import Curves
-from knitstudy.mechanics.beam_contact.contact import BeamContact, TouchingBeams, hertz
+from knitstudy.mechanics.beam_approach import Curves
+from knitstudy.mechanics.beam_contact import BeamContact, TouchingBeams, hertz
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.models.beams_in_contact import point_pairs
 from knitstudy.models.joints import (
