@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from knitstudy.mechanics.contact.friction import SLIP
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 
 THICKNESS, WIDTH = 0.01, 0.1

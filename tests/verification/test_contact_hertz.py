@@ -13,7 +13,7 @@ from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.direct import LU, factorise
+from knitstudy.mechanics.linear import LU, factorise
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.newton import trace
