@@ -38,27 +38,14 @@ DIRECT_UNKNOWNS = 20_000
 
 @dataclass(frozen=True, eq=False)
 class SolidYarns:
-    """The solid yarns of a fabric, joined at their crossings.
+    """The solid yarns of a fabric, joined at their crossings."""
 
-    Attributes
-    ----------
-    parts : Discretisation
-        Nodes and elements of the yarns.
-    model : SolidModel
-    ties : Ties
-    facets : CrossingFacets
-    retained : ndarray of int, shape (n,)
-        Nodes that depend on no others, ascending.
-    contact : YarnContact or None
-        Of yarns that touch.
-    """
-
-    parts: Discretisation
+    parts: Discretisation  # nodes and elements of the yarns
     model: SolidModel
     ties: Ties
     facets: CrossingFacets
-    retained: np.ndarray
-    contact: YarnContact | None = None
+    retained: np.ndarray  # (n,) nodes that depend on no others, ascending
+    contact: YarnContact | None = None  # of yarns that touch
 
     @cached_property
     def unknown(self) -> np.ndarray:
@@ -117,9 +104,6 @@ def assemble(
 
     Parameters
     ----------
-    scene : Scene
-    fabric : Fabric
-    parts : Discretisation
     tied : ndarray of bool, shape (K,), optional
         Crossings that are tied; as the scene says if left out.
     spread : csr matrix, shape (N, n), optional

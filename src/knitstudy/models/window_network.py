@@ -36,15 +36,9 @@ from knitstudy.study.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class Window(Arcs):
-    """Crossings of which both yarns are solid, and the arcs that they lie on.
+    """Crossings of which both yarns are solid, and the arcs that they lie on."""
 
-    Attributes
-    ----------
-    shown : ndarray of int, shape (W,)
-        Crossings of the cells that are asked for; the others are of the margin.
-    """
-
-    shown: np.ndarray
+    shown: np.ndarray  # (W,) crossings of the cells that are asked for; the others are of the margin
 
     @cached_property
     def cuts(self) -> dict[int, np.ndarray]:
@@ -55,10 +49,8 @@ class Window(Arcs):
 def window_of(scene: Scene, fabric: Fabric) -> Window:
     """Return the window of a scene.
 
-    Raises
-    ------
-    ConfigurationError
-        If it does not lie within the knit, or reaches a grip or, where yarns touch, tied crossings.
+    Raises ConfigurationError if it does not lie within the knit, or reaches a grip or, where yarns touch, tied
+    crossings.
     """
     crossings, cells = fabric.crossings, scene.window.cells // 2
     middle = _middle(scene, fabric)
@@ -149,9 +141,6 @@ def surroundings(scene: Scene, fabric: Fabric, window: Window, contacts: xr.Data
 
     Parameters
     ----------
-    scene : Scene
-    fabric : Fabric
-    window : Window
     contacts : Dataset, optional
         Contacts of the simulation that ``window.springs_from`` names. Without it nothing joins yarns that touch.
 
@@ -258,10 +247,7 @@ def touching_beams(
 ) -> TouchingBeams | None:
     """Return beams with contact at all crossings outside of the window that are not tied; None if there are none.
 
-    Raises
-    ------
-    GeometryError
-        If a piece of yarn has too few nodes for a smooth centreline.
+    Raises GeometryError if a piece of yarn has too few nodes for a smooth centreline.
     """
     if not scene.kind.interaction.touches:
         return None
