@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from knitstudy.geometry.crossings import Crossings
-from knitstudy.mechanics.beam_contact.approach import Curves, Pairs, approach
-from knitstudy.mechanics.beam_contact.contact import Power, hertz
+from knitstudy.mechanics.beam_approach import Curves, Pairs, approach
+from knitstudy.mechanics.beam_contact import Power, hertz
 from knitstudy.models.beams_in_contact import Neighbours, piece_bounds
 
 UNEVEN = np.array([0.0, 1.0, 1.6, 2.9, 4.0, 4.5, 6.0])

@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.linear.krylov import Krylov
 
 COUNT = 60

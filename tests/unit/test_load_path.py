@@ -15,7 +15,7 @@ from knitstudy.loading.history import Motion, Stations, load_path, place_on_path
 from knitstudy.loading.restart import Run
 from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.study.problem_sections import Path
 

@@ -5,8 +5,8 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.mechanics import linear as banded
 from knitstudy.mechanics.batches import VARIABLE, share, threads
-from knitstudy.mechanics.linear import direct as banded
 from knitstudy.mechanics.linear.krylov import Rows
 from knitstudy.mechanics.solid import SolidState
 from knitstudy.mesh.mesher import mesh_fabric

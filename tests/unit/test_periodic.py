@@ -7,8 +7,7 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError
 from knitstudy.exchange.inp import SHELL_ENTRIES, section_matrix, shell_entries, write_shell
 from knitstudy.measures.endless_knit import moduli
-from knitstudy.mechanics.periodic import Lattice
-from knitstudy.mechanics.spline_yarn.seam import seam
+from knitstudy.mechanics.periodic import Lattice, seam
 from knitstudy.mechanics.spline_yarn.space import yarn_space
 from knitstudy.study.configuration import load_scene
 from knitstudy.tables.catalogue import tabulate

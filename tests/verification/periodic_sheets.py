@@ -4,9 +4,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.materials.isotropic import Hencky
-from knitstudy.mechanics.periodic import condensed
+from knitstudy.mechanics.periodic import condensed, seam
 from knitstudy.mechanics.solid import SolidModel
-from knitstudy.mechanics.spline_yarn.seam import seam
 from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
 

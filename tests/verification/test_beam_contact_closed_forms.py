@@ -5,7 +5,7 @@ import pytest
 from crossing_beams import LAWS, MODULUS, POISSON, RADIUS, SECTION, Beams
 from scipy.optimize import brentq
 
-from knitstudy.mechanics.beam_contact.contact import Power
+from knitstudy.mechanics.beam_contact import Power
 
 LENGTH, FRICTION, PRESS, DRAG = 30e-3, 0.3, 0.2e-3, 0.6e-3
 

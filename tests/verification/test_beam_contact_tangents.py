@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from crossing_beams import Beams, curved_yarns
 
-from knitstudy.mechanics.beam_contact.contact import TouchingState
+from knitstudy.mechanics.beam_contact import TouchingState
 from knitstudy.mechanics.beam_model import BeamState
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK
 from knitstudy.mechanics.rotation import exp

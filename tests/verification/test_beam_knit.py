@@ -10,7 +10,7 @@ from knitstudy.loading.history import load_path
 from knitstudy.measures.reference import reference_of
 from knitstudy.measures.response import FORCE
 from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.models.beams_in_contact import CrossingRecord, beam_knit
 from knitstudy.models.network import grips, tension

@@ -7,7 +7,7 @@ from contact_bodies import MODULUS, drive, law, plate, reaction, together
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.mechanics.contact.indentation import indentation
 from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solids_in_contact import Penetration
 

@@ -6,7 +6,7 @@ from contact_bodies import MODULUS, Straight, back, drive, law, reaction, togeth
 
 from knitstudy.mechanics import model as free_bodies
 from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.model import FreeBodies
 from knitstudy.mechanics.newton import trace
 from knitstudy.mesh.section import Section

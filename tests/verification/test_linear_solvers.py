@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.model import DirichletElimination
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.simulate import build

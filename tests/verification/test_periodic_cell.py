@@ -10,11 +10,10 @@ from knitstudy.geometry.fabric import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
-from knitstudy.mechanics.periodic import PeriodicModel
+from knitstudy.mechanics.periodic import PeriodicModel, seam
 from knitstudy.mechanics.solid import SolidModel
-from knitstudy.mechanics.spline_yarn.seam import seam
 from knitstudy.models.endless import FIXED, Cell, assemble, periodic_map, wrapped_shape
 from knitstudy.models.simulate import build
 from knitstudy.models.spline_yarns import discretise

@@ -9,7 +9,7 @@ from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.network import grips, problem, tension

@@ -7,7 +7,7 @@ from polynomial_rods import AREA, INERTIA, POISSON, RADIUS, SHEAR, YOUNG, Rod, a
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mechanics.solid import SolidModel

@@ -185,13 +185,7 @@ class Catalogue(Registry[Display]):
     """All figures, or all tables, in the order of the report."""
 
     def add(self, name: str, title: str, **said: Any) -> Callable[[Function], Function]:
-        """Return a decorator of the function that makes a figure or table.
-
-        Parameters
-        ----------
-        name, title : str
-        **said
-            The other attributes of `Display`.
+        """Return a decorator of the function that makes a figure or table; keywords are attributes of `Display`.
 
         Raises
         ------
@@ -210,13 +204,7 @@ class Catalogue(Registry[Display]):
         return dict(sorted(super().all().items(), key=lambda entry: (entry[1].order, entry[0])))
 
     def module(self, name: str) -> str:
-        """Return the dotted name of the module of a figure's or table's function.
-
-        Raises
-        ------
-        ConfigurationError
-            If there is none of that name.
-        """
+        """Return the dotted name of the module of a figure's or table's function."""
         return self.find(name).make.__module__
 
     def make(self, name: str, **sources: Any) -> Any:

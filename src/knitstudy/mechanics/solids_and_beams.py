@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.beam_contact.contact import TouchingBeams, TouchingState
+from knitstudy.mechanics.beam_contact import TouchingBeams, TouchingState
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.model import Response, summed
 from knitstudy.mechanics.rotation import hat

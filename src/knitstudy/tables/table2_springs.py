@@ -53,9 +53,7 @@ COLUMNS = {"x": "kx", "y": "ky", "z": "kz", "normal": "normal to contact", "tang
 def tabulate(
     contacts: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
 ) -> pd.DataFrame:
-    """Return one row a scene, displacement measure, statistic and axis.
-
-    A measure that a simulation has not recorded is left out.
+    """Return one row a scene, displacement measure that it has recorded, statistic and axis.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.spline_yarn.patch import ACROSS, ALONG, far, patched_yarn
+from knitstudy.mechanics.patch_compliance import ACROSS, ALONG, far, patched_yarn
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def _integrals(ratio: float) -> tuple[float, float, float]:
 
 # The local indentation that a space of displacements cannot show, as a law of contact in series with that space
 # Under a force P the two yarns approach by delta_H(P) + 2 C_far P: Hertz's indentation of two half spaces, and what
-# the yarns give way besides (`spline_yarn.patch`). In their space they approach by u(P) at the middle of the
+# the yarns give way besides (`patch_compliance`). In their space they approach by u(P) at the middle of the
 # patch, and by less beside it. What is left is the depth D(P) of the gap, a paraboloid whose curvatures A' and B'
 # are those of the cylinders less those of u:
 #

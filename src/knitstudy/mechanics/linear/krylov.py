@@ -14,8 +14,7 @@ import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.batches import SCRATCH, share
-from knitstudy.mechanics.linear import NOWHERE, Apply, Iterate, Solution
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU, NOWHERE, Apply, Iterate, Solution
 from knitstudy.mechanics.sparse_sums import lacking
 
 log = logging.getLogger(__name__)

@@ -10,10 +10,9 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics import linear as banded
 from knitstudy.mechanics.batches import share
-from knitstudy.mechanics.linear import NOWHERE
-from knitstudy.mechanics.linear import direct as banded
-from knitstudy.mechanics.linear.direct import factorise
+from knitstudy.mechanics.linear import NOWHERE, factorise
 from knitstudy.mechanics.linear.krylov import Rows
 from knitstudy.mechanics.sparse_sums import block_entries
 

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.beam_contact.approach import A, Approach, B, Change, Curves, Pairs, Stencil, approach
+from knitstudy.mechanics.beam_approach import A, Approach, B, Change, Curves, Pairs, Stencil, approach
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.contact.friction import OPEN, Coulomb
 from knitstudy.mechanics.model import Response
