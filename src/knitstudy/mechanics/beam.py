@@ -27,8 +27,7 @@ from knitstudy.mechanics.rotation import Halfway, exp, hat, log
 LARGEST_ANGLE = 0.95 * np.pi
 
 
-SLENDERNESS = 0.25
-"""Slenderness compensation factor of Abaqus' B31."""
+SLENDERNESS = 0.25  # slenderness compensation factor of Abaqus' B31
 
 
 class SectionLaw(Protocol):

@@ -13,8 +13,8 @@ from knitstudy.mechanics.model import Response
 
 # What drives a model along its load path, how accurately, and what every increment leaves
 
+# Phases of a Newton iteration whose time is recorded; line searches count as elements and assembly.
 PHASES = ("elements", "assembly", "constraints", "setup", "solve")
-"""Phases of a Newton iteration whose time is recorded; line searches count as elements and assembly."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,17 +87,12 @@ class PrescribedDisplacement:
         return any(abs(load - corner) < 1e-12 for corner in self.corners)
 
 
-def between_corners(values: np.ndarray, corners: tuple[float, ...], load: float) -> np.ndarray:
-    """Return what goes straight from zero to the first of values (m, k), and on to the others, at a load factor: (k,).
-
-    Parameters
-    ----------
-    values : ndarray, shape (m, k)
-        At the corners.
-    corners : tuple of m floats
-        Their load factors, rising.
-    load : float
-    """
+def between_corners(
+    values: np.ndarray,  # (m, k), at the corners
+    corners: tuple[float, ...],  # their load factors, rising
+    load: float,
+) -> np.ndarray:
+    """Return the linear interpolation (k,) at a load factor, from zero to the first of the values and on."""
     loads = (0.0, *corners)
     leg = min(int(np.searchsorted(corners, load)), len(values) - 1)
     start = values[leg - 1] if leg else np.zeros_like(values[0])
@@ -220,14 +215,9 @@ class Increment:
 # until the residual has just fallen ends far before; the root of the force along the step, kept between brackets, does
 # not.
 
-TRIALS = 8
-"""States at most along one step."""
-
-CLOSE = 0.5
-"""Force along the step over that at its start, at which the root counts as found."""
-
-STEEP = 0.1
-"""Residual over that at the start of the step, at which a trial is good in any case."""
+TRIALS = 8  # states at most along one step
+CLOSE = 0.5  # force along the step over that at its start, at which the root counts as found
+STEEP = 0.1  # residual over that at the start of the step, at which a trial is good in any case
 
 
 @dataclass(frozen=True)
@@ -248,21 +238,12 @@ class Trial:
 
 
 def line_search(
-    trial: Callable[[float], Trial], slope: float, residual: float, tolerance: float
+    trial: Callable[[float], Trial],  # the trial at a share of the step
+    slope: float,  # force along the step at its start [J]
+    residual: float,  # residual there
+    tolerance: float,  # residual of a balanced state
 ) -> Trial | None:
-    """Return the trial to go on with, or None if there is none that helps.
-
-    Parameters
-    ----------
-    trial : callable
-        The trial at a share of the step.
-    slope : float
-        Force along the step at its start [J].
-    residual : float
-        Residual there.
-    tolerance : float
-        Residual of a balanced state.
-    """
+    """Return the trial to go on with, or None if there is none that helps."""
     low, high = (0.0, slope), None
     share, best = 1.0, None
     for _ in range(TRIALS):

@@ -189,14 +189,11 @@ class DirichletElimination:
         data[self._diagonal] = blocks
 
 
-def transformation(dependence: sp.sparray | sp.spmatrix) -> tuple[sp.csr_matrix, np.ndarray]:
-    """Return T (N, n), every node as a weighted sum of the retained ones, and these (n,), ascending.
-
-    Parameters
-    ----------
-    dependence : sparse matrix, shape (N, N)
-        Rows of the identity for retained nodes, weights of retained nodes for all others.
-    """
+def transformation(
+    # (N, N), rows of the identity for retained nodes, weights of retained nodes for all others
+    dependence: sp.sparray | sp.spmatrix,
+) -> tuple[sp.csr_matrix, np.ndarray]:
+    """Return T (N, n), every node as a weighted sum of the retained ones, and these (n,), ascending."""
     dependence = sp.csr_matrix(dependence)
     retained = np.unique(dependence.indices[dependence.data != 0])
     return sp.csr_matrix(dependence[:, retained]), retained
@@ -242,14 +239,13 @@ class Stabilisation:
 # away and the increment balanced anew, at the same load: what is accepted knows nothing of it. Before that, grips
 # feel only drag.
 
-SHARE = 1e-4
-"""Drag over E V / h^2, V the volume of a node, with which an increment begins."""
+SHARE = 1e-4  # drag over E V / h^2, V the volume of a node, with which an increment begins
 
+# Share of it that stays where contact does not hold the bodies: next to nothing, enough for a linear solver.
 FADED = 1e-2
-"""Share of it that stays where contact does not hold the bodies: next to nothing, enough for a linear solver."""
 
+# Resistance of contact to the easiest rigid motion over E V / h^2, from which on contact holds the bodies.
 HELD = 1e-6
-"""Resistance of contact to the easiest rigid motion over E V / h^2, from which on contact holds the bodies."""
 
 
 @dataclass(frozen=True, eq=False)

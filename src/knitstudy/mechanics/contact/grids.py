@@ -50,16 +50,13 @@ def circular_stretch(angles: int) -> float:
     return float(4 * (1 - np.cos(step / 2)) / (np.sin(step) * np.sin(step / 2)))
 
 
-def circular_chords(angles: np.ndarray) -> np.ndarray:
+def circular_chords(
+    angles: np.ndarray,  # (m, a), increasing in every row, once around [rad]
+) -> np.ndarray:
     """Return the shares (m, a, 2) of the chords before and behind every node of a circle in its tangent.
 
     Tangents touch the circle then. Their length is the harmonic mean of those, 4 tan(step / 4), with which each of
     the two pieces would have its middle on the circle.
-
-    Parameters
-    ----------
-    angles : ndarray, shape (m, a)
-        Increasing in every row, once around [rad].
     """
     ahead = np.mod(np.roll(angles, -1, axis=1) - angles, 2 * np.pi)
     behind = np.roll(ahead, 1, axis=1)
@@ -252,5 +249,5 @@ _TANGENTS = _with_derivatives(
 )
 """What the nodes themselves and the tangents at them contribute. Rows: powers of t; columns: the four nodes."""
 
+# What the tangents at the two nodes of a piece contribute, of any length. Columns: the two nodes.
 _HERMITE = _with_derivatives(np.array([[0.0, 0.0], [1.0, 0.0], [-2.0, -1.0], [1.0, 1.0]]))
-"""What the tangents at the two nodes of a piece contribute, of any length. Columns: the two nodes."""

@@ -71,24 +71,14 @@ class ElementGroup:
 
 @dataclass(frozen=True)
 class Kind:
-    """An element with its name.
-
-    Attributes
-    ----------
-    name, meaning : str
-    make : callable
-        Class that takes corners (E, 8, 3) [m] and the material, and with `hourglass` the hourglass coefficient.
-    hourglass : bool
-        Whether it takes hourglass control.
-    nodes : int
-        Of an element: 8, or 20 with the middles of the edges.
-    """
+    """An element with its name."""
 
     name: str
     meaning: str
+    # class that takes corners (E, 8, 3) [m] and the material, and with `hourglass` the hourglass coefficient
     make: Callable[..., Elements]
-    hourglass: bool = False
-    nodes: int = 8
+    hourglass: bool = False  # whether it takes hourglass control
+    nodes: int = 8  # of an element: 8, or 20 with the middles of the edges
 
     def build(self, corners: np.ndarray, material: Material, hourglass: float) -> Elements:
         """Return a batch of elements; `hourglass` is for those that take it."""

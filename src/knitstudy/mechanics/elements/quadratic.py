@@ -26,13 +26,11 @@ EDGES = np.array(
 )
 """Corners (12, 2) that the nodes 8 to 19 lie between."""
 
-NATURAL = np.concatenate([CORNERS, CORNERS[EDGES].mean(axis=1)])
-"""Natural coordinates (20, 3) of the nodes."""
+NATURAL = np.concatenate([CORNERS, CORNERS[EDGES].mean(axis=1)])  # natural coordinates (20, 3) of the nodes
 
 NODES = len(NATURAL)
 POINTS = len(GAUSS)
-CACHE = 64
-"""Elements whose points fit into a processor's cache together."""
+CACHE = 64  # elements whose points fit into a processor's cache together
 
 
 def quadratic_shape(natural: np.ndarray) -> np.ndarray:
@@ -42,10 +40,7 @@ def quadratic_shape(natural: np.ndarray) -> np.ndarray:
     reach = (CORNERS * natural[:, None]).sum(axis=2) - 2
     bubble = 1 - natural**2
     along = np.argmin(np.abs(NATURAL[8:]), axis=1)
-    return np.concatenate(
-        [product[:, :8] * reach / 8, product[:, 8:] * bubble[:, along] / 4],
-        axis=1,
-    )
+    return np.concatenate([product[:, :8] * reach / 8, product[:, 8:] * bubble[:, along] / 4], axis=1)
 
 
 def quadratic_shape_gradient(natural: np.ndarray) -> np.ndarray:
@@ -64,8 +59,7 @@ def quadratic_shape_gradient(natural: np.ndarray) -> np.ndarray:
     return gradient
 
 
-GRADIENTS = quadratic_shape_gradient(GAUSS)
-"""Natural gradients (8 points, 20 nodes, 3) at the Gauss points."""
+GRADIENTS = quadratic_shape_gradient(GAUSS)  # natural gradients (8 points, 20 nodes, 3) at the Gauss points
 
 
 @element("quadratic", "20 nodes on curved edges, reduced integration", nodes=NODES)
