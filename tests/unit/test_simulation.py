@@ -7,9 +7,9 @@ import pytest
 import xarray as xr
 import yaml
 
-from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.errors import DataFileError
 from knitstudy.files import read_dataset
-from knitstudy.stages.simulate import lay_out, simulate
+from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scene
 
@@ -198,8 +198,3 @@ def test_without_a_folder_nothing_is_written(config, made, tmp_path):
     before = set(tmp_path.rglob("*"))
     simulate(load_scene("rom3d-own", config), config=config)
     assert set(tmp_path.rglob("*")) == before
-
-
-def test_beams_have_no_solid_mesh(config):
-    with pytest.raises(ConfigurationError, match=r"scene 'beam': fidelity is 'beam' but must be hexahedra"):
-        lay_out(load_scene("beam", config), config=config)
