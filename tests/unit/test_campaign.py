@@ -66,12 +66,6 @@ def test_one_thing_at_a_time(campaign):
     assert changes(campaign(), "both") == [("c", both)]
 
 
-def test_every_trial_has_a_file_of_its_own(campaign):
-    labels = [trial.label for trial in campaign().trials]
-    assert len(set(labels)) == len(labels)
-    assert "strain-a-1" in labels
-
-
 def test_a_value_that_no_scene_may_have_is_refused_when_the_scene_is_asked_for(campaign):
     (first,) = (trial for trial in campaign().trials if trial.name == "strain a 1")
     with pytest.raises(ConfigurationError, match=r"load\.strain is -1 but must be"):

@@ -10,7 +10,6 @@ import synthetic
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES, draw
 from knitstudy.registry import load_plugins
-from knitstudy.stages.code import modules_behind
 from knitstudy.stages.displays import Displays
 from knitstudy.stages.plan import Plan
 from knitstudy.tables.catalogue import TABLES, tabulate
@@ -29,7 +28,6 @@ from knitstudy.tables.catalogue import TABLES
     "toy_curve",
     "A toy",
     results={"dns": solid("simulation", "tie-course"), "beams": several("simulation", "beam-*-none", optional=True)},
-    scenes=True,
     texts={"alt": "line"},
 )
 def curve(dns, scenes, beams=None):
@@ -101,31 +99,3 @@ def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
         ConfigurationError, match=r"'toy_stiffness' needs contacts of yarns-tie-wale or .*: the study has no"
     ):
         alone.files("toy_stiffness", "out")
-
-
-def test_code_of_a_figure_from_outside_counts(toy, scenes, tmp_path):
-    behind = {module.path.name for module in modules_behind(FIGURES.module("toy_curve"))}
-    assert {"toydisplays.py", "response.py"} <= behind
-    before = displays(FIGURES, scenes).digest("toy_curve")
-    other = [scene.replace("load.strain", 0.04) for scene in scenes]
-    assert (
-        displays(FIGURES, other).digest("toy_curve")
-        != before
-        == displays(FIGURES, scenes).digest("toy_curve")
-    )
-
-
-def test_several_scenes_of_a_role_are_lists(scenes, tmp_path):
-    files = {name: tmp_path / f"{name}.csv" for name in ("reference", "paper")}
-    figures = displays(FIGURES, scenes, files)
-    beams = [f"out/simulation/beam-{kind}isotropic-course.nc" for kind in ("", "pinned-", "hertz-")]
-    assert figures.files("fig12_size_and_beams", "out")["beams"] == beams
-    assert figures.files("fig02_interfaces", "out") == {}
-    shown = figures.files("fig15_force_strain", "out")
-    assert len(shown.pop("every")) == 4 * 7
-    assert set(shown) == {"dns", "rom3d", "rom2d", "reference"}
-    tables = displays(TABLES, scenes, files)
-    assert tables.files("table4_angles", "out") == {
-        "contacts": "out/contacts/dns-tie-course.nc",
-        "paper": files["paper"].as_posix(),
-    }

@@ -7,8 +7,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.files import write_table
 from knitstudy.stages.kept_tables import GROWTH, TRADE, Kept
 from knitstudy.study.choice import GROWTH_KEPT, INTERACTIONS, TRADE_KEPT, Ask, choose, numerics, resolved
-from knitstudy.study.configuration import CONFIG, load_changed, load_scenes, plan_of
-from knitstudy.study.planning import planned, problem_and_ask
+from knitstudy.study.configuration import CONFIG, load_changed, load_scenes
 
 ROWS = [  # scene, interaction, question, error at most, seconds, memory
     ("planar", "tie", "force", 3.0, 1.5, 4.0),
@@ -80,10 +79,6 @@ def test_the_cheapest_that_is_sure_enough_is_taken(choice, accuracy, model):
     assert found.rung.model == model
     assert found.rung.error <= accuracy
     assert [rung.model for rung in found.front] == ["planar", "network", "yarns", "fine"]
-
-
-def test_what_is_made_from_another_simulation_is_not_chosen(choice):
-    assert choice(question="force", accuracy=0.05).rung.model != "sourced"
 
 
 def test_ties_stand_in_for_contact_as_far_as_that_was_measured(choice, templates):
@@ -160,14 +155,6 @@ def _read(path):
     return tuple(pd.read_csv(path, keep_default_na=False, dtype=str).to_dict("records"))
 
 
-def test_keys_of_a_model_are_refused_where_it_is_chosen():
-    keys = {"fidelity": "auto", "ask.question": "force", "ask.accuracy": 0.05, "mesh.size": 1e-3}
-    with pytest.raises(
-        ConfigurationError, match=r"here: mesh\.size is 0\.001 but must be left out where fidelity is auto"
-    ):
-        problem_and_ask("mine", keys, "here", {})
-
-
 @pytest.mark.parametrize(
     ("ask", "message"),
     [
@@ -184,24 +171,6 @@ def test_nonsense_is_refused_by_name(ask, message):
         load_changed("yarns-tie-course", changes)
 
 
-def test_a_changed_scene_may_leave_its_model_open():
-    changes = {"fidelity": "auto", "ask.question": "force", "ask.accuracy": 0.05, "pattern.course_ratio": 0.9}
-    scene = load_changed("dns-tie-course", changes)
-    assert scene.pattern.course_ratio == 0.9
-    assert scene.fidelity in ("spline_yarns", "rom3d")
-    assert scene == plan_of("dns-tie-course", changes).scene
-
-
-def test_a_changed_knit_keeps_what_it_is(plain_scene, templates, kept, monkeypatch):
-    monkeypatch.setattr("knitstudy.study.choice._rows", lambda _: _read(kept))
-    problem = plain_scene.vary(
-        {"name": "mine", "knit": "other", "fidelity": "spline_yarns", "tie.radius": 0.2, "pattern.loops": 5}
-    )
-    scene = planned(problem, Ask(question="force", accuracy=0.05), templates, "here").scene
-    assert (scene.fidelity, scene.rom.joint, scene.rom.contacts_from) == ("rom3d", "patch", None)
-    assert (scene.knit, scene.tie.radius, scene.pattern) == ("other", 0.2, problem.pattern)
-
-
 def test_scenes_of_a_family_may_ask(config, kept, monkeypatch):
     """Read as everything reads them: an ordinary scene."""
     monkeypatch.setattr("knitstudy.study.choice._rows", lambda _: _read(kept))
@@ -216,23 +185,6 @@ def test_scenes_of_a_family_may_ask(config, kept, monkeypatch):
     assert scenes["mine"].fidelity == "rom3d"
     assert scenes["mine"].load.strain == 0.04
     assert scenes["mine"] == scenes["network"].vary({"name": "mine", "load.strain": 0.04})
-
-
-def test_asking_is_for_scenes_without_a_model(config):
-    (config / "scenes" / "9-ask.yaml").write_text(
-        "studies: []\nscenes:\n- name: mine\n  keys: {knit: plain, ask.question: force}\n"
-    )
-    with pytest.raises(
-        ConfigurationError, match=r"ask\.question is 'force' but must be left out where fidelity is not auto"
-    ):
-        load_scenes(config)
-
-
-def test_a_missing_trade_is_said(plain_scene, templates, tmp_path):
-    with pytest.raises(ConfigurationError, match=r"none\.csv: No such file.*make trade"):
-        choose(
-            plain_scene, Ask(question="force", accuracy=0.1), templates, "here", kept=tmp_path / "none.csv"
-        )
 
 
 def test_the_kept_trade_is_of_scenes_that_there_are():

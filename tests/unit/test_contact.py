@@ -80,12 +80,6 @@ def test_what_was_far_away_touches_within_one_increment():
     assert points.slip_share[points.active].max() < 0.03
 
 
-def test_surfaces_that_do_not_meet_are_left_alone():
-    nodes, grids, _ = crossing(0.02)
-    answer = contact(nodes, grids, meets=np.eye(2, dtype=bool))
-    assert not len(answer.points(nodes, nodes, ContactHistory.empty()).gap)
-
-
 def test_a_yarn_touches_itself():
     nodes, grid = hairpin(4.0)
     answer = contact(nodes, [grid])
@@ -177,27 +171,6 @@ def test_pairs_that_are_left_out_do_not_touch():
     assert min(touched) == 0
     assert max(touched) > 20
     assert 0 < np.mean(evaluated) < 0.8
-
-
-def test_a_wild_trial_state_leaves_nothing_behind(pressed):
-    """Crumpled surfaces have closest places anywhere; what was found there is not followed any more."""
-    answer, before, nodes, _ = pressed
-    history = answer.commit(answer.points(nodes, before, ContactHistory.empty()))
-    still = answer.respond(nodes, nodes, history, stiffness=False)
-    for seed in range(5):
-        crumple = np.random.default_rng(seed).normal(scale=0.5, size=nodes.shape)
-        assert answer.points(nodes + crumple, nodes, history).number.size > 0
-        again = answer.respond(nodes, nodes, history, stiffness=False)
-        np.testing.assert_array_equal(again.points.signature(), still.points.signature())
-        np.testing.assert_allclose(again.node_force, still.node_force, atol=1e-12)
-
-
-def test_a_rotation_of_both_changes_no_pair(pressed):
-    answer, before, nodes, _ = pressed
-    history = answer.commit(answer.points(nodes, before, ContactHistory.empty()))
-    turn = np.array([[0, -1.0, 0], [1.0, 0, 0], [0, 0, 1.0]])
-    here, there = answer.points(nodes, nodes, history), answer.points(nodes @ turn.T, nodes, history)
-    assert active(here) == active(there)
 
 
 def test_multipliers_carry_the_pressure_without_penetration(pressed):

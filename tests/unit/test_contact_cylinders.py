@@ -76,53 +76,6 @@ def test_normals_point_outward_and_points_stand_for_the_area(crossing):
     assert contact.smallest_gap(points) == pytest.approx(0.01, abs=1e-3)
 
 
-def test_no_pair_is_followed_twice():
-    """Long cells beside short ones: rings within reach of a point have others between them that are not."""
-    space = Space((yarn_space(BREAKS, [2] * 5),) * 2)
-    x, y, z = np.eye(3)
-    nodes = np.concatenate(
-        [straight(space.yarns[0], side * (RADIUS + 0.005) * z, along, z) for side, along in ((-1, x), (1, y))]
-    )
-    cells = np.unique(np.concatenate([np.linspace(0, LENGTH, 4), np.linspace(0.4, 0.6, 41) * LENGTH]))
-    contact = Contact(
-        nodes,
-        Cylinders(space, RADIUS, [cells] * 2, 48),
-        Coulomb(1.0, 1.0, 0.0),
-        margin=0.3 * RADIUS,
-        overlap=1e-3,
-    )
-    every = contact.points(nodes, nodes, ContactHistory.empty()).followed
-    pairs = np.stack([every.point, every.surface])
-    assert pairs.shape[1] > 1000
-    assert len(np.unique(pairs, axis=1).T) == pairs.shape[1]
-
-
-def test_rings_lie_on_the_surface(crossing):
-    _, nodes, surfaces = crossing
-    carriers = surfaces.carry(nodes)
-    along, around = surfaces.edges(1)
-    row = np.array([3, 0, 3, 7])
-    ring = surfaces.ring(1, row, carriers)
-    xi = np.stack(np.broadcast_arrays(along[row, None], around), axis=-1).reshape(-1, 2)
-    place, _, _ = surfaces.stencil(np.ones(len(xi), dtype=int), xi).places(carriers)
-    np.testing.assert_allclose(ring.reshape(-1, 3), place, atol=1e-14)
-    middle = surfaces.centres(carriers)[len(CELLS) + row]
-    np.testing.assert_allclose(np.linalg.norm(ring - middle[:, None], axis=2), RADIUS, rtol=1e-12)
-
-
-def test_an_affine_map_leaves_no_way_beside_it(crossing):
-    space, nodes, surfaces = crossing
-    gradient = np.array([[0.1, 0.2, 0], [0, 0, -0.05], [0.03, 0, 0]])
-    moved = nodes + nodes @ gradient + np.multiply.outer(space.unity, [0.3, 0.0, -0.4])
-    before = surfaces.carry(nodes)
-    near = Neighbourhoods(surfaces, before, RADIUS)
-    motion = near.motion(surfaces.carry(moved), before)
-    np.testing.assert_allclose(motion.way, 0.0, atol=1e-12)
-    both = near.of_ring[len(CELLS) // 2]
-    least = np.linalg.svd(np.eye(3) + gradient, compute_uv=False).min()
-    assert motion.shrink[both] == pytest.approx(least)
-
-
 def test_no_place_moves_farther_than_is_said(crossing):
     """In the box of a place's ring, for all places that share its neighbourhood."""
     _, nodes, surfaces = crossing

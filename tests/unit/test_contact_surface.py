@@ -36,15 +36,6 @@ def test_stretched_tangents_follow_a_circle(angles, error):
     np.testing.assert_allclose(np.linalg.norm(place[:, 1:], axis=1), radius[0], rtol=error)
 
 
-def test_a_surface_goes_through_its_nodes():
-    nodes, grid = tube()
-    surfaces = Grids([grid])
-    row, column = np.meshgrid(np.arange(13), np.arange(12), indexing="ij")
-    xi = np.stack([row.ravel(), column.ravel()], axis=1).astype(float)
-    stencil = surfaces.stencil(np.zeros(len(xi), dtype=int), xi)
-    np.testing.assert_allclose(interpolate(stencil.value, stencil.nodes, nodes), nodes, atol=1e-14)
-
-
 def test_open_grids_reproduce_linear_fields_up_to_their_edges(sheet):
     nodes, surfaces = sheet
     surface, xi = places(surfaces, 50)
@@ -70,36 +61,6 @@ def test_derivatives_agree_with_differences(closed):
         second = (plus.first - minus.first) / (2 * step)
         np.testing.assert_allclose(second[:, a], stencil.second[:, 2 * a], atol=1e-8)
         np.testing.assert_allclose(second[:, 1 - a], stencil.second[:, 1], atol=1e-8)
-
-
-def test_tangents_are_continuous_across_cells_and_the_seam():
-    nodes = RNG.normal(size=(30, 3))
-    surfaces = Grids([Grid(np.arange(30).reshape(5, 6))])
-    for edge in ([2.0, 0.3], [1.6, 4.0], [1.6, 6.0], [1.6, 0.0]):
-        tangents = []
-        for side in (-1e-12, 1e-12):
-            stencil = surfaces.stencil(np.zeros(1, dtype=int), np.array([edge]) + side)
-            tangents.append(interpolate(stencil.first, stencil.nodes, nodes))
-        np.testing.assert_allclose(*tangents, atol=1e-9)
-
-
-def test_any_number_of_turns_is_the_same_place():
-    _, grid = tube()
-    surfaces = Grids([grid])
-    surface, xi = places(surfaces, 20)
-    here, turned = surfaces.stencil(surface, xi), surfaces.stencil(surface, xi - np.array([0, 24]))
-    np.testing.assert_array_equal(here.nodes, turned.nodes)
-    np.testing.assert_allclose(here.value, turned.value, atol=1e-12)
-
-
-def test_a_smooth_tube_sags_by_a_fifth_of_a_percent():
-    """With 12 angles; flat facets sag by 3.4% of the radius."""
-    nodes, grid = tube(angles=12)
-    surfaces = Grids([grid])
-    surface, xi = places(surfaces, 500)
-    stencil = surfaces.stencil(surface, xi)
-    radius = np.linalg.norm(interpolate(stencil.value, stencil.nodes, nodes)[:, 1:], axis=1)
-    assert np.abs(radius - 1).max() == pytest.approx(0.0017, abs=1e-4)
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.05])
@@ -128,14 +89,6 @@ def test_closest_points_are_where_the_distance_is_normal():
     assert np.all(np.einsum("ki,ki->k", answer.normal, outward) > 0.99)
 
 
-def test_no_closest_point_beyond_the_end_of_a_surface():
-    nodes, grid = tube()
-    points = np.array([[2.9, 1.1, 0], [3.1, 1.1, 0]])
-    answer = project(Grids([grid]), nodes, np.zeros(2, dtype=int), points, np.full((2, 2), [11.0, 0.2]))
-    np.testing.assert_array_equal(answer.found, [True, False])
-    assert answer.distance[0] == pytest.approx(0.1, abs=1e-3)
-
-
 @pytest.mark.parametrize("refinement", [1.5, 3.0])
 def test_graded_angles_keep_the_radius(refinement):
     """Tangents touch the circle where steps differ: what is left falls with the fourth power of the step."""
@@ -151,8 +104,3 @@ def test_graded_angles_keep_the_radius(refinement):
         errors.append(np.abs(np.hypot(place[:, 0], place[:, 1]) - 1).max())
     assert errors[1] < 3e-3
     assert np.log2(errors[0] / errors[1]) > 3.5
-
-
-def test_chords_of_equal_angles_are_half_the_stretch():
-    angles = 2 * np.pi * np.arange(12)[None] / 12
-    np.testing.assert_allclose(circular_chords(angles), 0.5 * circular_stretch(12), rtol=1e-12)

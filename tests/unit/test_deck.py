@@ -102,13 +102,6 @@ def test_another_reader_finds_the_mesh(made, written, dialect, element, kind, sp
     np.testing.assert_array_equal(read.point_sets["DRIVEN"], np.sort(parts.ends.driven))
 
 
-def test_lines_fit_into_what_calculix_reads(written):
-    lines = written("calculix").read_text().splitlines()
-    numbers = [entry.strip() for line in lines if not line.startswith("*") for entry in line.split(",")]
-    assert max(map(len, numbers[1:])) <= 20  # the first line is the title
-    assert max(map(len, lines)) <= 132
-
-
 @DIALECTS
 def test_ends_are_held_and_driven(made, written, dialect):
     path, scene = written(dialect), made("knit").scene
@@ -117,11 +110,6 @@ def test_ends_are_held_and_driven(made, written, dialect):
     travel = scene.load.strain * scene.pattern.wale_spacing
     assert [float(row[3]) for row in rows] == pytest.approx([0.0, travel, 0.0, 0.0])
     assert data(path, "*STATIC, DIRECT") == [[f"1.0, {scene.solver.increments}.0"]]
-
-
-def test_free_lateral_ends_are_driven_along_the_load_only(written):
-    (rows,) = boundaries(written("calculix", changes={"load.lateral": "free"}))
-    assert [row[0] for row in rows] == ["HELD", "DRIVEN"]
 
 
 def test_equations_tie_the_moments_of_both_yarns(made, written):
@@ -205,12 +193,6 @@ def test_stick_stiffness_of_abaqus_is_that_of_the_law_at_the_largest_penetration
     assert float(card.split("=")[1]) == pytest.approx(interaction.elastic_slip)
 
 
-def test_rough_contact(written):
-    assert data(written("abaqus", "pair", {"interaction": "rough"}), "*FRICTION, ROUGH") == [[]]
-    ((row,),) = data(written("calculix", "pair", {"interaction": "rough"}), "*FRICTION")
-    assert float(row.split(",")[0]) >= 1e6
-
-
 @DIALECTS
 def test_a_path_is_one_step_a_leg(written, dialect):
     """CalculiX rests for a step before yarns that touch are moved."""
@@ -221,18 +203,6 @@ def test_a_path_is_one_step_a_leg(written, dialect):
     rest = [([0.0] * 3, "1.0, 1.0")] if dialect == "calculix" else []
     assert list(zip(ends, steps, strict=True)) == rest + [(leg, "1.0, 4.0") for leg in legs]
     assert len(boundaries(written(dialect, "pair", rests=False))) == len(boundaries(written(dialect))) == 1
-
-
-@pytest.mark.parametrize(
-    ("dialect", "hourglass", "factor"),
-    [("abaqus", 0.005, 1.0), ("abaqus", 0.02, 4.0), ("calculix", 0.005, None)],
-)
-def test_hourglass_control(written, dialect, hourglass, factor):
-    path = written(dialect, changes={"solver.hourglass": hourglass})
-    controls = data(path, "*SECTION CONTROLS, NAME=HOURGLASS, HOURGLASS=STIFFNESS")
-    assert [[float(row) for row in each] for each in controls] == ([[factor]] if factor else [])
-    (section,) = [card for card, _ in cards(path) if card.startswith("*SOLID SECTION")]
-    assert section.endswith("CONTROLS=HOURGLASS") == bool(factor)
 
 
 @DIALECTS

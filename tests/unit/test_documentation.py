@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.measures.discretisation import HOW_FAR, physics_of
 from knitstudy.study.configuration import CONFIG, default_keys, load_scenes
-from knitstudy.study.documentation import COMMAND, KEYS, in_words, keys_page, main, schema_of
+from knitstudy.study.documentation import COMMAND, KEYS, keys_page, main, schema_of
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.keys import ROLES, allowed_values, describe
 from knitstudy.study.kinds import Labels, all_kinds, all_sections, defaults_of_fields, role_of
@@ -56,31 +56,6 @@ def kinds(**wanted):
     ]
 
 
-@pytest.mark.parametrize(
-    ("wanted", "said"),
-    [
-        ({}, "all"),
-        ({"specimen": ["pair"]}, "all of a pair"),
-        ({"fidelity": ["rom2d", "beam"]}, "rom2d; beam"),
-        ({"fidelity": ["hexahedra"], "interaction": ["tie"]}, "hexahedra with tie"),
-        (
-            {"fidelity": ["hexahedra"], "specimen": ["knit"], "interaction": ["rough", "isotropic"]},
-            "hexahedra of a knit with isotropic or rough",
-        ),
-    ],
-)
-def test_scenes_that_have_a_key_in_words(wanted, said):
-    assert in_words(kinds(**wanted)) == said
-
-
-def test_there_are_kinds_of_all_scenes():
-    made = {(scene.specimen, scene.fidelity, scene.interaction) for scene in load_scenes().values()}
-    known = {(kind.specimen.name, kind.fidelity.name, kind.interaction.name) for kind in all_kinds()}
-    assert made <= known
-    assert ("pair", "beam", "isotropic") not in known
-    assert ("knit", "beam", "tie") not in known
-
-
 def test_all_scenes_fit_the_schema_of_their_kind():
     validators = {}
     for scene in load_scenes().values():
@@ -89,26 +64,6 @@ def test_all_scenes_fit_the_schema_of_their_kind():
             schema = schema_of(scene.kind)
             validators[kind] = jsonschema.validators.validator_for(schema)(schema)
         validators[kind].validate(scene.to_dict())
-
-
-@pytest.mark.parametrize(
-    ("section", "changes"),
-    [
-        ("load", {"strain": 0.6}),
-        ("load", {"strain": True}),
-        ("load", {"path": []}),
-        ("pattern", {"loops": 1.5}),
-        ("mesh", {"beam_size": 1e-3}),
-        ("geometry", {"free": ["q"]}),
-        ("rom", {"contacts_from": "dns-a"}),
-    ],
-)
-def test_schema_refuses_what_a_scene_does(config, section, changes):
-    scene = load_scenes(config)["dns-a"]
-    document = scene.to_dict()
-    document[section] = document.get(section, {}) | changes
-    with pytest.raises(jsonschema.ValidationError):
-        jsonschema.validate(document, schema_of(scene.kind))
 
 
 def test_command_writes_page_and_schemas(tmp_path, monkeypatch):

@@ -7,7 +7,6 @@ import pytest
 from knitstudy.errors import ConfigurationError
 from knitstudy.stages.memory import expected_memory, unknowns
 from knitstudy.stages.simulate import simulate
-from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scene
 
 MEASURED = {
@@ -29,20 +28,6 @@ def test_what_was_measured_is_expected(name):
     scene = load_scene(name)
     assert unknowns(scene) == pytest.approx(count, rel=0.1)
     assert peak <= expected_memory(scene) <= 2 * peak
-
-
-def test_memory_grows_with_the_knit_and_with_contact():
-    scene = load_scene("yarns-tie-course")
-    large = scene.vary({"pattern.loops": 6, "pattern.rows": 7})
-    assert unknowns(large) == pytest.approx(4 * unknowns(scene))
-    assert expected_memory(load_scene("yarns-isotropic-course")) > 1.5 * expected_memory(scene)
-
-
-@pytest.mark.parametrize("name", ["dns-tie-course", "yarns-isotropic-course", "pair-slid-90"])
-def test_stage_declares_it_from_what_it_reads(name):
-    scene = load_scene(name)
-    stage = STAGES["simulation"]
-    assert stage.memory(scene.only(stage.document(scene), stage.reads)) == expected_memory(scene)
 
 
 def test_scene_that_exceeds_the_machine_is_refused_before_it_begins(monkeypatch):

@@ -1,6 +1,5 @@
 """A trial ends with a sound history, a named error or a silent failure, and its row is kept whole."""
 
-import json
 import os
 
 import numpy as np
@@ -10,13 +9,10 @@ from synthetic import history
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
 from knitstudy.figures.extremes_map import CAUSES, draw
-from knitstudy.files import read_table
 from knitstudy.stages import extremes
-from knitstudy.stages.extremes import cause, collect, judged, run
-from knitstudy.stages.kept_tables import EXTREMES
+from knitstudy.stages.extremes import cause, judged, run
 from knitstudy.stages.simulate import Results
-from knitstudy.study.campaign import Campaign, Trial
-from knitstudy.study.configuration import CONFIG
+from knitstudy.study.campaign import Trial
 
 
 @pytest.fixture
@@ -93,21 +89,6 @@ def test_a_process_that_dies_is_a_silent_failure(trial, simulated):
     assert (row["trial"], row["changed"]) == ("strain a 1", "load.strain = 0.1")
 
 
-def test_rows_of_other_changes_or_limits_are_made_anew(trial, plain_scene):
-    other = Trial(trial.name, trial.group, plain_scene, {"load.strain": 0.2})
-    cases = [(trial, 1.0), (other, 1.0), (trial, 2.0)]
-    assert len({extremes.digest_of(each, Campaign((each,), limit, 0.0)) for each, limit in cases}) == len(
-        cases
-    )
-
-
-def test_rows_are_collected_with_their_causes(trial, tmp_path):
-    row = {"trial": trial.name, "group": "strain", "model": "a", "outcome": "ended", "reason": ""}
-    (tmp_path / "a.json").write_text(json.dumps(row))
-    table = collect([tmp_path / "a.json"])
-    assert table.loc[0, ["number", "cause", "error"]].tolist() == [1, "ended", ""]
-
-
 def test_the_map_has_a_square_for_every_trial():
     rows = [
         {"group": group, "model": model, "number": number, "cause": why}
@@ -121,18 +102,3 @@ def test_the_map_has_a_square_for_every_trial():
     assert [text.get_text() for text in axes.get_yticklabels()] == ["strain", "gap"]
     labels = [text.get_text() for text in page.legends[0].get_texts()]
     assert labels == [f"{label} (4)" for label, _ in CAUSES.values()]
-
-
-def test_kept_campaign_says_why_whatever_did_not_end():
-    """Kept reasons name a key, and docs/notes/extremes.md names silent failures."""
-    table = read_table(
-        CONFIG.parent / EXTREMES, needs=("outcome", "reason", "keys named", "digest", "trials")
-    )
-    assert set(table["outcome"]) <= {"ended", "refused", "stopped", "time", "silent"}
-    other = table[table["outcome"] != "ended"]
-    assert other["reason"].notna().all()
-    refused = table[table["outcome"].isin(["refused", "stopped"])]
-    assert refused["keys named"].notna().all()
-    page = (CONFIG.parent / "docs" / "notes" / "extremes.md").read_text(encoding="utf-8")
-    for name in table.loc[table["outcome"] == "silent", "trial"]:
-        assert f"`{name}`" in page

@@ -247,66 +247,6 @@ def test_the_band_is_the_uncertainty_of_the_reference(drawn):
     assert sorted(set(np.round(y[np.isclose(x, 5)], 9))) == [0.98 * 12, 1.02 * 12]
 
 
-def test_without_a_reference_none_is_drawn(drawn):
-    axes = drawn("fig15_force_strain", reference=study.NO_REFERENCE).axes[0]
-    assert not axes.collections
-    assert "DNS (no reference)" in legend_of(axes)
-
-
-def test_no_two_of_many_variants_look_alike(drawn, results):
-    """The reduced models of friction come in eight variants, and there are five dashes."""
-    arguments = results("fig15_force_strain")
-    printed = arguments["scenes"]["rom3d-printed-tie-course"]
-    names = [f"rom3d-variant{number}-tie-course" for number in range(8)]
-    scenes = {name: printed.replace("name", name) for name in names}
-    every = {name: synthetic.history(force=(0, 7, 14)) for name in names}
-    axes = drawn(
-        "fig15_force_strain", every=arguments["every"] | every, scenes=arguments["scenes"] | scenes
-    ).axes[0]
-    looks = [
-        (line.get_color(), str(line._unscaled_dash_pattern))
-        for line in axes.get_lines()
-        if "3D" in line.get_label()
-    ]
-    assert len(set(looks)) == len(looks) == 11
-
-
-def test_names_of_near_curves_stand_apart(drawn, results):
-    every = results("fig15_force_strain")["every"]
-    near = every | {"rom3d-tie-course": every["dns-tie-course"]}
-    axes = drawn("fig15_force_strain", every=near).axes[0]
-    heights = sorted(text.xy[1] for text in axes.texts)
-    assert np.diff(heights).min() > 0.05 * axes.get_ylim()[1]
-
-
-def test_beams_are_compared_with_solids_and_reduced_models(drawn):
-    axes = drawn("fig12_size_and_beams").axes[0]
-    assert legend_of(axes) == [
-        "3D ROM, isotropic friction (1.20 ± 0.02)",
-        "3D ROM, ties (1.00 ± 0.02)",
-        "DNS, isotropic friction (1.00 ± 0.02)",
-        "beams, point contact, Hertzian (0.80 ± 0.02)",
-        "beams, point contact, rigid (0.80 ± 0.02)",
-        "beams, point contact, rigid, pinned (0.80 ± 0.02)",
-        "reference",
-    ]
-    lines = [line for line in axes.get_lines() if line.get_linestyle() != "None"]
-    looks = [(line.get_color(), line.get_linestyle()) for line in lines]
-    assert len(set(looks)) == len(looks) == 6
-
-
-def test_beams_are_drawn_without_knits_of_several_sizes(drawn):
-    assert len(drawn("fig12_size_and_beams", squares=None).axes) == 1
-    assert len(drawn("fig12_size_and_beams").axes) == 3
-
-
-def test_out_of_plane_motion_of_both_models_side_by_side(drawn):
-    titles = [axes.get_title(loc="left") for axes in drawn("fig16_out_of_plane").axes]
-    assert titles[0].startswith("(a)  DNS, tie constraint: largest $|u_z|$ 0.4 mm")
-    assert titles[3].startswith("(d)  3D ROM, isotropic friction: largest $|u_z|$ 0.2 mm")
-    assert titles[3].endswith("correlation 1.00, amplitude 0.250 ± 0.005")
-
-
 def test_unit_cell_says_and_marks_what_penetrates(drawn, pictures):
     """White spheres where centrelines are nearer than a diameter: eight crossings of the flat cell."""
     said = " ".join(texts(drawn("fig01_unit_cell")))
@@ -326,35 +266,12 @@ def test_honeycomb_shows_every_beam_and_zone(drawn, knit, results):
     assert 16 in sizes  # 4 zones of 2 x 2 interlocks
 
 
-@pytest.mark.parametrize(
-    ("name", "labels"),
-    [
-        ("fig04_honeycomb", {"5 mm"}),
-        (
-            "fig05_contact_points",
-            {f"${name}$" for name in ("C_1", "C_2", "C_3", "C_4", "P_1", "P_2")} | {"1 mm"},
-        ),
-        ("fig06_joints", {"$C_1$", "$C_3$", "$P_1$"}),
-    ],
-)
-def test_points_and_scales_are_named(drawn, name, labels):
-    assert labels <= set(texts(drawn(name)))
-
-
 # ---- the side of an interlock of Figs. 5 and 6 ----
 
 
 @pytest.fixture
 def side(knit, results):
     return InterlockSide.in_the_middle(knit, results("")["contacts"])
-
-
-def test_points_are_those_on_the_left_of_the_middle_interlock(side, knit):
-    assert list(side.yarn) == [1, 2]
-    middle = 1.5 * knit.cell[0]
-    assert (np.abs(middle - side.P[:, 0]) < middle / 3).all()
-    assert (side.P[:, 0] < middle).all()
-    assert side.P[0, 1] < side.P[1, 1], "P1 is the lower contact"
 
 
 def test_each_plane_holds_both_centroids_and_what_belongs_to_its_contact(side, knit):
@@ -378,31 +295,6 @@ def test_contacts_without_the_middle_interlock_are_refused(knit, results):
 # ---- contact ----
 
 
-def test_interactions_mark_every_crossing_and_grip(drawn, knit):
-    course, wale = drawn("fig03_interactions").axes
-    for axes in (course, wale):
-        marks = [
-            len(each.get_offsets())
-            for each in axes.collections
-            if each.get_label() in ("tied", "contact with friction")
-        ]
-        assert sorted(marks) == [0, len(knit.crossings.row)], (
-            "a knit of two rows has no row between tied ones"
-        )
-    ends, arcs = (
-        1e-3 * np.array([line.get_xydata() for line in axes.get_lines() if len(line.get_xdata()) == 40])
-        for axes in (course, wale)
-    )
-    yarns, loops = knit.cells[1] + 1, knit.cells[0]
-    assert (ends[:yarns, :, 0] < knit.cell[0] / 2).all()
-    assert (ends[yarns:, :, 0] > knit.width - knit.cell[0] / 2).all()
-    held, driven = arcs[: loops + 1], arcs[loops + 1 :]
-    assert len(driven) == loops
-    assert held[..., 1].max() < driven[..., 1].min()
-    top = knit.centrelines[-1].position(np.linspace(0, knit.centrelines[-1].length, 2000))[:, 1].max()
-    assert driven[..., 1].max() == pytest.approx(top, rel=1e-3)
-
-
 def test_zones_area_and_places_of_contact_in_the_centre_cell(drawn):
     figure = drawn("fig07_contact")
     zones, area, force, *panels = figure.axes
@@ -418,13 +310,6 @@ def test_zones_area_and_places_of_contact_in_the_centre_cell(drawn):
     assert arrows == [0, 1, 2, 4]
     assert "no contact" in [text.get_text() for text in panels[0].texts]
     assert panels[3].get_title(loc="left") == "(c4)  1.95 % strain"
-
-
-def test_out_of_plane_says_contraction_and_largest_force(drawn, touching):
-    figure = drawn("fig08_out_of_plane")
-    largest = float(np.linalg.norm(touching["contacts"]["force"][-1], axis=1).max())
-    assert f"longest arrow {largest:.3g} N" in texts(figure)
-    assert figure.axes[0].get_title(loc="left") == "(a)  5.00% strain, 2.50% transverse contraction"
 
 
 def test_interactions_are_compared_over_strain(drawn):
@@ -480,8 +365,3 @@ def test_unknown_format_is_refused(drawn, tmp_path):
     with pytest.raises(ConfigurationError, match=r"a\.bmp: figures are written as \.png and \.pdf"):
         save(drawn("fig02_interfaces"), [tmp_path / "a.bmp"], {}, "")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_origin_of_several_results_of_one_name():
-    pairs = {name: synthetic.history(scene=name, digest=digest) for name, digest in (("a", "1"), ("b", "2"))}
-    assert describe({"pairs": pairs}) == "pairs of a [1]; pairs of b [2]"

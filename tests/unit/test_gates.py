@@ -18,7 +18,6 @@ from knitstudy.loading.history import Motion, Recorder, Stations
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
 from knitstudy.mesh.quality import require_memory
-from knitstudy.mesh.section import Section, nodes_for_size
 
 END = 2.0  # m
 LOAD = np.linspace(0, 1, 5)
@@ -54,23 +53,6 @@ def test_open_ledger_is_refused_and_that_of_a_spring_is_closed():
     assert not isinstance(refused.value, CoarseIncrement)
     require_closed_ledger(recorder, 4, 0.09)
     require_closed_ledger(recorder, 4, 0.05, unloaded=0.6)
-
-
-def test_no_increment_uses_up_what_is_allowed_to_others():
-    """The third of four of a cubic spring: 0.078 J of 3.7 J that are expected, but 7.1 % of its own 1.1 J."""
-    recorder = recorded((END * LOAD) ** 3, (END * LOAD) ** 4 / 4, only=4)
-    message = r"increment 3: .* opens further by 0\.0781 J, 7\.1% of the work .* allows 5\.0%, and one increment half"
-    with pytest.raises(CoarseIncrement, match=message) as coarse:
-        require_closed_ledger(recorder, 3, 0.05)
-    assert coarse.value.gap == pytest.approx(5 / 64)
-    require_closed_ledger(recorder, 3, 0.15)
-
-
-def test_ledger_at_rest_and_in_the_last_increment():
-    """Beams that overlap as they are drawn store something before anything moves."""
-    require_closed_ledger(recorded([0.0], [1.0]), 0, 0.05)
-    with pytest.raises(ConvergenceError):
-        require_closed_ledger(recorded([0.0, 1.0], [0.0, 0.0]), 1, 0.05)  # at full load nothing is to come
 
 
 def test_expected_work_is_that_of_the_rest_of_the_path():
@@ -153,8 +135,3 @@ def test_what_does_not_fit_into_memory():
     message = r"mesh\.size is 0\.0001 m: a mesh would take about .* GiB.*use about 0\.00021 m"
     with pytest.raises(MeshError, match=message):
         require_memory(8 * free, "mesh.size", 1e-4, "a mesh", power=3)
-
-
-@pytest.mark.parametrize("size", [0.9e-3, 0.55e-3, 0.3e-3, 0.1e-3])
-def test_nodes_of_a_section_are_known_before_it_is_made(size):
-    assert nodes_for_size(1.8e-3, size) == Section.for_size(1.8e-3, size).size

@@ -1,22 +1,11 @@
 """The calibration's pieces and its command's errors; what it finds is in tests/regression."""
 
-import shutil
-
 import numpy as np
-import pytest
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.calibrate import UNUSABLE, first_guess, read_problem, residuals, whole_loop
 from knitstudy.geometry.loop import symmetries
 from knitstudy.geometry.spline import CatmullRom
 from knitstudy.study.configuration import CONFIG
-
-
-@pytest.fixture
-def folder(tmp_path):
-    for name in ("calibration.yaml", "defaults.yaml"):
-        shutil.copy(CONFIG / name, tmp_path)
-    return tmp_path
 
 
 def test_quarter_makes_a_loop_with_mirror_and_half_turn():
@@ -32,19 +21,3 @@ def test_residuals_keep_their_number_where_there_is_no_knit():
     apart[1] *= 10  # rows too far from each other to cross
     assert (residuals(apart, problem) == UNUSABLE).all()
     assert residuals(apart, problem).shape == residuals(unknowns, problem).shape
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "named"),
-    [
-        ("  leg_angle:", "  leg:", "leg_angle"),
-        ("value: 80.0", "value: steep", "steep"),
-        ("search:", "seek:", "search"),
-        ("targets:", "targets: [", "YAML"),
-    ],
-)
-def test_wrong_files_are_named(folder, old, new, named):
-    path = folder / "calibration.yaml"
-    path.write_text(path.read_text().replace(old, new))
-    with pytest.raises(ConfigurationError, match=rf"calibration\.yaml.*{named}"):
-        read_problem(folder)

@@ -67,13 +67,6 @@ def test_values_that_are_no_numbers_are_faults(whole, plain_scene, name):
     assert faults(dataset, plain_scene) == [f"{name} holds what is no number"]
 
 
-def test_hourglass_modes_are_found_where_elements_have_them(whole, plain_scene):
-    dataset = whole(energy=energies(hourglass=0.06))
-    assert faults(dataset, plain_scene) == []  # networks have none, and no limit
-    solid = plain_scene.vary({"fidelity": "hexahedra"})
-    assert faults(dataset, solid) == ["hourglass energy 6.4%"]
-
-
 def test_penetration_is_compared_with_the_limit_of_contact(whole, plain_scene):
     deep = whole(smallest_gap=(1e-5, -1e-6, -2e-5))
     assert faults(deep.assign_attrs(penetration_limit=3e-5), plain_scene) == []
@@ -138,23 +131,3 @@ def test_table_of_a_direct_simulation(direct):
     assert table.loc["largest residual over mean internal force", ["value", "bar"]].tolist() == [2e-7, 1e-6]
     assert table.loc["tied area of a crossing, largest", "value"] == 3e-7
     assert set(table["unit"]) == {"1", "m2"}
-
-
-def test_table_of_contact_adds_penetration_and_dissipation(direct):
-    energy = direct["energy"].copy(deep=True)
-    energy.loc[{"form": "friction"}] = [0.0, 0.05, 0.4]
-    energy.loc[{"form": "stabilisation"}] = [0.01, 0.0297, 0.039]
-    contact = direct.assign(
-        energy=energy,
-        smallest_gap=("increment", [1e-5, -3e-6, -1e-6]),
-        augmentations=("increment", [0, 2, 1]),
-    ).assign_attrs(penetration_limit=3e-6)
-    table = catalogue.tabulate("simulation_contact", dns=contact, scenes=SCENES).set_index("quantity")
-    assert table.loc["deepest penetration", ["value", "bar"]].tolist() == [3e-6, 3e-6]
-    law = contact.assign_attrs(indentation_deepest=1e-4, penetration_limit=np.inf)
-    soft = catalogue.tabulate("simulation_contact", dns=law, scenes=SCENES).set_index("quantity")
-    assert soft.loc["deepest local indentation", ["value", "bar"]].tolist() == [3e-6, 1e-4]
-    assert table.loc["augmentations", "value"] == 3
-    assert table.loc["friction over external work at full load", "value"] == pytest.approx(0.1)
-    assert table.loc["largest stabilisation over internal energy", "value"] == pytest.approx(0.03)
-    assert table.loc["stabilisation over internal energy at full load", "value"] == pytest.approx(0.01)

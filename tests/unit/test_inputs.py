@@ -8,7 +8,6 @@ import synthetic
 
 from knitstudy.contacts.contacts import extract
 from knitstudy.errors import ConfigurationError
-from knitstudy.figures import catalogue as figures
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
@@ -16,7 +15,6 @@ from knitstudy.measures.claims.verdicts import findings, hanging, variations
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import Reference, transferred_uncertainty
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
-from knitstudy.tables import catalogue as tables
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
@@ -128,40 +126,3 @@ def test_claim_hangs_on_the_input_that_turns_its_verdict(sources):
     hang = hanging(found.values())
     assert hang["contact.friction"] == hang["pattern.clearance"] == ("K5",)
     assert hang["contact.tied_edges"] == ()
-
-
-def test_table_has_a_row_a_value(sources):
-    table = tables.tabulate("inputs", **sources)
-    assert table["input"].tolist()[:4] == ["none", *["contact.friction"] * 3]
-    assert table["value"].tolist()[:4] == ["", "0.1", "1.5", "rough"]
-    clearance = table[table["input"] == "pattern.clearance"].iloc[0]
-    assert (clearance["unit"], clearance["standing"]) == ("yarn radii", "assumed")
-    assert table["force, tie constraint [N]"].isna().tolist()[:5] == [False, True, True, True, True]
-
-
-def test_figure_frames_the_verdicts_that_turn(sources):
-    histories = changed(sources, {("friction010", "isotropic"): (1.3, 1.0)})
-    drawn = figures.draw("fig_inputs", **sources | {"variations": histories})
-    matrix, force, _ = drawn.axes
-    framed = [patch for patch in matrix.patches if patch.get_facecolor()[3] == 0]
-    assert [patch.get_y() for patch in framed] == [1]
-    names = [label.get_text() for label in matrix.get_yticklabels()]
-    assert names[:2] == ["base", "coefficient of friction 0.1 (0.76)"]
-    assert names[5] == "clearance of the yarns 0.04 R (0.02)"
-    assert max(bar.get_width() for bar in force.patches) == pytest.approx(30.0)
-
-
-def test_verdicts_name_the_inputs_that_claims_hang_on(sources):
-    """Rough contact as soft as friction with another clearance: the order of forces turns there."""
-    histories = changed(sources, {("clearance0040", "rough"): (0.5, 1.0)})
-    given = {name: sources[name] for name in ("geometry", "scenes", "paper", "reference")}
-    table = tables.tabulate(
-        "verdicts",
-        **given,
-        claims=read_table(RESOURCES / "paper_claims.csv"),
-        histories=histories,
-        contacts=sources["variations_contacts"],
-    ).set_index("id")
-    assert table["hangs on inputs"]["K5"] == "clearance of the yarns"
-    assert table["hangs on inputs"]["E1"] == "none of 4"
-    assert table["hangs on inputs"]["R1"] == ""

@@ -3,10 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConvergenceError
-from knitstudy.files import read_dataset
 from knitstudy.loading.restart import Run
-from knitstudy.models import beams_in_contact as beams
 from knitstudy.models.simulate import solve
 
 
@@ -79,13 +76,3 @@ def test_an_interrupted_run_goes_on(model, request, tmp_path):
     assert after == [1.0]
     if model == "touching":
         assert history["crossing_slip"].max() > 0
-
-
-def test_beams_that_cannot_go_on_keep_what_had_converged(touching, monkeypatch, tmp_path):
-    """The smallest gap passes an allowance of nothing at the first contact."""
-    monkeypatch.setattr(beams, "UNSEEN", -1.0)
-    with pytest.raises(
-        ConvergenceError, match=r"unseen by the beams' contact.*The history up to load factor"
-    ):
-        touching(partial=tmp_path / "a.nc")
-    assert "unseen" in read_dataset(tmp_path / "a.nc").attrs["incomplete"]

@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
 
 import netCDF4
 import numpy as np
@@ -41,11 +40,6 @@ def test_replacing_keeps_the_old_file_until_the_new_one_is_whole(tmp_path):
         temporary.write_text(f"half {1 / 0}")
     assert path.read_text() == "old"
     assert os.listdir(path.parent) == ["a.csv"]
-
-
-def test_replacing_says_when_nothing_was_written(tmp_path):
-    with pytest.raises(DataFileError, match=r"a\.nc: nothing was written"), replacing(tmp_path / "a.nc"):
-        pass
 
 
 def test_replacing_into_something_that_is_no_folder(tmp_path):
@@ -156,11 +150,6 @@ def test_dataset_round_trip_with_provenance(tmp_path, config, dataset):
     assert read.force.sum() == dataset.force.sum(), "the file is closed and all of it is in memory"
 
 
-def test_missing_dataset(tmp_path):
-    with pytest.raises(DataFileError, match=r"b\.nc: there is no such file; make it with `make study`"):
-        read_dataset(tmp_path / "b.nc")
-
-
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.99])
 def test_truncated_dataset(tmp_path, dataset, share):
     path = tmp_path / "a.nc"
@@ -168,12 +157,6 @@ def test_truncated_dataset(tmp_path, dataset, share):
     os.truncate(path, int(share * path.stat().st_size))
     with pytest.raises(DataFileError, match=r"a\.nc: is truncated or is not netCDF .* delete it"):
         read_dataset(path)
-
-
-def test_dataset_of_other_content(tmp_path):
-    (tmp_path / "b.nc").write_text("name,value\n")
-    with pytest.raises(DataFileError, match=r"b\.nc: is truncated or is not netCDF"):
-        read_dataset(tmp_path / "b.nc")
 
 
 def test_table_round_trip_and_its_errors(tmp_path):
@@ -216,12 +199,6 @@ def test_an_interruption_is_put_off_until_a_file_is_written(tmp_path, monkeypatc
     monkeypatch.undo()
     write_dataset(data, tmp_path / "a.nc")
     np.testing.assert_array_equal(read_dataset(tmp_path / "a.nc")["a"], [0, 1, 2])
-
-
-def test_other_threads_are_not_interrupted(tmp_path):
-    with ThreadPoolExecutor(1) as pool:
-        pool.submit(write_dataset, xr.Dataset({"a": 1.0}), tmp_path / "a.nc").result()
-    assert read_dataset(tmp_path / "a.nc")["a"] == 1.0
 
 
 HISTORY = {"load": [0.0, 0.5, 1.0], "force": [0.0, 1.0, 2.0]}

@@ -93,23 +93,3 @@ def test_a_fidelity_says_which_sections_it_has(plugin, config):
     assert len([kind for kind in all_kinds() if kind.fidelity.name == "rods"]) == 2 * len(INTERACTIONS)
     with pytest.raises(ConfigurationError, match=r"unknown fidelity 'rids' \(did you mean 'rods'\?\)"):
         scene.replace("fidelity", "rids")
-
-
-def test_what_is_forgotten_leaves_nothing(plugin, config):
-    page = keys_page()
-    plugin("sticky_again", STICKY)
-    assert keys_page() != page
-    del INTERACTIONS["sticky"]
-    assert keys_page() == page
-
-
-def test_a_name_that_is_taken(plugin):
-    with pytest.raises(ConfigurationError, match="interaction 'rough' is registered twice"):
-        plugin("second_rough", STICKY.replace('"sticky"', '"rough"'))
-
-
-def test_a_module_that_is_not_there():
-    with pytest.raises(
-        ConfigurationError, match="plugins: 'no_such_module' cannot be imported: No module named"
-    ):
-        load_plugins(["no_such_module"])

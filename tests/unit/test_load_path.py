@@ -1,22 +1,21 @@
 """Load paths: how grips move, and the solution along them: what it reports, records, refuses and keeps."""
 
 import logging
-import mmap
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.errors import CoarseIncrement, ConvergenceError, DataFileError
+from knitstudy.errors import ConvergenceError
 from knitstudy.files import read_dataset
 from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.loading.gates import require_closed_ledger
-from knitstudy.loading.history import Meter, Motion, Stations, load_path, place_on_path
+from knitstudy.loading.history import Motion, Stations, load_path, place_on_path
 from knitstudy.loading.restart import Run
 from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.study.problem_sections import Path
 
@@ -33,13 +32,6 @@ def test_a_motion_is_straight_between_its_corners():
     np.testing.assert_allclose(motion.at(1.0), CORNERS[3], atol=1e-20)
 
 
-def test_a_drive_goes_where_its_motion_does():
-    motion = Motion(CORNERS, QUARTERS, (), axis=2, length=1.0)
-    drive = PrescribedDisplacement(np.arange(3), CORNERS, QUARTERS)
-    for load in np.linspace(0, 1, 41):
-        np.testing.assert_allclose(drive.at(load), motion.at(load), atol=1e-18)
-
-
 def test_increments_end_at_corners_and_stops():
     drive = PrescribedDisplacement(np.arange(3), CORNERS[:2], (0.5, 1.0), (0.1, 0.7))
     places, load = [], 0.0
@@ -49,22 +41,6 @@ def test_increments_end_at_corners_and_stops():
     assert places == [0.1, 0.5, 0.7, 1.0]
     # A load factor that rounding has brought just below a stop is that stop.
     assert drive.next_stop(0.1 - 1e-15) == 0.5
-
-
-def test_only_corners_turn():
-    drive = PrescribedDisplacement(np.arange(3), CORNERS[:2], (0.5, 1.0), (0.1,))
-    assert drive.turns(0.5)
-    assert drive.turns(0.5 + 1e-15)
-    assert not drive.turns(0.1)
-    assert not drive.turns(0.0)
-
-
-def test_a_knit_is_pulled_along_the_course(plain_scene, knit):
-    scene = plain_scene.replace("load.stops", [0.01, 0.02])
-    motion = load_path(scene, knit)
-    np.testing.assert_allclose(motion.at(0.5), [0.025 * knit.width, 0, 0])
-    assert motion.stops == pytest.approx((0.2, 0.4))
-    assert (motion.axis, motion.length) == (0, knit.width)
 
 
 def test_a_pair_follows_its_path(plain_scene):
@@ -211,20 +187,6 @@ def test_an_increment_too_coarse_for_the_ledger_is_halved(problem, tmp_path):
     assert alike(history, solve_load_path(problem, Run(restart=tmp_path / "a.npz")))
 
 
-def test_halves_that_close_no_ledger_are_not_gone_on_with(problem, tmp_path):
-    tried = []
-
-    def open_beyond_the_middle(increment, recorder):
-        if increment.load > 0.5:
-            tried.append(increment.load)
-            raise CoarseIncrement("the ledger is open", 1.0)
-
-    with pytest.raises(ConvergenceError, match="the ledger is open"):
-        solve_load_path(replace(problem, checks=(open_beyond_the_middle,)), Run(partial=tmp_path / "a.nc"))
-    assert tried == [0.75, 0.625, 0.5625]
-    assert read_dataset(tmp_path / "a.nc")["load"][-2] == 0.5
-
-
 def test_what_had_converged_before_a_failure_is_kept(problem, tmp_path):
     broken = replace(problem, model=Spring(breaks_at=1.2))
     files = {"restart": tmp_path / "a.npz", "partial": tmp_path / "a.nc"}
@@ -243,73 +205,3 @@ def test_what_had_converged_before_a_failure_is_kept(problem, tmp_path):
     assert alike(whole, solve_load_path(problem))
     run.forget()
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_refused_state_is_recorded_but_in_no_restart_file(problem, tmp_path):
-    def require_little(increment, recorder):
-        if recorder.columns["force"][-1] > 1.5:
-            raise ConvergenceError(f"increment {increment.index}: too much force")
-
-    files = {"restart": tmp_path / "a.npz", "partial": tmp_path / "a.nc"}
-    checked = replace(problem, checks=(require_little,))
-    for _ in range(2):  # the second run meets the same state again
-        with pytest.raises(ConvergenceError, match="increment 2: too much force"):
-            solve_load_path(checked, Run(**files))
-        np.testing.assert_allclose(read_dataset(files["partial"])["load"], [0, 0.25, 0.5])
-
-
-def test_a_failure_before_anything_converged_leaves_no_history(problem, tmp_path):
-    def refuse(increment):
-        raise ConvergenceError("nothing")
-
-    class Refusing:
-        record = staticmethod(refuse)
-
-    with pytest.raises(ConvergenceError, match=r"^nothing$"):
-        solve_load_path(replace(problem, observers=(Refusing(),)), Run(partial=tmp_path / "a.nc"))
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_an_observer_may_report_only_what_the_table_has_and_once(problem):
-    class Inventive:
-        def record(self, increment):
-            return {"mood": 1.0}, {}
-
-    with pytest.raises(DataFileError, match="a history has no variable 'mood'"):
-        solve_load_path(replace(problem, observers=(Ends(), Inventive())))
-    with pytest.raises(DataFileError, match="two observers report 'centreline_displacement'"):
-        solve_load_path(replace(problem, observers=(Ends(), Ends())))
-
-
-def _take_and_give_back(size):
-    """Touch memory that no allocator can serve from what the process holds already."""
-    with mmap.mmap(-1, size) as memory:
-        memory[:: mmap.PAGESIZE] = b"1" * -(-size // mmap.PAGESIZE)
-
-
-def test_growth_counts_memory_that_was_freed_again():
-    meter = Meter()
-    if not meter.has_own_peak:
-        pytest.skip("this system has no peak that can be begun anew")
-    _take_and_give_back(64_000_000)
-    cost = meter.read()
-    assert 55e6 < cost.memory_growth < 100e6
-    assert cost.memory_peak >= cost.memory_growth
-    assert cost.seconds > 0
-
-
-def test_a_new_meter_begins_anew():
-    _take_and_give_back(64_000_000)
-    meter = Meter()
-    if meter.has_own_peak:
-        assert meter.read().memory_growth < 30e6
-
-
-def test_a_pause_takes_no_time(monkeypatch):
-    now = [10.0]
-    monkeypatch.setattr("knitstudy.loading.history.time.perf_counter", lambda: now[0])
-    meter = Meter()
-    now[0] += 2
-    with meter.paused():
-        now[0] += 5
-    assert meter.read().seconds == 2

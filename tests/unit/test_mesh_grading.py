@@ -10,7 +10,6 @@ from knitstudy.mesh.mesher import PATCH, PATCH_RAMP, mesh_fabric
 from knitstudy.mesh.quality import check_folding
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Grading, drawn, drawn_angles
-from knitstudy.mesh.sweep import SweptMesh
 
 RADIUS, SIZE = 0.9e-3, 0.3e-3
 GRADING = Grading(3.0, reach=1.0, ramp=2.0)
@@ -19,11 +18,6 @@ GRADING = Grading(3.0, reach=1.0, ramp=2.0)
 @pytest.fixture(scope="module")
 def pair():
     return yarn_pair(RADIUS, 60.0, 6e-3, 0.01)
-
-
-def test_full_at_crossings_and_gone_beyond_the_ramp():
-    finer = GRADING.finer(np.array([0.0, 1.0, 2.0, 3.0, 9.0]))
-    np.testing.assert_allclose(finer, [1 / 3, 1 / 3, 3**-0.5, 1, 1], rtol=1e-14)
 
 
 def test_a_section_is_finer_by_the_refinement_where_it_is_drawn_to_and_keeps_its_angles():
@@ -82,22 +76,10 @@ def test_far_from_the_crossing_the_section_is_as_it_was(pair):
     np.testing.assert_array_equal(mesh.pull[far], 0.0)
 
 
-def test_a_refined_mesh_survives_its_file(pair, tmp_path):
-    mesh = mesh_fabric(pair, SIZE, 1.0, 2.0)
-    again = SweptMesh.from_dataset(mesh.to_dataset())
-    np.testing.assert_array_equal(again.pull, mesh.pull)
-    assert "pull" not in mesh_fabric(pair, SIZE, 1.0).to_dataset()
-
-
 def test_crossings_that_are_too_near_are_refused():
     near = np.array([0.0, 5.0])
     with pytest.raises(MeshError, match=r"mesh.refinement: crossings 5 m apart .* too near for 3.*use 1"):
         GRADING.pull(np.zeros(3), near, np.zeros(2))
-
-
-def test_less_than_one_is_refused(pair):
-    with pytest.raises(MeshError, match=r"mesh.refinement: 0.5 is not allowed"):
-        mesh_fabric(pair, SIZE, 1.0, 0.5)
 
 
 def test_means_around_a_drawn_ring_are_those_of_its_circle(pair):

@@ -45,12 +45,6 @@ def test_sinkers_of_the_bottom_yarn_are_held_and_heads_of_the_top_yarn_driven(sc
         assert (sign * (mesh.centres[slices, 1] - level) > 0).all()
 
 
-def test_ends_are_held_left_and_driven_right_in_course_tension(plain_scene, knit, plain):
-    ends = grips(plain, plain_scene, knit)
-    np.testing.assert_array_equal(ends.held, plain.end_nodes("left"))
-    np.testing.assert_array_equal(ends.driven, plain.end_nodes("right"))
-
-
 def test_a_mesh_without_slices_where_grips_end_is_refused(scene, knit, plain):
     with pytest.raises(MeshError, match=r"mesh of yarn 0: no slice at s = .* where a grip ends"):
         grips(plain, scene, knit)
@@ -59,13 +53,6 @@ def test_a_mesh_without_slices_where_grips_end_is_refused(scene, knit, plain):
 def nodes_of(mesh, yarn):
     """Nodes (s, q, 3) of the slices of a yarn."""
     return mesh.nodes[mesh.slice_nodes(np.flatnonzero(mesh.yarn_of_slice == yarn))]
-
-
-def test_yarns_that_are_not_gripped_along_arcs_are_those_of_course_tension(knit, plain, mesh):
-    for yarn in range(1, knit.cells[1]):
-        np.testing.assert_array_equal(nodes_of(mesh, yarn), nodes_of(plain, yarn))
-    course = mesh_fabric(knit, SIZE, GROWTH, 2.0, "course")
-    np.testing.assert_array_equal(course.nodes, plain.nodes)
 
 
 def test_gripped_yarns_are_crossed_in_the_middle_of_a_layer_all_the_same(knit, mesh):
@@ -114,33 +101,12 @@ def test_middles_of_two_facets_face_each_other(pair_mesh):
     np.testing.assert_allclose([lower[nearest[0], :2], upper[nearest[1], :2]], 0, atol=1e-12)
 
 
-def test_layers_are_short_at_the_crossing_and_grow(pair_mesh):
-    for yarn in range(2):
-        s = pair_mesh.arc_length[pair_mesh.yarn_of_slice == yarn]
-        layer = np.searchsorted(s, LENGTH / 2)
-        np.testing.assert_allclose(
-            s[[layer - 1, layer]], LENGTH / 2 + PAIR_SIZE * np.array([-0.5, 0.5]), rtol=1e-9
-        )
-        assert np.diff(s)[0] > 1.1 * PAIR_SIZE
-        np.testing.assert_allclose(s, (LENGTH - s)[::-1], atol=1e-9 * LENGTH)
-
-
 def test_yarns_that_overlap():
     pair = yarn_pair(RADIUS, 90.0, LENGTH)
     lower, upper = pair.centrelines
     nearer = Centreline(upper.curve.shifted([0, 0, -0.06 * RADIUS]), 1)
     with pytest.raises(MeshError, match="overlap"):
         mesh_fabric(of_curves([lower, nearer], RADIUS), PAIR_SIZE, 1.0)
-
-
-def test_back_is_the_half_that_cannot_touch(pair, pair_mesh, pair_scene):
-    held_and_driven = grips(pair_mesh, pair_scene, pair)
-    for yarn, nodes, away in ((0, held_and_driven.held, -1), (1, held_and_driven.driven, 1)):
-        surface = pair_mesh.surface_nodes(yarn)
-        assert nodes.size == surface.size // 2
-        assert np.isin(nodes, surface).all()
-        height = pair_mesh.nodes[nodes, 2] - pair.crossings.point[0, yarn, 2]
-        assert (away * height > 0).all()
 
 
 def test_ends_are_whole_sections(pair, pair_mesh, pair_scene):

@@ -7,7 +7,7 @@ import pytest
 from test_mesh_sweep import Helix, Straight
 
 from knitstudy.errors import MeshError
-from knitstudy.mechanics.elements.quadratic import EDGES, NATURAL, QuadraticHexahedron, quadratic_shape
+from knitstudy.mechanics.elements.quadratic import NATURAL, QuadraticHexahedron, quadratic_shape
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mesh.quadratic import quadratic_mesh
 from knitstudy.mesh.section import Section
@@ -43,28 +43,6 @@ def test_surface_nodes_lie_on_the_true_tube(mesh):
             np.testing.assert_allclose(centre[:, 0], s, atol=1e-12)
 
 
-def test_middle_slices_lie_halfway_on_the_centreline(swept, mesh):
-    grid, curve = mesh.grids[0], CURVES[0]
-    s = swept.arc_length[: swept.first_slice[1]]
-    centre = mesh.nodes[grid[1::2, ::2]].mean(axis=1)
-    np.testing.assert_allclose(centre, curve.position(0.5 * (s[1:] + s[:-1])), atol=1e-12)
-
-
-def test_stations_and_yarns_rise_with_the_numbers(swept, mesh):
-    assert (np.diff(mesh.station) >= 0).all()
-    assert (np.diff(mesh.yarn) >= 0).all()
-    assert mesh.station[-1] + 1 == 2 * swept.slices - swept.yarns
-    assert mesh.station[mesh.corner_nodes].max() == mesh.station[-1]
-    np.testing.assert_array_equal(mesh.yarn[mesh.elements].min(axis=1), mesh.yarn[mesh.elements].max(axis=1))
-    np.testing.assert_array_equal(np.ptp(mesh.station[mesh.elements], axis=1), 2)
-
-
-def test_every_node_but_face_centres_belongs_to_an_element(mesh):
-    used = np.unique(mesh.elements)
-    assert not np.isin(mesh.face_centres, used).any()
-    assert len(used) + len(mesh.face_centres) == len(mesh.nodes)
-
-
 def test_the_corners_are_those_of_the_swept_mesh_on_the_radius(swept, mesh):
     np.testing.assert_array_equal(mesh.corners.hexahedra, swept.hexahedra)
     np.testing.assert_array_equal(mesh.corner_nodes[swept.hexahedra], mesh.elements[:, :8])
@@ -74,12 +52,6 @@ def test_the_corners_are_those_of_the_swept_mesh_on_the_radius(swept, mesh):
         mesh.corners.nodes.reshape(swept.slices, -1, 3)[:, inside],
         swept.nodes.reshape(swept.slices, -1, 3)[:, inside],
     )
-
-
-def test_middles_lie_near_the_middles_of_their_edges(mesh):
-    corners = mesh.nodes[mesh.elements[:, :8]]
-    straight = corners[:, EDGES].mean(axis=2)
-    assert np.linalg.norm(mesh.nodes[mesh.elements[:, 8:]] - straight, axis=-1).max() < 0.04 * RADIUS
 
 
 def test_face_centres_are_where_the_element_has_them(mesh):
@@ -102,11 +74,6 @@ def test_the_volume_is_that_of_the_tube(mesh):
     elements = QuadraticHexahedron(mesh.nodes[mesh.elements], Hencky(1.0, 0.4))
     tube = np.pi * RADIUS**2 * sum(curve.length for curve in CURVES)
     assert elements.volume.sum() == pytest.approx(tube, rel=1e-3)
-
-
-def test_the_band_is_narrow(mesh):
-    per_layer = len(mesh.nodes) / (mesh.station[-1] / 2)
-    assert mesh.bandwidth < 1.8 * per_layer
 
 
 def test_folded_elements_are_refused(swept):

@@ -58,11 +58,6 @@ def test_tight_bends_are_refused():
         quality.check_bending([Arc(2.0, 1.0), Arc(0.89, 1.0)], radius=0.9)
 
 
-def test_a_bend_tighter_than_the_yarn_folds_the_mesh():
-    with pytest.raises(MeshError, match="folded"):
-        quality.check_folding(sweep([Arc(0.7, 2.0)], Section.butterfly(3, 1), 0.9, Spacing(0.3)))
-
-
 @pytest.mark.parametrize(("gap", "overlap"), [(1.81, False), (1.79, False), (1.77, True)])
 def test_overlap_of_two_yarns_beyond_the_tolerance(gap, overlap):
     curves = [Arc(5.0, 1.0), Arc(5.0, 1.0, y=gap)]

@@ -9,7 +9,7 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
-from knitstudy.measures.cases import cases_of, label_of
+from knitstudy.measures.cases import label_of
 from knitstudy.measures.discretisation import made_of, problem_of
 from knitstudy.measures.response import poisson_ratio, tangent_stiffness
 from knitstudy.study.configuration import load_scenes, load_study
@@ -32,43 +32,6 @@ def every(scenes):
 @pytest.fixture(scope="module")
 def reference(scenes):
     return study.reference(scenes)
-
-
-def test_cases_hold_what_is_compared(every, scenes, reference):
-    cases = {(case.interaction, case.direction): case for case in cases_of(every, scenes, reference)}
-    assert list(cases) == [("tie", "course"), ("tie", "wale"), ("isotropic", "course"), ("isotropic", "wale")]
-    case = cases["isotropic", "wale"]
-    assert case.dns.scene.name == "dns-isotropic-wale"
-    assert [model.scene.name for model in case.others] == ["dns-isotropic-wale-medium"]
-    assert [model.scene.name for model in case.main.values()] == [
-        "rom3d-isotropic-wale",
-        "rom2d-isotropic-wale",
-    ]
-    assert len(case.reduced) == 5
-    assert [model.scene.name for model in case.beams] == [
-        f"beam-{kind}isotropic-wale" for kind in ("", "pinned-", "hertz-")
-    ]
-    assert cases["tie", "wale"].beams == ()
-
-
-def test_labels_name_what_makes_a_variant(scenes):
-    base = scenes["rom3d-isotropic-course"]
-    variants = {
-        "3D ROM": base,
-        "3D ROM, printed joints": base.replace("rom.joint", "printed"),
-        "3D ROM, pinned joints": base.replace("rom.joint", "pinned"),
-        "3D ROM, springs by crossing": base.replace("rom.springs", "zones"),
-        "3D ROM, springs along x, y, z": base.replace("rom.axes", "global"),
-        "3D ROM, springs of centrelines": base.replace("rom.displacement", "centreline"),
-        "3D ROM, springs of other tension": base.replace("rom.springs_from", "dns-isotropic-wale"),
-        "2D ROM, doubled segments": scenes["rom2d-doubled-tie-wale"],
-        "beams, point contact, rigid, pinned": scenes["beam-pinned-isotropic-course"],
-        "beams, point contact, Hertzian": scenes["beam-hertz-isotropic-course"],
-        "DNS, one-point hexahedra of 0.45 mm": scenes["dns-tie-course-medium"],
-    }
-    assert {label_of(scene): scene.name for scene in variants.values()} == {
-        label: scene.name for label, scene in variants.items()
-    }
 
 
 def test_models_of_the_study_can_be_told_apart():
@@ -107,17 +70,6 @@ def test_distances_of_all_models_from_the_reference(every, scenes, reference):
     assert other_mesh["discretisation"] == "one-point hexahedra of 0.45 mm"
 
 
-def test_beams_say_what_each_ingredient_changes(every, scenes, reference):
-    sources = {"models": every, "scenes": scenes, "reference": reference}
-    table = catalogue.tabulate("beams", **sources).set_index("model")
-    assert len(table) == 2 * 5
-    hertz = table.loc["beams, point contact, Hertzian; course"]
-    assert hertz["force over the reference's [1]"] == pytest.approx(0.8)
-    assert hertz["stiffness over that of the first beams [1]"] == pytest.approx(0.8 / 0.9)
-    assert table.loc["3D ROM; wale", "force over the reference's [1]"] == pytest.approx(1.2)
-    assert np.isnan(table.loc["DNS; wale", "stiffness over that of the first beams [1]"])
-
-
 def test_responses_by_hand(every, scenes):
     """10 N at 5 % on 3 loops and rows: widths are 3 w and 3 c."""
     table = catalogue.tabulate("responses", every=every, scenes=scenes).set_index("scene")
@@ -134,44 +86,6 @@ def test_responses_by_hand(every, scenes):
         assert of["tangent stiffness, force per width [N/m]"] == pytest.approx(10 / 0.5e-3 * along / across)
         assert of["internal energy per area [J/m2]"] == pytest.approx(4e-3 / (width * height))
         assert of["dissipated energy per area [J/m2]"] == pytest.approx(1e-3 / (width * height))
-
-
-def test_responses_name_only_keys_that_a_model_reads(every, scenes):
-    table = catalogue.tabulate("responses", every=every, scenes=scenes).set_index("scene").astype(object)
-    keys_of_models = table.loc[:, "tied edges":"beam ties"]
-    for name, keys in {
-        "dns-tie-course": set(),
-        "dns-isotropic-course": {
-            "tied edges",
-            "friction coefficient [1]",
-            "contact stiffness over E / h [1]",
-        },
-        "rom3d-isotropic-wale": {
-            "contacts from",
-            "joint",
-            "springs",
-            "springs from",
-            "axes of springs",
-            "section law",
-        },
-        "rom2d-tie-wale": {"contacts from", "segment of two yarns", "honeycomb"},
-        "beam-isotropic-course": {
-            "tied edges",
-            "friction coefficient [1]",
-            "section law",
-            "beam section",
-            "beam ties",
-        },
-    }.items():
-        given = set(keys_of_models.loc[name].dropna().index)
-        assert given - {"augmentations allowed [1]", "displacement of springs"} == keys, name
-
-
-def test_strain_that_was_not_reached_has_no_force(scenes):
-    every = study.histories(scenes, **{"dns-tie-course": {"strain": (0, 0.01, 0.02)}})
-    row = catalogue.tabulate("responses", every=every, scenes=scenes).iloc[0]
-    assert row["force at 1% strain [N]"] == 6
-    assert np.isnan(row["force at 3% strain [N]"])
 
 
 def test_cost_beside_the_papers_for_ties_only(every, scenes, reference):

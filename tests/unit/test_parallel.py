@@ -1,24 +1,16 @@
 """Threads: how many there are, and that results do not depend on it."""
 
-import threading
-
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.mechanics import linear as banded
 from knitstudy.mechanics.batches import VARIABLE, share, threads
-from knitstudy.mechanics.linear import direct as banded
 from knitstudy.mechanics.linear.krylov import Rows
 from knitstudy.mechanics.solid import SolidState
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.simulate import build
-
-
-@pytest.mark.parametrize(("value", "count"), [("1", 1), (" 3 ", 3), ("2,2", 2), ("4, 1", 4)])
-def test_number_of_threads(monkeypatch, value, count):
-    monkeypatch.setenv(VARIABLE, value)
-    assert threads() == count
 
 
 @pytest.mark.parametrize("value", ["x", "0", "-1", "1.5", ",2", "x,2", "²"])
@@ -28,24 +20,6 @@ def test_a_number_of_threads_that_is_none(monkeypatch, value):
         threads()
     assert f"{VARIABLE} is {value!r}" in str(caught.value)
     assert "a whole number of at least 1" in str(caught.value)
-
-
-@pytest.mark.parametrize("count", ["1", "2", "5"])
-def test_every_piece_is_worked_on_once(monkeypatch, count):
-    monkeypatch.setenv(VARIABLE, count)
-    done = np.zeros(1000, dtype=int)
-
-    def work(number):
-        done[number] += 1
-
-    share(work, len(done))
-    assert (done == 1).all()
-
-
-def test_two_threads_work_at_once(monkeypatch):
-    monkeypatch.setenv(VARIABLE, "2")
-    both = threading.Barrier(2, timeout=10)
-    share(lambda number: both.wait(), 2)
 
 
 @pytest.mark.parametrize("count", ["1", "2"])

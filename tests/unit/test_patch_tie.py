@@ -11,7 +11,6 @@ from knitstudy.mechanics.patch_compliance import moments, polar_rule
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models import hexahedra
-from knitstudy.models.discretisation import project_on_tube
 from knitstudy.models.ties import STIFFNESS, Discs, tie_crossings
 from knitstudy.study.configuration import load_scene
 
@@ -94,12 +93,6 @@ def test_resultants_pull_the_lower_yarn_after_the_upper_one(tie, parts, pair):
     np.testing.assert_allclose(pull, force[0], rtol=1e-9, atol=1e-9)
 
 
-def test_area_is_the_discs(tie, pair):
-    assert tie.area == pytest.approx(np.pi * (0.183 * pair.radius) ** 2)
-    assert not tie.beside(tie.centroid).any()
-    assert tie.beside(tie.centroid + pair.radius).all()
-
-
 def test_equations_hold_the_same_moments(tie, parts):
     fixed = tie.joined[:3]
     slave, master, weight = tie.equations(fixed)
@@ -110,15 +103,6 @@ def test_equations_hold_the_same_moments(tie, parts):
     displacement[slave] = np.einsum("sc,sci->si", weight, displacement[master])
     assert np.abs(tie.moments @ displacement).max() < 1e-12
     np.testing.assert_allclose(weight.sum(axis=1), 1, atol=1e-10)
-
-
-def test_nothing_tied_is_no_tie(parts, pair):
-    none = tie_crossings(parts, pair, np.zeros(1, dtype=bool), 0.183, MODULUS)
-    assert none.links is None
-    assert not len(none.joined)
-    assert np.isnan(none.area).all()
-    assert not none.resultants(np.zeros_like(parts.nodes)).any()
-    assert none.beside(parts.nodes).all()
 
 
 def test_what_the_yarns_cannot_show_makes_the_tie_softer(parts, pair):
@@ -139,23 +123,8 @@ def test_discs_that_overlap_are_refused(knit_of, plain_scene):
         tie_crossings(parts, knit, np.ones(4, dtype=bool), 2.5, MODULUS)
 
 
-def test_discs_over_the_end_of_a_yarn_are_refused(parts, pair):
-    with pytest.raises(
-        MeshError, match=r"tie.radius is 9 radii, but crossing 0 lies .* from the end of yarn 0"
-    ):
-        tie_crossings(parts, pair, np.ones(1, dtype=bool), 9.0, MODULUS)
-
-
 def test_discs_narrower_than_elements_can_show_are_refused(parts, pair):
     with pytest.raises(MeshError, match=r"tie.radius is 0.1 radii, .* less than 0.125: use that at least"):
         tie_crossings(parts, pair, np.ones(1, dtype=bool), 0.1, MODULUS)
     shown = replace(parts, missing=lambda yarn, place, radius: np.zeros((len(yarn), 2)))
     assert tie_crossings(shown, pair, np.ones(1, dtype=bool), 0.1, MODULUS).links is not None
-
-
-def test_projection_finds_the_nearest_point_of_a_centreline(plain_scene, knit_of):
-    line = knit_of(plain_scene.vary({"pattern.loops": 1, "pattern.rows": 2})).centrelines[0]
-    u = np.linspace(0.5, 11.5, 23)
-    normal = np.cross(line.curve.d1(u), [0.3, -0.2, 0.9])
-    normal *= 0.4e-3 / np.linalg.norm(normal, axis=1, keepdims=True)
-    np.testing.assert_allclose(project_on_tube(line, line.curve.value(u) + normal, u + 0.2), u, atol=1e-9)

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from knitstudy.errors import ConfigurationError, MeshError
+from knitstudy.errors import ConfigurationError
 from knitstudy.exchange.inp import SHELL_ENTRIES, section_matrix, shell_entries, write_shell
-from knitstudy.measures.endless_knit import moduli, referred, rotated
-from knitstudy.mechanics.periodic import Lattice
-from knitstudy.mechanics.spline_yarn.seam import conversion, seam
+from knitstudy.measures.endless_knit import moduli
+from knitstudy.mechanics.periodic import Lattice, seam
 from knitstudy.mechanics.spline_yarn.space import yarn_space
 from knitstudy.study.configuration import load_scene
 from knitstudy.tables.catalogue import tabulate
@@ -42,20 +41,6 @@ def test_the_jump_lifts_the_image_alone():
     np.testing.assert_allclose(right - left, [2, 0, 0], atol=1e-10)
 
 
-def test_where_the_degree_falls_only_what_all_share_wraps_around():
-    own = yarn_space(BREAKS, np.array([2, 2, 4, 2, 2]), 3)
-    around = seam(own)
-    used = np.unique(around.wrapped.indices)
-    assert len(used) == around.wrapped.shape[1] == len(around.order)
-    assert around.order.max() == 14  # up to degree 4 somewhere
-    np.testing.assert_allclose(np.asarray(conversion(own.spline).sum(axis=1)).ravel(), 1)  # constants stay
-
-
-def test_too_few_spans_cannot_wrap_around():
-    with pytest.raises(MeshError, match="2 spans of a yarn cannot wrap around with splines of degree 3"):
-        seam(yarn_space(BREAKS[:3], 2, 3))
-
-
 def test_jumps_are_those_of_the_macroscopic_field():
     lattice = Lattice(np.array([[3.0, 0.5, 0], [-0.4, 2.0, 0]]), reference=0.3)
     rng = np.random.default_rng(1)
@@ -74,35 +59,16 @@ def test_jumps_are_those_of_the_macroscopic_field():
     assert lattice.area == pytest.approx(6.2)
 
 
-def random_stiffness():
-    root = np.random.default_rng(2).standard_normal((6, 6))
-    return root @ root.T + 6 * np.eye(6)
-
-
-def test_turned_by_a_right_angle_course_and_wale_change_places():
-    found = rotated(random_stiffness(), np.pi / 2)
-    order, sign = [1, 0, 2, 4, 3, 5], np.array([1, 1, -1, 1, 1, -1])
-    np.testing.assert_allclose(
-        found, np.outer(sign, sign) * random_stiffness()[np.ix_(order, order)], atol=1e-12
-    )
-
-
-def test_plates_turned_and_about_their_faces():
-    sheet = np.diag([2.0, 2.0, 0.7])
-    sheet[0, 1] = sheet[1, 0] = 0.6
-    both = np.kron(np.diag([1.0, 3.0]), sheet)
-    np.testing.assert_allclose(rotated(both, 0.7), both, atol=1e-14)  # isotropic
-    plate = np.kron(np.diag([1.0, 1 / 12]), np.diag([1.0, 1.0, 0.5]))  # of unit thickness
-    found = referred(plate, -0.5)
-    np.testing.assert_allclose(found, np.kron([[1, 0.5], [0.5, 1 / 3]], np.diag([1.0, 1.0, 0.5])), atol=1e-14)
-    np.testing.assert_allclose(referred(found, 0.5), plate, atol=1e-14)
-
-
 def test_moduli_of_a_sheet():
     compliance = np.array([[1 / 10, -0.2 / 10, 0], [-0.2 / 10, 1 / 40, 0], [0, 0, 1 / 3]])
     found = moduli(np.linalg.inv(compliance))
     assert (found.course, found.wale, found.shear) == pytest.approx((10, 40, 3))
     assert (found.contraction_of_course, found.contraction_of_wale) == pytest.approx((0.2, 0.8))
+
+
+def random_stiffness():
+    root = np.random.default_rng(2).standard_normal((6, 6))
+    return root @ root.T + 6 * np.eye(6)
 
 
 def cell_history(strain=0.05, matrix=None):

@@ -6,7 +6,7 @@ from knitstudy.errors import MeshError
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
-from knitstudy.mechanics.spline_yarn.space import Sampling, Space, locate, shape, yarn_space
+from knitstudy.mechanics.spline_yarn.space import Space, locate, shape, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
 
 BREAKS = np.array([0.0, 0.3, 1.0, 1.4, 2.0, 2.5])
@@ -20,11 +20,6 @@ def test_functions_on_the_disc_are_orthonormal(degree):
     np.testing.assert_allclose(
         phi.T @ (weights[:, None] * phi) / np.pi, np.eye(disc.size(degree)), atol=1e-13
     )
-
-
-def test_the_first_functions_are_the_linear_ones():
-    phi = disc.values(1, INSIDE)
-    np.testing.assert_allclose(phi, np.column_stack([np.ones(20), 2 * INSIDE]), atol=1e-15)
 
 
 def test_all_polynomials_up_to_the_degree_are_there():
@@ -64,11 +59,6 @@ def test_splines_and_derivatives(degree):
         np.testing.assert_allclose(mine, reference(s, order), rtol=1e-10, atol=1e-10)
 
 
-def test_one_spline_alone_is_one_at_a_sharp_break():
-    values = Spline.on(BREAKS, 3, sharp=[2]).matrix(BREAKS[[0, 2, 5]]).toarray()
-    assert np.count_nonzero(np.abs(values) > 1e-14, axis=1).tolist() == [1, 1, 1]
-
-
 def test_a_fit_meets_ends_and_polynomials():
     spline = Spline.on(BREAKS, 3)
     s = np.linspace(0, 2.5, 40)
@@ -76,19 +66,6 @@ def test_a_fit_meets_ends_and_polynomials():
     fitted = spline.matrix(s) @ coefficients
     np.testing.assert_allclose(fitted[:, 0], s**3 - s, atol=1e-12)
     np.testing.assert_allclose(fitted[[0, -1], 1], np.sin(3 * s[[0, -1]]), atol=1e-14)
-
-
-@pytest.mark.parametrize(
-    ("breaks", "degree", "message"),
-    [
-        (BREAKS[::-1], 3, "longer than 0"),
-        (BREAKS[:1], 3, "at least one"),
-        (BREAKS, 0, "spline degree 0"),
-    ],
-)
-def test_splines_that_are_refused(breaks, degree, message):
-    with pytest.raises(MeshError, match=message):
-        Spline.on(breaks, degree)
 
 
 def two_yarns():
@@ -102,18 +79,6 @@ def two_yarns():
         c, d1, d2 = (yarn.spline.fit(s, each) for each in (centre, fixed[:, 0], fixed[:, 1]))
         nodes.append(yarn.coefficients(c, d1, d2, 1.0))
     return Space(yarns), np.concatenate(nodes)
-
-
-def test_fewer_nodes_where_the_degree_is_lower():
-    space, _ = two_yarns()
-    # A spline has the largest degree of the spans that it reaches over.
-    assert space.yarns[0].degrees.tolist() == [2, 2, 4, 4, 4, 4, 3, 2]
-    assert np.bincount(space.station[space.yarn == 0]).tolist() == [6, 6, 15, 15, 15, 15, 10, 6]
-    assert space.size == len(space.yarn) == len(space.order) == len(space.unity)
-    assert np.all(np.diff(space.station) >= 0)
-    assert np.all(np.diff(space.yarn) >= 0)
-    assert space.unity.sum() == sum(len(yarn.degrees) for yarn in space.yarns)
-    assert space.yarns[0].bandwidth == 59
 
 
 def test_elements_join_the_nodes_of_their_splines():
@@ -142,15 +107,6 @@ def test_places_are_found_again():
     x, along = locate(space, nodes, places, yarn)
     np.testing.assert_allclose(x, 1.5 * INSIDE, atol=1e-10)
     np.testing.assert_allclose(along, s, atol=1e-10)
-
-
-def test_sections_are_sampled_as_places_are():
-    space, nodes = two_yarns()
-    yarn, s = np.array([0, 0, 1]), np.array([0.2, 1.9, 1.1])
-    sampling = Sampling(space, yarn, s, INSIDE[:4])
-    matrix = space.matrix(np.repeat(yarn, 4), np.tile(INSIDE[:4], (3, 1)), np.repeat(s, 4))
-    np.testing.assert_allclose(sampling @ nodes, matrix @ nodes, atol=1e-13)
-    np.testing.assert_allclose(sampling @ space.unity, 1.0, atol=1e-13)
 
 
 @pytest.mark.parametrize(

@@ -1,14 +1,12 @@
 """What is promised of other knits: what a model is off there, and when that counts as held; the page about it."""
 
-import pandas as pd
 import pytest
 import study
 
-from knitstudy.errors import DataFileError
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.promises import Promise, corrected, error_made
 from knitstudy.measures.reference import Reference
-from knitstudy.measures.response import FORCE, LARGEST_U_Z, NORMAL
+from knitstudy.measures.response import FORCE, LARGEST_U_Z
 from knitstudy.report.kept_pages import BEGIN, END, insert_between_marks, trade_summary
 from knitstudy.stages.kept_tables import TRADE, TRADE_PAGE
 from knitstudy.tables import catalogue as tables
@@ -35,11 +33,6 @@ def test_an_error_is_taken_over_and_half_of_it_is_left_open(reference):
     force = corrected_force(reference, 12.0, 24.0)
     assert force.value == pytest.approx(20.0)
     assert force.uncertainty == pytest.approx(20.0 * (0.01 + 0.5 / 6))
-
-
-def test_what_the_reference_does_not_know_is_not_expected(reference):
-    found = corrected(reference, (of(12.0), None), (of(24.0), None), 0.05)
-    assert not found.at(NORMAL, 0.05).known
 
 
 def test_the_largest_error_of_a_question_counts(reference, plain_scene):
@@ -83,38 +76,6 @@ def test_the_page_is_written_from_the_table(table):
     assert "**3 x 3 cells, tie constraint, course tension.** For 5 % in force take" in page
     assert page.count("| force | 3 x 3,") == 4
     assert "### On other knits" not in page
-
-
-def test_promises_are_counted(table):
-    promises = pd.DataFrame(
-        {
-            "scene": ["a", "a", "unseen-mixed-b"],
-            "question": "force",
-            "accuracy [1]": 0.05,
-            "interaction": "tie constraint",
-            "held": [True, True, False],
-            "surely held": [True, None, False],
-            "of another model [1]": [True, False, True],
-            "seconds [s]": [6.0, 2.0, 2.0],
-            "seconds of the cheapest that would have done [s]": [1.5, 2.0, 2.0],
-        }
-    )
-    said = trade_summary(table, promises)
-    assert "| force, 5 % | tie constraint | 3 | 2 | 1 | 4 |" in said
-    assert "Of 2 knits 1 kept every promise, and 2 of 3 promises held" in said
-    assert (
-        "by another model than that which the truth is drawn from 1 of 2, and 0 of 1 of knits with several"
-        in said
-    )
-    assert (
-        "1 cost more than 3 times the cheapest rung that would have done, the dearest 4 times (bar: 3)."
-        in said
-    )
-
-
-def test_a_page_without_marks_is_refused():
-    with pytest.raises(DataFileError, match="must have the lines"):
-        insert_between_marks("nothing", "text")
 
 
 def test_the_page_of_the_checkout_has_marks():

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from knitstudy.geometry.fabric import yarn_pair
-from knitstudy.mechanics.elements.quadratic import EDGES
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.hexahedra import divide
@@ -47,32 +46,11 @@ def moved(nodes, unity=1.0):
     return nodes @ exp(np.array([0.5, -0.3, 1.0])).T + unity * np.array([1e-3, 2e-3, -3e-3])
 
 
-def test_what_is_seen_are_the_corners(parts):
-    np.testing.assert_allclose(parts.sampled(parts.nodes), parts.mesh.nodes)
-
-
 def test_centres_of_faces_depend_on_nodes_that_do_not(parts):
     assert np.abs(parts.dependence @ parts.nodes - parts.nodes).max() < 1e-12 * RADIUS
     assert np.abs(parts.dependence @ parts.dependence - parts.dependence).max() < 1e-15
     alone = np.setdiff1d(np.arange(len(parts.nodes)), parts.connectivity)
     np.testing.assert_array_equal(np.flatnonzero(np.diff(parts.dependence.indptr) > 1), alone)
-
-
-def test_gripped_middles_lie_between_gripped_corners(parts, pair):
-    held = np.isin(parts.connectivity, parts.ends.held)
-    np.testing.assert_array_equal(held[:, 8:], held[:, EDGES].all(axis=2))
-    # Both end sections of the lower yarn, whole, and nothing of the other.
-    ends = np.isin(parts.nodes[:, 0], parts.nodes[parts.yarn == 0, 0][[0, -1]]) & (parts.yarn == 0)
-    np.testing.assert_array_equal(np.flatnonzero(ends), parts.ends.held)
-
-
-def test_the_volume_of_the_nodes_is_that_of_the_elements(parts):
-    groups = parts.groups(parts.nodes)
-    volume = parts.volume(groups)
-    assert volume.sum() == pytest.approx(groups[0].elements.volume.sum())
-    used = np.unique(parts.connectivity)
-    assert volume[used].min() > 0
-    assert not np.delete(volume, used).any()
 
 
 def test_places_are_sums_of_nodes_that_move_with_the_yarn(parts):

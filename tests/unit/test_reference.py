@@ -9,14 +9,14 @@ import synthetic
 
 from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
-from knitstudy.files import read_table, write_dataset, write_table
+from knitstudy.files import read_table, write_dataset
 from knitstudy.measures.discretisation import problem_of
-from knitstudy.measures.reference import reference_of, refinement_series_of
+from knitstudy.measures.reference import reference_of
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, STRAINS, rms_out_of_plane
 from knitstudy.stages import kept_tables as kept
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import load_scenes, load_study
+from knitstudy.study.configuration import load_scenes
 from knitstudy.tables import catalogue
 from knitstudy.tables.reference import values_of
 
@@ -79,14 +79,6 @@ def test_rows_of_two_ways(sources, solid):
     assert table["uncertainty"].notna().all()
 
 
-def test_every_way_shows_how_it_tends(sources):
-    table = catalogue.tabulate("reference_ways", **sources)
-    last = table[(table["quantity"] == FORCE) & (table["strain [1]"] == 0.05)].set_index("way")
-    assert last.loc["one-point hexahedra", "limit"] == pytest.approx(12.0)
-    assert last.loc["one-point hexahedra", "values"] == "11.7975, 11.91"
-    assert last.loc["quadratic hexahedra", "uncertainty"] == pytest.approx(0.09)
-
-
 def test_one_way_or_one_mesh_makes_no_reference(knit, solid):
     for scenes in (
         way(solid, "one_point"),
@@ -117,14 +109,6 @@ def test_problems_are_told_apart_by_their_physics_alone(plain_scene):
     }
     found = {problem_of(touching.replace(key, value)) for key, value in others.items()}
     assert len(found | {problem_of(touching)}) == len(others) + 1
-
-
-def test_ways_run_from_the_coarsest_to_the_finest(solid):
-    scenes = way(solid, "one_point", (0.3e-3, 0.45e-3, 0.2e-3))
-    (ways,) = refinement_series_of(scenes.values()).values()
-    assert ways[0].said == "0.45, 0.3, 0.2 mm"
-    (one_resolution,) = refinement_series_of(way(solid, "one_point", SIZES[:1]).values()).values()
-    assert one_resolution == []
 
 
 @pytest.fixture(scope="module")
@@ -198,16 +182,6 @@ def copy(tmp_path, sources):
     return path
 
 
-def test_values_of_all_simulations_are_kept_beside_it(copy, sources):
-    values = read_table(kept.values_beside(copy), needs=("code", "made"))
-    assert set(values["scene"]) == set(sources["scenes"])
-    force = values[(values["quantity"] == FORCE) & (values["strain [1]"] == 0.05)].set_index("scene")["value"]
-    assert force["reference-one-point-000045"] == pytest.approx(11.7975)
-    table, made = read_table(copy), catalogue.tabulate("reference", **sources)
-    assert set(table["code"]) == {"ab12"}
-    np.testing.assert_allclose(table[["value", "uncertainty"]], made[["value", "uncertainty"]])
-
-
 def test_what_was_not_simulated_anew_stays(copy, sources):
     """One mesh of one way is: its rows and the limits change, and these name both codes."""
     name = "reference-one-point-00003"
@@ -230,30 +204,6 @@ def forces(table):
     return (table["quantity"] == FORCE).to_numpy()
 
 
-def test_rows_of_problems_without_two_ways_stay(copy, sources):
-    table = read_table(copy)
-    write_table(table.assign(problem="another"), copy)
-    kept.keep_values(read_table(kept.values_beside(copy)), sources["scenes"], copy, "ab12")
-    both = read_table(copy)
-    assert list(dict.fromkeys(both["problem"])) == ["another", table["problem"][0]]
-    assert len(both) == 2 * len(table)
-
-
-def test_values_of_scenes_that_have_changed_are_dropped(copy, sources):
-    name, *others = sources["scenes"]
-    changed = sources["scenes"] | {name: sources["scenes"][name].replace("mesh.growth", 1.3)}
-    values = read_table(kept.values_beside(copy))
-    kept.keep_values(values[values["scene"] == others[0]], changed, copy, "ab12")
-    assert set(read_table(kept.values_beside(copy))["scene"]) == set(others)
-
-
-def test_nothing_is_kept_of_nothing(copy, sources):
-    before = copy.read_bytes()
-    with pytest.raises(DataFileError, match="has no simulation of the study `reference`"):
-        kept.keep_values(values_of({}, {}), sources["scenes"], copy, "ab12")
-    assert copy.read_bytes() == before
-
-
 def test_only_simulations_that_are_up_to_date_are_kept(config, sources, tmp_path):
     """Their digests say so: one of the history and one of the contacts."""
     history, contacts = (next(iter(sources[name].values())) for name in ("histories", "contacts"))
@@ -267,17 +217,6 @@ def test_only_simulations_that_are_up_to_date_are_kept(config, sources, tmp_path
         assert set(kept.values_found(scenes, tmp_path, config)["scene"]) == (set(scenes) if there else set())
 
 
-def test_reference_of_other_code_is_said(copy):
-    assert kept.reference_warning(copy, "ab12") == ""
-    assert "was made by code ab12, which is now cd34: `make reference`" in kept.reference_warning(
-        copy, "cd34"
-    )
-
-
-def test_code_behind_the_reference_is_that_of_its_own_scenes(solid):
-    assert kept.code_behind(way(solid, "one_point").values()) != kept.code_behind([solid])
-
-
 def test_the_kept_reference_speaks_of_the_cases_of_the_study():
     """It must parse; how old it is the report says."""
     table, scenes = read_table(KEPT, needs=("code", "made")), load_scenes()
@@ -287,10 +226,3 @@ def test_the_kept_reference_speaks_of_the_cases_of_the_study():
             assert reference.strains(FORCE) == reference.strains(LARGEST_U_Z) == list(STRAINS)
             assert all(reference.at(FORCE, strain).uncertainty > 0 for strain in STRAINS)
     assert not table["value"].isna().any()
-
-
-def test_study_reference_has_the_problems_of_the_kept_one():
-    scenes = load_scenes()
-    ways = refinement_series_of(scenes[name] for name in load_study("reference"))
-    assert len(ways) == 12
-    assert set(read_table(KEPT)["problem"]) <= set(ways)

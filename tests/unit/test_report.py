@@ -1,8 +1,6 @@
 """The page holds every figure and table, numbers of captions come from tables, and wrong texts are named."""
 
 import re
-from base64 import b64decode
-from io import BytesIO
 from pathlib import Path
 
 import jinja2
@@ -12,15 +10,14 @@ import study
 import synthetic
 import yaml
 from matplotlib.figure import Figure
-from PIL import Image
 
-from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import save
 from knitstudy.files import read_table, write_dataset
-from knitstudy.report.files import WIDTH, for_screen, read_sources
+from knitstudy.report.files import read_sources
 from knitstudy.report.kept_pages import summarise
-from knitstudy.report.page import BY_MODEL, LONG, MOST, cells, origins, render, value
+from knitstudy.report.page import BY_MODEL, render, value
 from knitstudy.tables.catalogue import TABLES, tabulate
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -116,18 +113,6 @@ def test_texts_are_escaped_and_filled(page):
     assert page.count("1.23<") == len(FIGURES.names())
 
 
-def test_page_shows_verdicts_and_what_the_full_study_found(page):
-    assert "Of 2 claims of the paper" in page
-    assert 'class="verdict not-reproduced">not reproduced<' in page
-    assert "has no simulations for: 1<" in page
-    assert "Uncertainty: By other discretisations." in page
-    assert "Hangs on inputs: Clearance of the yarns." in page
-    assert not re.search(r"\bnan\b", page)
-    assert "full study, 2026-11-20: not decidable" in page
-    assert re.search(r"two: not yet run; full study, 2026-11-20: <span .*>not decidable</span>. 9 mm\.", page)
-    assert '<p class="note">The reference is old.</p>' in page
-
-
 def test_summary_names_every_claim_and_shows_what_is_drawn(results):
     claims = read_table(RESOURCES / "paper_claims.csv")
     kept = claims.assign(verdict="reproduced", measured="|u| 7 mm", note="", made="2026-11-20", digest="beef")
@@ -146,15 +131,6 @@ def test_captions_name_all_figures_and_tables(captions):
     assert set(captions["tables"]) == set(TABLES.names())
     for texts in captions["figures"].values():
         assert set(texts) == {"alt", "caption", "paper", "ours"}
-
-
-@pytest.mark.parametrize("models", [None, ["DNS; tie constraint, course"]])
-def test_table_or_model_that_the_study_lacks_leaves_a_dash(pictures, captions, models):
-    table = models and {"table5_cost": pd.DataFrame({"model": models, "degrees of freedom [1]": [9.0]})}
-    honeycomb = [path for path in pictures if path.stem == "fig04_honeycomb"]
-    assert "– degrees of freedom, with one element a segment" in render_tables(
-        table or {}, honeycomb, captions
-    )
 
 
 def test_captions_speak_of_models_that_there_are(plain_scene, captions):
@@ -179,45 +155,12 @@ def test_captions_speak_of_models_that_there_are(plain_scene, captions):
         assert column in built[table], (table, column)
 
 
-def test_long_tables_are_folded_and_empty_ones_left_out():
-    rows = {count: pd.DataFrame({"scene": [f"s{k}" for k in range(count)]}) for count in (LONG, MOST + 1)}
-    page = render_tables({"responses": rows[LONG], "beams": pd.DataFrame({"a": []})})
-    assert f"<details><summary>All {LONG} rows</summary>" in page
-    assert 'id="beams"' not in page
-    page = render_tables({"responses": rows[MOST + 1]})
-    assert f"The first {MOST} of {MOST + 1} rows; the CSV has all</summary>" in page
-    assert f'<th scope="row">s{MOST - 1}</th>' in page
-    assert f'<th scope="row">s{MOST}</th>' not in page
-
-
-@pytest.mark.parametrize(("first", "turned"), [(["x", "y"], True), (["x", "x"], False)])
-def test_short_tables_are_turned_if_their_rows_have_names(first, turned):
-    table = pd.DataFrame({"a": first, "b": [1, 2], "c": [3, 4]})
-    assert ('<th scope="row">b</th>' in render_tables({"beams": table})) is turned
-
-
 def test_missing_caption_is_named(pictures, results):
     captions = {"figures": {"fig15_force_strain": {"alt": "", "caption": ""}}}
     with pytest.raises(
         ConfigurationError, match=r"figures\.fig15_force_strain must have the texts alt, .*'paper' is"
     ):
         render_tables(results, pictures, captions)
-
-
-def test_pictures_are_of_the_size_of_a_screen(tmp_path):
-    path = tmp_path / "wide.png"
-    save(Figure(figsize=(7, 3)), [path], {}, "wide")
-    picture = for_screen(path)
-    kept = b64decode(picture.uri.removeprefix("data:image/webp;base64,"))
-    assert Image.open(BytesIO(kept)).size == (WIDTH, round(WIDTH * 3 / 7))
-    assert (picture.width, picture.height) == (2100, 900)
-
-
-def test_picture_that_is_none_is_named(tmp_path, results):
-    path = tmp_path / "fig02_interfaces.png"
-    path.write_bytes(b"\x89PNG")
-    with pytest.raises(DataFileError, match=r"fig02_interfaces\.png: is no picture"):
-        render_tables(results, [path])
 
 
 def test_number_of_a_table_in_its_format():
@@ -237,26 +180,6 @@ def test_number_of_a_table_in_its_format():
 def test_number_that_is_not_there_is_named(place, message):
     with pytest.raises(ConfigurationError, match=message):
         value({"t": pd.DataFrame({"model": ["DNS"], "x": [1.0]})}, *place)
-
-
-def test_cells_are_readable():
-    table = pd.DataFrame(
-        {"a": [189513, 2], "b": [0.00069321, 26848.59], "c": [1.2e-7, float("nan")], "d": ["x", None]}
-    )
-    assert cells(table).to_numpy().tolist() == [
-        ["189,513", "0.0006932", "1.2e-07", "x"],
-        ["2", "26,849", "–", "–"],
-    ]
-
-
-def test_origins_are_relative_to_the_page(tmp_path, plain_scene):
-    file = tmp_path / "results" / "rom" / "a.nc"
-    write_dataset(synthetic.history(), file, plain_scene, digest="beef")
-    table = origins([file], tmp_path / "results" / "report.html")
-    assert table.loc[0, "file"] == "rom/a.nc"
-    assert table.loc[0, "scene"] == plain_scene.name
-    assert table.loc[0, "digest"] == "beef"
-    assert table.loc[0, "numpy"]
 
 
 def test_sources_of_one_name_are_read_by_scene(tmp_path, plain_scene):

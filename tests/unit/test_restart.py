@@ -1,16 +1,13 @@
 """Restart files, from which a run goes on, and progress, which is plain lines with the time left."""
 
-import io
-import re
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError
-from knitstudy.loading import restart
 from knitstudy.loading.history import Motion, Recorder, Stations
-from knitstudy.loading.restart import IN_MEMORY, Checkpoint, Progress, restart_of, run_with
+from knitstudy.loading.restart import Checkpoint
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
 
@@ -113,12 +110,6 @@ def test_a_state_is_any_dataclass(tmp_path, present):
     assert (back.steps, back.nothing) == ((1.0, 2.0), ())
 
 
-def test_a_state_that_no_file_can_keep_is_refused(tmp_path):
-    state = State({"a": np.zeros(3)})
-    with pytest.raises(TypeError, match=r"state\.displacement is a dict"):
-        Checkpoint(tmp_path / "a.npz", "key", State).save(replace(increment(1, 0.5), state=state), recorder())
-
-
 def rewritten(file, **changes):
     """Change entries of a restart file as whoever edits it could."""
     with np.load(file.path) as archive:
@@ -159,52 +150,3 @@ def test_something_else_in_the_place_of_a_restart_file_is_refused(tmp_path):
             DataFileError, match=rf"{path.name}: this restart file cannot be used .*delete it"
         ):
             Checkpoint(path, "key", State).load(recorder())
-
-
-def test_restart_files_of_earlier_inputs_are_forgotten(tmp_path):
-    names = [restart_of(tmp_path, "dns-a", digit * 32) for digit in "12"]
-    other = restart_of(tmp_path, "dns-a-fine", "1" * 32)
-    for path in (*names, other):
-        for suffix in (".npz", ".log", ".nc"):
-            path.with_suffix(suffix).touch()
-    assert restart_of(tmp_path, "dns-a", "1" * 32) == names[0]
-    kept = {path.name for path in tmp_path.iterdir()}
-    assert kept == {path.with_suffix(s).name for path in (names[0], other) for s in (".npz", ".log", ".nc")}
-
-
-def test_a_partial_history_lies_beside_its_restart_file(tmp_path):
-    assert run_with(tmp_path / "a-1.npz").partial == tmp_path / "a-1.nc"
-    assert run_with(None) == IN_MEMORY
-
-
-@pytest.fixture
-def clock(monkeypatch):
-    class Clock:
-        now = 100.0
-
-    monkeypatch.setattr(restart.time, "monotonic", lambda: Clock.now)
-    return Clock
-
-
-def lines(progress, clock, *reports):
-    stream = io.StringIO()
-    reporter = Progress("dns a", streams=(stream,), every=5.0)
-    for seconds, done in reports:
-        clock.now = 100.0 + seconds
-        reporter(done, "strain")
-    return stream.getvalue().splitlines()
-
-
-def test_time_left_is_judged_by_the_share_done(clock):
-    *_, last = lines(Progress, clock, (0, 0.0), (60, 0.25))
-    assert re.fullmatch(r"dns a +25% \[01:00<03:00\] strain", last)
-
-
-def test_after_a_restart_only_the_new_share_counts(clock):
-    *_, last = lines(Progress, clock, (0, 0.5), (60, 0.75))
-    assert "[01:00<01:00]" in last
-
-
-def test_few_lines_but_always_the_last(clock):
-    written = lines(Progress, clock, (0, 0.0), (1, 0.1), (2, 0.2), (6, 0.5), (7, 1.0))
-    assert [re.search(r"\d+%", line).group() for line in written] == ["0%", "50%", "100%"]

@@ -5,16 +5,12 @@ import pytest
 
 from knitstudy.errors import ConfigurationError, GeometryError
 from knitstudy.models import network_2d, network_3d
-from knitstudy.models.joints import contacts_of_crossings, joint_points
+from knitstudy.models.joints import joint_points
 
 
 @pytest.fixture(scope="module")
 def points(knit, contacts):
     return joint_points(knit, contacts)
-
-
-def element_points(network):
-    return network.nodes[network.ends] + network.offsets
 
 
 class TestHoneycomb:
@@ -25,20 +21,6 @@ class TestHoneycomb:
         np.testing.assert_allclose(network.nodes[:zones, :2], contacts["centroid"][:, :2])
         np.testing.assert_array_equal(network.nodes[:, 2], 0)
 
-    @pytest.mark.parametrize(("loops", "rows"), [(1, 1), (2, 1), (1, 3)])
-    def test_any_size_has_the_segments_of_its_yarns(self, plain_scene, knit_of, loops, rows):
-        knit = knit_of(plain_scene.replace("pattern.loops", loops).replace("pattern.rows", rows))
-        network = network_2d.planar_network(knit, contacts_of_crossings(knit))
-        # A yarn has 8 corners a loop and 2 ends; the 2 loops rows segments inside interlocks count once.
-        assert len(network.ends) == (rows + 1) * (8 * loops + 1) - 2 * loops * rows
-        assert np.isin(np.arange(len(network.nodes)), network.ends).all()
-
-    def test_heads_and_sinkers_lie_along_x(self, knit, contacts):
-        network = network_2d.planar_network(knit, contacts)
-        chord = np.diff(element_points(network), axis=1)[:, 0]
-        along_x = np.abs(chord[:, 1]) < 1e-9 * np.abs(chord[:, 0])
-        assert along_x.sum() == 4 * (3 + 4)  # every yarn: 3 heads, 2 sinkers and 2 halves of sinkers
-
     def test_only_segments_inside_interlocks_carry_two_yarns(self, knit, contacts):
         network = network_2d.planar_network(knit, contacts, doubled=True)
         zone = np.tile(contacts["zone"].to_numpy(), 2)
@@ -47,42 +29,8 @@ class TestHoneycomb:
         np.testing.assert_array_equal(np.sort(zone[shared] // 2, axis=1), np.tile([0, 1], (18, 1)))
         assert np.all(network_2d.planar_network(knit, contacts).yarns_side_by_side == 1)
 
-    def test_stations_follow_the_yarns(self, knit, contacts):
-        network = network_2d.planar_network(knit, contacts)
-        stations = network.stations
-        same = np.diff(stations.yarn) == 0
-        assert np.all(np.diff(stations.arc_length)[same] > 0)
-        linked = {tuple(sorted(pair)) for pair in network.ends.tolist()}
-        steps = np.column_stack([network.station_node[:-1], network.station_node[1:]])[same]
-        assert {tuple(sorted(pair)) for pair in steps.tolist()} == linked
-
-    def test_ends_lie_in_the_cuts(self, knit, contacts):
-        network = network_2d.planar_network(knit, contacts)
-        width = knit.cells[0] * knit.cell[0]
-        np.testing.assert_allclose(network.nodes[network.end_nodes("left"), 0], 0, atol=1e-15)
-        np.testing.assert_allclose(network.nodes[network.end_nodes("right"), 0], width, rtol=1e-12)
-
 
 class TestSpatial:
-    def test_length_of_elements_and_count_of_nodes(self, knit, points):
-        network = network_3d.spatial_network(knit, points, size=0.5e-3)
-        length = sum(centreline.length for centreline in knit.centrelines)
-        assert network.beam_nodes == pytest.approx(length / 0.5e-3, rel=0.01)
-        assert len(network.nodes) == network.beam_nodes - 36
-        chord = np.linalg.norm(np.diff(element_points(network), axis=1)[:, 0], axis=1)
-        assert 0.35e-3 < chord.min() < chord.max() < 0.65e-3
-
-    def test_stations_are_points_of_the_centrelines_and_all_points_C(self, knit, points):
-        network = network_3d.spatial_network(knit, points, size=2e-3)
-        stations = network.stations
-        for number, centreline in enumerate(knit.centrelines):
-            on = stations.yarn == number
-            np.testing.assert_allclose(
-                stations.position[on], centreline.position(stations.arc_length[on]), atol=1e-15
-            )
-            mine = points.arc_length[points.yarn == number]
-            assert np.abs(stations.arc_length[on][:, None] - mine).min(axis=0).max() < 1e-12
-
     def test_both_points_C_hang_on_a_node_at_P(self, knit, points):
         network = network_3d.spatial_network(knit, points, size=2e-3)
         carried = network.nodes[network.station_node] + network.station_offset
@@ -94,12 +42,6 @@ class TestSpatial:
         for joint in joints:
             pair = network.stations.yarn[network.station_node == joint]
             assert abs(pair[0] - pair[1]) == 1
-
-    def test_ends_are_the_ends_of_the_yarns(self, knit, points):
-        network = network_3d.spatial_network(knit, points, size=2e-3)
-        for side, s in (("left", 0.0), ("right", knit.centrelines[0].length)):
-            expected = [centreline.position(np.array([s]))[0] for centreline in knit.centrelines]
-            np.testing.assert_allclose(network.nodes[network.end_nodes(side)], expected, atol=1e-15)
 
     def test_curvature_is_that_of_the_centrelines(self, knit, points):
         network = network_3d.spatial_network(knit, points, size=0.25e-3)

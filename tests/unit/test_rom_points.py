@@ -1,7 +1,5 @@
 """Points C and P of the three-dimensional reduced model, and contacts made of crossings."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -26,12 +24,6 @@ def test_contacts_of_crossings_lie_halfway_with_normals_across(knit, contacts):
     np.testing.assert_allclose(contacts["centroid"] - 0.5 * across, point[:, 0], atol=1e-15)
 
 
-def test_yarns_that_meet_have_no_normal():
-    crossings = SimpleNamespace(row=[0], column=[0], zone=[0], point=np.zeros((1, 2, 3)))
-    with pytest.raises(GeometryError, match="row 0, column 0, zone 0"):
-        contacts_of_crossings(SimpleNamespace(crossings=crossings))
-
-
 def test_closest_points_are_the_points_C_of_their_own_contacts(knit, contacts):
     """P halfway between closest points, with the normal across, puts both of them into the plane."""
     points = joint_points(knit, contacts)
@@ -54,28 +46,9 @@ def test_points_C_lie_in_the_plane_of_P_and_normal(knit, contacts):
     assert 1e-5 < np.abs(points.arc_length - knit.crossings.arc_length).max() < 1e-3
 
 
-def test_planes_cut_both_yarns_at_a_good_angle(plain_scene, knit, contacts):
-    """A plane that grazes a centreline would move C by many times an error of P."""
-    plane = contact_normal_planes(contacts)
-    yarn, arc_length = knit.crossings.yarn, knit.crossings.arc_length
-    for number, centreline in enumerate(knit.centrelines):
-        on_yarn = yarn == number
-        tangent = centreline.tangent(arc_length[on_yarn])
-        sine = np.abs(np.einsum("ki,ki->k", tangent, plane[np.nonzero(on_yarn)[0]]))
-        assert sine.min() > 0.5
-
-
 def test_contact_without_partner_is_refused(contacts):
     with pytest.raises(GeometryError, match="has zone 2 but not zone 0"):
         contact_normal_planes(contacts.isel(crossing=slice(1, None)))
-
-
-def test_normal_along_the_line_between_partners_is_refused(contacts):
-    line = np.diff(contacts["centroid"].to_numpy()[[0, 2]], axis=0)
-    normal = contacts["normal"].to_numpy().copy()
-    normal[0] = line / np.linalg.norm(line)
-    with pytest.raises(GeometryError, match="row 0, column 0, zone 0 lies along the line"):
-        contact_normal_planes(contacts.assign(normal=(("crossing", "xyz"), normal)))
 
 
 def test_contact_far_from_its_yarns_is_refused(knit, contacts):

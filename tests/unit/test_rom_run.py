@@ -3,22 +3,8 @@
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.errors import DataFileError
 from knitstudy.models.simulate import solve
-
-
-@pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])
-def test_history_holds_what_the_scene_asked_for(plain_scene, knit, contacts, fidelity):
-    scene = plain_scene.replace("mesh.beam_size", 3e-3).replace("fidelity", fidelity)
-    history = solve(scene, knit, contacts=contacts)
-    np.testing.assert_allclose(history["strain"], np.linspace(0, 0.05, 5), rtol=1e-12)
-    assert history.attrs["fidelity"] == fidelity
-    assert history.attrs["dof"] > history.attrs["unknowns"] > 0
-    moved = history["centreline_displacement"].isel(increment=-1)
-    right = np.isclose(history["centreline"][:, 0], 3 * knit.cell[0])
-    assert right.sum() == 4
-    np.testing.assert_allclose(moved[right], np.tile([0.05 * 3 * knit.cell[0], 0, 0], (4, 1)))
-    assert np.all(np.diff(history["force"]) > 0)
 
 
 @pytest.mark.parametrize("joint", ["rigid", "patch"])
@@ -48,11 +34,6 @@ def test_joints_that_yield_need_ties_of_a_size(plain_scene, knit, contacts, size
     tied = contacts.assign(area=contacts["area"] * 0 + area, tied=contacts["area"] * 0 + 1)
     with pytest.raises(DataFileError, match=r"ties have a radius .* but rom\.joint 'patch' needs"):
         solve(plain_scene.replace("rom.joint", "patch"), knit, contacts=tied)
-
-
-def test_iterative_solver_is_refused(plain_scene):
-    with pytest.raises(ConfigurationError, match=r"solver\.linear is no key of .* fidelity rom3d"):
-        plain_scene.replace("solver.linear", "amg")
 
 
 def test_contacts_of_another_knit_are_refused(plain_scene, knit, contacts):

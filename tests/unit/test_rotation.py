@@ -13,11 +13,6 @@ def rotation_vectors(angle, count=5):
     return angle * axes / np.linalg.norm(axes, axis=1, keepdims=True)
 
 
-def test_hat_is_the_cross_product():
-    v, u = np.random.default_rng(0).normal(size=(2, 4, 3))
-    np.testing.assert_allclose(np.einsum("kij,kj->ki", hat(v), u), np.cross(v, u), atol=1e-15)
-
-
 @pytest.mark.parametrize("angle", ANGLES)
 def test_exp_gives_rotations_that_log_takes_back(angle):
     v = rotation_vectors(angle)
@@ -34,12 +29,6 @@ def test_scalars_equal_their_closed_forms(angle):
     assert h.a[0] == pytest.approx(a, rel=1e-14)
     assert h.b[0] == pytest.approx(np.tan(angle / 4) / (2 * angle), rel=1e-14)
     assert h.g[0] == pytest.approx((1 - a) / angle**2, rel=1e-12)  # the closed form cancels
-
-
-def test_scalars_at_zero_angle_are_the_limits():
-    h = Halfway.of(np.zeros((1, 3)))
-    assert (h.a[0], h.b[0]) == pytest.approx((1.0, 1 / 8), rel=1e-15)
-    assert h.g[0] == pytest.approx(-1 / 24, rel=1e-15)
 
 
 @pytest.mark.parametrize("angle", ANGLES)

@@ -8,7 +8,6 @@ import xarray as xr
 import yaml
 
 from knitstudy.errors import DataFileError
-from knitstudy.files import read_dataset
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scene
@@ -57,36 +56,12 @@ def made(monkeypatch):
     return made
 
 
-SOLID = ["geometry", "mesh", "simulation", "contacts"]
-
-
-def test_direct_simulation_and_its_contacts(config, made):
-    found = simulate(load_scene("dns-course", config), config=config)
-    assert sorted(name for name, _ in made) == sorted(SOLID)
-    assert found.contacts.attrs["history"] == "dns-course of simulation"
-    assert found.history.attrs["processor_seconds"] >= 0
-    assert found.history.attrs["mesh"] == "dns-course of mesh"
-    assert found.path is None
-
-
-def test_reduced_model_after_its_direct_simulation(config, made):
-    found = simulate(load_scene("rom3d-own", config), config=config)
-    assert {scene for name, scene in made if name == "simulation"} == {"dns-course", "rom3d-own"}
-    assert found.history.attrs["contacts"] == "dns-course of contacts"
-    assert "springs" not in found.history.attrs
-
-
 def test_springs_come_from_their_own_simulation(config, made):
     found = simulate(load_scene("rom3d-carried", config), config=config)
     assert found.history.attrs["contacts"] == "dns-course of contacts"
     assert found.history.attrs["springs"] == "dns-wale of contacts"
     assert found.contacts.attrs["of"] == "dns-course of contacts"
     assert made.count(("geometry", "plain")) == 1
-
-
-def test_beams_in_contact_need_no_other_simulation(config, made):
-    simulate(load_scene("beam", config), config=config)
-    assert sorted(made) == [("geometry", "plain"), ("simulation", "beam")]
 
 
 def test_changed_knit_reaches_the_sources_and_nothing_else_does(config, made):
@@ -107,23 +82,6 @@ def test_results_of_the_same_inputs_are_used_again(config, made, tmp_path):
     again = simulate(scene, folder, config=config)
     assert len(made) == count
     assert int(again.history["number"]) == int(first.history["number"])
-
-
-@pytest.mark.parametrize(
-    ("changes", "expected"),
-    [
-        ({"rom.joint": "pinned"}, {"simulation"}),
-        ({"load.strain": 0.01}, {"simulation"}),
-        ({"yarn.diameter": 1.7e-3}, {"geometry", "mesh", "simulation", "contacts"}),
-        ({"yarn.poisson_ratio": 0.4}, {"simulation"}),
-    ],
-)
-def test_changed_keys_make_what_reads_them(config, made, tmp_path, changes, expected):
-    scene = load_scene("rom3d-own", config)
-    simulate(scene, tmp_path, config=config)
-    made.clear()
-    simulate(scene.vary(changes), tmp_path, config=config)
-    assert {name for name, _ in made} == expected
 
 
 def test_simulated_anew_on_demand(config, made, tmp_path):
@@ -166,15 +124,6 @@ def test_failure_leaves_what_was_there(config, made, tmp_path, monkeypatch):
     assert path.read_bytes() == before
 
 
-def test_damaged_file_is_replaced(config, made, tmp_path):
-    scene = load_scene("rom3d-own", config)
-    path = simulate(scene, tmp_path, config=config).path
-    path.write_bytes(b"CDF")
-    simulate(scene, tmp_path, config=config)
-    assert made.count(("simulation", "rom3d-own")) == 2
-    assert read_dataset(path).attrs["of"] == "rom3d-own of simulation"
-
-
 def test_edited_file_is_replaced(config, made, tmp_path, caplog):
     scene = load_scene("rom3d-own", config)
     path = simulate(scene, tmp_path, config=config).path
@@ -192,9 +141,3 @@ def test_history_that_ends_early_is_not_written(config, made, tmp_path, monkeypa
     with pytest.raises(DataFileError, match=r"simulation of beam ends at 0\.5 of the load"):
         simulate(load_scene("beam", config), tmp_path, config=config)
     assert not (tmp_path / "simulation").exists()
-
-
-def test_without_a_folder_nothing_is_written(config, made, tmp_path):
-    before = set(tmp_path.rglob("*"))
-    simulate(load_scene("rom3d-own", config), config=config)
-    assert set(tmp_path.rglob("*")) == before

@@ -6,7 +6,7 @@ import scipy.sparse as sp
 
 from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.model import DirichletElimination, without
-from knitstudy.mechanics.sparse_sums import PatternSum, TiedBlocks, block_entries, lacking
+from knitstudy.mechanics.sparse_sums import PatternSum, TiedBlocks, lacking
 
 NODES = 12
 
@@ -30,19 +30,6 @@ def test_sum_is_the_sum(large, small):
         assert all(np.all(np.diff(total.indices[low:high]) > 0) for low, high in _rows(total))
 
 
-@pytest.mark.parametrize("room", [3, 200])
-def test_the_sum_takes_the_place_of_the_large_matrix_if_that_has_room(room):
-    one, other = matrix(0, 0.4), matrix(1, 0.3)
-    expected = (one + other).toarray()
-    whole = np.zeros((one.nnz // 9 + room, 9))
-    whole[: one.nnz // 9] = one.data.reshape(-1, 9)
-    data = whole[: one.nnz // 9].reshape(-1, 3, 3)
-    roomy = sp.bsr_matrix((data, one.indices, one.indptr), shape=one.shape)
-    total = PatternSum(one, other).add(roomy, other)
-    np.testing.assert_allclose(total.toarray(), expected, rtol=1e-15)
-    assert np.shares_memory(total.data, whole) == (room == 200)
-
-
 def test_a_part_is_taken_off_for_a_while():
     whole, part = matrix(0, 1.0), matrix(1, 0.3)
     before, less = whole.toarray(), (whole - part).toarray()
@@ -53,26 +40,6 @@ def test_a_part_is_taken_off_for_a_while():
 
 def _rows(total):
     return zip(total.indptr[:-1], total.indptr[1:], strict=True)
-
-
-def test_the_pattern_serves_as_long_as_both_stay():
-    one, other = matrix(0, 0.5), matrix(1, 0.1)
-    found = PatternSum(one, other)
-    assert found.fits(matrix(0, 0.5), matrix(1, 0.1))
-    assert not found.fits(one, matrix(2, 0.1))
-    assert not found.fits(matrix(2, 0.5), other)
-    twice = sp.bsr_matrix((2 * other.data, other.indices, other.indptr), shape=other.shape)
-    expected = (one + twice).toarray()
-    np.testing.assert_allclose(found.add(one, twice).toarray(), expected, rtol=1e-15)
-
-
-def test_entries_of_rows():
-    one = matrix(3, 0.4)
-    rows = np.array([2, 7, 11])
-    found = block_entries(one, rows)
-    np.testing.assert_array_equal(
-        found, np.concatenate([np.arange(one.indptr[row], one.indptr[row + 1]) for row in rows])
-    )
 
 
 # T^T K T of matrices of few blocks
@@ -104,11 +71,6 @@ def test_blocks_go_where_their_nodes_depend_on(nodes):
         assert np.all(np.diff(found.indices[low:high]) > 0)
 
 
-def test_untied_blocks_are_not_copied():
-    matrix = sp.bsr_matrix((np.ones((1, 3, 3)), [8], np.repeat([0, 1], [9, 1])), shape=(27, 27))
-    assert np.shares_memory(TiedBlocks(ties()).collect(matrix).data, matrix.data)
-
-
 # Two quadrilaterals side by side: 0 1 2 over 3 4 5.
 QUADS = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
 
@@ -134,12 +96,6 @@ def assembled(assembly, blocks):
 @pytest.fixture
 def blocks():
     return np.random.default_rng(0).normal(size=(2, 16, 9))
-
-
-@pytest.mark.parametrize("chunk", [1, 2, 512])
-def test_stiffness_is_the_sum_over_elements(blocks, chunk):
-    assembly = Assembly([QUADS], 6, pairs=16 * chunk)
-    np.testing.assert_allclose(assembled(assembly, blocks), dense_sum(QUADS, 6, blocks, 3), atol=1e-14)
 
 
 def tie():
@@ -170,14 +126,6 @@ def test_elements_with_consecutive_nodes_add_up(chunk, linked):
     np.testing.assert_allclose(assembly.matrix(total).toarray(), expected, atol=1e-13)
 
 
-@pytest.mark.parametrize("chunk", [1, 512])
-def test_ties_give_the_triple_product(blocks, chunk):
-    assembly = Assembly([QUADS], 6, tie(), pairs=16 * chunk)
-    expanded = np.kron(tie().toarray(), np.eye(3))
-    expected = expanded.T @ dense_sum(QUADS, 6, blocks, 3) @ expanded
-    np.testing.assert_allclose(assembled(assembly, blocks), expected, atol=1e-14)
-
-
 def test_ties_collect_forces():
     force = np.random.default_rng(1).normal(size=(2, 4, 3))
     nodal = np.zeros((6, 3))
@@ -185,23 +133,6 @@ def test_ties_collect_forces():
     np.testing.assert_allclose(Assembly([QUADS], 6, tie()).node_forces([force]), nodal)
     collected = Assembly([QUADS], 6, tie()).sum_forces([force])
     np.testing.assert_allclose(collected.reshape(-1, 3), tie().T @ nodal)
-
-
-def test_connection_tells_which_nodes_share_an_element():
-    connection = Assembly([QUADS], 6).connection().toarray()
-    assert connection[1].tolist() == [1] * 6
-    assert connection[0].tolist() == [1, 1, 0, 1, 1, 0]
-
-
-def test_groups_of_different_elements_add_up(blocks):
-    triangle = np.array([[2, 5, 0]])
-    more = np.random.default_rng(2).normal(size=(1, 9, 9))
-    assembly = Assembly([QUADS, triangle], 6)
-    total = assembly.begin_stiffness()
-    for number, batch in enumerate(assembly.batches):
-        total.put(number, (blocks, more)[batch.group][batch.part])
-    expected = dense_sum(QUADS, 6, blocks, 3) + dense_sum(triangle, 6, more, 3)
-    np.testing.assert_allclose(assembly.matrix(total).toarray(), expected, atol=1e-14)
 
 
 def test_links_act_on_all_components_and_through_ties(blocks):
@@ -234,24 +165,6 @@ def test_pinned_unknowns_leave_the_others_alone(kind):
     np.testing.assert_array_equal(after[np.ix_(fixed, free)], 0)
     np.testing.assert_array_equal(after[np.ix_(free, fixed)], 0)
     np.testing.assert_allclose(after[np.ix_(fixed, fixed)], level * np.eye(3))
-
-
-def test_one_pattern_serves_many_matrices():
-    first, second = stiffness("bsr", 1), stiffness("bsr", 2)
-    elimination = DirichletElimination(first, np.array([0]))
-    elimination.apply(second)
-    assert not second.toarray()[0, 1:].any()
-
-
-def test_fits_only_its_own_pattern():
-    first, same = stiffness("bsr", 1), stiffness("bsr", 2)
-    elimination = DirichletElimination(first, np.array([0]))
-    assert elimination.fits(same)
-    dense = same.toarray()
-    dense[:3, 6:] = dense[6:, :3] = 1.0
-    assert not elimination.fits(sp.bsr_matrix(dense, blocksize=(3, 3)))
-    dense[:3, 3:] = dense[3:, :3] = 0.0
-    assert not elimination.fits(sp.bsr_matrix(dense, blocksize=(3, 3)))
 
 
 def test_rows_and_columns_are_left_out_of_any_matrix():

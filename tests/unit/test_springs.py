@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import synthetic
 
-from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.errors import ConfigurationError
 from knitstudy.models.joints import Joints, joint_points, spring_joints, springs
-from knitstudy.models.simulate import build, solve
+from knitstudy.models.simulate import build
 
 STIFFNESS = np.array([80e3, 60e3, 900e3])
 """Of the contacts below along x, y and z [N/m]."""
@@ -98,33 +98,6 @@ def test_negative_secants_are_reported_and_not_averaged_away(touching):
         spring_joints(with_values(touching, "force", force), "interface")
 
 
-def test_springs_of_another_simulation_are_its_average(touching):
-    other = with_values(touching, "force", 3 * touching["force"].to_numpy())
-    joints = spring_joints(touching, "interface", springs_from=other)
-    np.testing.assert_allclose(joints.stiffness[joints.sprung], np.tile(3 * np.diag(STIFFNESS), (12, 1, 1)))
-
-
-def test_given_springs_stand_where_yarns_touch(scene, knit, touching):
-    """Whatever the contacts say of stiffness, and where no average is defined."""
-    printed = [84.5e3, 67.6e3, 952.1e3]
-    backwards = with_values(touching, "force", -touching["force"].to_numpy())
-    springs = (
-        build(scene.replace("rom.stiffness", printed), knit, contacts=backwards).observers[0].network.springs
-    )
-    np.testing.assert_allclose(springs.stiffness, np.tile(np.diag(printed), (12, 1, 1)))
-
-
-def test_contacts_without_forces_are_refused(contacts, touching):
-    with pytest.raises(DataFileError, match="hold no tied"):
-        springs(contacts, "interface")
-    with pytest.raises(DataFileError, match="hold no centreline_relative_displacement"):
-        springs(touching, "centreline")
-    with pytest.raises(ConfigurationError, match=r"rom\.displacement is 'surface'"):
-        springs(touching, "surface")
-    with pytest.raises(ConfigurationError, match=r"rom\.axes is 'local'"):
-        springs(touching, "interface", "local")
-
-
 @pytest.mark.parametrize("joint", ["rigid", "printed"])
 def test_springs_and_points_of_the_model_follow_the_contacts(scene, knit, touching, joint):
     """What moves in the contacts moves in the model, and nothing else does."""
@@ -148,36 +121,6 @@ def test_springs_and_points_of_the_model_follow_the_contacts(scene, knit, touchi
     np.testing.assert_allclose(nodes + after.springs.offsets[number], expected, atol=1e-15)
     away = np.linalg.norm(points.point - joint_points(knit, touching).point, axis=-1).max(axis=1)
     np.testing.assert_array_equal(np.flatnonzero(away > 1e-7), [14])
-
-
-def test_force_of_the_model_follows_the_contacts(scene, knit, touching):
-    pulled = solve(scene, knit, contacts=touching)
-    soft = solve(scene, knit, contacts=with_values(touching, "force", 0.1 * touching["force"].to_numpy()))
-    centroid = touching["centroid"].to_numpy() + np.array([0.0, 0.0, 5e-5])
-    moved = solve(scene, knit, contacts=with_values(touching, "centroid", centroid))
-    tied = solve(scene.replace("interaction", "tie"), knit, contacts=touching)
-    forces = [float(history["force"][-1]) for history in (soft, pulled, tied)]
-    assert forces[0] < 0.99 * forces[1] < 0.99 * forces[2]
-    assert abs(float(moved["force"][-1]) / forces[1] - 1) > 1e-4
-    np.testing.assert_allclose(pulled["joint_stiffness"][12:24], np.tile(np.diag(STIFFNESS), (12, 1, 1)))
-
-
-def test_open_crossings_have_no_joint(scene, knit, touching):
-    zones = touching["zones"].to_numpy().copy()
-    zones[:, 12:14] = 0
-    history = solve(scene, knit, contacts=with_values(touching, "zones", zones))
-    assert history.attrs["open_crossings"] == 2
-    assert np.isnan(history["joint_stiffness"][12:14]).all()
-    network = build(scene, knit, contacts=with_values(touching, "zones", zones)).observers[0].network
-    assert len(network.springs.ends) == 10
-    assert len(network.nodes) == network.beam_nodes - 24
-
-
-def test_springs_from_elsewhere_must_be_asked_for(scene, knit, touching):
-    with pytest.raises(ConfigurationError, match=r"rom\.springs_from of scene plain-rom3d is empty"):
-        solve(scene, knit, contacts=touching, springs=touching)
-    with pytest.raises(ConfigurationError, match="is dns-wale, and contacts of another scene are not given"):
-        solve(scene.replace("rom.springs_from", "dns-wale"), knit, contacts=touching)
 
 
 def test_axes_of_the_springs_are_those_of_the_scene(scene, knit, touching):

@@ -2,19 +2,12 @@
 
 import numpy as np
 import pytest
-from synthetic import contact_history, geometry, history, stresses
+from synthetic import contact_history, history
 
 from knitstudy.contacts import contacts
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.loading.history import FORMS
 from knitstudy.measures.summary import summarise
-from knitstudy.mesh.mesher import mesh_fabric
-
-
-@pytest.fixture
-def pair():
-    return yarn_pair(0.9e-3, 90.0, 5e-3, 0.01)
 
 
 def loaded_history(**attributes):
@@ -25,14 +18,6 @@ def loaded_history(**attributes):
 
 def said(dataset):
     return {quantity.name: (quantity.value, quantity.unit) for quantity in summarise(dataset)}
-
-
-def test_stresses(knit):
-    found = said(stresses(knit, "wale", 80, 84, mesh_fabric(knit, 1.2e-3)))
-    assert found["kind"] == ("stresses", "")
-    assert found["force of the grips"] == (10.0, "N")
-    assert found["angle of the maximum principal stress to x, leg, left"] == (pytest.approx(84), "deg")
-    assert found["largest mean stress of a segment"] == (pytest.approx(1e6), "Pa")
 
 
 def test_history():
@@ -47,24 +32,6 @@ def test_history():
     assert found["largest out-of-plane displacement of centrelines"] == (pytest.approx(2e-4), "m")
     assert found["internal energy at the end"] == (pytest.approx(0.1), "J")
     assert found["wall seconds"] == (1.5, "s")
-
-
-def test_geometry_of_a_knit_is_the_optimised_one(knit):
-    found = said(geometry(knit))
-    assert found["kind"] == ("geometry", "")
-    assert found["loops"] == (3, "1")
-    assert found["leg angle"][0] == 80.0
-    assert found["yarn diameter"] == (pytest.approx(1.8e-3), "m")
-    assert found["crossings"] == (36, "1")
-
-
-def test_geometry_and_mesh_of_a_pair(pair):
-    assert said(pair.to_dataset())["angle"] == (90.0, "degree")
-    mesh = mesh_fabric(pair, 0.6e-3, 1.2)
-    found = said(mesh.to_dataset())
-    assert found["kind"] == ("mesh", "")
-    assert found["hexahedra"] == (len(mesh.hexahedra), "1")
-    assert found["yarns"] == (2, "1")
 
 
 def test_contacts(knit):

@@ -12,9 +12,8 @@ from knitstudy.files import read_table
 from knitstudy.geometry.lay_out import FOUND
 from knitstudy.measures.claims.evidence import Evidence
 from knitstudy.measures.claims.verdicts import RULES
-from knitstudy.measures.sweeps import DIAMETER, SPACING, refused, sweeps_of
+from knitstudy.measures.sweeps import SPACING, refused, sweeps_of
 from knitstudy.study.configuration import CONFIG
-from knitstudy.tables.catalogue import tabulate
 
 REFERENCES = CONFIG.parent / "resources" / "reference"
 
@@ -44,12 +43,6 @@ def test_series_are_of_one_reading_interaction_and_discretisation(scenes, refere
     assert ratios == [0.75, 0.8, 0.9, 1.0, 1.1, 1.2, 1.25]
     assert [point.scene.name for point in main["shape", "tie"].points][-1] == "yarns-tie-course"
     assert all(len(each.points) == 2 for each in found if not each.main)
-
-
-def test_thickness_is_swept_at_the_drawn_spacing(scenes, reference):
-    found = sweeps_of(DIAMETER, histories(scenes, {"shape": 1.0}), scenes, reference)
-    for each in found:
-        assert {point.scene.pattern.course_ratio for point in each.points} == {1.0}
 
 
 def test_error_of_a_series_is_the_largest_that_is_known(scenes, reference):
@@ -85,35 +78,11 @@ def test_verdict_turns_with_the_slope_in_every_reading(scenes, reference, claim,
     assert ("hangs on what is held fixed" in found.note) == ("length" in slopes)
 
 
-def test_step_the_other_way_beyond_the_uncertainties_counts_against(scenes, reference):
-    found = histories(scenes, {"shape": 1.0})
-    name = "sweep-wale-c110-isotropic-course"
-    found[name] = study.history(lift=0.9 * LIFT, scene=name)
-    paper = read_table(REFERENCES / "paper_tables.csv")
-    verdict = RULES["K9"].judge(Evidence(None, paper, reference, scenes, found)).verdict
-    assert verdict == "not decidable"
-
-
 def test_verdict_is_withheld_without_all_readings_or_values(scenes, reference):
     lacks = judged("K9", scenes, reference, {"shape": 1.0}, ["length"])
     assert (lacks.verdict, "yarn in a loop held" in lacks.note) == ("not yet run", True)
     few = judged("K9", scenes, reference, {"shape": 1.0}, ["c080", "c085", "c090", "c110", "c105"])
     assert few.verdict == "not yet run"
-
-
-def test_table_has_a_row_for_every_point(scenes, reference):
-    sources = {
-        "sweeps": histories(scenes, {"shape": 1.0}),
-        "drawn": {},
-        "scenes": scenes,
-        "reference": reference,
-    }
-    table = tabulate("sweeps", **sources)
-    assert set(table["swept"]) == {"course spacing", "yarn diameter"}
-    row = table[table["scene"] == "sweep-wale-c125-isotropic-course"].iloc[0]
-    assert row["largest |u_z| [m]"] == pytest.approx(2 * 1.25 * LIFT)
-    assert row["largest |u_z| over diameter [1]"] == pytest.approx(2 * 1.25 * LIFT / 1.8e-3)
-    assert row["course spacing [m]"] == pytest.approx(1.25 * 9.268935e-3)
 
 
 LOOPS = pd.DataFrame(

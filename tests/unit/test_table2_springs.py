@@ -9,7 +9,7 @@ import synthetic
 
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
-from knitstudy.tables.table2_springs import AVERAGES, STATISTICS, tabulate, tabulate_averages
+from knitstudy.tables.table2_springs import AVERAGES, STATISTICS, tabulate
 
 PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
 STIFFNESS = np.array([80e3, 60e3, 900e3])
@@ -76,20 +76,6 @@ def test_spread_and_counts(touching, scenes, paper):
     assert value["averaged, mean of F / d", "x"] == pytest.approx(14 / 12 * STIFFNESS[0])
     counts = table.loc["smallest F / d", ["crossings [1]", "negative [1]", "undefined [1]", "open [1]"]]
     np.testing.assert_array_equal(counts.loc[["x", "y", "z"]], [[12, 0, 0, 0], [12, 1, 0, 0], [11, 0, 1, 0]])
-
-
-def test_springs_at_a_glance(contacts, scenes, paper):
-    springs = {
-        way: synthetic.contacts_with_springs(contacts, np.array(stiffness))
-        for way, stiffness in study.SPRINGS.items()
-    }
-    table = tabulate_averages(springs, paper, scenes).set_index("load")
-    for way, stiffness in study.SPRINGS.items():
-        for axis, value in zip("xyz", stiffness, strict=True):
-            assert table.loc[way, f"k{axis} [N/m]"] == pytest.approx(value)
-            assert table.loc[way, f"k{axis}, paper [N/m]"] == value
-            assert table.loc[way, f"k{axis} negative at crossings [1]"] == 0
-    assert not table["penalty alone"].any()
 
 
 def test_ties_are_refused(touching, scenes, paper):

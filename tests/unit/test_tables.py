@@ -4,9 +4,7 @@ import fnmatch
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
-import study
 import synthetic
 import xarray as xr
 
@@ -75,14 +73,6 @@ def test_angles_of_a_known_honeycomb(paper):
     assert table["segments"].tolist() == [4, 4, 4, 2, 2, 2]
 
 
-def test_spread_of_angles_shows_one_zone_out_of_place(paper):
-    bent = contacts()
-    bent["centroid"][0, 0] += 0.5
-    table = catalogue.tabulate("table4_angles", contacts=bent, paper=paper, scenes={}).set_index("kind")
-    assert table.loc["interlock, left", "spread over equivalent segments [deg]"] > 1
-    assert table.loc["head", "spread over equivalent segments [deg]"] == 0
-
-
 def test_angles_by_stress_stand_below_those_of_the_geometry(paper, plain_scene):
     knit = plain_knit(initial_loop(plain_scene), 3, 3)
     scene = plain_scene.vary({"fidelity": "hexahedra", "mesh.size": 0.3e-3, "load.direction": "wale"})
@@ -96,11 +86,6 @@ def test_angles_by_stress_stand_below_those_of_the_geometry(paper, plain_scene):
     stress = catalogue.tabulate("segment_stress", **given)
     assert stress["segment"].tolist() == [1, 2, 3, 4, 4, 5, 5, 6, 6]
     np.testing.assert_allclose(stress["principal stress 1 [Pa]"], 1e6)
-
-
-def test_knit_of_one_cell_has_heads_and_interlocks_only(paper):
-    table = catalogue.tabulate("table4_angles", contacts=contacts(1, 1), paper=paper, scenes={})
-    assert table["kind"].tolist() == ["head", "interlock, left", "interlock, right"]
 
 
 def test_residuals_of_the_calibration(geometry):
@@ -118,54 +103,6 @@ def test_residuals_of_the_calibration(geometry):
     assert table.loc["F, total", "after"] == 11
     with pytest.raises(ConfigurationError, match=r"targets\.length\.value must be there"):
         catalogue.tabulate("geometry", geometry=geometry, targets={"targets": {}})
-
-
-def test_missing_tables_and_results_are_named(paper):
-    with pytest.raises(ConfigurationError, match=r"unknown table 'table6'.*allowed are .*table1_contact"):
-        catalogue.tabulate("table6")
-    with pytest.raises(
-        ConfigurationError, match="table4_angles' needs contacts, paper, scenes: contacts, scenes is missing"
-    ):
-        catalogue.tabulate("table4_angles", paper=paper)
-
-
-def test_every_claim_has_a_rule(geometry, paper, scenes):
-    claims = pd.DataFrame({"id": ["K5"], "where": ["Fig 9a"], "claim": ["an order"]})
-    sources = {"geometry": geometry, "paper": paper, "claims": claims, "scenes": scenes, "histories": {}}
-    sources["reference"] = study.NO_REFERENCE
-    row = catalogue.tabulate("verdicts", **sources).iloc[0]
-    assert (row["verdict"], row["measured"], row["see"]) == (
-        "not yet run",
-        "",
-        "fig09_interactions, interactions",
-    )
-    assert "ties > rough > isotropic" in row["rule"]
-    sources["claims"] = claims.assign(id="K99")
-    with pytest.raises(
-        ConfigurationError, match=r"claim 'K99' has no rule.*known are G1, .*paper_claims\.csv"
-    ):
-        catalogue.tabulate("verdicts", **sources)
-
-
-@pytest.fixture
-def interactions():
-    """Histories of 5 % but for rough contact, which stops half way; isotropic friction is half as stiff as ties."""
-    return {
-        "tie": synthetic.history(force=(0, 5, 10), lift=1e-4, wall_seconds=2.0),
-        "rough": synthetic.history(strain=(0, 0.0125, 0.025), force=(0, 2, 4), lift=2e-4),
-        "isotropic": synthetic.history(force=(0, 2.5, 5), lift=4e-4),
-    }
-
-
-def test_interactions_are_compared_where_all_have_been(interactions, geometry):
-    table = catalogue.tabulate("interactions", **interactions, geometry=geometry).set_index("interaction")
-    assert table.index.tolist() == ["tie constraint", "rough contact", "isotropic friction"]
-    assert (table["strain [1]"] == 0.025).all()
-    assert table["force [N]"].tolist() == [5, 4, 2.5]
-    np.testing.assert_allclose(table["stiffness over tie's [1]"], [1, 0.8, 0.5])
-    # Two yarns bulge by once and twice the lift, at full load only.
-    np.testing.assert_allclose(table["largest |u_z| [m]"], [0, 4e-4, 0], atol=1e-18)
-    assert table.loc["tie constraint", "time [s]"] == 2
 
 
 def test_transverse_contraction_by_hand():

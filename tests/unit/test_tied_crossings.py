@@ -17,21 +17,11 @@ def mesh(knit):
     return mesh_fabric(knit, 0.9e-3, 2.0)
 
 
-def test_all_are_tied_where_that_is_the_interaction(scene, knit):
-    assert tied_crossings(scene.replace("interaction", "tie"), knit.crossings).all()
-
-
 @pytest.mark.parametrize(("direction", "edge"), [("course", "row"), ("wale", "column")])
 def test_edges_along_the_load_are_tied(scene, knit, direction, edge):
     tied = tied_crossings(scene.replace("load.direction", direction), knit.crossings)
     assert set(getattr(knit.crossings, edge)[tied]) == {0, 2}
     assert set(getattr(knit.crossings, edge)[~tied]) == {1}
-
-
-@pytest.mark.parametrize("direction", ["course", "wale"])
-def test_none_is_tied_where_none_is_wanted(scene, knit, direction):
-    loose = scene.replace("contact.tied_edges", "none").replace("load.direction", direction)
-    assert not tied_crossings(loose, knit.crossings).any()
 
 
 @pytest.mark.parametrize("direction", ["course", "wale"])

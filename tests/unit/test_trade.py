@@ -1,33 +1,29 @@
 """What accuracy costs: fronts, sentences, brackets, points of a made-up study, and what single knobs buy."""
 
 import itertools
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 import study
-from matplotlib.figure import Figure
 
 from knitstudy.figures import catalogue as figures
-from knitstudy.figures.fig_trade import number_axes
 from knitstudy.measures.cost import PROCESSOR, WALL, Expense, expense_of
 from knitstudy.measures.discretisation import problem_of, sticks, tied_problem_of
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, known
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import NORMAL, SLIP, TANGENTIAL
-from knitstudy.measures.trade import as_direct, bracket, nothing, points_of, rungs, sentence
+from knitstudy.measures.trade import as_direct, points_of
 from knitstudy.measures.trade_points import (
     REFERENCE,
     Point,
     bound_cheaper_settings,
     turned,
-    worst_over_directions,
 )
-from knitstudy.study.choice import ALIKE, cheapest, digits, front, nearest
+from knitstudy.study.choice import front
 from knitstudy.tables import catalogue as tables
-from knitstudy.tables.trade import AT_MOST, CASE, ERROR, SECONDS, knobs, sentences, with_fronts
+from knitstudy.tables.trade import AT_MOST, CASE, ERROR, SECONDS, knobs
 
 
 def price(point):
@@ -50,28 +46,6 @@ def test_a_front_is_what_nothing_beats():
     }
     assert set(found) == set(points) - beaten
     assert found == sorted(found)
-
-
-def test_points_alike_are_on_a_front_once_and_the_cheapest_or_nearest_is_found():
-    assert front([(1, 2), (1, 2), (2, 2)], price, error) == [(1, 2)]
-    assert front([], price, error) == []
-    assert front([(1, 2.0), (2, 2.0 * (1 - ALIKE / 2))], price, error) == [(1, 2.0)]
-    points = [(1, 0.5), (5, 0.04), (3, 0.05), (9, 0.01)]
-    assert cheapest(points, 0.05, price, error) == (3, 0.05)
-    assert cheapest(points, 0.005, price, error) is None
-    assert nearest(points, error) == (9, 0.01)
-    assert nearest([], error) is None
-
-
-def test_sentences_have_what_a_reader_wants():
-    said = sentence("force", 0.05, "3D ROM", 0.962, 14.96, 0.0304)
-    assert said == "For 5 % in force take 3D ROM: 0.96 s, 15 MB (error at most 3 %)."
-    assert nothing("slip", 0.02, "beams", 0.5) == (
-        "Nothing measured gives slip within 2 %: beams comes nearest with 50 %."
-    )
-    assert [digits(value) for value in (0.0123, 1.26, 9.96, 123.4, np.nan)] == "0.012 1.3 10 123 -".split()
-    assert list(rungs([0.5, 40], [0.3, 0.01]).values()) == [True, True, True]
-    assert list(rungs([5, 40], [0.3, 0.03]).values()) == [False, True, False]
 
 
 @pytest.fixture(scope="module")
@@ -155,19 +129,6 @@ def test_cheaper_settings_inherit_their_deviation(plain_scene):
     assert bounds == pytest.approx(expected | dict.fromkeys(("longer", "worse", "both"), 0.053))
 
 
-def test_beams_in_contact_have_the_larger_error_of_both_directions(scenes, sources):
-    """Networks of ties and solids are what they are measured to be."""
-    points = points_of(sources["every"], {}, scenes, sources["reference"])
-    lucky = [
-        replace(point, error=Estimate(1e-3, 0.0)) if "course" in point.scene.name else point
-        for point in points
-    ]
-    found = {(each.scene.name, each.question.name): each.bound for each in worst_over_directions(lucky)}
-    assert found["beam-isotropic-course", "force"] == found["beam-isotropic-wale", "force"]
-    assert found["rom3d-tie-course", "force"] < found["rom3d-tie-wale", "force"]
-    assert found["dns-isotropic-course", "force"] < found["dns-isotropic-wale", "force"] + 1e-3
-
-
 def test_ties_stand_in_for_contact_that_sticks(scenes, sources):
     """They are compared with what is known of rough contact, and are no surer than they are of ties."""
     rough = scenes["dns-tie-course"].vary({"name": "dns-rough-course", "interaction": "rough"})
@@ -222,45 +183,6 @@ def test_every_question_is_drawn(sources, name):
         assert texts == ["nothing measured"] * 4
 
 
-@pytest.mark.parametrize("last", [40.0, 1000.0, 40_000.0])
-def test_numbers_on_the_axes_stand_apart(last):
-    """Of less than a decade as of three: matplotlib's own labels of minor ticks lie on each other."""
-    figure = Figure(figsize=(3, 3), dpi=100)
-    axes = figure.subplots()
-    axes.loglog([6.0, last], [6.0, last])
-    number_axes(axes)
-    figure.canvas.draw()
-    boxes = [text.get_window_extent() for text in axes.xaxis.get_ticklabels(which="both") if text.get_text()]
-    inside = sorted((box.x0, box.x1) for box in boxes)
-    assert len(inside) > 1
-    assert all(one[1] < other[0] for one, other in itertools.pairwise(inside))
-
-
-def test_what_no_reference_knows_lies_between_the_two_most_trusted(plain_scene):
-    def solid(name, **keys):
-        return plain_scene.vary(
-            {
-                "name": name,
-                "fidelity": "hexahedra",
-                **{key.replace("__", "."): value for key, value in keys.items()},
-            }
-        )
-
-    scenes = {
-        scene.name: scene
-        for scene in (
-            solid("coarse", mesh__element="quadratic", mesh__size=0.6e-3),
-            solid("fine", mesh__element="quadratic", mesh__size=0.45e-3),
-            solid("points", mesh__element="one_point"),
-            solid("yarns", fidelity="spline_yarns"),
-        )
-    }
-    found = bracket({"coarse": 9.0, "fine": 10.0, "points": 50.0, "yarns": 12.0}, scenes)
-    assert (found.estimate.value, found.estimate.uncertainty) == (11.0, 1.0)
-    assert "quadratic hexahedra of 0.45 mm" in found.said
-    assert not bracket({"coarse": 9.0, "fine": 10.0}, scenes).estimate.known
-
-
 def test_beams_answer_by_the_whole_force_of_the_crossings_of_the_centre_cell(scenes):
     history = with_crossings(study.history())
     scene, strain = scenes["beam-isotropic-course"], float(history["strain"][-1])
@@ -271,15 +193,6 @@ def test_beams_answer_by_the_whole_force_of_the_crossings_of_the_centre_cell(sce
     assert (total.value, total.uncertainty) == (pytest.approx(5.0), pytest.approx(0.3 * 0.6))
     assert not known(reference, BEAM_SLIP, 0.05).known
     assert known(Reference({(SLIP, 0.05): Estimate(1e-5, 0.0)}), BEAM_SLIP, 0.05).known
-
-
-def test_knobs_are_those_that_are_not_as_in_the_main_models(plain_scene):
-    scene = plain_scene.vary({"fidelity": "spline_yarns", "solver.increments": 1, "mesh.span": 1.8})
-    assert turned(scene)["solver.increments"] == 1
-    third = scene.vary(
-        {"mesh.degree": 3, "mesh.crossing_degree": 3, "mesh.crossing_span": 0.6, "mesh.span": 0.9}
-    )
-    assert "mesh.crossing_span" not in turned(third)
 
 
 def rows(**changes):
@@ -318,13 +231,3 @@ def test_knobs_that_buy_nothing_are_named():
         "span": "dearer, other answers",
         "size": "buys nothing",
     }
-
-
-def test_fronts_are_by_case_and_sentences_by_accuracy():
-    table = with_fronts(
-        pd.DataFrame([rows(), rows(**{SECONDS: 20.0}), rows(direction="y", **{SECONDS: 20.0})])
-    )
-    assert table["on the front"].tolist() == [True, False, True]
-    said = sentences(table, [0.05, 0.01])
-    assert said["sentence"].tolist()[0] == "For 5 % in force take m: 10 s, 5 MB (error at most 3 %)."
-    assert said["sentence"].tolist()[1].startswith("Nothing measured gives force within 1 %: m comes")

@@ -6,11 +6,11 @@ import numpy as np
 
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.mechanics.beam import Section
-from knitstudy.mechanics.beam_contact.approach import Curves
-from knitstudy.mechanics.beam_contact.contact import BeamContact, Power, TouchingBeams, hertz
+from knitstudy.mechanics.beam_approach import Curves
+from knitstudy.mechanics.beam_contact import BeamContact, Power, TouchingBeams, hertz
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp
 from knitstudy.models.beams_in_contact import point_pairs

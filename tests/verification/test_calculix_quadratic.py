@@ -15,7 +15,7 @@ from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.materials.isotropic import StVenantKirchhoff
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel

@@ -1,14 +1,11 @@
 """Contact forces in balance, in a rotated frame, and with the yarns exchanged."""
 
 import numpy as np
-from contact_bodies import back, crossed_yarns, drive, joined, law, reaction, together
+from contact_bodies import crossed_yarns, joined, law
 
 from knitstudy.mechanics.contact.friction import SLIP, STICK, ContactHistory
 from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
-from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.linear.direct import LU
-from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp
 
 SIZE = 0.4
@@ -67,35 +64,3 @@ def test_superposed_rotation(verify):
     error = np.abs(rotated.node_force - turned).max() / np.abs(turned).max()
     verify.at_most("contact, superposed rotation: force", error, 1e-10)
     np.testing.assert_allclose(rotated.energy["friction"], answer.energy["friction"], rtol=1e-10)
-
-
-def test_a_rotation_alone_adds_no_friction(verify):
-    """Bodies in contact that turn together between two increments: old tractions turn, and nothing slips."""
-    contact, _, before, history = sliding()
-    still = contact.respond(before, before, history, stiffness=False)
-    rotation = exp(np.array([0.6, -0.4, 0.9]))
-    turned = contact.respond(before @ rotation.T, before, history, stiffness=False)
-    error = np.abs(turned.node_force - still.node_force @ rotation.T).max() / np.abs(still.node_force).max()
-    verify.at_most("contact turned within an increment: force", error, 1e-10)
-
-
-def test_exchanged_yarns(verify):
-    """Neither yarn is master or slave: pressed and slid, the result is the same in either order."""
-    up = np.array([0, 0, 1.0])
-    results = []
-    for order in ((0, 1), (1, 0)):
-        pair = crossed_yarns(3, 1, length=4.0, angle=60)
-        bodies = [pair[k] for k in order]
-        model, first = together(bodies, law(SIZE, 0.3), size=SIZE)
-        low = {k: first[place] for place, k in enumerate(order)}
-        held, driven = back(pair[0], -up) + low[0], back(pair[1], up) + low[1]
-        settings = Settings(increments=4, residual_tolerance=1e-11, correction_tolerance=1e-9)
-        *_, end = trace(model, drive(held, driven, [[0, 0, -0.1], [0.2, 0.1, -0.1]]), settings, LU())
-        assert SLIP in model.contact_points(end.state).status
-        moved = [end.state.displacement[low[k] : low[k] + len(pair[k].nodes)] for k in (0, 1)]
-        results.append((np.concatenate(moved), reaction(end, driven)))
-    (moved, force), (moved_too, force_too) = results
-    verify.at_most(
-        "yarns exchanged: displacement", np.abs(moved - moved_too).max() / np.abs(moved).max(), 1e-8
-    )
-    verify.at_most("yarns exchanged: reaction", np.abs(force - force_too).max() / np.abs(force).max(), 1e-8)

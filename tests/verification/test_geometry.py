@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.geometry.closest import refine
-from knitstudy.geometry.lay_out import initial_loop, lay_out
+from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.optimise import CostFunction
 from knitstudy.geometry.spline import CatmullRom
 from knitstudy.study.configuration import load_knits
@@ -66,13 +66,3 @@ def test_shortest_distance_of_two_linked_circles(verify):
     start = np.array([[0.4, 12.3]])
     found = refine(circle, np.array([[2.5, 0.0, 0.0]]), start, start[..., None] + [-1.0, 1.0])
     verify.at_most("closest approach of two circles, gap 0.5", abs(found.distance[0] - 0.5), 1e-12)
-
-
-@pytest.mark.parametrize("factor", [1e-3, 1e3])
-def test_optimised_knit_does_not_depend_on_the_unit_of_length(scene, factor, verify):
-    here, there = lay_out(scene), lay_out(scene.scaled(length=factor))
-    size = float(here["radius"])
-    apart = np.abs(there["control_points"] / factor - here["control_points"]).max() / size
-    verify.at_most(f"optimised loop in units {factor:g} m, over R", float(apart), 1e-9)
-    terms = np.abs(there["cost"].sel(term="total") / here["cost"].sel(term="total") - 1).max()
-    verify.at_most(f"F in units {factor:g} m", float(terms), 1e-9)

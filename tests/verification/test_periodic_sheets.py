@@ -1,11 +1,20 @@
 """Shell stiffness of sheets of straight yarns: closed forms of beam theory."""
 
 import numpy as np
-import pytest
 import scipy.sparse as sp
-from periodic_sheets import AREA, INERTIA, POISSON, RADIUS, SHEAR, TORSION, YOUNG, Sheet, StraightYarn
+from periodic_sheets import (
+    AREA,
+    INERTIA,
+    POISSON,
+    RADIUS,
+    SHEAR,
+    TORSION,
+    YOUNG,
+    Sheet,
+    StraightYarn,
+    referred,
+)
 
-from knitstudy.measures.endless_knit import referred, rotated
 from knitstudy.mechanics.periodic import Lattice
 
 FIRST, SECOND = 30.0, 24.0
@@ -43,13 +52,6 @@ def test_the_plane_of_reference_shifts_the_stiffness_by_its_law():
     about_middle, about_plane = (parallel(reference=z).stiffness(TRANSLATIONS + SPIN) for z in (HEIGHT, 0.0))
     np.testing.assert_allclose(referred(about_plane, HEIGHT), about_middle, atol=1e-9 * YOUNG)
     assert abs(about_plane[0, 3]) > 1  # there was something to shift
-
-
-@pytest.mark.parametrize("angle", [0.3, 2.0])
-def test_turning_the_yarns_turns_the_stiffness_as_a_tensor(angle):
-    found = parallel(angle=angle).stiffness(TRANSLATIONS + SPIN)
-    expected = rotated(parallel().stiffness(TRANSLATIONS + SPIN), angle)
-    np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
 
 
 def crossing(space):

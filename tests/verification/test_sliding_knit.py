@@ -5,7 +5,7 @@ import signal
 
 import numpy as np
 import pytest
-from pull import pull, pull_apart
+from pull import pull_apart
 
 from knitstudy.files import read_dataset
 from knitstudy.measures.history_checks import ledger_gap
@@ -98,42 +98,3 @@ def test_killed_and_restarted(tmp_path, history, options, verify):
     for name in ("increment", "yarn", "target", "cell", "sticks"):
         np.testing.assert_array_equal(one[f"contact_{name}"], two[f"contact_{name}"], name)
     verify.at_most(f"{what}: slip of all points", difference(one, two, "contact_slip"), 1e-6)
-
-
-def test_units(history, scene, verify):
-    """Lengths in mm and moduli in MPa: the same dimensionless curve, slip and dissipation."""
-    length, stiffness = 1e3, 1e-6
-    scaled = pull(scene.scaled(length=length, stiffness=stiffness))
-    force, slip = length**2 * stiffness, length
-    what = "sliding knit in mm and MPa"
-    verify.at_most(f"{what}: force", difference(history, scaled / force, "force"), 1e-6)
-    slipped = abs(scaled["contact_slip"].max() / slip / history["contact_slip"].max() - 1)
-    verify.at_most(f"{what}: largest slip", float(slipped), 1e-6)
-    verify.at_most(f"{what}: energies", difference(history, scaled / (force * length), "energy"), 1e-6)
-
-
-@pytest.fixture(scope="module")
-def stabilised(scene):
-    """The same knit held by viscous forces, and by a tenth of them."""
-    return [pull(scene.replace("solver.stabilisation", share)) for share in (1e-8, 1e-9)]
-
-
-def test_work_of_stabilisation_is_booked(stabilised, verify):
-    """It takes something of every increment but the one that ends at full load."""
-    strong, weak = (run["energy"].sel(form="stabilisation").to_numpy() for run in stabilised)
-    assert (np.diff(strong)[:-1] > 0).all()
-    assert strong[-1] == strong[-2]
-    verify.within("stabilisation: its work over that of a tenth of it", strong[-1] / weak[-1], 10, 0.05)
-    verify.at_most("stabilised knit: ledger of energies over external work", ledger_gap(stabilised[0]), 0.01)
-
-
-def test_stabilisation_is_small(stabilised, history, verify):
-    strong, weak = stabilised
-    ends = np.array([run["force"][-1] for run in (history, strong, weak)])
-    verify.within("stabilisation of 1e-8 E: force at the end against a tenth of it", ends[1], ends[2], 0.005)
-    assert ends[1] != ends[0], "it acts"
-    energy = strong["energy"]
-    internal, damped = energy.sel(form="internal"), energy.sel(form="stabilisation")
-    share = damped / internal.where(internal >= 0.01 * internal[-1])
-    verify.at_most("stabilisation of 1e-8 E over internal energy, on the way", float(share.max()), 0.05)
-    verify.at_most("stabilisation of 1e-8 E over internal energy, at the end", float(share[-1]), 0.01)

@@ -11,7 +11,7 @@ from knitstudy.mechanics.elements import hexahedron, quadratic
 from knitstudy.mechanics.elements.hexahedron import CORNERS, GAUSS, OnePointHexahedron, jacobians
 from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.materials import VOIGT, Material
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.model import Memoryless

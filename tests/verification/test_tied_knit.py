@@ -1,18 +1,13 @@
 """Direct simulation of a tied knit: energies, convergence of Newton's method, repeatability, units."""
 
-import re
-import signal
-
 import numpy as np
 import pytest
-from pull import knit_and_mesh, pull, pull_apart
+from pull import knit_and_mesh, pull
 
-from knitstudy.errors import ConvergenceError
-from knitstudy.files import read_dataset
 from knitstudy.measures.history_checks import hourglass_share, ledger_gap
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.newton import trace
-from knitstudy.models.simulate import build, solve
+from knitstudy.models.simulate import build
 from knitstudy.study.configuration import load_scene
 
 
@@ -61,12 +56,6 @@ def test_hourglass_energy(history, verify):
     verify.at_most("tied knit: hourglass over internal energy", hourglass_share(history), 0.05)
 
 
-def test_hourglass_control_that_carries_load_is_an_error(cell):
-    knit, mesh = knit_and_mesh(cell)
-    with pytest.raises(ConvergenceError, match=r"increment 1: hourglass energy is \d+.* solver.hourglass"):
-        solve(changed(cell, solver__hourglass=0.5, solver__increments=2), knit, mesh=mesh)
-
-
 def test_newton_converges_quadratically(cell, verify):
     """With exact tangents and exact solves the number of digits doubles, up to rounding."""
     knit, mesh = knit_and_mesh(cell)
@@ -93,40 +82,10 @@ def test_tie_follows_rigid_rotations(cell, verify):
     verify.at_most("rigid rotation of a tied cell: force over E h^2", np.abs(force).max() / level, 1e-10)
 
 
-def largest_difference(a, b):
-    a, b = (read_dataset(path)["force"].to_numpy() for path in (a, b))
-    return float(np.abs(a[1:] / b[1:] - 1).max())
-
-
-def test_force_repeats(tmp_path, full, verify):
-    """One thread or two, in one go or killed and started again: the same curve."""
-    size, increments = (3, 6) if full else (1, 4)
-    kept = increments // 2
-    options = ["dns-tie-course-coarse", f"pattern.loops={size}", f"pattern.rows={size}", "load.strain=0.05"]
-    options += [
-        f"solver.increments={increments}",
-        'solver.linear="three_scale"',
-        f"mesh.size={0.45e-3 if full else 0.6e-3}",
-    ]
-    one, done = pull_apart(tmp_path, 1, *options)
-    assert done.returncode == 0, done.stderr
-    two, killed = pull_apart(tmp_path, 2, *options, f"kill={kept}")
-    assert killed.returncode == -signal.SIGKILL
-    assert not two.exists()
-    two, done = pull_apart(tmp_path, 2, *options)
-    assert done.returncode == 0, done.stderr
-    # The log goes on at the next increment.
-    followed = [int(each) for each in re.findall(r"^increment (\d+)", done.stdout, re.MULTILINE)]
-    assert followed == list(range(kept + 1, increments + 1))
-    verify.at_most(
-        "force, 1 thread against 2 threads killed and restarted", largest_difference(one, two), 1e-6
-    )
-
-
 @pytest.mark.parametrize(
     ("length", "stiffness"),
-    [(1e-3, 1.0), (1e3, 1.0), (1.0, 1e-6), (1.0, 1e6)],
-    ids=["mm", "km", "uPa", "MPa"],
+    [(1e-3, 1.0), (1.0, 1e6)],
+    ids=["mm", "MPa"],
 )
 def test_units(cell, length, stiffness, verify):
     """The dimensionless curve is the same in any units, optimisation included."""

@@ -37,20 +37,6 @@ def test_centre_cell_of_nine(pulled, knit, verify):
     )
 
 
-def test_cell_that_is_window_as_a_whole(pulled, knit_of, verify):
-    """With nothing but the ends of yarns left to beams, a cell resists as solid yarns do."""
-    scene = pulled.vary({"pattern.loops": 1, "pattern.rows": 1})
-    knit = knit_of(scene)
-    full = solve(scene.replace("fidelity", "spline_yarns"), knit, mesh=sampled_sections(knit))
-    window = solve_load_path(build(scene, knit))
-    verify.within(
-        "window, one tied cell: force of the grips",
-        float(window["force"][-1]),
-        float(full["force"][-1]),
-        0.02,
-    )
-
-
 def test_tangent_where_solids_and_beams_touch(pulled, knit, verify):
     """Along random ways the tangent is the derivative of the forces, with contact on both sides of the seams."""
     scene = pulled.vary({"interaction": "isotropic", "mesh.beam_size": 1.5e-3, "contact.points": 3})

@@ -208,8 +208,6 @@ def facet_faces(mesh: SweptMesh, yarn: int, chosen: np.ndarray) -> Surface:
 
     Parameters
     ----------
-    mesh : SweptMesh
-    yarn : int
     chosen : ndarray of bool, as many as ``mesh.surface_quads(yarn)`` has rows
     """
     ring, quads = mesh.section.ring, mesh.section.quads

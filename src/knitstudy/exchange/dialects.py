@@ -131,10 +131,7 @@ DIALECTS: dict[str, Callable[[Deck], str]] = {"abaqus": _abaqus_outputs, "calcul
 def keywords(deck: Deck, dialect: str) -> dict[str, Keywords]:
     """Return the keywords of a deck's element, material and interaction, by their keys.
 
-    Raises
-    ------
-    ConfigurationError
-        If the dialect is unknown, or the program does not have one of them.
+    Raises ConfigurationError if the dialect is unknown, or the program does not have one of them.
     """
     if dialect not in DIALECTS:
         raise ConfigurationError(f"unknown deck dialect {dialect!r}; allowed are {', '.join(DIALECTS)}")

@@ -36,8 +36,6 @@ def write_inp(deck: Deck, path: Path | str, dialect: str) -> None:
 
     Parameters
     ----------
-    deck : Deck
-    path : Path or str
     dialect : {"abaqus", "calculix"}
 
     Raises

@@ -63,8 +63,6 @@ def write_vtu(
 
     Parameters
     ----------
-    mesh : SweptMesh or QuadraticMesh
-    path : Path or str
     point_fields : mapping of str to ndarray (N,) or (N, 3), optional
         For instance ``{"displacement [m]": u}``.
 
@@ -187,9 +185,6 @@ def write_spline_yarns(scene: Scene, path: Path | str, specimen: Fabric, history
 
     Parameters
     ----------
-    scene : Scene
-    path : Path or str
-    specimen : Fabric
     history : Dataset
         With ``node_displacement``, the coefficients of the displacement.
 

@@ -19,21 +19,12 @@ LIST = Path(__file__).with_name("columns.tsv")
 
 @dataclass(frozen=True)
 class Column:
-    """A variable of a file.
-
-    Attributes
-    ----------
-    dims : tuple of str
-    unit : str
-    meaning : str
-    where : str
-        Which files have it; all if empty.
-    """
+    """A variable of a file."""
 
     dims: tuple[str, ...]
     unit: str
     meaning: str
-    where: str = ""
+    where: str = ""  # which files have it; all if empty
 
 
 @dataclass(frozen=True)
@@ -44,13 +35,7 @@ class Columns:
     table: dict[str, Column]
 
     def require(self, names: Iterable[str]) -> None:
-        """Refuse names that the table does not have.
-
-        Raises
-        ------
-        DataFileError
-            For the first of them.
-        """
+        """Refuse names that the table does not have; DataFileError for the first of them."""
         for name in names:
             if name not in self.table:
                 raise DataFileError(
@@ -61,10 +46,7 @@ class Columns:
     def variables(self, values: Mapping[str, np.ndarray]) -> dict[str, tuple]:
         """Return arrays as variables of a dataset, in the order of the table.
 
-        Raises
-        ------
-        DataFileError
-            If the table does not have one of them.
+        Raises DataFileError if the table does not have one of them.
         """
         self.require(values)
         return {

@@ -41,10 +41,8 @@ def require_sound(
 
     Parameters
     ----------
-    scene : Scene
     loaded : callable or None
         Of solids, whether forces are more than rounding; until then only the ledger is judged.
-    increment : Increment
     recorder : Recorder
         With the increment as its last one.
 
@@ -67,11 +65,7 @@ def require_small_hourglass(scene: Scene, increment: Increment) -> None:
 
     Their energy is proportional to the coefficient and vanishes with it, however far the modes have moved. Below the
     usual coefficient the energy is therefore taken at the usual one.
-
-    Raises
-    ------
-    ConvergenceError
-        If their share of the internal energy exceeds ``gates.hourglass``.
+    Raises ConvergenceError if their share of the internal energy exceeds ``gates.hourglass``.
     """
     energy, coefficient = increment.response.energy, scene.solver.hourglass
     hourglass = energy["hourglass"] * max(1.0, USUAL_HOURGLASS / coefficient)
@@ -90,8 +84,6 @@ def require_small_stabilisation(scene: Scene, increment: Increment, reaction: np
 
     Parameters
     ----------
-    scene : Scene
-    increment : Increment
     reaction : ndarray, shape (3,)
         Of the driven side [N].
 
@@ -197,10 +189,7 @@ def _path_length(motion: Motion, start: float, end: float) -> float:
 def require_no_jump(scene: Scene, increment: Increment, recorder: Recorder) -> None:
     """Refuse an increment after which solid yarns and beams disagree on the force at the seams between them.
 
-    Raises
-    ------
-    ConvergenceError
-        If the jump exceeds the share ``gates.jump`` of the largest force at a seam.
+    Raises ConvergenceError if the jump exceeds the share ``gates.jump`` of the largest force at a seam.
     """
     jump, limit = recorder.columns["seam_jump"][-1], scene.gates.jump
     largest = float(np.linalg.norm(recorder.columns["seam_force"][-1], axis=-1).max(initial=0.0))
@@ -217,11 +206,7 @@ def require_elements_across(scene: Any) -> None:
 
     The limit is ``gates.elements_across``, by default that of the specimen; a pair needs fewer elements of
     ``mesh.size`` where ``mesh.refinement`` makes them smaller at the crossing.
-
-    Raises
-    ------
-    MeshError
-        If there are fewer across the yarn.
+    Raises MeshError if there are fewer across the yarn.
     """
     diameter, size = scene.yarn.diameter, scene.mesh.size
     default = max(ELEMENTS_ACROSS["knit"], ELEMENTS_ACROSS[scene.specimen] / scene.mesh.refinement)

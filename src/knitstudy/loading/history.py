@@ -29,27 +29,13 @@ DIRECTIONS = ("course", "wale")
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Straight legs from rest through a number of corners.
+    """Straight legs from rest through a number of corners."""
 
-    Attributes
-    ----------
-    displacement : ndarray, shape (m, 3)
-        Of the driven grips at the corners [m].
-    corners : tuple of float
-        Their load factors, rising to 1.
-    stops : tuple of float
-        Load factors at which an increment has to end.
-    axis : int
-        Direction of the force that is reported.
-    length : float
-        Length that strains along it refer to [m].
-    """
-
-    displacement: np.ndarray
-    corners: tuple[float, ...]
-    stops: tuple[float, ...]
-    axis: int
-    length: float
+    displacement: np.ndarray  # (m, 3) of the driven grips at the corners [m]
+    corners: tuple[float, ...]  # their load factors, rising to 1
+    stops: tuple[float, ...]  # load factors at which an increment has to end
+    axis: int  # direction of the force that is reported
+    length: float  # length that strains along it refer to [m]
 
     def at(self, load: float) -> np.ndarray:
         """Return the displacement (3,) at a load factor [m]."""
@@ -149,48 +135,23 @@ FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisat
 
 @dataclass(frozen=True)
 class Stations:
-    """Points whose motion the history follows: section centres or beam nodes.
+    """Points whose motion the history follows: section centres or beam nodes."""
 
-    Attributes
-    ----------
-    yarn : ndarray of int, shape (S,)
-        Yarn of a station.
-    arc_length : ndarray, shape (S,)
-        Its arc length along the undeformed yarn [m].
-    position : ndarray, shape (S, 3)
-        Its undeformed position [m].
-    """
-
-    yarn: np.ndarray
-    arc_length: np.ndarray
-    position: np.ndarray
+    yarn: np.ndarray  # (S,) yarn of a station
+    arc_length: np.ndarray  # (S,) its arc length along the undeformed yarn [m]
+    position: np.ndarray  # (S, 3) its undeformed position [m]
 
 
 @dataclass
 class Recorder:
-    """Collects increments and keeps the ledger of energies.
+    """Collects increments and keeps the ledger of energies."""
 
-    Attributes
-    ----------
-    stations : Stations
-        Points to follow.
-    driven : ndarray of int, shape (k, 3)
-        Unknowns of the driven nodes by component (x, y, z).
-    motion : Motion
-        Of the driven side.
-    meter : Meter
-        Begun before the model was built, so that its memory counts.
-    columns : dict of str to list
-        One value an increment.
-    flat : dict of str to list
-        One array an increment, of as many rows as points were in contact.
-    """
-
-    stations: Stations
-    driven: np.ndarray
-    motion: Motion
-    meter: Meter = field(default_factory=Meter)
-    columns: dict[str, list] = field(default_factory=dict)
+    stations: Stations  # points to follow
+    driven: np.ndarray  # (k, 3) unknowns of the driven nodes by component (x, y, z)
+    motion: Motion  # of the driven side
+    meter: Meter = field(default_factory=Meter)  # begun before the model was built, so that its memory counts
+    columns: dict[str, list] = field(default_factory=dict)  # one value an increment
+    # One array an increment, of as many rows as points were in contact
     flat: dict[str, list[np.ndarray]] = field(default_factory=dict)
 
     def add(
@@ -203,7 +164,6 @@ class Recorder:
 
         Parameters
         ----------
-        increment : Increment
         observed : mapping of str to ndarray
             What the observers report, by names of `HISTORY`; ``centreline_displacement`` (S, 3) [m] at least.
         points : mapping of str to ndarray, optional

@@ -69,21 +69,14 @@ class Progress:
 
 @dataclass(frozen=True)
 class Run:
-    """Files and progress of one run of a problem; by default in memory alone and silent.
+    """Files and progress of one run of a problem; by default in memory alone and silent."""
 
-    Attributes
-    ----------
-    restart : Path, optional
-        Restart file, rewritten at every increment. If it exists, the run goes on from it.
-    partial : Path, optional
-        Where the history of what had converged is written, with the reason as attribute `incomplete`, if full load is
-        not reached.
-    progress : callable
-        Called at every converged increment with the load factor and, in words, the place on the load path.
-    """
-
+    # Restart file, rewritten at every increment. If it exists, the run goes on from it
     restart: Path | None = None
+    # Where the history of what had converged is written, with the reason as attribute `incomplete`, if full
+    # load is not reached
     partial: Path | None = None
+    # Called at every converged increment with the load factor and, in words, the place on the load path
     progress: ReportProgress = silent
 
     def forget(self) -> None:
@@ -154,10 +147,7 @@ class Checkpoint:
     def save(self, increment: Increment, recorder: Recorder) -> None:
         """Write the file anew, whole or not at all.
 
-        Raises
-        ------
-        TypeError
-            If the state holds something that a restart file cannot keep.
+        Raises TypeError if the state holds something that a restart file cannot keep.
         """
         state = _arrays(increment.state, "state")
         rates = {f"rate.{i}": rate.step for i, rate in enumerate(increment.rates)}
@@ -183,11 +173,7 @@ class Checkpoint:
         """Return the increment to go on from and fill the recorder; None if there is no file.
 
         Another run of the same scene that has come to its end may delete the file at any moment.
-
-        Raises
-        ------
-        DataFileError
-            If the file is damaged or belongs to another scene.
+        Raises DataFileError if the file is damaged or belongs to another scene.
         """
         try:
             with np.load(self.path, allow_pickle=False) as archive:

@@ -47,49 +47,27 @@ Check = Callable[[Increment, Recorder], None]
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A boundary value problem along a load path.
-
-    Attributes
-    ----------
-    scene : Scene
-    model : Model
-    prescribed : PrescribedDisplacement
-    solver : LinearSolver
-    settings : Settings
-    motion : Motion
-        Of the driven side.
-    driven : ndarray of int, shape (k, 3)
-        Unknowns of the driven nodes by component (x, y, z), whose forces are the reaction.
-    stations : Stations
-        Points whose displacement an observer reports.
-    observers : tuple of Observer
-    checks : tuple of Check
-        Called in order after an increment has been recorded and before it is written to the restart file, so that no
-        run goes on from a refused state.
-    constants : dict of str to ndarray
-        Variables of the history that are the same at all increments.
-    fields : callable, optional
-        Returns the variables of the history that are known at the last increment alone, from the model's state.
-    attributes : dict
-        Of the history: numbers and texts.
-    meter : Meter
-        Started before the model was built.
-    """
+    """A boundary value problem along a load path."""
 
     scene: Scene
     model: Model
     prescribed: PrescribedDisplacement
     solver: LinearSolver
     settings: Settings
-    motion: Motion
+    motion: Motion  # of the driven side
+    # (k, 3) unknowns of the driven nodes by component (x, y, z), whose forces are the reaction
     driven: np.ndarray
-    stations: Stations
+    stations: Stations  # points whose displacement an observer reports
     observers: tuple[Observer, ...]
+    # Called in order after an increment has been recorded and before it is written to the restart file, so that
+    # no run goes on from a refused state
     checks: tuple[Check, ...] = ()
+    # Variables of the history that are the same at all increments
     constants: dict[str, np.ndarray] = field(default_factory=dict)
+    # Returns the variables of the history that are known at the last increment alone, from the model's state
     fields: Callable[[Any], dict[str, np.ndarray]] | None = None
-    attributes: dict[str, Any] = field(default_factory=dict)
-    meter: Meter = field(default_factory=Meter)
+    attributes: dict[str, Any] = field(default_factory=dict)  # of the history: numbers and texts
+    meter: Meter = field(default_factory=Meter)  # started before the model was built
 
     def recorder(self) -> Recorder:
         """Return an empty recorder."""
@@ -104,7 +82,6 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
 
     Parameters
     ----------
-    problem : Problem
     run : Run
         Restart file, place of a partial history, and progress.
 

@@ -12,8 +12,7 @@ is [[A, B], [B^T, D]], in N/m, N and N m (Jones 1999, Mechanics of Composite Mat
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -57,10 +56,66 @@ def held_over_free(
     ConvergenceError
         If Newton's method finds no equilibrium.
     """
-    sheet = _Sheet(length, width, elements)
-    force = sheet.pulled(np.asarray(membrane, dtype=float), strain) / width
-    (along, coupling), across = membrane[0, :2], membrane[1, 1]
-    return force / ((along - coupling**2 / across) * strain)
+    membrane, lines = np.asarray(membrane, dtype=float), 2 * elements + 1
+    number = np.arange(lines**2).reshape(lines, lines)  # of the nodes, line by line across
+    corner = 2 * np.arange(elements)[:, None] + np.arange(3)
+    nodes = number[corner[:, None, :, None], corner[None, :, None, :]].reshape(-1, 9)
+    gradient, area = _gauss_points(length / elements, width / elements)
+    unknown = (2 * nodes[..., None] + np.arange(2)).reshape(len(nodes), 18)
+    row, column = (each.ravel() for each in np.broadcast_arrays(unknown[:, :, None], unknown[:, None]))
+    grips = 2 * np.concatenate([number[0], number[-1]])
+    free = np.setdiff1d(np.arange(2 * number.size), [grips, grips + 1])
+    grid = np.meshgrid(np.linspace(0, length, lines), np.linspace(0, width, lines), indexing="ij")
+    place = np.stack(grid, axis=-1).reshape(-1, 2) * [1 + strain, 1]
+    for _ in range(ITERATIONS):
+        deformation = np.einsum("eni,gnj->egij", place[nodes], gradient)
+        with np.errstate(divide="ignore", invalid="ignore"):  # refused below
+            stress, tangent = _law(deformation, membrane)
+        parts = np.einsum("g,egij,gnj->eni", area, stress, gradient)
+        force = np.bincount(unknown.ravel(), parts.ravel(), place.size)
+        if not np.all(np.isfinite(force)):
+            break
+        if np.abs(force[free]).max() <= ACCURACY * np.abs(force).max():
+            (along, coupling), across = membrane[0, :2], membrane[1, 1]
+            pull = force[2 * number[-1]].sum() / width
+            return float(pull / ((along - coupling**2 / across) * strain))
+        blocks = np.einsum("g,egijkl,gnj,gml->enimk", area, tangent, gradient, gradient, optimize=True)
+        stiffness = sp.coo_array((blocks.ravel(), (row, column)), shape=(place.size, place.size)).tocsr()
+        place.reshape(-1)[free] -= spsolve(stiffness[free][:, free].tocsc(), force[free])
+    raise ConvergenceError(
+        f"a sheet of {length:.4g} x {width:.4g} m between grips finds no equilibrium at a strain of {strain:g}: its "
+        "membrane stiffness may not be positive there"
+    )
+
+
+def _gauss_points(length: float, width: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return gradients (9, 9, 2) of the shapes at the Gauss points of an element, and the area (9,) of each."""
+    at, weight = np.polynomial.legendre.leggauss(3)
+    shape = np.stack([at * (at - 1) / 2, 1 - at * at, at * (at + 1) / 2])
+    slope = np.stack([at - 0.5, -2 * at, at + 0.5])
+    gradients = [
+        np.einsum("ig,jh->ghij", *pair).reshape(9, 9) / (side / 2)
+        for pair, side in (((slope, shape), length), ((shape, slope), width))
+    ]
+    return np.stack(gradients, axis=-1), np.outer(weight, weight).ravel() * length * width / 4
+
+
+def _law(deformation: np.ndarray, membrane: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the derivatives P (..., 2, 2) and (..., 2, 2, 2, 2) of the energy over area by F (..., 2, 2)."""
+    steps = STEP * np.eye(4).reshape(4, 2, 2)
+    slopes = [
+        (_stress(deformation + step, membrane) - _stress(deformation - step, membrane)) / (2 * STEP)
+        for step in steps
+    ]
+    return _stress(deformation, membrane), np.stack(slopes, axis=-1).reshape(*deformation.shape, 2, 2)
+
+
+def _stress(deformation: np.ndarray, membrane: np.ndarray) -> np.ndarray:
+    square = np.einsum("...ki,...kj->...ij", deformation, deformation)[..., [0, 1, 0], [0, 1, 1]]
+    strain, derivative = stretches(square)
+    by_square = np.einsum("...i,ij,...jk->...k", strain, membrane, derivative)
+    symmetric = (by_square * [2, 2, 1])[..., [[0, 2], [2, 1]]]
+    return deformation @ symmetric  # P = F S
 
 
 def stretches(square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -80,111 +135,6 @@ def stretches(square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return stretch - [1.0, 1.0, 0.0], derivative
 
 
-@dataclass(frozen=True, eq=False)
-class _Sheet:
-    """Length, width and elements in either direction of a sheet whose first and last line of nodes are gripped."""
-
-    length: float
-    width: float
-    elements: int
-
-    @cached_property
-    def nodes(self) -> np.ndarray:
-        """Undeformed places (N, 2) [m], line by line across."""
-        count = 2 * self.elements + 1
-        lines = np.linspace(0, self.length, count), np.linspace(0, self.width, count)
-        return np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
-
-    @cached_property
-    def connectivity(self) -> np.ndarray:
-        """Nodes (E, 9) of the elements."""
-        count = 2 * self.elements + 1
-        line = 2 * np.arange(self.elements)[:, None] + np.arange(3)
-        places = np.arange(count**2).reshape(count, count)
-        return places[line[:, None, :, None], line[None, :, None, :]].reshape(-1, 9)
-
-    @cached_property
-    def rule(self) -> tuple[np.ndarray, np.ndarray]:
-        """Gradients (9, 9, 2) of the shapes at the Gauss points, and the area (9,) that each stands for."""
-        at, weight = np.polynomial.legendre.leggauss(3)
-        shape = np.stack([at * (at - 1) / 2, 1 - at * at, at * (at + 1) / 2])
-        slope = np.stack([at - 0.5, -2 * at, at + 0.5])
-        half = self.length / self.elements / 2, self.width / self.elements / 2
-        gradients = [
-            np.einsum("ig,jh->ghij", *pair).reshape(9, 9) / side
-            for pair, side in zip(((slope, shape), (shape, slope)), half, strict=True)
-        ]
-        return np.stack(gradients, axis=-1), np.outer(weight, weight).ravel() * half[0] * half[1]
-
-    def pulled(self, membrane: np.ndarray, strain: float) -> float:
-        """Return the force of the grips at a strain [N]."""
-        count = 2 * self.elements + 1
-        driven = np.arange(len(self.nodes) - count, len(self.nodes))
-        held = np.concatenate([np.arange(count), driven])
-        gripped = (2 * held[:, None] + np.arange(2)).ravel()
-        free = np.setdiff1d(np.arange(2 * len(self.nodes)), gripped)
-        place = self.nodes * [1 + strain, 1]
-        for _ in range(ITERATIONS):
-            with np.errstate(divide="ignore", invalid="ignore"):  # refused below
-                force, stiffness = self._respond(place, membrane)
-            if not np.all(np.isfinite(force)):
-                break
-            if np.abs(force[free]).max() <= ACCURACY * np.abs(force[gripped]).max():
-                return float(force[2 * driven].sum())
-            place.reshape(-1)[free] -= spsolve(stiffness[free][:, free].tocsc(), force[free])
-        raise ConvergenceError(
-            f"a sheet of {self.length:.4g} x {self.width:.4g} m between grips finds no equilibrium at a strain of "
-            f"{strain:g}: its membrane stiffness may not be positive there"
-        )
-
-    def _respond(self, place: np.ndarray, membrane: np.ndarray) -> tuple[np.ndarray, sp.csr_array]:
-        """Return the forces (2 N,) and the stiffness (2 N, 2 N) of nodes at places (N, 2)."""
-        gradient, area = self.rule
-        nodes = self.connectivity
-        deformation = np.einsum("eni,gnj->egij", place[nodes], gradient)
-        square = np.einsum("egki,egkj->egij", deformation, deformation)[..., [0, 1, 0], [0, 1, 1]]
-        stress, tangent = _law(square, membrane)
-        # Derivative of C by the places of the nodes; 12 is there once, as in `stretches`.
-        first, second = deformation[..., None, :, 0], deformation[..., None, :, 1]
-        along, across = gradient[None, ..., 0, None], gradient[None, ..., 1, None]
-        by_place = np.stack(
-            [2 * first * along, 2 * second * across, first * across + second * along], axis=2
-        ).reshape(*stress.shape, 18)
-        force = np.einsum("g,egk,egkn->en", area, stress, by_place)
-        blocks = np.einsum("g,egkn,egkl,eglm->enm", area, by_place, tangent, by_place, optimize=True)
-        own, other = gradient[..., 0], gradient[..., 1]
-        pairs = np.stack(
-            [
-                2 * np.einsum("gn,gm->gnm", own, own),
-                2 * np.einsum("gn,gm->gnm", other, other),
-                np.einsum("gn,gm->gnm", own, other) + np.einsum("gn,gm->gnm", other, own),
-            ],
-            axis=1,
-        )
-        geometric = np.einsum("g,egk,gknm->enm", area, stress, pairs, optimize=True)
-        blocks += np.einsum("enm,ij->enimj", geometric, np.eye(2)).reshape(blocks.shape)
-        unknown = (2 * nodes[..., None] + np.arange(2)).reshape(len(nodes), 18)
-        row, column = np.broadcast_arrays(unknown[:, :, None], unknown[:, None])
-        stiffness = sp.coo_array(
-            (blocks.ravel(), (row.ravel(), column.ravel())), shape=(place.size, place.size)
-        )
-        return np.bincount(unknown.ravel(), force.ravel(), place.size), stiffness.tocsr()
-
-
-def _law(square: np.ndarray, membrane: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the derivatives (k, 3) and (k, 3, 3) of the energy over area by C (k, 3)."""
-    steps = STEP * np.eye(3)
-    slopes = [
-        (_slope(square + step, membrane) - _slope(square - step, membrane)) / (2 * STEP) for step in steps
-    ]
-    return _slope(square, membrane), np.stack(slopes, axis=-1)
-
-
-def _slope(square: np.ndarray, membrane: np.ndarray) -> np.ndarray:
-    strain, derivative = stretches(square)
-    return np.einsum("...i,ij,...jk->...k", strain, membrane, derivative)
-
-
 # ---- square knits and one cell ----
 
 MOST = 4
@@ -201,18 +151,9 @@ CELLS = {
 def limit(cells: Sequence[int], values: Sequence[float]) -> tuple[float, float]:
     """Return the limit of values as knits grow, and its uncertainty from the choice of knits and law.
 
-    Edges are the 1 / n-th part of a knit, corners the square of that.
-
-    Parameters
-    ----------
-    cells, values : sequence, (k,)
-        Cells in a row, rising, and the value of each knit; three or more.
-
-    Returns
-    -------
-    limit, uncertainty : float
-        The middle of the least and the largest a of a + b / n through the largest two, three and four knits, and of
-        a + b / n + c / n^2 through the largest four, and half of what lies between them.
+    Edges are the 1 / n-th part of a knit of n cells in a row, corners the square of that. Of a + b / n through the
+    largest two, three and four knits, and a + b / n + c / n^2 through the largest four, the middle of the least and
+    the largest a is the limit, half of their distance its uncertainty. Three knits or more, in rising order.
     """
     part, values = 1 / np.asarray(cells, dtype=float)[-MOST:], np.asarray(values, dtype=float)[-MOST:]
     found = [np.polyfit(part[-count:], values[-count:], 1)[1] for count in range(2, len(part) + 1)]
@@ -223,16 +164,8 @@ def limit(cells: Sequence[int], values: Sequence[float]) -> tuple[float, float]:
 def between_grips(history: xr.Dataset, scene: Scene, increment: int) -> float:
     """Return the factor by which the force of a cell grows in a large square knit, whose grips hold it across.
 
-    The stiffness of the sheet is the mean of the cell's along its path: in free tension the sheet has the force and the
-    contraction of the cell at that strain.
-
-    Parameters
-    ----------
-    history : Dataset
-        History of a tied cell that is free across.
-    scene : Scene
-    increment : int
-        Increment at whose strain both are compared.
+    The cell is tied and free across. The stiffness of the sheet is the mean of the cell's along its path: in free
+    tension the sheet has the force and the contraction of the cell at that strain.
     """
     axis = DIRECTIONS.index(scene.load.deformation)
     order = [axis, 1 - axis, 2]
@@ -244,37 +177,11 @@ def between_grips(history: xr.Dataset, scene: Scene, increment: int) -> float:
     return held_over_free(membrane, *sides, float(strain[-1]))
 
 
-# ---- shell stiffness and moduli ----
+# ---- moduli at rest ----
 
 
-def rotated(stiffness: np.ndarray, angle: float) -> np.ndarray:
-    """Return the stiffness (6, 6) of the shell turned in its plane by an angle [rad]."""
-    c, s = np.cos(angle), np.sin(angle)
-    strains = np.array(
-        [[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]]
-    )  # in the axes of the shell, from those in space
-    turn = np.kron(np.eye(2), strains)
-    return turn.T @ stiffness @ turn
-
-
-def referred(stiffness: np.ndarray, height: float) -> np.ndarray:
-    """Return the stiffness (6, 6) about a plane that lies higher by `height` [m]."""
-    # The old plane is strained by e - k height.
-    shift = np.eye(6) - height * np.eye(6, k=3)
-    return shift.T @ stiffness @ shift
-
-
-@dataclass(frozen=True)
-class Moduli:
-    """Moduli of a sheet that is free of force in all other components.
-
-    Attributes
-    ----------
-    course, wale, shear : float
-        Force per width over strain [N/m].
-    contraction_of_course, contraction_of_wale : float
-        Poisson's ratios: contraction across a pull in course and in wale direction, over the strain along it.
-    """
+class Moduli(NamedTuple):
+    """Force per width over strain [N/m], free of force in all other components, and Poisson's ratios of both pulls."""
 
     course: float
     wale: float

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, lru_cache
 
 import numpy as np
 
+from knitstudy.mechanics.linear import factorise
+from knitstudy.mechanics.materials.isotropic import Hencky
+from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
-from knitstudy.mechanics.spline_yarn.space import Space
+from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace, yarn_space
+from knitstudy.mechanics.spline_yarn.span import span_groups
 
 # The moments by which discs on yarns are joined, and points that they are summed up at
 
@@ -42,17 +47,12 @@ def moments(rule: np.ndarray) -> np.ndarray:
 # r^2) f.
 
 
-def surface_compliance(m: np.ndarray, k: np.ndarray, poisson_ratio: float) -> np.ndarray:
-    """Return G (..., 3, 3) times E, in the components r, theta, z; Hermitian and positive.
-
-    Parameters
-    ----------
-    m : ndarray of int, shape (...)
-        Waves around.
-    k : ndarray, shape (...)
-        Waves along, times the radius; not 0.
-    poisson_ratio : float
-    """
+def surface_compliance(
+    m: np.ndarray,  # int (...), waves around
+    k: np.ndarray,  # (...), waves along, times the radius; not 0
+    poisson_ratio: float,
+) -> np.ndarray:
+    """Return G (..., 3, 3) times E, in the components r, theta, z; Hermitian and positive."""
     m, k = np.broadcast_arrays(m, np.asarray(k, dtype=float))
     rate = _logarithmic_slope(np.abs(m), np.abs(k))
     nu, zero = poisson_ratio, np.zeros(m.shape)
@@ -105,20 +105,15 @@ def _logarithmic_slope(m: np.ndarray, k: np.ndarray) -> np.ndarray:
 # Their difference is c_0 + c_1 A to within e^-A: c_0 is local, the indentation; c_1 goes with the bending moment, which
 # widens and narrows the section under the patch. Beams with joints that yield by c_0 leave out c_1.
 
-APART = (6.0, 12.0)
-"""Distances of forces in radii, A: the one from the other gives c_0."""
+APART = (6.0, 12.0)  # distances of forces in radii, A: the one from the other gives c_0
 
 
 @cache
-def local_compliance(radius: float, poisson_ratio: float) -> tuple[float, float, float]:
-    """Return c_0 along the normal, along the yarn and across both, times E R.
-
-    Parameters
-    ----------
-    radius : float
-        Of the patch, over that of the yarn.
-    poisson_ratio : float
-    """
+def local_compliance(
+    radius: float,  # of the patch, over that of the yarn
+    poisson_ratio: float,
+) -> tuple[float, float, float]:
+    """Return c_0 along the normal, along the yarn and across both, times E R."""
     near, far = (
         np.diag(cylinder_patch(radius, apart, poisson_ratio))[:3] - _beam_patch(radius, apart, poisson_ratio)
         for apart in APART
@@ -150,48 +145,32 @@ def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray
 # length with patches at least `APART` radii apart, whose forces alternate in sign: nothing has to be held, and waves
 # are independent of each other. What for, and what comes out: docs/theory.md.
 
-APART_IN_PATCH = 6.0
-"""Least distance of patches along the yarn, in radii."""
+APART_IN_PATCH = 6.0  # least distance of patches along the yarn, in radii
 
 SHORTEST = 16.0
 """Largest wave number that is summed up, over the inverse of the patch's radius: 0.02 % of the compliance of the
 mean are left out, 0.5 % of that of linear moments."""
 
+# Signs of moments, and of components, in the mirror that the normal and the yarn's axis span.
 MIRROR = np.array([1, 1, -1])
-"""Signs of moments, and of components, in the mirror that the normal and the yarn's axis span."""
 
-WAVES = 4096
-"""Waves at a time; bounds the memory."""
-
-DIGITS = 2
-"""Of the length of a span over the radius: spans that differ by less are one."""
+WAVES = 4096  # waves at a time; bounds the memory
+DIGITS = 2  # of the length of a span over the radius: spans that differ by less are one
 
 
 def missing(
     space: Space,
-    radius: float,
+    radius: float,  # of the yarns [m]
     youngs_modulus: float,
     poisson_ratio: float,
-    yarn: np.ndarray,
-    arc_length: np.ndarray,
-    patch: float,
+    yarn: np.ndarray,  # int (k,)
+    arc_length: np.ndarray,  # (k,), where the patches lie [m]
+    patch: float,  # their radius [m]
 ) -> np.ndarray:
     """Return the compliance (k, 2) of the mean and of the linear moments of patches that yarns do not show [m/N].
 
     The same for every direction of the force, and for both linear moments: means over what differs, so that a tie
     with this compliance does not notice how the yarns have turned.
-
-    Parameters
-    ----------
-    space : Space
-    radius : float
-        Of the yarns [m].
-    youngs_modulus, poisson_ratio : float
-    yarn : ndarray of int, shape (k,)
-    arc_length : ndarray, shape (k,)
-        Where the patches lie [m].
-    patch : float
-        Their radius [m].
     """
     found = np.empty((len(yarn), 2))
     for number in np.unique(yarn):
@@ -230,25 +209,16 @@ def _along_a_span(
 
 
 def missing_compliance(
-    degree: int, spline_degree: int, span: float, place: float, radius: float, poisson_ratio: float
+    degree: int,  # p
+    spline_degree: int,  # d
+    span: float,  # length of the spans around the patch, over the yarn's radius
+    place: float,  # of the patch's middle in its span, 0 to 1
+    radius: float,  # of the patch, over the yarn's
+    poisson_ratio: float,
 ) -> np.ndarray:
     """Return the compliance (9, 9) that a space does not show of a patch, times E R.
 
     Rows and columns are moments, and for each the components along the normal, along the yarn and across it.
-
-    Parameters
-    ----------
-    degree : int
-        p.
-    spline_degree : int
-        d.
-    span : float
-        Length of the spans around the patch, over the yarn's radius.
-    place : float
-        Of the patch's middle in its span, 0 to 1.
-    radius : float
-        Of the patch, over the yarn's.
-    poisson_ratio : float
     """
     spans = int(np.ceil(APART_IN_PATCH / span))
     exact = cylinder_patch(radius, spans * span, poisson_ratio)
@@ -353,3 +323,131 @@ def _bloch_stiffness(
     stiffness = volume * np.einsum("wabnm->wnamb", pair) + shear * np.einsum("wbanm->wnamb", pair)
     stiffness += shear * np.einsum("wccnm,ab->wnamb", pair, np.eye(3))
     return stiffness
+
+
+# ---- What a space of displacements shows under a patch of load: a straight yarn, held at its ends, in small strains
+# Lengths are over the yarn's radius, stiffnesses over E times the radius. A local space shows less than is true: it has
+# no room for the indentation beneath a small patch. What is true is known from a space with far more functions, on a
+# patch that it resolves, and from the half space, which is exact for what is local:
+#
+#     C(a) = C_half(a) + C_far,   C_half(a) = 0.6 (1 - nu^2) / a for Hertz's pressure on a circle
+#
+# C_far belongs to the yarn and to how it is held. With degree 8 and spans of 0.3 it is constant within 0.5% for a from
+# 0.3 to 0.5, and it is the same for all shapes of patch. C_half: Johnson 1985, Contact Mechanics, sections 4.2 and 7.2
+# (the mean of Hertz's displacement, weighted with his pressure); what for: docs/theory.md.
+
+
+LENGTH = 6.0  # of the yarn; what is missing in a space does not depend on it
+
+# Place of the patch within a span: under its ends a space shows as much more as it shows less under its middle.
+PHASE = 0.25
+
+# Degree of the space that shows what is true on a patch of radius `RESOLVED`, with spans of `FINE` near the patch.
+RICH = 8
+
+FINE, RESOLVED, NEAR = 0.3, 0.5, 1.2
+
+NORMAL, ALONG, ACROSS = 2, 0, 1  # directions of load and displacement
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Displacement over force, on a patch: at its middle, what it falls by along the axes, and its weighted mean.
+
+    The displacement is ``middle - fall[0] x^2 - fall[1] y^2`` on the patch's axes.
+    """
+
+    middle: float
+    fall: tuple[float, float]
+    mean: float
+
+
+class PatchedYarn:
+    """A straight yarn of unit radius and modulus along x, and its response to a patch of load at z = 1."""
+
+    def __init__(
+        self,
+        space: YarnSpace,  # over arc lengths from 0 to `LENGTH`
+        poisson: float,
+    ) -> None:
+        self._space = Space((space,))
+        s = np.linspace(0, LENGTH, 8 * space.spline.size)
+        centre = space.spline.fit(s, np.multiply.outer(s, np.eye(3)[0]))
+        up, side = (np.tile(d, (len(centre), 1)) for d in ([0.0, 0.0, 1.0], [0.0, -1.0, 0.0]))
+        nodes = space.coefficients(centre, up, side, 1.0)
+        groups = span_groups(self._space, nodes, Hencky(1.0, poisson))
+        model = SolidModel(nodes, groups, 1.0)
+        stiffness = model.respond(model.start(), stiffness=True).stiffness.tocsc()
+        first = space.first_node
+        held = np.concatenate([np.arange(first[1]), np.arange(*first[-2:])])
+        self._free = np.setdiff1d(np.arange(model.size), 3 * held[:, None] + np.arange(3))
+        self._factors = factorise(stiffness[self._free][:, self._free].tocsc())
+
+    def shown(
+        self,
+        semiaxes: tuple[float, float],
+        turn: float = 0.0,  # angle between the first one and the yarn
+        direction: int = NORMAL,  # of the force
+    ) -> Shown:
+        """Return the displacement under a unit force with Hertz's distribution on an ellipse in the yarn's middle."""
+        place, weight = _disc()
+        x, y = (place * semiaxes).T
+        along = np.cos(turn) * x - np.sin(turn) * y
+        across = np.sin(turn) * x + np.cos(turn) * y
+        section = np.stack([np.sqrt(1 - across**2), -across], axis=1)
+        weights = self._space.matrix(np.zeros(len(x), dtype=int), section, 0.5 * LENGTH + along)
+        load = np.zeros((self._space.size, 3))
+        load[:, direction] = weights.T @ weight
+        moved = np.zeros(load.size)
+        moved[self._free] = self._factors.solve(load.ravel()[self._free])
+        displacement = weights @ moved.reshape(-1, 3)[:, direction]
+        shape = np.stack([np.ones_like(x), -(x**2), -(y**2)], axis=1)
+        weighted = weight[:, None] * shape
+        middle, *fall = np.linalg.solve(shape.T @ weighted, weighted.T @ displacement)
+        return Shown(float(middle), tuple(map(float, fall)), float(weight @ displacement))
+
+
+@lru_cache(maxsize=32)
+def patched_yarn(degree: int, span: float, spline_degree: int, poisson: float) -> PatchedYarn:
+    """Return a yarn of equal spans, whose patch lies at `PHASE` of one."""
+    number = np.arange(-np.ceil(LENGTH / span), np.ceil(LENGTH / span) + 1)
+    inner = 0.5 * LENGTH + span * (number - PHASE)
+    inner = inner[(inner > 0.25 * span) & (inner < LENGTH - 0.25 * span)]
+    breaks = np.concatenate([[0.0], inner, [LENGTH]])
+    return PatchedYarn(yarn_space(breaks, degree, spline_degree), poisson)
+
+
+@lru_cache(maxsize=8)
+def far(poisson: float, direction: int = NORMAL) -> float:
+    """Return C_far: what a yarn gives way besides the half space, under a force in a direction."""
+    fine = np.linspace(-NEAR, NEAR, round(2 * NEAR / FINE) + 1)
+    coarse = np.linspace(NEAR, 0.5 * LENGTH, round((0.5 * LENGTH - NEAR) / (2 * FINE)) + 1)[1:]
+    breaks = 0.5 * LENGTH + np.concatenate([-coarse[::-1], fine, coarse])
+    degrees = np.where(np.abs(0.5 * (breaks[1:] + breaks[:-1]) - 0.5 * LENGTH) < NEAR, RICH, RICH - 3)
+    yarn = _rich(tuple(breaks), tuple(degrees), poisson)
+    return yarn.shown((RESOLVED, RESOLVED), direction=direction).mean - half(RESOLVED, poisson, direction)
+
+
+def half(radius: float, poisson: float, direction: int = NORMAL) -> float:
+    """Return C_half: the weighted mean displacement of a half space under Hertz's distribution on a circle.
+
+    A force along the surface finds (2 - nu) / (2 (1 - nu)) times the compliance (Johnson 1985, section 7.2).
+    """
+    normal = 0.6 * (1 - poisson**2) / radius
+    return normal if direction == NORMAL else normal * (2 - poisson) / (2 * (1 - poisson))
+
+
+@lru_cache(maxsize=2)
+def _rich(breaks: tuple[float, ...], degrees: tuple[int, ...], poisson: float) -> PatchedYarn:
+    return PatchedYarn(yarn_space(np.array(breaks), np.array(degrees)), poisson)
+
+
+@lru_cache(maxsize=1)
+def _disc() -> tuple[np.ndarray, np.ndarray]:
+    """Return places (k, 2) on the unit disc and weights (k,) of Hertz's pressure there, whose sum is 1."""
+    height, weight = np.polynomial.legendre.leggauss(8)
+    height = 0.5 * (height + 1)  # sqrt(1 - r^2)
+    angle = 2 * np.pi * (np.arange(16) + 0.5) / 16
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    place = (np.sqrt(1 - height**2)[:, None, None] * ring).reshape(-1, 2)
+    return place, np.repeat(1.5 * weight * height**2 / 16, 16)

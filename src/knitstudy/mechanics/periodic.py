@@ -1,18 +1,4 @@
-"""Periodic models: unknowns of images are those of the model plus the jump of a macroscopic deformation.
-
-A sheet repeats itself by two lattice vectors t in its plane. Its generalised strains are those of a Kirchhoff shell,
-
-    e = (e_x, e_y, g_xy, k_x, k_y, k_xy),    u = E x + z K x,    w = - x . K x / 2,
-    E = [[e_x, g_xy / 2], [g_xy / 2, e_y]],  K = [[k_x, k_xy / 2], [k_xy / 2, k_y]],
-
-x in the plane, z from a plane of reference. From a point X to its image X + t this field jumps by
-
-    E t + z K t   in the plane,    - X . K t - t . K t / 2   out of it:
-
-a translation and a rotation, linear in X whatever t is, so that nodes that are coefficients take it as well. All else
-of the displacement repeats itself. A curved sheet is one to first order; strains in the plane may be finite, and the
-plane does not turn, since E is symmetric.
-"""
+"""Endless structures: unknowns that repeat, strains of the whole, yarns that wrap around."""
 
 from __future__ import annotations
 
@@ -22,11 +8,29 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.linear.direct import factorise
+from knitstudy.errors import MeshError
+from knitstudy.mechanics.linear import factorise
 from knitstudy.mechanics.model import Model, Response
+from knitstudy.mechanics.spline_yarn import basis as disc
+from knitstudy.mechanics.spline_yarn.basis import Spline
+from knitstudy.mechanics.spline_yarn.space import YarnSpace
 
-STRAINS = ("x", "y", "xy")
-"""Components in the plane; of curvatures and moments as well."""
+# ---- Periodic models: unknowns of images are those of the model plus the jump of a macroscopic deformation
+# A sheet repeats itself by two lattice vectors t in its plane. Its generalised strains are those of a Kirchhoff shell,
+#
+#     e = (e_x, e_y, g_xy, k_x, k_y, k_xy),    u = E x + z K x,    w = - x . K x / 2,
+#     E = [[e_x, g_xy / 2], [g_xy / 2, e_y]],  K = [[k_x, k_xy / 2], [k_xy / 2, k_y]],
+#
+# x in the plane, z from a plane of reference. From a point X to its image X + t this field jumps by
+#
+#     E t + z K t   in the plane,    - X . K t - t . K t / 2   out of it:
+#
+# a translation and a rotation, linear in X whatever t is, so that nodes that are coefficients take it as well. All else
+# of the displacement repeats itself. A curved sheet is one to first order; strains in the plane may be finite, and the
+# plane does not turn, since E is symmetric.
+
+
+STRAINS = ("x", "y", "xy")  # components in the plane; of curvatures and moments as well
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,18 +50,13 @@ class Lattice:
         """What strains (3,) in the plane are multiplied with for a displacement: edges of the cell [m]."""
         return np.linalg.norm(self.vectors, axis=1)[[0, 1, 1]]
 
-    def jumps(self, number: int, nodes: np.ndarray, unity: np.ndarray) -> np.ndarray:
-        """Return the jumps (N, 3, 6) of nodes to their images by one of the vectors, for each generalised strain.
-
-        Parameters
-        ----------
-        number : int
-            Of the vector.
-        nodes : ndarray, shape (N, 3)
-            Undeformed places, or coefficients of them [m].
-        unity : ndarray, shape (N,)
-            Coefficients of the constant 1.
-        """
+    def jumps(
+        self,
+        number: int,  # of the vector
+        nodes: np.ndarray,  # (N, 3), undeformed places, or coefficients of them [m]
+        unity: np.ndarray,  # (N,), coefficients of the constant 1
+    ) -> np.ndarray:
+        """Return the jumps (N, 3, 6) of nodes to their images by one of the vectors, for each generalised strain."""
         t = self.vectors[number, :2]
         way = np.array([[t[0], 0, 0.5 * t[1]], [0, t[1], 0.5 * t[0]]])  # E t, and K t, by components of E, K
         height = nodes[:, 2] - self.reference * unity
@@ -73,18 +72,15 @@ class PeriodicModel:
 
     The last three of v are the lattice: the strains in the plane times `Lattice.lengths` [m]. What is conjugate to them
     are the forces on the edges of the cell.
-
-    Parameters
-    ----------
-    model : Model
-        Of all nodes, those of images among them; every element, tie and contact once.
-    spread : csr matrix, shape (model.size, size)
-        T, of full rank.
     """
 
     block = 3
 
-    def __init__(self, model: Model, spread: sp.csr_matrix) -> None:
+    def __init__(
+        self,
+        model: Model,  # of all nodes, those of images among them; every element, tie and contact once
+        spread: sp.csr_matrix,  # (model.size, size), T, of full rank
+    ) -> None:
         self.model, self.spread = model, spread
         self._collect = sp.csr_matrix(spread.T)
         self.size = spread.shape[1]
@@ -142,24 +138,14 @@ class PeriodicModel:
 
 
 def condensed(
-    stiffness: sp.spmatrix, fields: np.ndarray, spread: sp.csr_matrix, held: np.ndarray
+    stiffness: sp.spmatrix,  # (size, size), symmetric
+    fields: np.ndarray,  # (size, m)
+    spread: sp.csr_matrix,  # (size, n), S
+    held: np.ndarray,  # int (k,), of the n: they stay 0, so that nothing can move for nothing
 ) -> np.ndarray:
     """Return the symmetric stiffness (m, m) against the amounts of fields, u = S q + fields a, with q in balance.
 
-    Parameters
-    ----------
-    stiffness : sparse matrix, shape (size, size)
-        Symmetric.
-    fields : ndarray, shape (size, m)
-    spread : csr matrix, shape (size, n)
-        S.
-    held : ndarray of int, shape (k,)
-        Of the n: they stay 0, so that nothing can move for nothing.
-
-    Raises
-    ------
-    ConvergenceError
-        If something moves for nothing besides.
+    Raises ConvergenceError if something moves for nothing besides.
     """
     free = np.ones(spread.shape[1], dtype=bool)
     free[held] = False
@@ -169,3 +155,102 @@ def condensed(
     answer = factorise(kept.T @ stiffness @ kept).solve(across)
     found = fields.T @ pull - across.T @ answer
     return 0.5 * (found + found.T)
+
+
+# ---- The seam of a yarn that goes on as its own image: B-splines that wrap around, out of those with two ends
+# With E spans of degree d there are E functions that wrap around, and E + d on the open knot vector of the same spans.
+# Number the wrapped ones on beyond the end: function i + E is the image of function i, and of a yarn it carries the
+# coefficient of i plus the jump from a yarn to its image. The open functions span all of them,
+#
+#     U_open = R U,    U_i+E = U_i + jump_i,    i = 0 .. d - 1,
+#
+# so that the yarn is as smooth over the seam as it is within: d - 1 derivatives, not only the value, go on.
+
+
+ROUNDING = 1e-12  # entries of R below are none
+
+
+@dataclass(frozen=True, eq=False)
+class Seam:
+    """Coefficients of one yarn out of those that wrap around, X_open = W X + S jump."""
+
+    wrapped: sp.csr_matrix  # (n, p) W: nodes of the yarn with two ends from those that wrap around
+    beyond: sp.csr_matrix  # (n, p) S: how much of the jump of each its nodes carry
+    order: np.ndarray  # int (p,), function over the section of every node that wraps around
+
+    @property
+    def unity(self) -> np.ndarray:
+        """Coefficients (p,) of the constant 1."""
+        return (self.order == 0).astype(float)
+
+    def nodes(self, wrapped: np.ndarray, period: np.ndarray) -> np.ndarray:
+        """Return the undeformed nodes (n, 3) from those that wrap around (p, 3), the image `period` (3,) away [m]."""
+        return self.wrapped @ wrapped + self.beyond @ np.multiply.outer(self.unity, period)
+
+
+def seam(yarn: YarnSpace) -> Seam:
+    """Return the seam of a yarn's space.
+
+    Of functions over the section a wrapped spline has those that all open splines have which it is made of.
+
+    Raises MeshError if there are fewer spans than the degree of the splines.
+    """
+    spline = yarn.spline
+    open_from_wrapped = conversion(spline)  # (J, E + d)
+    spans = spline.size - spline.degree
+    column = np.arange(spline.size) % spans
+    touched = sp.coo_matrix(open_from_wrapped)
+    counts = np.full(spans, disc.size(yarn.degree))
+    np.minimum.at(counts, column[touched.col], disc.size(yarn.degrees)[touched.row])
+    first = np.concatenate([[0], np.cumsum(counts)])
+    wrapped, beyond = (
+        _spread(touched, yarn, counts, first, here, column)
+        for here in (touched.col >= 0, touched.col >= spans)
+    )
+    order = np.arange(first[-1]) - np.repeat(first[:-1], counts)
+    return Seam(wrapped, beyond, order)
+
+
+def conversion(spline: Spline) -> sp.csr_matrix:
+    """Return R (J, E + d): open splines' coefficients from those of splines that go on beyond both ends.
+
+    Both are bases of the same functions on the yarn: R is found from their values at J places.
+
+    Raises MeshError if there are fewer spans than the degree.
+    """
+    d, low, high = spline.degree, *spline.spans.T
+    if len(low) < d:
+        raise MeshError(
+            f"{len(low)} spans of a yarn cannot wrap around with splines of degree {d}; use more spans"
+        )
+    period = high[-1] - low[0]
+    breaks = np.append(low, high[-1])
+    along = Spline.on(np.concatenate([breaks[:-1] - period, breaks, breaks[1:] + period]), d)
+    first = np.searchsorted(
+        along.spans[:, 0], low[0] - 1e-9 * period
+    )  # its number of splines before the yarn
+    share = 0.5 - 0.5 * np.cos(np.pi * (np.arange(d + 1) + 0.5) / (d + 1))
+    s = (low[:, None] + (high - low)[:, None] * share).ravel()
+    goal = along.matrix(s)[:, first : first + spline.size].toarray()
+    found = np.linalg.lstsq(spline.matrix(s).toarray(), goal, rcond=None)[0]
+    found[np.abs(found) < ROUNDING] = 0.0
+    return sp.csr_matrix(found)
+
+
+def _spread(
+    touched: sp.coo_matrix,
+    yarn: YarnSpace,
+    counts: np.ndarray,
+    first: np.ndarray,
+    here: np.ndarray,
+    column: np.ndarray,
+) -> sp.csr_matrix:
+    """Return chosen entries of R for all functions over the section (n, p)."""
+    row, to, value = touched.row[here], column[touched.col[here]], touched.data[here]
+    k = np.concatenate([np.arange(count) for count in counts[to]]) if len(to) else np.empty(0, dtype=int)
+    each = np.repeat(np.arange(len(to)), counts[to])
+    matrix = sp.csr_matrix(
+        (value[each], (yarn.first_node[row[each]] + k, first[to[each]] + k)), shape=(yarn.size, first[-1])
+    )
+    matrix.sum_duplicates()
+    return matrix

@@ -22,8 +22,8 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Recorder, load_path
 from knitstudy.loading.solve import Problem
-from knitstudy.mechanics.beam_contact.approach import A, B, Curves, Pairs, approach
-from knitstudy.mechanics.beam_contact.contact import (
+from knitstudy.mechanics.beam_approach import A, B, Curves, Pairs, approach
+from knitstudy.mechanics.beam_contact import (
     BeamContact,
     CrossingPairs,
     Places,
@@ -34,7 +34,7 @@ from knitstudy.mechanics.beam_contact.contact import (
 )
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.increment import Increment, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.models.network import Network, grips, tension
 from knitstudy.models.network_3d import spatial_network
@@ -66,24 +66,12 @@ MARGIN = 0.3
 
 @dataclass(frozen=True, eq=False)
 class Gaps:
-    """Smallest gaps of yarns in one configuration.
+    """Smallest gaps of yarns in one configuration."""
 
-    Attributes
-    ----------
-    crossing : ndarray, shape (K,)
-        Of the two pieces that belong to a crossing [m]; inf where they are not near.
-    elsewhere : float
-        Of all other pieces [m]; inf if none are near.
-    yarn : tuple of int
-        The yarns of that gap.
-    arc_length : tuple of float
-        Where it is on them [m].
-    """
-
-    crossing: np.ndarray
-    elsewhere: float
-    yarn: tuple[int, int]
-    arc_length: tuple[float, float]
+    crossing: np.ndarray  # (K,) of the two pieces that belong to a crossing [m]; inf where they are not near
+    elsewhere: float  # of all other pieces [m]; inf if none are near
+    yarn: tuple[int, int]  # the yarns of that gap
+    arc_length: tuple[float, float]  # where it is on them [m]
 
     @property
     def smallest(self) -> float:
@@ -178,20 +166,11 @@ class _Starts:
 
 @dataclass(frozen=True, eq=False)
 class BeamKnit:
-    """A knit of beams in contact.
-
-    Attributes
-    ----------
-    network : Network
-    model : TouchingBeams
-    tied : ndarray of bool, shape (K,)
-        Crossings that are joined at their closest points.
-    neighbours : Neighbours
-    """
+    """A knit of beams in contact."""
 
     network: Network
     model: TouchingBeams
-    tied: np.ndarray
+    tied: np.ndarray  # (K,) crossings that are joined at their closest points
     neighbours: Neighbours
 
 
@@ -404,10 +383,7 @@ class BeamObserver:
     def require_seen(self, increment: Increment, recorder: Recorder) -> None:
         """Refuse the increment that was recorded last if yarns penetrate each other where no contact acts.
 
-        Raises
-        ------
-        ConvergenceError
-            As the function `require_seen`.
+        Raises ConvergenceError as the function `require_seen`.
         """
         contact_gap = recorder.columns["crossing_gap"][-1]
         require_seen(self._beams, self._gaps, contact_gap, increment, self._radius)

@@ -33,7 +33,6 @@ def project_on_tube(centreline: Centreline, points: np.ndarray, guess: np.ndarra
 
     Parameters
     ----------
-    centreline : Centreline
     points : ndarray, shape (k, 3)
         Points within a radius of curvature of the centreline [m].
     guess : ndarray, shape (k,)
@@ -74,64 +73,36 @@ class Discretisation:
 
     Undeformed places and displacements are the same weighted sums of nodes, so that yarns can move rigidly: nodes x go
     to Q x + unity t. Nodes are numbered yarn by yarn, station by station along the yarn.
-
-    Attributes
-    ----------
-    mesh : SweptMesh
-        Cross-sections at which motion is observed and drawn; its nodes are places.
-    nodes : ndarray, shape (N, 3)
-        Undeformed: places, or coefficients of them [m].
-    unity : ndarray, shape (N,)
-        Coefficients of the constant 1.
-    yarn, station : ndarray of int, shape (N,)
-        Yarn of a node, and its place along all yarns, both ascending.
-    bandwidth : int
-        Largest difference of the numbers of two nodes of an element, counted without nodes that depend on others.
-    groups : callable
-        Elements, from nodes (N, 3); raises MeshError where one is folded.
-    volume : callable
-        Of every node (N,) [m3], from the groups.
-    surfaces : Surfaces
-        One of every yarn, for contact.
-    ends : Grips
-        Nodes that are held and driven.
-    locate : callable
-        Nodes (k, a) and weights (k, a) whose sum a material point is, from places (k, 3) [m] in or next to yarns (k,).
-    size : float
-        Length h of an element [m].
-    sampling : csr matrix, shape (M, N), optional
-        Nodes of `mesh` as weighted sums of nodes; None where they are the nodes.
-    dependence : csr matrix, shape (N, N), optional
-        Nodes as weighted sums of nodes that depend on no others; the identity if None.
-    connectivity : ndarray of int, shape (E, a), optional
-        Nodes of hexahedra, in the order of those of `mesh`, where the elements are hexahedra.
-    rings : Rings, optional
-        Where the edges of the surfaces' cells across lie along the yarns; of those that contact knows.
-    missing : callable, optional
-        Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one yarn's
-        alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement shows it all.
-    space : Space, optional
-        Of polynomials and splines.
     """
 
-    mesh: SweptMesh
-    nodes: np.ndarray
-    unity: np.ndarray
-    yarn: np.ndarray
-    station: np.ndarray
+    mesh: SweptMesh  # cross-sections at which motion is observed and drawn; its nodes are places
+    nodes: np.ndarray  # (N, 3) undeformed: places, or coefficients of them [m]
+    unity: np.ndarray  # (N,) coefficients of the constant 1
+    yarn: np.ndarray  # (N,) of a node, ascending
+    station: np.ndarray  # (N,) place of a node along all yarns, ascending
+    # Largest difference of the numbers of two nodes of an element, counted without nodes that depend on others
     bandwidth: int
+    # Elements, from nodes (N, 3); raises MeshError where one is folded
     groups: Callable[[np.ndarray], tuple[ElementGroup, ...]]
-    volume: Callable[[tuple[ElementGroup, ...]], np.ndarray]
-    surfaces: Surfaces
-    ends: Grips
+    volume: Callable[[tuple[ElementGroup, ...]], np.ndarray]  # of every node (N,) [m3], from the groups
+    surfaces: Surfaces  # one of every yarn, for contact
+    ends: Grips  # nodes that are held and driven
+    # Nodes (k, a) and weights (k, a) whose sum a material point is, from places (k, 3) [m] in or near yarns (k,)
     locate: Locate
-    size: float
+    size: float  # length h of an element [m]
+    # (M, N) nodes of `mesh` as weighted sums of nodes; None where they are the nodes
     sampling: sp.csr_matrix | None = None
+    # (N, N) nodes as weighted sums of nodes that depend on no others; the identity if None
     dependence: sp.csr_matrix | None = None
+    # (E, a) nodes of hexahedra, in the order of those of `mesh`, where the elements are hexahedra
     connectivity: np.ndarray | None = None
+    # Where the edges of the surfaces' cells across lie along the yarns; of those that contact knows
     rings: Rings | None = None
+    # Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one
+    # yarn's alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement
+    # shows it all
     missing: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
-    space: Space | None = None
+    space: Space | None = None  # of polynomials and splines
 
     def sampled(self, values: np.ndarray) -> np.ndarray:
         """Return values at the nodes of `mesh` (M, ...) from values of the nodes (N, ...)."""
@@ -149,10 +120,7 @@ COARSE = 3.0
 def contact_surfaces(scene: Scene, space: Space, specimen: Fabric) -> tuple[Cylinders, Rings]:
     """Return the surfaces of yarns for contact, and where their rings lie; coarse where nothing touches.
 
-    Raises
-    ------
-    ConfigurationError
-        If crossings of a yarn are nearer to each other than the law of contact allows.
+    Raises ConfigurationError if crossings of a yarn are nearer to each other than the law of contact allows.
     """
     radius, crossings = specimen.radius, specimen.crossings
     keys = scene.contact if scene.kind.interaction.touches else None

@@ -23,10 +23,9 @@ from knitstudy.loading.history import Meter, Motion
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.periodic import Lattice, PeriodicModel, condensed
-from knitstudy.mechanics.spline_yarn.seam import Seam, seam
+from knitstudy.mechanics.periodic import Lattice, PeriodicModel, Seam, condensed, seam
 from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
 from knitstudy.mechanics.spline_yarn.span import span_groups
 from knitstudy.mesh.mesher import Grips
@@ -53,11 +52,7 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation, meter: Meter) -
 
     The driven side is the lattice: its displacement along x, y and in shear is the strain times the edge of the cell,
     its reaction the force on the edge.
-
-    Raises
-    ------
-    MeshError
-        If a crossing cannot be tied, or yarns overlap.
+    Raises MeshError if a crossing cannot be tied, or yarns overlap.
     """
     cell = assemble(scene, fabric, parts)
     yarns, model, lattice, load = cell.yarns, cell.model, cell.lattice, scene.load
@@ -105,24 +100,12 @@ def _shell(stiffness: np.ndarray) -> dict[str, np.ndarray]:
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """A cell put together.
+    """A cell put together."""
 
-    Attributes
-    ----------
-    yarns : SolidYarns
-        All rows and the image of the first.
-    model : PeriodicModel
-    spread : csr matrix, shape (3 N, 3 n)
-        Displacements of all nodes from the n nodes that repeat themselves.
-    jumps : ndarray, shape (3 N, 6)
-        Displacements added for each generalised strain of `mechanics.periodic`.
-    lattice : Lattice
-    """
-
-    yarns: SolidYarns
+    yarns: SolidYarns  # all rows and the image of the first
     model: PeriodicModel
-    spread: sp.csr_matrix
-    jumps: np.ndarray
+    spread: sp.csr_matrix  # (3 N, 3 n) displacements of all nodes from the n nodes that repeat themselves
+    jumps: np.ndarray  # (3 N, 6) displacements added for each generalised strain of `mechanics.periodic`
     lattice: Lattice
 
     def resultants(self, force: np.ndarray) -> np.ndarray:

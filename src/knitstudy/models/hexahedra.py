@@ -142,10 +142,7 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Problem:
 def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Discretisation:
     """Return the yarns of a scene as hexahedra that are fit to be simulated.
 
-    Raises
-    ------
-    MeshError
-        If elements are too large for the yarn, or too many for the memory.
+    Raises MeshError if elements are too large for the yarn, or too many for the memory.
     """
     require_elements_across(scene)
     parts = divide(scene, mesh, fabric)
@@ -157,10 +154,7 @@ def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Discretisation:
 def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
     """Return the yarns of a scene as hexahedra, whether or not they are fit to be simulated.
 
-    Raises
-    ------
-    MeshError
-        If one is folded.
+    Raises MeshError if one is folded.
     """
     if ELEMENTS.find(scene.mesh.element).nodes == NODES:
         return _divide_quadratic(scene, mesh, fabric)

@@ -45,30 +45,14 @@ AXES = {"global": ("x", "y", "z"), "contact": ("normal", "tangential")}
 
 @dataclass(frozen=True)
 class Springs:
-    """Secants of K crossings in a axes; nan where there is none.
+    """Secants of K crossings in a axes; nan where there is none."""
 
-    Attributes
-    ----------
-    axes : tuple of a str
-        Names of the axes.
-    projection : ndarray, shape (K, a, 3, 3)
-        Onto every axis.
-    tied : ndarray of bool, shape (K,)
-        Crossings that are tied instead.
-    open : ndarray of bool, shape (K,)
-        Crossings that are neither tied nor in contact at the last increment.
-    force : ndarray, shape (K, 3)
-        Net force on the lower row's yarn at the last increment [N].
-    displacement : ndarray, shape (K, 3)
-        Of the upper row's side to the lower row's since first contact [m].
-    """
-
-    axes: tuple[str, ...]
-    projection: np.ndarray
-    tied: np.ndarray
-    open: np.ndarray
-    force: np.ndarray
-    displacement: np.ndarray
+    axes: tuple[str, ...]  # names of the axes
+    projection: np.ndarray  # (K, a, 3, 3) onto every axis
+    tied: np.ndarray  # (K,) crossings that are tied instead
+    open: np.ndarray  # (K,) crossings that are neither tied nor in contact at the last increment
+    force: np.ndarray  # (K, 3) net force on the lower row's yarn at the last increment [N]
+    displacement: np.ndarray  # (K, 3) of the upper row's side to the lower row's since first contact [m]
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -183,24 +167,12 @@ SAMPLES = 40
 
 @dataclass(frozen=True)
 class JointPoints:
-    """Where two yarns touch and where their centrelines belong to that touch, for K crossings.
+    """Where two yarns touch and where their centrelines belong to that touch, for K crossings."""
 
-    Attributes
-    ----------
-    yarn : ndarray of int, shape (K, 2)
-        The lower row's yarn and the upper row's yarn.
-    arc_length : ndarray, shape (K, 2)
-        Of the points C on their centrelines [m].
-    point : ndarray, shape (K, 2, 3)
-        The points C [m].
-    centroid : ndarray, shape (K, 3)
-        The points P [m].
-    """
-
-    yarn: np.ndarray
-    arc_length: np.ndarray
-    point: np.ndarray
-    centroid: np.ndarray
+    yarn: np.ndarray  # (K, 2) the lower row's yarn and the upper row's yarn
+    arc_length: np.ndarray  # (K, 2) of the points C on their centrelines [m]
+    point: np.ndarray  # (K, 2, 3) the points C [m]
+    centroid: np.ndarray  # (K, 3) the points P [m]
 
     @classmethod
     def at_crossings(cls, crossings: Crossings, chosen: np.ndarray) -> JointPoints:
@@ -248,10 +220,8 @@ def joint_points(fabric: Fabric, contacts: xr.Dataset) -> JointPoints:
 def contact_normal_planes(contacts: xr.Dataset) -> np.ndarray:
     """Return the unit normals (K, 3) of the contact normal planes, which hold P1, P2 and the contact normal.
 
-    Raises
-    ------
-    GeometryError
-        If a contact has no partner on its side of the interlock, or its normal lies along the line P1 P2.
+    Raises GeometryError if a contact has no partner on its side of the interlock, or its normal lies along the line P1
+    P2.
     """
     row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
     place = {key: k for k, key in enumerate(zip(row, column, zone, strict=True))}
@@ -326,7 +296,6 @@ def contacts_of_crossings(fabric: Fabric, tied: float = 0.0) -> xr.Dataset:
 
     Parameters
     ----------
-    fabric : Fabric
     tied : float
         Radius of the disc that joins two yarns at a crossing, over that of the yarn; 0 for a point without area.
 
@@ -369,11 +338,7 @@ def patch_stiffness(fabric: Fabric, points: JointPoints, contacts: xr.Dataset, y
 
     Tied areas are alike in size: their mean is taken. The two yarns yield one after the other, each along the contact
     normal, along itself and across.
-
-    Raises
-    ------
-    DataFileError
-        If the contacts have no ties, or of a size that this is not for.
+    Raises DataFileError if the contacts have no ties, or of a size that this is not for.
     """
     tied = contacts["tied"].to_numpy() > 0 if "tied" in contacts else np.ones(len(points.yarn), dtype=bool)
     area = contacts["area"].to_numpy()[tied].mean() if tied.any() else 0.0
@@ -402,18 +367,10 @@ def _frames(normal: np.ndarray, tangent: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Joints:
-    """Joints of K crossings; a crossing without a spring that is not open is tied.
+    """Joints of K crossings; a crossing without a spring that is not open is tied."""
 
-    Attributes
-    ----------
-    open : ndarray of bool, shape (K,)
-        Crossings without a joint.
-    stiffness : ndarray, shape (K, 3, 3)
-        Symmetric matrices of the springs [N/m]; nan where there is none.
-    """
-
-    open: np.ndarray
-    stiffness: np.ndarray
+    open: np.ndarray  # (K,) crossings without a joint
+    stiffness: np.ndarray  # (K, 3, 3) symmetric matrices of the springs [N/m]; nan where there is none
 
     @property
     def sprung(self) -> np.ndarray:

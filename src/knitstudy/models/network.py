@@ -16,7 +16,7 @@ from knitstudy.mechanics.beam import LinearSprings, Section, SectionLaw
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.curved_rod import CurvedSection
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mesh.mesher import Grips
 from knitstudy.models.joints import Joints
 from knitstudy.study.problem_sections import Yarn
@@ -28,51 +28,24 @@ SPINS = range(3, 6)
 
 @dataclass(frozen=True)
 class Network:
-    """Yarns as chains of straight beam elements, joined where they touch.
+    """Yarns as chains of straight beam elements, joined where they touch."""
 
-    Attributes
-    ----------
-    nodes : ndarray, shape (N, 3)
-        Nodes that carry unknowns [m].
-    ends : ndarray of int, shape (E, 2)
-        Node at either end of every element.
-    offsets : ndarray, shape (E, 2, 3)
-        From that node to the end of the element [m].
-    arms_turn : bool
-        Whether offsets are rigid arms; see `BeamModel`.
-    yarns_side_by_side : ndarray, shape (E,)
-        Yarns that an element stands for.
-    stations : Stations
-        The points of all yarns, one yarn after the other, in order of arc length.
-    station_node : ndarray of int, shape (S,)
-        Node that carries a station.
-    station_offset : ndarray, shape (S, 3)
-        From that node to the station [m].
-    beam_nodes : int
-        Nodes of the beams before joints are eliminated; the paper counts degrees of freedom as 6 times this.
-    springs : LinearSprings
-        Springs between yarns.
-    joints : Joints or None
-        Of the crossings; None where crossings are nodes of the network.
-    curvature : ndarray, shape (E, 3), or None
-        Mean curvature vector t x dt/ds of the undeformed yarn over every element [1/m]; None where elements do not
-        follow a yarn.
-    height : float or None
-        Of its rows, which strains along the wales refer to; None where it is that of the knit [m].
-    """
-
-    nodes: np.ndarray
-    ends: np.ndarray
-    offsets: np.ndarray
-    arms_turn: bool
-    yarns_side_by_side: np.ndarray
-    stations: Stations
-    station_node: np.ndarray
-    station_offset: np.ndarray
+    nodes: np.ndarray  # (N, 3) nodes that carry unknowns [m]
+    ends: np.ndarray  # (E, 2) node at either end of every element
+    offsets: np.ndarray  # (E, 2, 3) from that node to the end of the element [m]
+    arms_turn: bool  # whether offsets are rigid arms; see `BeamModel`
+    yarns_side_by_side: np.ndarray  # (E,) yarns that an element stands for
+    stations: Stations  # the points of all yarns, one yarn after the other, in order of arc length
+    station_node: np.ndarray  # (S,) node that carries a station
+    station_offset: np.ndarray  # (S, 3) from that node to the station [m]
+    # Nodes of the beams before joints are eliminated; the paper counts degrees of freedom as 6 times this
     beam_nodes: int
-    springs: LinearSprings = field(default_factory=LinearSprings.none)
-    joints: Joints | None = None
+    springs: LinearSprings = field(default_factory=LinearSprings.none)  # springs between yarns
+    joints: Joints | None = None  # of the crossings; None where crossings are nodes of the network
+    # (E, 3) mean curvature vector t x dt/ds of the undeformed yarn over every element [1/m]; None where
+    # elements do not follow a yarn
     curvature: np.ndarray | None = None
+    # Of its rows, which strains along the wales refer to; None where it is that of the knit [m]
     height: float | None = None
 
     def section(self, yarn: Yarn, law: str) -> SectionLaw:

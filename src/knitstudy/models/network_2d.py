@@ -40,16 +40,11 @@ UPRIGHT = 89.5
 
 @dataclass(frozen=True)
 class Heights:
-    """Of the rows of a honeycomb.
+    """Of the rows of a honeycomb."""
 
-    Attributes
-    ----------
-    interlock, leg : float
-        From the lower to the upper zones of an interlock, and on to the lower zones of the next row [m].
-    """
-
+    # From the lower to the upper zones of an interlock, and on to the lower zones of the next row [m]
     interlock: float
-    leg: float
+    leg: float  # the same
 
     @property
     def course(self) -> float:
@@ -78,10 +73,7 @@ def heights(fabric: Fabric, contacts: xr.Dataset, interlock: float, leg: float) 
 def heights_by_stress(fabric: Fabric, contacts: xr.Dataset, stresses: xr.Dataset) -> Heights:
     """Return the heights of the honeycomb along the maximum principal stress.
 
-    Raises
-    ------
-    GeometryError
-        If the knit has no legs, or a direction gives no height.
+    Raises GeometryError if the knit has no legs, or a direction gives no height.
     """
     angles = []
     for name, kinds in (("interlocks", INTERLOCKS), ("legs", LEGS)):
@@ -126,8 +118,6 @@ def build(
 
     Parameters
     ----------
-    scene : Scene
-    fabric : Fabric
     contacts : Dataset, optional
         Contacts of the simulation that ``rom.contacts_from`` names; if left out, the geometry predicts them.
     stresses : Dataset, optional

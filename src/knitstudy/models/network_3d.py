@@ -53,8 +53,6 @@ def build(
 
     Parameters
     ----------
-    scene : Scene
-    fabric : Fabric
     contacts : Dataset, optional
         Contacts of the simulation that ``rom.contacts_from`` names; if left out, the geometry predicts them.
     springs : Dataset, optional
@@ -100,10 +98,7 @@ def assemble(
 def contacts_of(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None) -> xr.Dataset:
     """Return the contacts that are given, or those that the geometry predicts.
 
-    Raises
-    ------
-    DataFileError
-        If they do not describe every crossing of the fabric.
+    Raises DataFileError if they do not describe every crossing of the fabric.
     """
     if contacts is None:
         contacts = contacts_of_crossings(fabric, scene.value("tie.radius") or 0.0)

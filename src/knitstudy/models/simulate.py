@@ -34,8 +34,6 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None, **data: x
 
     Parameters
     ----------
-    scene : Scene
-    fabric : Fabric
     mesh : SweptMesh, optional
         Of solid yarns.
     **data
@@ -72,15 +70,12 @@ def simulate(
 
     Parameters
     ----------
-    scene : Scene
-    geometry : Dataset
     mesh : Dataset, optional
         Of solid yarns.
     contacts, springs : Dataset, optional
         Contacts of the simulations that ``rom.contacts_from`` and ``rom.springs_from`` or ``window.springs_from`` name.
     stresses : Dataset, optional
         Stresses of the simulation that ``rom.stress_from`` names.
-    run : Run
 
     Raises
     ------

@@ -20,8 +20,7 @@ from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Meter, Motion, Stations, load_path
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LinearSolver
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, KnitStructure, ThreeScale
 from knitstudy.mechanics.model import Stabilisation, transformation
@@ -39,27 +38,14 @@ DIRECT_UNKNOWNS = 20_000
 
 @dataclass(frozen=True, eq=False)
 class SolidYarns:
-    """The solid yarns of a fabric, joined at their crossings.
+    """The solid yarns of a fabric, joined at their crossings."""
 
-    Attributes
-    ----------
-    parts : Discretisation
-        Nodes and elements of the yarns.
-    model : SolidModel
-    ties : Ties
-    facets : CrossingFacets
-    retained : ndarray of int, shape (n,)
-        Nodes that depend on no others, ascending.
-    contact : YarnContact or None
-        Of yarns that touch.
-    """
-
-    parts: Discretisation
+    parts: Discretisation  # nodes and elements of the yarns
     model: SolidModel
     ties: Ties
     facets: CrossingFacets
-    retained: np.ndarray
-    contact: YarnContact | None = None
+    retained: np.ndarray  # (n,) nodes that depend on no others, ascending
+    contact: YarnContact | None = None  # of yarns that touch
 
     @cached_property
     def unknown(self) -> np.ndarray:
@@ -118,9 +104,6 @@ def assemble(
 
     Parameters
     ----------
-    scene : Scene
-    fabric : Fabric
-    parts : Discretisation
     tied : ndarray of bool, shape (K,), optional
         Crossings that are tied; as the scene says if left out.
     spread : csr matrix, shape (N, n), optional

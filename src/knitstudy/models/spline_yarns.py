@@ -40,24 +40,12 @@ NONE = np.empty((0, 2))
 
 @dataclass(frozen=True, eq=False)
 class YarnSpans:
-    """The spans of one yarn.
+    """The spans of one yarn."""
 
-    Attributes
-    ----------
-    breaks : ndarray, shape (E + 1,)
-        Their ends [m].
-    degrees : ndarray of int, shape (E,)
-        p of each.
-    sharp : ndarray of int
-        Breaks at which a grip begins or ends.
-    arcs : ndarray, shape (a, 2)
-        Arc lengths between which it is gripped [m].
-    """
-
-    breaks: np.ndarray
-    degrees: np.ndarray
-    sharp: np.ndarray
-    arcs: np.ndarray
+    breaks: np.ndarray  # (E + 1,) their ends [m]
+    degrees: np.ndarray  # (E,) p of each
+    sharp: np.ndarray  # breaks at which a grip begins or ends
+    arcs: np.ndarray  # (a, 2) arc lengths between which it is gripped [m]
 
     def gripped(self) -> np.ndarray:
         """Return which spans (E,) lie in the arcs."""
@@ -108,8 +96,6 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> Proble
 
     Parameters
     ----------
-    scene : Scene
-    fabric : Fabric
     mesh : SweptMesh, optional
         Sections at which the yarns are observed; sampled if left out.
 

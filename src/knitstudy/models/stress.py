@@ -34,22 +34,12 @@ from knitstudy.study.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class CellStress:
-    """Stress in the hexahedra of the mesh of a scene, in its order, for any discretisation.
+    """Stress in the hexahedra of the mesh of a scene, in its order, for any discretisation."""
 
-    Attributes
-    ----------
-    integral : ndarray, shape (E, 3, 3)
-        Of the Cauchy stress over the deformed cell [N m].
-    volume : ndarray, shape (E,)
-        Of the deformed cell [m3].
-    reference, place : ndarray, shape (E, 3)
-        Its middle, undeformed and deformed [m].
-    """
-
-    integral: np.ndarray
-    volume: np.ndarray
-    reference: np.ndarray
-    place: np.ndarray
+    integral: np.ndarray  # (E, 3, 3) of the Cauchy stress over the deformed cell [N m]
+    volume: np.ndarray  # (E,) of the deformed cell [m3]
+    reference: np.ndarray  # (E, 3) middle of the undeformed cell [m]
+    place: np.ndarray  # (E, 3) middle of the deformed cell [m]
 
     @property
     def mean(self) -> np.ndarray:
@@ -105,10 +95,7 @@ def spline_cell_stress(
 ) -> CellStress:
     """Return the stress in every cell from the coefficients (N, 3) of the displacement [m].
 
-    Raises
-    ------
-    DataFileError
-        If the displacement is of another discretisation.
+    Raises DataFileError if the displacement is of another discretisation.
     """
     space = space_on(scene, yarn_spans(scene, specimen))
     nodes = undeformed(space, specimen)
@@ -186,7 +173,6 @@ def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dat
 
     Parameters
     ----------
-    scene : Scene
     geometry, mesh, history : Dataset
         Of the scene; the history keeps its fields.
 

@@ -29,23 +29,12 @@ from knitstudy.models.discretisation import Discretisation, project_on_tube
 
 @dataclass(frozen=True)
 class Discs:
-    """Discs (D,) at some of the crossings of a fabric.
+    """Discs (D,) at some of the crossings of a fabric."""
 
-    Attributes
-    ----------
-    crossing : ndarray of int, shape (D,)
-    centre : ndarray, shape (D, 3)
-        Middles of the closest points [m].
-    axes : ndarray, shape (D, 2, 3)
-        Unit vectors in the tangent plane, the first along the lower row's yarn.
-    radius : float
-        [m]
-    """
-
-    crossing: np.ndarray
-    centre: np.ndarray
-    axes: np.ndarray
-    radius: float
+    crossing: np.ndarray  # (D,)
+    centre: np.ndarray  # (D, 3) middles of the closest points [m]
+    axes: np.ndarray  # (D, 2, 3) unit vectors in the tangent plane, the first along the lower row's yarn
+    radius: float  # [m]
 
     @classmethod
     def of(cls, fabric: Fabric, crossing: np.ndarray, radius: float) -> Discs:
@@ -123,23 +112,13 @@ BESIDE = 1.5
 
 @dataclass(frozen=True, eq=False)
 class Ties:
-    """Springs between the moments of two yarns' displacement on the discs of all tied crossings.
-
-    Attributes
-    ----------
-    discs : Discs
-    moments : csr matrix, shape (3 D, N)
-        Mean and linear moments of the upper yarn's displacement less the lower one's, as sums of nodes.
-    stiffness : ndarray, shape (D, 3)
-        Of the three moments [N/m].
-    crossings : int
-        K, those that are not tied included.
-    """
+    """Springs between the moments of two yarns' displacement on the discs of all tied crossings."""
 
     discs: Discs
+    # (3 D, N) mean and linear moments of the upper yarn's displacement less the lower one's, as sums of nodes
     moments: sp.csr_matrix
-    stiffness: np.ndarray
-    crossings: int
+    stiffness: np.ndarray  # (D, 3) of the three moments [N/m]
+    crossings: int  # K, those that are not tied included
 
     @cached_property
     def links(self) -> sp.csr_matrix | None:
@@ -231,8 +210,6 @@ def tie_crossings(
 
     Parameters
     ----------
-    parts : Discretisation
-    fabric : Fabric
     tied : ndarray of bool, shape (K,)
     radius : float
         Of the discs, over the yarn's.

@@ -18,7 +18,7 @@ from knitstudy.loading.history import Meter, Stations, load_path
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment, Settings
-from knitstudy.mechanics.linear.direct import LU
+from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.solids_and_beams import MixedState, Seams, SolidsAndBeams
 from knitstudy.mechanics.spline_yarn.space import Space
 from knitstudy.mesh.mesher import Grips
@@ -52,30 +52,16 @@ def _carried(space: Space, last: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class MixedKnit:
-    """A knit of beams with solid yarns in a window.
-
-    Attributes
-    ----------
-    window : Window
-    yarns : SolidYarns
-        Of the pieces: each solid arc of the window counts as a yarn.
-    network : Network
-    beams : BeamModel
-        Of the network, without contact.
-    model : SolidsAndBeams
-    order : ndarray of int, shape (S,)
-        Stations of the network, then sections of the pieces, in the order of yarns and arc lengths.
-    stations : Stations
-        Of all yarns, solid or not, in that order.
-    """
+    """A knit of beams with solid yarns in a window."""
 
     window: Window
-    yarns: SolidYarns
+    yarns: SolidYarns  # of the pieces: each solid arc of the window counts as a yarn
     network: Network
-    beams: BeamModel
+    beams: BeamModel  # of the network, without contact
     model: SolidsAndBeams
+    # (S,) stations of the network, then sections of the pieces, in the order of yarns and arc lengths
     order: np.ndarray
-    stations: Stations
+    stations: Stations  # of all yarns, solid or not, in that order
 
     def station_displacement(self, state: MixedState, sections: np.ndarray) -> np.ndarray:
         """Return the displacement (S, 3) of all stations from that of the pieces' sections (k, 3) [m]."""
@@ -176,8 +162,6 @@ def build(scene: Scene, fabric: Fabric, springs: xr.Dataset | None = None) -> Pr
 
     Parameters
     ----------
-    scene : Scene
-    fabric : Fabric
     springs : Dataset, optional
         Contacts of the simulation that ``window.springs_from`` names.
 

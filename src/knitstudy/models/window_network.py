@@ -16,8 +16,8 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Arcs, Fabric
 from knitstudy.loading.history import Stations
-from knitstudy.mechanics.beam_contact.approach import Curves
-from knitstudy.mechanics.beam_contact.contact import BeamContact, TouchingBeams, hertz
+from knitstudy.mechanics.beam_approach import Curves
+from knitstudy.mechanics.beam_contact import BeamContact, TouchingBeams, hertz
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.models.beams_in_contact import point_pairs
 from knitstudy.models.joints import (
@@ -36,15 +36,9 @@ from knitstudy.study.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class Window(Arcs):
-    """Crossings of which both yarns are solid, and the arcs that they lie on.
+    """Crossings of which both yarns are solid, and the arcs that they lie on."""
 
-    Attributes
-    ----------
-    shown : ndarray of int, shape (W,)
-        Crossings of the cells that are asked for; the others are of the margin.
-    """
-
-    shown: np.ndarray
+    shown: np.ndarray  # (W,) crossings of the cells that are asked for; the others are of the margin
 
     @cached_property
     def cuts(self) -> dict[int, np.ndarray]:
@@ -55,10 +49,8 @@ class Window(Arcs):
 def window_of(scene: Scene, fabric: Fabric) -> Window:
     """Return the window of a scene.
 
-    Raises
-    ------
-    ConfigurationError
-        If it does not lie within the knit, or reaches a grip or, where yarns touch, tied crossings.
+    Raises ConfigurationError if it does not lie within the knit, or reaches a grip or, where yarns touch, tied
+    crossings.
     """
     crossings, cells = fabric.crossings, scene.window.cells // 2
     middle = _middle(scene, fabric)
@@ -149,9 +141,6 @@ def surroundings(scene: Scene, fabric: Fabric, window: Window, contacts: xr.Data
 
     Parameters
     ----------
-    scene : Scene
-    fabric : Fabric
-    window : Window
     contacts : Dataset, optional
         Contacts of the simulation that ``window.springs_from`` names. Without it nothing joins yarns that touch.
 
@@ -258,10 +247,7 @@ def touching_beams(
 ) -> TouchingBeams | None:
     """Return beams with contact at all crossings outside of the window that are not tied; None if there are none.
 
-    Raises
-    ------
-    GeometryError
-        If a piece of yarn has too few nodes for a smooth centreline.
+    Raises GeometryError if a piece of yarn has too few nodes for a smooth centreline.
     """
     if not scene.kind.interaction.touches:
         return None

@@ -30,8 +30,6 @@ def contact_of(scene: Scene, yarns: Discretisation, labels: np.ndarray) -> Conta
 
     Parameters
     ----------
-    scene : Scene
-    yarns : Discretisation
     labels : ndarray of int, shape (R,)
         Of the rings of the surfaces (`contacts.facets.tied_pieces`): rings with one label, if it is not -1, do not
         touch.
@@ -100,8 +98,6 @@ def free_yarns(
 
     Parameters
     ----------
-    yarns : Discretisation
-    ties : Ties
     volume : ndarray, shape (N,)
         Of every node [m3].
     youngs_modulus : float
@@ -166,25 +162,14 @@ class BesideTies:
 
 @dataclass(frozen=True, eq=False)
 class YarnContact:
-    """Contact of solid yarns, as the history reports it.
-
-    Attributes
-    ----------
-    model : SolidsInContact
-    facets : CrossingFacets
-    rings : Rings
-        Of the surfaces.
-    beside : BesideTies or None
-        Where some yarns are tied and others in contact.
-    overlap : float
-        Largest penetration beside ties [m]. Undeformed surfaces are a^2 / R apart at the edge of a tied disc of radius
-        a; flattening the disc indents them as deep.
-    """
+    """Contact of solid yarns, as the history reports it."""
 
     model: SolidsInContact
     facets: CrossingFacets
-    rings: Rings
-    beside: BesideTies | None
+    rings: Rings  # of the surfaces
+    beside: BesideTies | None  # where some yarns are tied and others in contact
+    # Largest penetration beside ties [m]. Undeformed surfaces are a^2 / R apart at the edge of a tied disc of
+    # radius a; flattening the disc indents them as deep
     overlap: float
 
     def record(

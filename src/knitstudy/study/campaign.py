@@ -115,29 +115,17 @@ class Trial:
 
 @dataclass(frozen=True)
 class Campaign:
-    """All trials, and how long each may take.
-
-    Attributes
-    ----------
-    trials : tuple of Trial
-    limit : float
-        Processor time of a trial [s].
-    cheap : float
-        Processor time below which a trial is made again in twice the increments [s].
-    """
+    """All trials, and how long each may take."""
 
     trials: tuple[Trial, ...]
-    limit: float
-    cheap: float
+    limit: float  # processor time of a trial [s]
+    cheap: float  # processor time below which a trial is made again in twice the increments [s]
 
 
 def load_campaign(config: Path = CONFIG) -> Campaign:
     """Return the campaign of a configuration folder.
 
-    Raises
-    ------
-    ConfigurationError
-        Naming the file, the group, and what is not known or not allowed in it.
+    Raises ConfigurationError, naming the file, the group, and what is not known or not allowed in it.
     """
     path = Path(config) / FILE
     declared = validated(Declared, read_yaml(path), str(path))

@@ -49,29 +49,15 @@ CANNOT = {
 
 @dataclass(frozen=True)
 class Rung:
-    """One measured model, and what it would cost a scene.
+    """One measured model, and what it would cost a scene."""
 
-    Attributes
-    ----------
-    model : str
-        What it is called, with knobs that are not as in the main model.
-    kind : str
-        The same without these knobs.
-    scene, fidelity : str
-        The scene of the study `trade` that has measured it, and its fidelity.
-    error : float
-        What its error is at most, where it was measured [1].
-    seconds, memory : float
-        Expected of the scene that asks [s], [MB].
-    """
-
-    model: str
-    kind: str
-    scene: str
-    fidelity: str
-    error: float
-    seconds: float
-    memory: float
+    model: str  # what it is called, with knobs that are not as in the main model
+    kind: str  # the same without these knobs
+    scene: str  # the scene of the study `trade` that has measured it
+    fidelity: str  # of that scene
+    error: float  # what its error is at most, where it was measured [1]
+    seconds: float  # expected of the scene that asks [s]
+    memory: float  # expected of the scene that asks [MB]
 
     def __str__(self) -> str:
         return self.model
@@ -79,23 +65,12 @@ class Rung:
 
 @dataclass(frozen=True)
 class Choice:
-    """What was chosen for a scene.
-
-    Attributes
-    ----------
-    ask : Ask
-    rung : Rung
-    others : tuple of Rung
-        All that the scene could be computed by.
-    cells : float
-        In a row, and of the knit that errors were measured on.
-    measured : int
-    """
+    """What was chosen for a scene."""
 
     ask: Ask
     rung: Rung
-    others: tuple[Rung, ...]
-    cells: float
+    others: tuple[Rung, ...]  # all that the scene could be computed by
+    cells: float  # in a row, and of the knit that errors were measured on
     measured: int
 
     @property
@@ -123,7 +98,6 @@ def choose(
     ----------
     scene : Scene
         What is to be simulated, by any model.
-    ask : Ask
     templates : mapping of str to Scene
         The scenes that the kept trade names.
     where : str
@@ -383,13 +357,7 @@ class Ask(Section):
 
 
 def asked(values: Any, where: str) -> Ask:
-    """Return what a scene asks for.
-
-    Raises
-    ------
-    ConfigurationError
-        Naming the key, its value and what is allowed.
-    """
+    """Return what a scene asks for; a ConfigurationError names the key, its value and what is allowed."""
     return validated(Ask, values, where, "ask.")
 
 
@@ -411,7 +379,6 @@ def front(
 
     Parameters
     ----------
-    points : iterable
     price, error : callable
         Numbers of a point; the less the better.
     """

@@ -68,10 +68,7 @@ class Workflow(Section):
 def workflow_configuration(config: Any) -> Workflow:
     """Return the checked configuration of the workflow: ``config/config.yaml`` under what the command line says.
 
-    Raises
-    ------
-    ConfigurationError
-        Naming the key, its value and what is allowed.
+    Raises ConfigurationError, naming the key, its value and what is allowed.
     """
     return validated(Workflow, config, "the workflow's configuration")
 
@@ -113,10 +110,7 @@ def load_families(config: Path = CONFIG) -> dict[str, Member]:
 def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
     """Return the names of the scenes that belong to a study, in the order of the families.
 
-    Raises
-    ------
-    ConfigurationError
-        When there is no such study.
+    Raises ConfigurationError when there is no such study.
     """
     if name not in STUDIES:
         raise ConfigurationError(unknown_choice("unknown study", name, name, list(STUDIES)))
@@ -140,11 +134,7 @@ def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -
     """Return one scene by its name with changed keys, by dotted name.
 
     Where the scene leaves its model open, or the changes do, a model is chosen for the changed scene.
-
-    Raises
-    ------
-    ConfigurationError
-        As `load_scenes`, and when a key is unknown or a value is not allowed.
+    Raises ConfigurationError as `load_scenes`, and when a key is unknown or a value is not allowed.
     """
     scene = load_scene(name, config)
     if not changes or not asks(name, changes, config):
@@ -160,10 +150,7 @@ def asks(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> bool:
 def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Planned:
     """Return the model that is chosen for a scene with changed keys; keys of a model that the scene has do not count.
 
-    Raises
-    ------
-    ConfigurationError
-        As `load_scenes`, and where no model will do.
+    Raises ConfigurationError as `load_scenes`, and where no model will do.
     """
     scenes, members = load_scenes(config), load_families(config)
     _named(name, scenes, config)
@@ -206,10 +193,7 @@ def _scene(member: Member, defaults: dict) -> Scene:
 def default_keys(config: Path = CONFIG) -> dict[str, Any]:
     """Return all defaults by dotted key: of fields, of the loop file and of ``defaults.yaml``, checked for every kind.
 
-    Raises
-    ------
-    ConfigurationError
-        Naming the file and the key whose default is not known or not allowed.
+    Raises ConfigurationError, naming the file and the key whose default is not known or not allowed.
     """
     path, document = Path(config) / "defaults.yaml", _defaults(config)
     for what in _unknown(document):
@@ -323,10 +307,7 @@ OWN = {"window.springs_from": ("pattern.loops", "pattern.rows")}
 def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: str) -> None:
     """Check that a key names a direct simulation, and one that goes with the scene.
 
-    Raises
-    ------
-    ConfigurationError
-        Naming the other scene and what it has to share.
+    Raises ConfigurationError, naming the other scene and what it has to share.
     """
     name = scene.value(source)
     if name is None:

@@ -20,10 +20,7 @@ from knitstudy.errors import ConfigurationError
 def read_yaml(path: Path) -> dict:
     """Return the mapping in a YAML file.
 
-    Raises
-    ------
-    ConfigurationError
-        When the file is missing, is not YAML, says a key twice or holds no mapping.
+    Raises ConfigurationError when the file is missing, is not YAML, says a key twice or holds no mapping.
     """
     document = _read_once(_read_text(path), str(path))
     if not isinstance(document, dict):

@@ -55,11 +55,7 @@ def read_families(folder: Path) -> dict[str, Member]:
     """Return the scenes of a folder by name: files in the order of their numbers, scenes in the order of each file.
 
     Whether a scene may have the keys and values that it sets is not known here.
-
-    Raises
-    ------
-    ConfigurationError
-        Naming the file, and what in it is unknown, doubled or of the wrong type.
+    Raises ConfigurationError, naming the file, and what in it is unknown, doubled or of the wrong type.
     """
     documents = {path: read_yaml(path) for path in _files(Path(folder))}
     shared: dict[str, Mapping[str, dict]] = {}

@@ -86,7 +86,6 @@ def key(
         One of `STANDINGS`.
     source : str
         Where the value comes from.
-    unit : str
     checked : str
         The range over which results were checked.
     meaning : str
@@ -177,7 +176,6 @@ def validated(section: type[Section], values: Any, where: str, prefix: str = "")
 
     Parameters
     ----------
-    section : subclass of Section
     values : mapping
         As read from YAML: lists stand for tuples.
     where : str

@@ -48,48 +48,28 @@ Sections = Mapping[str, type[Section]]
 
 @dataclass(frozen=True)
 class Specimen:
-    """What is simulated.
-
-    Attributes
-    ----------
-    name, meaning : str
-    sections : mapping of str to subclass of Section
-    geometry : tuple of str
-        Sections and dotted keys that its geometry depends on.
-    whole : bool
-        Whether all its yarns are whole and end.
-    outputs : tuple of str or None
-        What a scene may ask to be written besides; None where that is the model's.
-    requires : mapping of str to value
-        Dotted keys that have one value alone there, of scenes that have them.
-    """
+    """What is simulated."""
 
     name: str
     meaning: str
     sections: Sections
-    geometry: tuple[str, ...]
-    whole: bool = True
+    geometry: tuple[str, ...]  # sections and dotted keys that its geometry depends on
+    whole: bool = True  # whether all its yarns are whole and end
+    # What a scene may ask to be written besides; None where that is the model's
     outputs: tuple[str, ...] | None = None
+    # Dotted keys that have one value alone there, of scenes that have them
     requires: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Interaction:
-    """How yarns act on each other.
-
-    Attributes
-    ----------
-    name, meaning : str
-    friction : callable or None
-        Coefficient of friction of a scene, inf where nothing slips; None where yarns are tied instead.
-    keys : subclass of Section or None
-        What the section ``contact`` has beside the keys of the fidelity.
-    """
+    """How yarns act on each other."""
 
     name: str
     meaning: str
+    # Coefficient of friction of a scene, inf where nothing slips; None where yarns are tied instead
     friction: Callable[[Scene], float] | None
-    keys: type[Section] | None = None
+    keys: type[Section] | None = None  # what the section ``contact`` has beside the keys of the fidelity
 
     @property
     def touches(self) -> bool:
@@ -108,36 +88,18 @@ def _joined(keys: type[Section], base: type[Section]) -> type[Section]:
 
 @dataclass(frozen=True)
 class Fidelity:
-    """A model of a specimen.
-
-    Attributes
-    ----------
-    name, meaning : str
-    specimens : tuple of str
-        What it can model.
-    sections : mapping of str to subclass of Section
-        Beside those of the specimen and of the yarn.
-    touching : mapping of str to subclass of Section
-        Those of scenes whose yarns are in contact besides.
-    tied : mapping of str to subclass of Section or None
-        Those of scenes whose yarns are all tied besides; None where it cannot model these.
-    solid : bool
-        Whether all yarns are solids.
-    sources : tuple of str
-        Dotted keys that name direct simulations which it takes something from.
-    outputs : tuple of str
-        What a scene may ask to be written besides.
-    """
+    """A model of a specimen."""
 
     name: str
     meaning: str
-    specimens: tuple[str, ...]
-    sections: Sections
-    touching: Sections = field(default_factory=dict)
+    specimens: tuple[str, ...]  # what it can model
+    sections: Sections  # beside those of the specimen and of the yarn
+    touching: Sections = field(default_factory=dict)  # those of scenes whose yarns are in contact besides
+    # Those of scenes whose yarns are all tied besides; None where it cannot model these
     tied: Sections | None = field(default_factory=dict)
-    solid: bool = False
-    sources: tuple[str, ...] = ()
-    outputs: tuple[str, ...] = ()
+    solid: bool = False  # whether all yarns are solids
+    sources: tuple[str, ...] = ()  # dotted keys that name direct simulations which it takes something from
+    outputs: tuple[str, ...] = ()  # what a scene may ask to be written besides
 
     def sections_with(self, interaction: Interaction) -> dict[str, type[Section]]:
         """Return the sections of a scene with some interaction."""
@@ -329,10 +291,8 @@ class Kind:
     def of(cls, document: Mapping, where: str) -> Kind:
         """Return the kind that a document says.
 
-        Raises
-        ------
-        ConfigurationError
-            Where there is no such kind, or the fidelity does not model that specimen or interaction.
+        Raises ConfigurationError where there is no such kind, or the fidelity does not model that specimen or
+        interaction.
         """
         labels = {name: document[name] for name in Labels.model_fields if name in document}
         labels = validated(Labels, labels, where)

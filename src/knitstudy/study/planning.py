@@ -17,19 +17,11 @@ ANY = "spline_yarns"
 
 @dataclass(frozen=True)
 class Planned:
-    """A scene with the model that was chosen for it.
-
-    Attributes
-    ----------
-    scene : Scene
-    choice : Choice
-    problem : Scene
-        What is simulated, by any model.
-    """
+    """A scene with the model that was chosen for it."""
 
     scene: Scene
     choice: Choice
-    problem: Scene
+    problem: Scene  # what is simulated, by any model
 
 
 def is_open(keys: Mapping[str, Any]) -> bool:
@@ -47,7 +39,6 @@ def problem_and_ask(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
 
     Parameters
     ----------
-    name : str
     keys : mapping of str to value
         What the scene sets, by dotted name.
     where : str
@@ -79,8 +70,6 @@ def planned(problem: Scene, ask: Ask, templates: Mapping[str, Scene], where: str
 
     Parameters
     ----------
-    problem : Scene
-    ask : Ask
     templates : mapping of str to Scene
         The scenes that the kept trade names.
     where : str

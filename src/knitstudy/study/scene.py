@@ -310,13 +310,7 @@ def _times(value: Any, factor: float) -> Any:
 
 
 def check_keys_together(scene: Scene, where: str) -> None:
-    """Check the sections of a scene against each other.
-
-    Raises
-    ------
-    ConfigurationError
-        Naming both keys.
-    """
+    """Check the sections of a scene against each other; a ConfigurationError names both keys."""
     for name, value in scene.kind.specimen.requires.items():
         if scene.value(name) not in (None, value):
             raise ConfigurationError(

@@ -1,18 +1,24 @@
-"""The interface of all linear solvers."""
+"""The interface of all linear solvers, and direct ones: banded Cholesky and sparse LU factors."""
 
 from __future__ import annotations
 
+import ctypes
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+from scipy.linalg import cython_lapack
+
+from knitstudy.errors import ConvergenceError
 
 NOWHERE = np.empty(0, dtype=np.int64)
 
+# A preconditioner: approximate solution (size,) for a residual (size,).
 Apply = Callable[[np.ndarray], np.ndarray]
-"""A preconditioner: approximate solution (size,) for a residual (size,)."""
 
 
 @dataclass(frozen=True)
@@ -76,3 +82,130 @@ class LinearSolver(Protocol):
     def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
         """Solve to a relative residual of `tolerance`; raises ConvergenceError if that is not reached."""
         ...
+
+
+# Banded Cholesky factors by LAPACK, outside of the interpreter's lock
+# SciPy's own wrappers of these routines keep the lock, so that threads wait for each other; the addresses that SciPy
+# gives to Cython, called through `ctypes`, do not.
+
+LETTER = {np.dtype(np.float32): "s", np.dtype(np.float64): "d"}  # LAPACK's letter of a precision
+
+
+def factorise_band(
+    band: np.ndarray,  # (bandwidth + 1, n), diagonal and lower diagonals in single or double precision
+) -> int:
+    """Replace a lower band by its Cholesky factor.
+
+    Returns
+    -------
+    int
+        0, or the order of the leading minor that is not positive definite.
+    """
+    rows, n = band.shape
+    info = ctypes.c_int()
+    _PBTRF[band.dtype](b"L", _int(n), _int(rows - 1), band.ctypes.data, _int(rows), ctypes.byref(info))
+    return info.value
+
+
+def solve_band(factor: np.ndarray, rhs: np.ndarray) -> None:
+    """Replace a right-hand side (n,) by the solution for a factor that `factorise` has left, in its precision."""
+    rows, n = factor.shape
+    info = ctypes.c_int()
+    _PBTRS[factor.dtype](
+        b"L",
+        _int(n),
+        _int(rows - 1),
+        _int(1),
+        factor.ctypes.data,
+        _int(rows),
+        rhs.ctypes.data,
+        _int(n),
+        ctypes.byref(info),
+    )
+
+
+def _int(value: int) -> ctypes._SimpleCData:
+    return ctypes.byref(ctypes.c_int(value))
+
+
+def _routine(name: str, arguments: int) -> ctypes._CFuncPtr:
+    """Return a routine of LAPACK that takes pointers."""
+    capsule = cython_lapack.__pyx_capi__[name]
+    name_of = ctypes.pythonapi.PyCapsule_GetName
+    name_of.restype, name_of.argtypes = ctypes.c_char_p, [ctypes.py_object]
+    address_of = ctypes.pythonapi.PyCapsule_GetPointer
+    address_of.restype, address_of.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
+    kind = ctypes.CFUNCTYPE(None, ctypes.c_char_p, *[ctypes.c_void_p] * (arguments - 1))
+    return kind(address_of(capsule, name_of(capsule)))
+
+
+_PBTRF = {dtype: _routine(f"{letter}pbtrf", 6) for dtype, letter in LETTER.items()}
+_PBTRS = {dtype: _routine(f"{letter}pbtrs", 9) for dtype, letter in LETTER.items()}
+
+
+# Sparse LU for matrices of symmetric structure
+
+REFINEMENTS = 3  # most steps of iterative refinement
+
+
+class LU:
+    """Sparse LU of SciPy (SuperLU), with the options that suit symmetric stiffness matrices."""
+
+    def __init__(self) -> None:
+        self.setup_seconds = 0.0
+        self._matrix: sp.csc_matrix | None = None
+        self._factors = None
+
+    def begin(self) -> None:
+        """Begin an increment: nothing is kept anyway."""
+
+    def use(
+        self,
+        matrix: sp.bsr_matrix | sp.csr_matrix,
+        unsymmetric: sp.bsr_matrix | None = None,
+        touching: np.ndarray = NOWHERE,
+        moved: np.ndarray | None = None,
+    ) -> None:
+        """Take over a new matrix."""
+        self._matrix, self._factors = matrix, None
+
+    def release(self) -> None:
+        """Forget the matrix and its factors."""
+        self._matrix = self._factors = None
+
+    def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
+        """Solve directly; `tolerance` is met by far or the matrix is reported as singular."""
+        started = time.perf_counter()
+        self.setup_seconds = 0.0
+        if self._factors is None:
+            self._factors = factorise(self._matrix)
+            self.setup_seconds = time.perf_counter() - started
+        x = self._factors.solve(rhs)
+        level = np.linalg.norm(rhs)
+        for _ in range(REFINEMENTS):
+            residual = rhs - self._matrix @ x
+            # Without pivoting, factors of an unsymmetric matrix may need a step of refinement.
+            if np.linalg.norm(residual) <= min(tolerance, 1e-10) * level:
+                break
+            x += self._factors.solve(residual)
+        if not np.all(np.isfinite(x)):
+            raise ConvergenceError(
+                "the stiffness matrix is singular: something is free to move as a rigid body"
+            )
+        return Solution(x, 0)
+
+
+def factorise(matrix: sp.spmatrix):
+    """Return SuperLU factors of a structurally symmetric matrix.
+
+    Raises ConvergenceError if the matrix is singular.
+    """
+    try:
+        return spla.splu(
+            sp.csc_matrix(matrix),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+    except RuntimeError as error:
+        raise ConvergenceError(f"the stiffness matrix cannot be factorised ({error})") from None

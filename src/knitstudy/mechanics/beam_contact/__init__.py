@@ -1,1 +1,0 @@
-"""Contact of beams of circular section: smooth centrelines, closest points, friction between the surfaces."""
