@@ -63,27 +63,10 @@ GRACE = 30.0
 SAME = 0.01
 """Difference of the forces in twice the increments beyond which a result is not what was asked for."""
 
-COLUMNS = (
-    "trial",
-    "group",
-    "model",
-    "changed",
-    "outcome",
-    "increments [1]",
-    "Newton iterations [1]",
-    "unknowns [1]",
-    "force [N]",
-    "force over E R2 [1]",
-    "balance [1]",
-    "balance of contact [1]",
-    "ledger [1]",
-    "ledger at full load [1]",
-    "hourglass [1]",
-    "penetration over R [1]",
-    "twice the increments [1]",
-    "seconds [s]",
-    "warnings [1]",
-)
+NUMBERS = """increments [1], Newton iterations [1], unknowns [1], force [N], force over E R2 [1], balance [1],
+balance of contact [1], ledger [1], ledger at full load [1], hourglass [1], penetration over R [1],
+twice the increments [1], seconds [s], warnings [1]"""
+COLUMNS = ("trial", "group", "model", "changed", "outcome", *NUMBERS.replace("\n", " ").split(", "))
 TEXTS = ("reason", "error", "keys named", "first warning", "in twice the increments")
 """Columns of the table."""
 
@@ -153,22 +136,17 @@ def judged(trial: Trial, cheap: float, plan: Plan, folder: Path) -> dict[str, An
             if difference > SAME:
                 wrong = [f"force differs by {difference:.1%} in twice the increments"]
         return row | {"outcome": SILENT if wrong else ENDED, "reason": "; ".join(wrong)}
-    except KnitstudyError as error:
-        how = STOPPED if isinstance(error, ConvergenceError) else REFUSED
-        row = {"outcome": how, "reason": _one_line(str(error)), "error": type(error).__name__}
-        row["keys named"] = " ".join(
-            name for name in KEYS if re.search(rf"\b{re.escape(name)}\b", str(error))
-        )
-        return row | {"seconds [s]": time.process_time() - started}
     except Exception as error:  # whatever it is: that is what the campaign looks for
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        said = f"{type(error).__name__}: {_one_line(str(error))} ({Path(place.filename).name}:{place.lineno})"
-        return {
-            "outcome": SILENT,
-            "reason": said,
-            "error": type(error).__name__,
-            "seconds [s]": time.process_time() - started,
-        }
+        said, named = " ".join(str(error).split()), ""
+        if isinstance(error, KnitstudyError):
+            outcome = STOPPED if isinstance(error, ConvergenceError) else REFUSED
+            named = " ".join(name for name in KEYS if re.search(rf"\b{re.escape(name)}\b", str(error)))
+        else:
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            outcome = SILENT
+            said = f"{type(error).__name__}: {said} ({Path(place.filename).name}:{place.lineno})"
+        row = {"outcome": outcome, "reason": said, "error": type(error).__name__, "keys named": named}
+        return row | {"seconds [s]": time.process_time() - started}
 
 
 def measured(history: xr.Dataset, scene: Scene) -> dict[str, Any]:
@@ -199,15 +177,11 @@ def twice(scene: Scene, history: xr.Dataset, plan: Plan, folder: Path) -> dict[s
     try:
         other = simulate(scene.replace("solver.increments", most), folder, plan=plan, anew=True).history
     except KnitstudyError as error:
-        return {"in twice the increments": _one_line(str(error))}
+        return {"in twice the increments": " ".join(str(error).split())}
     largest = float(np.abs(history["force"]).max())
     if largest == 0.0 or is_unloaded(history, scene):
         return {}
     return {"twice the increments [1]": abs(float(other["force"][-1] - history["force"][-1])) / largest}
-
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split())
 
 
 def collect(files: Iterable[Path | str]) -> pd.DataFrame:
