@@ -122,20 +122,8 @@ class Simulation:
 class Case:
     """A direct simulation, other models of the same problem, and the reference that all are compared with.
 
-    Attributes
-    ----------
-    interaction, direction : str
-    dns : Simulation
-    others : tuple of Simulation
-        Direct simulations with other elements or meshes.
-    reduced : tuple of Simulation
-        All reduced models made from `dns`.
-    main : mapping of str to Simulation
-        The main reduced models by fidelity, "rom3d" and "rom2d".
-    beams : tuple of Simulation
-        The same knit as beams in contact.
-    reference : Reference
-        Reference of the problem; it may be empty.
+    `others` are direct simulations with other elements or meshes, `reduced` all reduced models made from `dns`, `main`
+    the main ones of these by fidelity ("rom3d", "rom2d"), `beams` the same knit as beams in contact.
     """
 
     interaction: str
@@ -167,17 +155,7 @@ class Case:
 def cases_of(
     histories: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
 ) -> Iterator[Case]:
-    """Yield the cases of which there is a direct simulation.
-
-    Parameters
-    ----------
-    histories : mapping of str to Dataset
-        By scene.
-    scenes : mapping of str to Scene
-        Their scenes by the same names.
-    reference : DataFrame
-        ``resources/reference/reference.csv``.
-    """
+    """Yield the cases of which there is a direct simulation; histories and scenes go by the same names."""
     known = {name: scenes[name] for name in histories}
 
     def simulations(results: Results) -> list[Simulation]:
@@ -228,7 +206,7 @@ COMPARED = [
 def comparison(history: xr.Dataset, dns: xr.Dataset, reference: Reference) -> dict[str, float]:
     """Return the response of a model at its largest strain and its distance from the reference, by column.
 
-    Ratios are at the largest strain of the reference that the history reaches. The shape of u_z, of which there is no
+    Ratios are at the largest strain of the reference that the history reaches; the shape of u_z, which has no
     reference, is compared with the direct simulation of the case.
     """
     row = {

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from inspect import signature
 from math import inf
 from typing import Any, TypeVar
 
@@ -150,9 +151,9 @@ class Display:
     results : mapping of str to Results
         Arguments of the function that are results: a Dataset, or several by the names of their scenes.
     files : tuple of str
-        Arguments that are files of reference, by the names of `stages.displays.reference_files`.
+        Other arguments of the function: files by the names of `stages.displays.reference_files`.
     scenes : bool
-        Whether the argument ``scenes`` is taken: a scene by the name of its result, several by their own names.
+        Whether it has the argument ``scenes``: a scene by the name of its result, several by their own names.
     order : float
         Place in the report; figures and tables without a place follow by their names.
     texts : mapping of str to str
@@ -181,17 +182,20 @@ class Display:
         return (*self.needed, *optional)
 
 
+def _taken(make: Callable[..., Any], results: Mapping[str, Results]) -> dict[str, Any]:
+    """Return the attributes that follow from the arguments of a function: those that are no results are files."""
+    named = [each for each in signature(make).parameters.values() if each.kind is not each.VAR_KEYWORD]
+    names = [
+        each.name for each in named if each.default is each.empty and each.name not in (*results, "scenes")
+    ]
+    return {"files": tuple(names), "scenes": any(each.name == "scenes" for each in named)}
+
+
 class Catalogue(Registry[Display]):
     """All figures, or all tables, in the order of the report."""
 
     def add(self, name: str, title: str, **said: Any) -> Callable[[Function], Function]:
-        """Return a decorator of the function that makes a figure or table.
-
-        Parameters
-        ----------
-        name, title : str
-        **said
-            The other attributes of `Display`.
+        """Return a decorator of the function that makes a figure or table; keywords are attributes of `Display`.
 
         Raises
         ------
@@ -200,7 +204,7 @@ class Catalogue(Registry[Display]):
         """
 
         def added(make: Function) -> Function:
-            self.register(Display(name, title, make, **said))
+            self.register(Display(name, title, make, **(_taken(make, said.get("results", {})) | said)))
             return make
 
         return added
@@ -210,13 +214,7 @@ class Catalogue(Registry[Display]):
         return dict(sorted(super().all().items(), key=lambda entry: (entry[1].order, entry[0])))
 
     def module(self, name: str) -> str:
-        """Return the dotted name of the module of a figure's or table's function.
-
-        Raises
-        ------
-        ConfigurationError
-            If there is none of that name.
-        """
+        """Return the dotted name of the module of a figure's or table's function."""
         return self.find(name).make.__module__
 
     def make(self, name: str, **sources: Any) -> Any:

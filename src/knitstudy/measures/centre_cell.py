@@ -44,16 +44,7 @@ def crossing_error(geometry: xr.Dataset) -> xr.DataArray:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The increment nearest to a point of Fig. 7.
-
-    Attributes
-    ----------
-    number : int
-        Number of the point, from 1.
-    wanted, strain : float
-        Strain of the paper and of the increment.
-    increment : int
-    """
+    """The increment nearest to a point of Fig. 7: number from 1, strain of the paper and of the increment."""
 
     number: int
     wanted: float
@@ -127,10 +118,9 @@ def rotation_angle(contacts: xr.Dataset) -> np.ndarray:
 
 
 def closest_neighbour(contacts: xr.Dataset) -> np.ndarray:
-    """Return the contraction (I, K, 2) of the chord to one of the two neighbours of a crossing on the yarn.
+    """Return the contraction (I, K, 2) of the chord to the neighbour on the yarn that comes closer at the end.
 
-    It is the neighbour that comes closer at the last increment: at the far end of a leg, or the other crossing of the
-    same interlock. Chords across the arcs of loops lie along the courses and lengthen in course tension.
+    Chords across the arcs of loops lie along the courses and lengthen in course tension.
     """
     contraction = contacts["segment_contraction"].to_numpy()
     most = np.argmax(np.nan_to_num(contraction[-1], nan=-np.inf), axis=-1)

@@ -33,17 +33,7 @@ def element_length(history: xr.Dataset) -> float:
 
 @dataclass(frozen=True)
 class Expense:
-    """Cost of a simulation with the simulations that it is made from.
-
-    Attributes
-    ----------
-    seconds, sources : float
-        Time of all, and the part of the simulations that it is made from [s].
-    clock : str
-        `PROCESSOR`, or `WALL` where one of them has wall-clock time alone.
-    memory : float
-        Largest growth of memory of any of them [MB].
-    """
+    """Seconds of a simulation and its sources, of the sources, kind of seconds, and largest growth of memory [MB]."""
 
     seconds: float
     sources: float

@@ -39,15 +39,7 @@ SMALLEST = 3
 
 @dataclass(frozen=True)
 class Series:
-    """Simulations of square knits that differ in nothing but their number of cells.
-
-    Attributes
-    ----------
-    stem : str
-        One of `SERIES`.
-    scenes : tuple of Scene
-        From the smallest to the largest.
-    """
+    """Simulations of square knits, from the smallest to the largest, that differ in their number of cells alone."""
 
     stem: str
     scenes: tuple[Scene, ...]

@@ -151,18 +151,9 @@ CELLS = {
 def limit(cells: Sequence[int], values: Sequence[float]) -> tuple[float, float]:
     """Return the limit of values as knits grow, and its uncertainty from the choice of knits and law.
 
-    Edges are the 1 / n-th part of a knit, corners the square of that.
-
-    Parameters
-    ----------
-    cells, values : sequence, (k,)
-        Cells in a row, rising, and the value of each knit; three or more.
-
-    Returns
-    -------
-    limit, uncertainty : float
-        The middle of the least and the largest a of a + b / n through the largest two, three and four knits, and of
-        a + b / n + c / n^2 through the largest four, and half of what lies between them.
+    Edges are the 1 / n-th part of a knit of n cells in a row, corners the square of that. Of a + b / n through the
+    largest two, three and four knits, and a + b / n + c / n^2 through the largest four, the middle of the least and
+    the largest a is the limit, half of their distance its uncertainty. Three knits or more, in rising order.
     """
     part, values = 1 / np.asarray(cells, dtype=float)[-MOST:], np.asarray(values, dtype=float)[-MOST:]
     found = [np.polyfit(part[-count:], values[-count:], 1)[1] for count in range(2, len(part) + 1)]
@@ -173,16 +164,8 @@ def limit(cells: Sequence[int], values: Sequence[float]) -> tuple[float, float]:
 def between_grips(history: xr.Dataset, scene: Scene, increment: int) -> float:
     """Return the factor by which the force of a cell grows in a large square knit, whose grips hold it across.
 
-    The stiffness of the sheet is the mean of the cell's along its path: in free tension the sheet has the force and the
-    contraction of the cell at that strain.
-
-    Parameters
-    ----------
-    history : Dataset
-        History of a tied cell that is free across.
-    scene : Scene
-    increment : int
-        Increment at whose strain both are compared.
+    The cell is tied and free across. The stiffness of the sheet is the mean of the cell's along its path: in free
+    tension the sheet has the force and the contraction of the cell at that strain.
     """
     axis = DIRECTIONS.index(scene.load.deformation)
     order = [axis, 1 - axis, 2]

@@ -78,14 +78,7 @@ def all_hold(found: Iterable[bool | None]) -> bool | None:
 
 @dataclass(frozen=True)
 class Limit:
-    """The limit of a sequence of one discretisation.
-
-    Attributes
-    ----------
-    value, uncertainty : float
-    order : float
-        Observed order of convergence of the last three, nan where it cannot be determined.
-    """
+    """The limit of one discretisation; the order is the observed one of the last three values, nan if there is none."""
 
     value: float
     uncertainty: float
@@ -97,13 +90,6 @@ def limit_of_sizes(sizes: Sequence[float], values: Sequence[float], order: float
 
     With two sizes half of the correction is the uncertainty. With three or more it is the difference of the limits of
     the two finest and of the two before them, which shows whether the values have the assumed order.
-
-    Parameters
-    ----------
-    sizes, values : sequences of n >= 2 floats
-        Sizes in any order.
-    order : float
-        Assumed order of convergence.
 
     Raises
     ------
@@ -125,11 +111,6 @@ def limit_of_degrees(degrees: Sequence[int], values: Sequence[float]) -> Limit:
 
     Aitken's extrapolation where the last two changes have one sign and the later is the smaller one, with half of the
     correction as uncertainty; else the last value, with its change from the one before as uncertainty.
-
-    Parameters
-    ----------
-    degrees, values : sequences of n >= 2 numbers
-        Degrees in any order.
 
     Raises
     ------
@@ -155,10 +136,7 @@ def _limit(value: float, spread: float, order: float) -> Limit:
 
 
 def observed_order(sizes: np.ndarray, values: np.ndarray) -> float:
-    """Return the order q of values a + b h^q (n,) at the three finest sizes (n,), nan where there is none.
-
-    Sizes fall; with fewer than three there is no order.
-    """
+    """Return the order q of values a + b h^q at the three finest of falling sizes (n,), nan where there is none."""
     if len(sizes) < 3:
         return np.nan
     h, change = sizes[-3:], np.diff(values[-3:])
@@ -173,17 +151,7 @@ def observed_order(sizes: np.ndarray, values: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class Common:
-    """The limit of several discretisations.
-
-    Attributes
-    ----------
-    value : float
-        Weighted mean of their limits (`common_limit`).
-    extrapolation : float
-        Uncertainty of the mean from the uncertainties of the limits.
-    disagreement : float
-        Half the distance between the limits that are farthest apart.
-    """
+    """The limit of several discretisations, its uncertainty from theirs, and half the distance of the farthest two."""
 
     value: float
     extrapolation: float
@@ -196,7 +164,7 @@ class Common:
 
     @property
     def origin(self) -> str:
-        """The larger of the two."""
+        """The larger part of the uncertainty."""
         return "disagreement" if self.disagreement > self.extrapolation else "extrapolation"
 
 

@@ -93,14 +93,7 @@ def unbalanced_contact(history: xr.Dataset) -> float:
 
 
 def faults(history: xr.Dataset, scene: Scene) -> list[str]:
-    """Return what is wrong with a history that ended, one phrase each; nothing where it is sound.
-
-    Parameters
-    ----------
-    history : Dataset
-    scene : Scene
-        Gives the limits of the gates.
-    """
+    """Return what is wrong with a history that ended, one phrase each, by the limits of the scene's gates."""
     values = {name: history[name].to_numpy() for name in FINITE}
     found = [
         f"{name} holds what is no number" for name, value in values.items() if not np.isfinite(value).all()

@@ -21,21 +21,11 @@ BAR, DEAREST = 0.95, 3.0
 
 @dataclass(frozen=True)
 class Promise:
-    """One scene and question.
+    """One scene and question: the accuracy that was asked for, and the error [1] of the model that was taken.
 
-    Attributes
-    ----------
-    scene, question, model : str
-    accuracy : float
-        Accuracy that was asked for [1].
-    error : Estimate
-        Error of the model [1].
-    quantity : str
-        Quantity with this error, the largest.
-    seconds, cheapest : float
-        Time of the model, and of the cheapest one that would have done [s].
-    other : bool
-        Whether the true value is from another model: else a promise always holds.
+    `quantity` is the one with this error, the largest; `seconds` and `cheapest` are the time of the model and of the
+    cheapest one that would have done. `other` says whether the true value is from another model: else a promise
+    always holds.
     """
 
     scene: str
@@ -67,18 +57,10 @@ def corrected(
 ) -> Reference:
     """Return the results of a knit without a reference, corrected by the error of their discretisation elsewhere.
 
-    The error is taken to be the same as for a problem with a reference. The uncertainty is that of the reference and
-    half of the correction (docs/notes/reference.md). Where degrees 2 and 3 were both run, at the ends of both sweeps,
-    the corrections differ by 0.7 % in force and 4 % in out-of-plane motion at most.
-
-    Parameters
-    ----------
-    reference : Reference
-        Reference of the problem of `base`.
-    base, here : tuple of Dataset
-        Histories and contacts of one discretisation.
-    strain : float
-        One of the reference.
+    `base` and `here` are histories and contacts of one discretisation, the former of a problem with a reference: the
+    error is taken to be the same. The uncertainty is that of the reference and half of the correction
+    (docs/notes/reference.md). Where degrees 2 and 3 were both run, at the ends of both sweeps, the corrections differ
+    by 0.7 % in force and 4 % in out-of-plane motion at most.
     """
     found = {}
     for quantity, (_, values) in QUANTITIES.items():
@@ -119,15 +101,7 @@ Result = tuple[Scene, xr.Dataset, xr.Dataset | None]
 
 @dataclass(frozen=True)
 class Comparison:
-    """Bounds of the error of a result from a second one.
-
-    Attributes
-    ----------
-    quantity : str
-        Quantity in which both differ most.
-    least, most : float
-        Bounds of the error of the first, if that of the second is bounded as assumed [1].
-    """
+    """Bounds [1] of the error of a result from a second one, in the quantity in which both differ most."""
 
     quantity: str
     least: float
@@ -145,15 +119,6 @@ def compare(question: str, one: Result, other: Result, error: float) -> Comparis
     """Return bounds of the error of one result, or None where both have no answer in common.
 
     With d = |a / b - 1| and an error of b of at most e, the error of a is between d (1 - e) - e and d (1 + e) + e.
-
-    Parameters
-    ----------
-    question : str
-        One of `questions.QUESTIONS`.
-    one, other : tuple of Scene, Dataset, Dataset or None
-        The result to judge, and the second one.
-    error : float
-        Largest error of the second one [1].
     """
     strain = one[0].load.strain
     mine, theirs = (answers(QUESTIONS[question], *result, strain) for result in (one, other))

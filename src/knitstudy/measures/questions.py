@@ -35,16 +35,7 @@ Answer = Callable[[xr.Dataset, xr.Dataset | None], np.ndarray]
 
 @dataclass(frozen=True)
 class Question:
-    """A question about a knit.
-
-    Attributes
-    ----------
-    name : str
-        Value of ``ask.question``.
-    words : str
-    by : mapping of str to tuple of str
-        Quantities that answer it, by the fidelities that can.
-    """
+    """A question (``ask.question``), and the quantities that answer it by the fidelities that can."""
 
     name: str
     words: str

@@ -83,8 +83,8 @@ class Reference:
     def force_distance(self, history: xr.Dataset) -> Estimate:
         """Return the relative L2 distance of the curve of force against strain.
 
-        Both curves are polygons through the strains of the reference that the history reaches. The reference may be off
-        by its uncertainty at all strains alike.
+        Both curves are polygons through the strains of the reference that the history reaches; the reference may be
+        off by its uncertainty at all strains alike.
         """
         distances = self._distances(history)
         if not distances:
@@ -111,13 +111,6 @@ class Reference:
 
 def reference_of(table: pd.DataFrame, scene: Scene) -> Reference:
     """Return the reference of the problem that a scene simulates; empty where there is none.
-
-    Parameters
-    ----------
-    table : DataFrame
-        ``resources/reference/reference.csv``.
-    scene : Scene
-        A direct simulation.
 
     Raises
     ------
@@ -146,20 +139,8 @@ def reference_of(table: pd.DataFrame, scene: Scene) -> Reference:
 def transferred_uncertainty(known: Reference, base: xr.Dataset, history: xr.Dataset) -> Reference:
     """Return force and largest |u_z| of a history, as uncertain as its discretisation is for a problem with reference.
 
-    The relative error of the base, plus the relative uncertainty of the reference, is taken to be the same where an
-    input has another value.
-
-    Parameters
-    ----------
-    known : Reference
-        Reference of the problem of `base`.
-    base, history : Dataset
-        Histories of one discretisation and interaction whose inputs differ; they may be the same.
-
-    Returns
-    -------
-    Reference
-        At the strains of the reference that both reach.
+    `base` and `history` are of one discretisation and interaction and differ by an input. The relative error of the
+    base, plus the relative uncertainty of the reference, is taken to be the same, at the strains that both reach.
     """
     reached, found = common_strain([base, history]), {}
     for quantity in TRANSFERRED:
@@ -182,15 +163,7 @@ edges of ties and contacts lie inside elements, where stresses have kinks: that 
 
 @dataclass(frozen=True)
 class RefinementSeries:
-    """Simulations of one problem that differ in nothing but their resolution.
-
-    Attributes
-    ----------
-    name : str
-        Name of the discretisation.
-    scenes : tuple of Scene
-        From the coarsest to the finest.
-    """
+    """Simulations of one problem that differ in their resolution alone, from the coarsest to the finest."""
 
     name: str
     scenes: tuple[Scene, ...]

@@ -104,9 +104,9 @@ def rms_out_of_plane(history: xr.Dataset) -> np.ndarray:
 
 
 def out_of_plane_correlation(history: xr.Dataset, other: xr.Dataset) -> float:
-    """Return the correlation (Pearson) of u_z of two models at full load; nan where a model stays in its plane.
+    """Return the correlation (Pearson) of u_z of two models at full load, at the stations of the first.
 
-    It is taken at the stations of `history`; the displacements of `other` are interpolated along its yarns.
+    nan where a model stays in its plane.
     """
     ours, theirs = _u_z_at_stations(history, history), _u_z_at_stations(other, history)
     moving = ours.std() > 0 and theirs.std() > 0
@@ -152,14 +152,6 @@ def poisson_ratio(history: xr.Dataset, direction: str, loops: int) -> float:
     that of the top yarn, over the distance of the two loops. In wale tension the yarns between the gripped ones count:
     the mean of u_x over their first loop less that over their last, over the distance of these, averaged over the
     yarns. Means are over the arc length of the centreline.
-
-    Parameters
-    ----------
-    history : Dataset
-    direction : {"course", "wale"}
-        Direction of the load.
-    loops : int
-        Loops of a yarn.
     """
     start, motion = history["centreline"].to_numpy(), history["centreline_displacement"].to_numpy()[-1]
     start, motion = (_means_of_loops(history, values, loops) for values in (start, motion))

@@ -73,15 +73,8 @@ def stress_angles(
 ) -> np.ndarray:
     """Return the angles (k, 3) of the maximum principal stress in the equivalent segments of a kind [deg].
 
-    Parameters
-    ----------
-    stresses : Dataset
-    kind : str
-        One of `contacts.segments.KINDS`.
-    extent : {"whole", "middle"}
-        Whole pieces of yarn, or their middle halves.
-    undeformed : bool
-        Whether axes are turned back with the segments.
+    `extent` is "whole" for pieces of yarn, "middle" for their middle halves; `undeformed` turns axes back with the
+    segments.
     """
     here = central(stresses, kind)
     axis = stresses["segment_axis"].sel(extent=extent).to_numpy()[here, 0]

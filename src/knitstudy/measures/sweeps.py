@@ -67,14 +67,7 @@ class Point:
 class Sweep:
     """Points of one reading, interaction and discretisation, in rising order of the swept value.
 
-    Attributes
-    ----------
-    keep, interaction : str
-    made_of : str
-        Discretisation in words.
-    main : bool
-        Whether no other sweep of this reading and interaction has more points.
-    points : tuple of Point
+    It is a main one if no other sweep of this reading and interaction has more points.
     """
 
     keep: str
@@ -87,18 +80,7 @@ class Sweep:
 def sweeps_of(
     key: str, histories: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
 ) -> list[Sweep]:
-    """Return the sweeps of a key in the order of `HELD`, each of two values or more.
-
-    Parameters
-    ----------
-    key : str
-        `SPACING` or `DIAMETER`.
-    histories : mapping of str to Dataset
-        Histories of sweeps and of knits with the drawn loop, by scene.
-    scenes : mapping of str to Scene
-    reference : DataFrame
-        ``resources/reference/reference.csv``.
-    """
+    """Return the sweeps of a key in the order of `HELD`, each of two values or more; with knits of the drawn loop."""
     moved = {name: largest_out_of_plane(history) for name, history in histories.items()}
     errors = _relative_errors([scenes[name] for name in histories], moved, reference)
     groups: dict[tuple, list[Scene]] = {}
@@ -171,14 +153,7 @@ def _made_of(scene: Scene) -> str:
 def refused(loops: pd.DataFrame, column: str, scale: float) -> pd.DataFrame:
     """Return the loops that cannot be made along a sweep: ``held fixed``, and the swept value as ``at``.
 
-    Parameters
-    ----------
-    loops : DataFrame
-        ``resources/reference/loops.csv``, from `knitstudy.geometry.lay_out`.
-    column : str
-        One of `LOOPS`; the other one is as drawn.
-    scale : float
-        Factor of the values.
+    `loops` is ``resources/reference/loops.csv``; `column`, one of `LOOPS`, is swept, the other one as drawn.
 
     Raises
     ------

@@ -102,14 +102,6 @@ def points_of(
     """Return all points, problem by problem in the order of the scenes, question by question.
 
     Problems are those with a reference, and problems of the same loops and interactions of other size.
-
-    Parameters
-    ----------
-    histories, contacts : mapping of str to Dataset
-        Results of knits by scene; contacts of direct simulations.
-    scenes : mapping of str to Scene
-    table : DataFrame
-        ``resources/reference/reference.csv``.
     """
     scenes = {name: scene for name, scene in scenes.items() if name in histories}
     problems = _problems(scenes, table)

@@ -110,21 +110,16 @@ class Point:
 
     Attributes
     ----------
-    scene : Scene
     interaction : str
         Interaction of the problem: that of the scene, or contact that sticks, which ties replace.
-    question : Question
     quantity : str
         Of the quantities that answer the question, the one whose error may be the largest.
     strain : float
         Strain at which it is compared.
-    true : Estimate
-        True value.
     source : str
-        `REFERENCE`, or the two models between which the true value lies.
+        Of the true value: `REFERENCE`, or the two models between which it lies.
     error : Estimate
         |value / true - 1| [1].
-    expense : Expense
     answers : mapping of str to float
         Values of all quantities that answer the question.
     floor : float

@@ -119,10 +119,9 @@ def judge_slope(evidence: Evidence) -> Judgement:
 
 
 def largest_bend(history: xr.Dataset) -> float:
-    """Return the strain at which the slope of force against strain changes most, nan if the history is too short.
+    """Return the strain at which the mean slopes of force over `SPAN` before and after an increment differ most.
 
-    Mean slopes over `SPAN` before and after every increment are compared, so that small increments count no more than
-    large ones.
+    nan if the history is too short.
     """
     strain, force = history["strain"].to_numpy(), history["force"].to_numpy()
     at = strain[(strain >= SPAN) & (strain <= strain[-1] - SPAN)]
@@ -152,10 +151,7 @@ def judge_motion(evidence: Evidence) -> Judgement:
 
 
 def asymmetry(history: xr.Dataset) -> float:
-    """Return the difference of the envelopes of u_z of mirrored yarns at full load, over the largest |u_z|.
-
-    Yarns are mirrored about the mid line between the free edges: the first one into the last.
-    """
+    """Return the difference of the envelopes of u_z of yarns mirrored about the mid line, over the largest |u_z|."""
     u_z, yarn = history["centreline_displacement"].to_numpy()[-1, :, Z], history["yarn"].to_numpy()
     envelope = np.array([(u_z[yarn == i].min(), u_z[yarn == i].max()) for i in np.unique(yarn)])
     largest = np.abs(u_z).max()

@@ -43,7 +43,7 @@ STRESSES = tuple(name for name in _SOLIDS if name.startswith(("yarns-isotropic",
 
 @dataclass(frozen=True)
 class Evidence:
-    """Results that claims are judged by.
+    """Results that claims are judged by, by the names of scenes.
 
     Attributes
     ----------
@@ -51,12 +51,9 @@ class Evidence:
         Result of the geometry stage.
     paper, reference : DataFrame
         ``resources/reference/paper_tables.csv`` and ``reference.csv``.
-    scenes : mapping of str to Scene
-    histories, contacts, stresses : mapping of str to Dataset
-        Results by scene, as far as there are any.
     direct : mapping of str to str
-        Scenes in course tension that are compared with each other: "tie", "rough", "isotropic", and "untied" for
-        isotropic friction in all rows.
+        Scenes in course tension that are compared: "tie", "rough", "isotropic", and "untied" for isotropic friction
+        in all rows.
     again : mapping of str to Evidence
         The same with `direct` of another discretisation, by the discretisation in words.
     estimates : mapping of str to Reference
@@ -143,10 +140,7 @@ def lacking(what: str) -> Judgement:
 def at_full_strain(
     evidence: Evidence, judgement: Judgement, names: Iterable[str], of: str | None = None
 ) -> Judgement:
-    """Withhold the verdict where scenes do not reach the paper's strain; note the discretisation of a scene.
-
-    The noted scene is `of`, or else the first.
-    """
+    """Withhold the verdict where scenes do not reach the paper's strain; note how `of`, or the first scene, is made."""
     names = list(names)
     wanted = number(evidence.paper, "fig7", "course isotropic", "strain at the end") / 100
     reached = min(float(evidence.histories[name]["strain"][-1]) for name in names)

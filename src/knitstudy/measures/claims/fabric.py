@@ -198,9 +198,8 @@ LACKING = "the study has no stresses with isotropic friction in course and in wa
 def judge_directions(evidence: Evidence) -> Judgement:
     """M1: the maximum principal stress tends to align with the yarn loops and with the load.
 
-    The strong reading: the legs (segments 2 to 5) lie near the printed angles. The weak one: each leg is turned from
-    its direction by geometry (66 and 80 degrees to x) towards x in course tension and towards y in wale tension.
-    Reproduced if both hold, not decidable if one does, not reproduced if neither does.
+    Reproduced if the legs lie near the printed angles and are turned that way from their direction by geometry, not
+    decidable if one of both holds.
     """
     found = _isotropic(evidence)
     if found is None:
@@ -251,14 +250,7 @@ def judge_heights(evidence: Evidence) -> Judgement:
 
 
 def height_ratio(knit: Fabric, stresses: list[xr.Dataset]) -> Estimate:
-    """Return the height of a row by principal stress over that of the knit.
-
-    Parameters
-    ----------
-    knit : Fabric
-    stresses : list of Dataset
-        One problem by several discretisations; the first decides.
-    """
+    """Return the height of a row by principal stress over that of the knit; the first discretisation decides."""
     contacts = contacts_of_crossings(knit)
     pairs = [[angle_to_x(stresses, kind) for kind in LEGS[i : i + 2]] for i in (0, 2)]
     value = [float(np.mean([each.value for each in pair])) for pair in pairs]

@@ -94,10 +94,7 @@ def judge_out_of_plane(evidence: Evidence) -> Judgement:
 
 
 def judge_motion_order(evidence: Evidence) -> Judgement:
-    """R3: the 3D model moves further out of its plane with friction than with ties, and so does the reference.
-
-    Fig. 16 shows course tension, which decides; wale tension is reported beside it.
-    """
+    """R3: the 3D model moves further out of its plane with friction than with ties, and so does the reference."""
     cases = {(case.interaction, case.direction): case for case in _with_models(evidence, ("rom3d",))}
     directions = [way for way in ("course", "wale") if ("tie", way) in cases and ("isotropic", way) in cases]
     if "course" not in directions:

@@ -46,17 +46,10 @@ COEFFICIENT, WITHOUT_LIMIT = "contact.friction", "rough"
 
 @dataclass(frozen=True)
 class Variation:
-    """One input at another value than usual; the base, whose key is empty, has all inputs as usual.
+    """One key of `INPUTS` at another value than usual; the base, whose key is empty, has all inputs as usual.
 
-    Attributes
-    ----------
-    key : str
-        One of `INPUTS`.
-    value : number or str or None
-    scenes : mapping of str to Scene
-        By interaction; those of the base for interactions that the input does not concern.
-    varied : tuple of str
-        Interactions whose scenes are not those of the base.
+    `scenes` go by interaction: those of the base for interactions that the input does not concern. `varied` are the
+    interactions whose scenes are not those of the base.
     """
 
     key: str
@@ -73,8 +66,6 @@ class Variation:
 
 def variations(scenes: Iterable[Scene]) -> list[Variation]:
     """Return the base and every other value of every input, in the order of `INPUTS` and of the values.
-
-    Nothing where no input is varied.
 
     Raises
     ------
@@ -143,17 +134,8 @@ CLAIMS = ("K1", "K2", "K3", "K4", "K5", "K6", "K8", "K11", "E1")
 class Finding:
     """Responses and judgements at one value of one input.
 
-    Attributes
-    ----------
-    variation : Variation
-    values : mapping of (str, str) to float
-        By quantity and interaction, at full strain, in its unit; of scenes that are not the base's.
-    changes : mapping of (str, str) to float
-        Relative change from the base.
-    judged : mapping of str to Judgement
-        By claim, as far as the scenes decide it.
-    turned : tuple of str
-        Claims with another verdict than the base's, where the base decides.
+    `values` at full strain and their relative `changes` from the base go by quantity and interaction, judgements by
+    claim; `turned` are the claims with another verdict than the base's, where the base decides.
     """
 
     variation: Variation
@@ -174,17 +156,8 @@ def findings(
     """Return the findings at every value of every input (`variations`), the base first.
 
     The reference knows the base alone. All are therefore judged by their own histories, with the uncertainty of their
-    discretisation at the base (`transferred_uncertainty`), so that verdicts differ by the input only.
-
-    Parameters
-    ----------
-    scenes : iterable of Scene
-    histories, contacts : mapping of str to Dataset
-        Results by scene.
-    geometry : Dataset
-        Geometry of one of them, for the diameter of the yarn, which is the same in all.
-    paper, reference : DataFrame
-        ``resources/reference/paper_tables.csv`` and ``reference.csv``.
+    discretisation at the base (`transferred_uncertainty`), so that verdicts differ by the input only. `geometry` gives
+    the diameter of the yarn, which is the same in all.
     """
     found = variations(scenes)
     if not found:
