@@ -27,10 +27,9 @@ from knitstudy.report.files import read_sources, save_for_screen
 from knitstudy.report.kept_pages import insert_between_marks, summarise, trade_summary
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.displays import Displays, reference_files
-from knitstudy.stages.extremes import digest_of
+from knitstudy.stages.extremes import digest_of, load_campaign
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
-from knitstudy.study.campaign import load_campaign
 from knitstudy.study.choice import GROWTH_KEPT, RESOURCES, TRADE_KEPT
 from knitstudy.study.configuration import CONFIG, load_scenes, load_study
 from knitstudy.study.scene import Scene, digest
