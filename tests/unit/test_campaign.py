@@ -4,7 +4,7 @@ import pytest
 import yaml
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.campaign import QUANTITIES, load_campaign
+from knitstudy.stages.extremes import QUANTITIES, load_campaign
 
 BASES = {
     "a": {},

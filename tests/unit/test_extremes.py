@@ -10,9 +10,8 @@ from synthetic import history
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
 from knitstudy.figures.extremes_map import CAUSES, draw
 from knitstudy.stages import extremes
-from knitstudy.stages.extremes import cause, judged, run
+from knitstudy.stages.extremes import Trial, cause, judged, run
 from knitstudy.stages.simulate import Results
-from knitstudy.study.campaign import Trial
 
 
 @pytest.fixture

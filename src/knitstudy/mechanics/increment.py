@@ -101,50 +101,24 @@ def between_corners(
 
 @dataclass(frozen=True)
 class Settings:
-    """Accuracy and limits of the load path.
+    """Accuracy and limits of the load path."""
 
-    Attributes
-    ----------
-    increments : int
-        Number of equal increments; their size is the largest that is tried.
-    residual_tolerance : float
-        Largest unbalanced force over the mean internal force.
-    correction_tolerance : float
-        Largest last correction over the element size h; where a full step has balanced the state well, the next one's
-        estimate: corrections fall as residuals do.
-    iterations : int
-        Newton iterations after which an increment counts as failed.
-    patience : int
-        Iterations without a smaller residual than before after which it does.
-    cutbacks : int
-        Halvings in a row after which the path counts as unreachable.
-    waste : int
-        Iterations of failed attempts, while the path hardly goes on, after which it does.
-    growth : float
-        Factor on the increment after a quick one (at most `quick` iterations).
-    quick : int
-        See `growth`.
-    predictor : int
-        Largest order of the extrapolation from the increments before.
-    stride : float
-        Largest displacement that one correction may make [m]. Long yarns that hardly touch yet give way so easily that
-        a correction, which knows of no contact but that which is there, would take them through each other.
-    exact : bool
-        Solve every linear system to 1e-12 instead of as far as Newton profits.
-    """
-
-    increments: int = 12
-    residual_tolerance: float = 1e-6
+    increments: int = 12  # number of equal increments; their size is the largest that is tried
+    residual_tolerance: float = 1e-6  # largest unbalanced force over the mean internal force
+    # largest last correction over the element size h; where a full step has balanced the state well, the next
+    # one's estimate: corrections fall as residuals do
     correction_tolerance: float = 1e-6
-    iterations: int = 60
-    patience: int = 15
-    cutbacks: int = 8
-    waste: int = 120
-    growth: float = 1.5
-    quick: int = 6
-    predictor: int = 3
+    iterations: int = 60  # Newton iterations after which an increment counts as failed
+    patience: int = 15  # iterations without a smaller residual than before after which it does
+    cutbacks: int = 8  # halvings in a row after which the path counts as unreachable
+    waste: int = 120  # iterations of failed attempts, while the path hardly goes on, after which it does
+    growth: float = 1.5  # factor on the increment after a quick one (at most `quick` iterations)
+    quick: int = 6  # see `growth`
+    predictor: int = 3  # largest order of the extrapolation from the increments before
+    # largest displacement that one correction may make [m]. Long yarns that hardly touch yet give way so easily
+    # that a correction, which knows of no contact but that which is there, would take them through each other
     stride: float = float("inf")
-    exact: bool = False
+    exact: bool = False  # solve every linear system to 1e-12 instead of as far as Newton profits
 
     @classmethod
     def of(cls, solver: Any) -> Settings:
@@ -166,48 +140,24 @@ class Rate:
 
 @dataclass(frozen=True)
 class Increment:
-    """A converged state on the load path and how it was reached.
+    """A converged state on the load path and how it was reached."""
 
-    Attributes
-    ----------
-    index : int
-        0 for the undeformed state.
-    load : float
-        Load factor, 0 to 1.
-    state : object
-        The model's state.
-    response : Response
-        Forces and energies in this state, without tangent.
-    size, largest : float
-        Increment of the load factor to try next, and the largest one to try from there on.
-    rates : tuple of Rate
-        The last converged increments, newest first, for the predictor.
-    updates : tuple of ndarray, shape (size,)
-        What every settling of the state, such as an update of multipliers, changed: the first guess for the next one.
-    newton_iterations, krylov_iterations : int
-        Iterations spent on this increment, failed attempts included.
-    residual, correction : float
-        Final values of the two measures that `Settings` bounds.
-    residuals : tuple of float
-        Residual measure of every iteration of the successful attempt.
-    timings : dict of str to float
-        Seconds by `PHASES`.
-    """
-
-    index: int
-    load: float
-    state: Any
-    response: Response
-    size: float
-    rates: tuple[Rate, ...] = ()
+    index: int  # 0 for the undeformed state
+    load: float  # load factor, 0 to 1
+    state: Any  # the model's state
+    response: Response  # forces and energies in this state, without tangent
+    size: float  # increment of the load factor to try next
+    rates: tuple[Rate, ...] = ()  # the last converged increments, newest first, for the predictor
+    # (size,), what every settling of the state, such as an update of multipliers, changed: the first guess for
+    # the next one
     updates: tuple[np.ndarray, ...] = ()
-    newton_iterations: int = 0
+    newton_iterations: int = 0  # iterations spent on this increment, failed attempts included
     krylov_iterations: int = 0
-    residual: float = 0.0
+    residual: float = 0.0  # final values of the two measures that `Settings` bounds
     correction: float = 0.0
-    largest: float = 1.0
-    residuals: tuple[float, ...] = ()
-    timings: dict[str, float] = field(default_factory=dict)
+    largest: float = 1.0  # largest increment to try from there on
+    residuals: tuple[float, ...] = ()  # residual measure of every iteration of the successful attempt
+    timings: dict[str, float] = field(default_factory=dict)  # seconds by `PHASES`
 
 
 # Line search: how much of a Newton step is taken (Crisfield 1991, section 9.2)

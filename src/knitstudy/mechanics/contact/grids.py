@@ -19,28 +19,17 @@ from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil, interpol
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Nodes that one surface goes through.
+    """Nodes that one surface goes through."""
 
-    Attributes
-    ----------
-    nodes : ndarray of int, shape (m, a)
-        Node numbers, at least 2 by 2; the normal (around x along) points outward.
-    closed : bool
-        Whether the last column is followed by the first.
-    stretch : float
-        Length of the tangents around, over Catmull and Rom's; see `circular_stretch`.
-    offset : float
-        How far inside of the interpolated surface the contact surface lies [m]: a polygon inflated to the area of
-        its circle has its nodes outside of the circle.
-    chords : ndarray, shape (m, a, 2), optional
-        Where angles are not equal: what the chords before and behind a node contribute to its tangent around, in place
-        of half the stretch each; see `circular_chords`.
-    """
-
+    # int (m, a), node numbers, at least 2 by 2; the normal (around x along) points outward
     nodes: np.ndarray
-    closed: bool = True
+    closed: bool = True  # whether the last column is followed by the first
+    # how far inside of the interpolated surface the contact surface lies [m]: a polygon inflated to the area of
+    # its circle has its nodes outside of the circle
     offset: float = 0.0
-    stretch: float = 1.0
+    stretch: float = 1.0  # length of the tangents around, over Catmull and Rom's; see `circular_stretch`
+    # (m, a, 2), where angles are not equal: what the chords before and behind a node contribute to its tangent
+    # around, in place of half the stretch each; see `circular_chords`
     chords: np.ndarray | None = None
 
 

@@ -27,17 +27,10 @@ class ElementResponse:
 
 
 class Elements(Protocol):
-    """Elements of n nodes each, a batch that answers for any slice of itself, from several threads at once.
-
-    Attributes
-    ----------
-    material : Material
-    volume : ndarray, shape (E,)
-        Undeformed [m3].
-    """
+    """Elements of n nodes each, a batch that answers for any slice of itself, from several threads at once."""
 
     material: Material
-    volume: np.ndarray
+    volume: np.ndarray  # (E,), undeformed [m3]
 
     def respond(
         self, batch: slice, displacement: np.ndarray, stiffness: bool, out: np.ndarray | None = None
@@ -51,21 +44,12 @@ class Elements(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ElementGroup:
-    """Elements of one kind, with their nodes.
+    """Elements of one kind, with their nodes."""
 
-    Attributes
-    ----------
-    connectivity : ndarray of int, shape (E, n)
-        Nodes of every element.
-    elements : Elements
-        The batch that answers for them.
-    mixed : bool
-        Whether `respond` takes the `step` (e, n, 3) [m] that they came by, and leaves out of the stress in the tangent
-        what stretches of second order along it add.
-    """
-
-    connectivity: np.ndarray
-    elements: Elements
+    connectivity: np.ndarray  # int (E, n), nodes of every element
+    elements: Elements  # the batch that answers for them
+    # whether `respond` takes the `step` (e, n, 3) [m] that they came by, and leaves out of the stress in the
+    # tangent what stretches of second order along it add
     mixed: bool = False
 
 

@@ -118,17 +118,14 @@ class OnePointHexahedron:
     The mean gradient passes the patch test on any mesh. The hourglass force is a constant matrix times the
     positions of the nodes; since it is a scalar for all three components and gamma . X = 0, it is exactly
     objective and cannot do work on a linear field.
-
-    Parameters
-    ----------
-    corners : ndarray, shape (E, 8, 3)
-        Undeformed nodes [m]; yarns lie along the third natural coordinate.
-    material : Material
-    coefficient : float
-        Hourglass stiffness over shear stiffness; 0.005 as in C3D8R.
     """
 
-    def __init__(self, corners: np.ndarray, material: Material, coefficient: float = 0.005) -> None:
+    def __init__(
+        self,
+        corners: np.ndarray,  # (E, 8, 3), undeformed nodes [m]; yarns lie along the third natural coordinate
+        material: Material,
+        coefficient: float = 0.005,  # hourglass stiffness over shear stiffness; 0.005 as in C3D8R
+    ) -> None:
         self.material = material
         self.volume = np.zeros(len(corners))
         self.gradient = np.zeros(corners.shape)

@@ -69,19 +69,14 @@ class QuadraticHexahedron:
     Eight points see 48 of the 54 deformations of one element: six of its modes cost no energy. A single row of elements
     has some of them as well; where two by two lie side by side, as in the section of any yarn, there are none left.
 
-    Parameters
-    ----------
-    corners : ndarray, shape (E, 20, 3)
-        Undeformed nodes [m].
-    material : Material
-
-    Raises
-    ------
-    MeshError
-        If an element is folded at one of its points.
+    Raises MeshError if an element is folded at one of its points.
     """
 
-    def __init__(self, corners: np.ndarray, material: Material) -> None:
+    def __init__(
+        self,
+        corners: np.ndarray,  # (E, 20, 3), undeformed nodes [m]
+        material: Material,
+    ) -> None:
         self.material = material
         count = len(corners)
         self.weight = np.empty((count, POINTS))

@@ -25,32 +25,18 @@ class KnitStructure:
 
     A node is a node of a mesh or a coefficient: every point of a yarn is a weighted sum of them, undeformed and
     displaced alike.
-
-    Attributes
-    ----------
-    position : ndarray, shape (n, 3)
-        Nodes [m].
-    unity : ndarray, shape (n,)
-        The nodes' values in the sum that is 1 everywhere: 1 for nodes of a mesh.
-    yarn : ndarray of int, shape (n,)
-        Yarn of every node, ascending.
-    station : ndarray of int, shape (n,)
-        Place along the yarn, ascending: nodes of one cross-section, or of one spline, have it in common.
-    bandwidth : int
-        Largest difference of node numbers within an element of one yarn.
-    patch : ndarray of int, shape (p,), or None
-        Nodes where yarns are tied to each other; None if crossings are no scale of their own, touching ones neither.
-    fixed : ndarray of int, shape (k,)
-        Prescribed unknowns.
     """
 
-    position: np.ndarray
-    unity: np.ndarray
-    yarn: np.ndarray
+    position: np.ndarray  # (n, 3), nodes [m]
+    unity: np.ndarray  # (n,), the nodes' values in the sum that is 1 everywhere: 1 for nodes of a mesh
+    yarn: np.ndarray  # int (n,), yarn of every node, ascending
+    # int (n,), place along the yarn, ascending: nodes of one cross-section, or of one spline, have it in common
     station: np.ndarray
-    bandwidth: int
+    bandwidth: int  # largest difference of node numbers within an element of one yarn
+    # int (p,), nodes where yarns are tied to each other; None if crossings are no scale of their own, touching
+    # ones neither
     patch: np.ndarray | None
-    fixed: np.ndarray
+    fixed: np.ndarray  # int (k,), prescribed unknowns
 
     def moved(self, displacement: np.ndarray | None) -> KnitStructure:
         """Return where the unknowns lie after a displacement (n, 3) of the nodes [m]."""

@@ -31,19 +31,11 @@ class Stress:
 
 
 class Material(Protocol):
-    """An elastic material.
+    """An elastic material."""
 
-    Attributes
-    ----------
-    name, meaning : str
-        Of its law: the value of the key `yarn.material`, and one line on it.
-    directional : bool
-        Whether `respond` needs local axes.
-    """
-
-    name: ClassVar[str]
+    name: ClassVar[str]  # of its law: the value of the key `yarn.material`, and one line on it
     meaning: ClassVar[str]
-    directional: ClassVar[bool]
+    directional: ClassVar[bool]  # whether `respond` needs local axes
 
     @property
     def youngs_modulus(self) -> float:

@@ -17,21 +17,11 @@ from knitstudy.mechanics.materials import FULL, MATERIALS, VOIGT, Stress
 class Isotropic:
     """An isotropic elastic material.
 
-    Attributes
-    ----------
-    youngs_modulus : float
-        E [Pa].
-    poisson_ratio : float
-        nu, in (-1, 0.5).
-
-    Raises
-    ------
-    ConfigurationError
-        For constants without a positive strain energy.
+    Raises ConfigurationError for constants without a positive strain energy.
     """
 
-    youngs_modulus: float
-    poisson_ratio: float
+    youngs_modulus: float  # E [Pa]
+    poisson_ratio: float  # nu, in (-1, 0.5)
 
     directional: ClassVar[bool] = False
 

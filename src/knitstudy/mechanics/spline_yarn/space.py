@@ -26,12 +26,7 @@ LEAST_DEGREE = 2  # of a yarn that bends
 
 
 def require_degree(degree: int) -> None:
-    """Refuse degrees over the section that a yarn that bends must not have.
-
-    Raises
-    ------
-    MeshError
-    """
+    """Refuse degrees over the section that a yarn that bends must not have."""
     if degree == 1:
         raise MeshError(
             f"the degree over the section is 1, but must be at least {LEAST_DEGREE}: sections that stay flat and "
