@@ -12,13 +12,6 @@ from knitstudy.loading.columns import CONTACTS, HISTORY, STRESSES
 SCRIPT = Path(__file__).parents[2] / "docs" / "columns.py"
 
 
-def test_variables_take_dims_and_unit_from_the_table():
-    variables = HISTORY.variables({"yarn": np.array([0, 1]), "force": np.array([1.0])})
-    assert list(variables) == ["force", "yarn"]
-    dims, values, attributes = variables["force"]
-    assert (dims, values[0], attributes["units"]) == (("increment",), 1.0, "N")
-
-
 @pytest.mark.parametrize("columns", [HISTORY, CONTACTS, STRESSES])
 def test_an_unknown_name_is_refused(columns):
     with pytest.raises(DataFileError, match=r"has no variable 'forse'.*knitstudy/loading/columns\.tsv"):

@@ -7,11 +7,9 @@ import synthetic
 from knitstudy.contacts.contacts import extract
 from knitstudy.contacts.kinematics import (
     Axes,
-    foot,
     kinematics,
     place_on_yarn,
     segment_contraction,
-    since_first,
     twist,
 )
 from knitstudy.geometry.fabric import yarn_pair
@@ -149,21 +147,6 @@ def test_places_on_a_curved_yarn_are_found_again(knit):
     np.testing.assert_allclose(around, angle, atol=1e-6)
 
 
-def test_foot_of_a_place_beside_a_curve(knit):
-    curve = knit.centrelines[1]
-    s = np.linspace(0.1, 0.9, 7) * curve.length
-    aside = np.cross(curve.tangent(s), Z)
-    aside *= 0.5e-3 / np.linalg.norm(aside, axis=1, keepdims=True)
-    np.testing.assert_allclose(foot(curve, curve.position(s) + aside, s + 3e-4), s, atol=1e-9)
-
-
-def test_since_first_counts_from_the_first_number():
-    values = np.array([[np.nan, 1.0], [2.0, np.nan], [5.0, 4.0]])
-    expected = [[np.nan, 0.0], [0.0, np.nan], [3.0, 3.0]]
-    np.testing.assert_array_equal(since_first(values), expected)
-    assert np.isnan(since_first(np.full((2, 1), np.nan))).all()
-
-
 @pytest.fixture
 def history(knit):
     """History of a knit in contact whose sections all turn about z by their strain, and whose upper rows rise."""
@@ -197,8 +180,3 @@ def test_tied_contact_areas_stay_and_open_ones_have_no_place(knit, history):
         assert not contacts[name][:, tied].any()
         free = contacts[name].to_numpy()[:, ~tied]
         np.testing.assert_array_equal(np.isnan(free[..., 0]), (contacts["zones"] == 0).to_numpy()[:, ~tied])
-
-
-def test_histories_without_sections_have_no_kinematics(knit, history):
-    contacts = extract(knit, history.drop_vars(["section_gradient", "section_displacement"]))
-    assert not {"section_rotation", "relative_rotation", "tilt", "sliding", "contact_spin"} & set(contacts)

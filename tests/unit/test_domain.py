@@ -1,19 +1,14 @@
 """Square knits of rising size: what belongs together, how cost grows, and what the tables say of it."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import study
 
 from knitstudy.figures.fig12_size_and_beams import series_line
-from knitstudy.files import read_table
 from knitstudy.measures.domain import PowerLaw, SumOfPowers, contact_over_ties, force_per_width, series_of
 from knitstudy.study.configuration import load_scenes, load_study
 from knitstudy.study.scene import LABELS
 from knitstudy.tables import catalogue as tables
-
-PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
 
 SIX = "domain-hexahedra-tie-course-6x6"
 
@@ -31,15 +26,6 @@ def test_laws_are_found_again():
     law = SumOfPowers.through(cells, 5.0 * cells**2 + 2.0 * cells, (2, 1))
     np.testing.assert_allclose(law.factors, [5.0, 2.0])
     assert law.at(10.0) == pytest.approx(520.0)
-
-
-def test_series_go_by_their_names_and_have_three_sizes(grown):
-    scenes, _ = grown
-    series = series_of(scenes.values())
-    assert [each.interaction for each in series] == ["tie constraint", "isotropic friction"]
-    assert all(each.cells.tolist() == [3, 6, 8] for each in series)
-    fewer = [scene for name, scene in scenes.items() if name != SIX]
-    assert [each.interaction for each in series_of(fewer)] == ["isotropic friction"]
 
 
 def all_but_size(scene):
@@ -76,19 +62,6 @@ def test_force_is_over_the_width_that_is_pulled(grown):
     assert force_per_width(history, scene) == pytest.approx(10.0 / (6 * scene.pattern.course_spacing))
     wale = scene.replace("load.direction", "wale")
     assert force_per_width(history, wale) == pytest.approx(10.0 / (6 * scene.pattern.wale_spacing))
-
-
-def test_tables_stand_beside_the_papers(grown):
-    scenes, histories = grown
-    table = tables.tabulate("table3_domain_size", domain=histories, scenes=scenes, paper=read_table(PAPER))
-    contact = table[table["interaction"] == "isotropic friction"]
-    assert contact["degrees of freedom, paper [1]"].tolist() == [311_913, 1.73e6, 3.30e6]
-    assert contact["memory, paper [MB]"].tolist() == [1158, 4788, 10398]
-    np.testing.assert_allclose(table["memory over its law [1]"], 1.0, rtol=1e-9)
-    np.testing.assert_allclose(table["memory of an unknown [kB]"], 3.0, rtol=1e-5)
-    growth = tables.tabulate("domain_growth", domain=histories, scenes=scenes)
-    np.testing.assert_allclose(growth["exponent of memory growth [1]"], 2.0, rtol=1e-9)
-    np.testing.assert_allclose(growth["exponent of the time of a Newton iteration [1]"], 2.0, rtol=1e-9)
 
 
 def test_response_is_compared_with_the_largest_knit(grown):

@@ -7,9 +7,7 @@ import synthetic
 import xarray as xr
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.measures.domain import series_of
-from knitstudy.measures.endless_knit import CELLS, between_grips, held_over_free, limit, stretches
-from knitstudy.study.configuration import load_scenes, load_study
+from knitstudy.measures.endless_knit import between_grips, held_over_free, limit, stretches
 from knitstudy.tables import catalogue as tables
 
 SMALL = 1e-4
@@ -119,17 +117,6 @@ def test_cell_stands_beside_the_limit_of_knits(knits):
     assert last["uncertainty of the limit [N/m]"] == pytest.approx(0.0, abs=1e-6)
     assert last["the same, over the limit [1]"] == pytest.approx(0.99)
     assert len(table) == 2, "its first and its last strain"
-
-
-def test_cells_of_the_study_are_of_the_same_yarns_as_their_knits_and_pulled_alike():
-    scenes = load_scenes()
-    found = {each.stem: each.scenes[0] for each in series_of(scenes[name] for name in load_study("full"))}
-    for stem, name in CELLS.items():
-        knit, cell = found[stem], scenes[name]
-        assert (cell.load.deformation, cell.load.lateral) == (knit.load.direction, "free")
-        assert cell.interaction == knit.interaction == "tie"
-        assert cell.read(("yarn", "tie")) == knit.read(("yarn", "tie"))
-        assert cell.mesh.crossing_degree == knit.mesh.crossing_degree
 
 
 def test_a_sheet_is_as_stiff_as_the_cell_on_its_way(knits):

@@ -3,7 +3,6 @@
 import pandas as pd
 import pytest
 
-from knitstudy.errors import DataFileError
 from knitstudy.files import read_table, write_table
 from knitstudy.measures.claims.verdicts import RULES
 from knitstudy.stages.kept_tables import VERDICTS
@@ -17,10 +16,6 @@ def kept(tmp_path):
     return path
 
 
-def test_verdicts_of_the_code_of_today_need_no_word(kept):
-    assert VERDICTS.warning(kept, "beef") == ""
-
-
 def test_verdicts_of_other_code_are_said(kept):
     said = VERDICTS.warning(kept, "cafe")
     assert "kept on 2026-11-20" in said
@@ -29,11 +24,6 @@ def test_verdicts_of_other_code_are_said(kept):
 
 def test_configuration_without_a_full_study_has_other_verdicts(config, kept):
     assert "`make verdicts`" in VERDICTS.warning(kept, VERDICTS.digest_wanted(Plan.of(config), config))
-
-
-def test_nothing_is_kept_of_nothing(config, tmp_path):
-    with pytest.raises(DataFileError, match=r"no simulation of the study 'full'.*make study STUDY=full"):
-        VERDICTS.found(Plan.of(config), tmp_path, config)
 
 
 def test_every_claim_has_a_kept_verdict():

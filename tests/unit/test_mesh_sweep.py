@@ -3,7 +3,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from knitstudy.errors import DataFileError, MeshError
+from knitstudy.errors import MeshError
 from knitstudy.files import read_dataset, write_dataset
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing, place_slices
@@ -121,38 +121,12 @@ def test_frames_turn_about_a_helix_by_its_total_torsion():
     assert errors[0] / errors[1] > 2**3.5  # fourth order
 
 
-def test_slices_follow_the_spacing():
-    spacing = Spacing(0.1, growth=2.0, stations=(2.0, 8.0), period=10.0, reach=0.5, ramp=1.0)
-    s = place_slices(20.0, spacing)
-    steps, middle = np.diff(s), 0.5 * (s[1:] + s[:-1])
-    assert s[[0, -1]].tolist() == [0.0, 20.0]
-    ratio = steps / spacing(middle)
-    assert np.ptp(ratio) < 0.01 * ratio.mean()  # one scale for all, to the midpoint rule
-    assert steps.min() == pytest.approx(0.1, rel=0.02)
-    assert steps.max() == pytest.approx(0.2, rel=0.02)
-
-
-def test_every_loop_gets_the_same_slices():
-    spacing = Spacing(0.3, growth=1.3, stations=(1.0, 4.0), period=5.0, reach=0.3, ramp=1.0)
-    s = place_slices(15.0, spacing, periods=3)
-    loops = (s.size - 1) // 3
-    assert 3 * loops == s.size - 1
-    np.testing.assert_allclose(
-        s[loops:] - 5.0, s[: s.size - loops], atol=1e-4
-    )  # sampling of the spacing function
-
-
 def test_a_mesh_survives_its_file(two_yarns, tmp_path):
     write_dataset(two_yarns.to_dataset(), tmp_path / "mesh.nc")
     again = SweptMesh.from_dataset(read_dataset(tmp_path / "mesh.nc"))
     np.testing.assert_array_equal(again.nodes, two_yarns.nodes)
     np.testing.assert_array_equal(again.hexahedra, two_yarns.hexahedra)
     assert again.hexahedra.dtype == np.int32
-
-
-def test_a_mesh_without_frames_is_refused(two_yarns):
-    with pytest.raises(DataFileError, match="missing frames"):
-        SweptMesh.from_dataset(two_yarns.to_dataset().drop_vars("frames"))
 
 
 @pytest.mark.parametrize(

@@ -62,17 +62,6 @@ def test_sources_that_do_not_fit(plan, changes, message):
         plan.needs(STAGES["simulation"], scene)
 
 
-def test_honeycomb_by_stress_comes_from_a_simulation_that_keeps_its_fields(config):
-    scenes = dict(Plan.of(config).scenes)
-    keys = {"fidelity": "rom2d", "rom.honeycomb": "principal_stress", "rom.stress_from": "dns-a"}
-    scene = scenes["rom3d-a"].vary(keys)
-    stage, dns = Plan(scenes).needs(STAGES["simulation"], scene)["stresses"]
-    assert (stage.name, dns.name) == ("stress", "dns-a")
-    scenes["dns-a"] = scenes["dns-a"].vary({"outputs": []})
-    with pytest.raises(ConfigurationError, match=r"scene 'dns-a': outputs is .* but must hold 'fields'"):
-        Plan(scenes).needs(STAGES["simulation"], scene)
-
-
 def digests(plan, scene):
     return {stage.name: plan.digest(stage, scene) for stage, scene in plan.steps([scene])}
 

@@ -1,13 +1,11 @@
 """Affine maps of the sections at crossings: exact where the motion is affine, and blind to what is far away."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import synthetic
 
 from knitstudy.contacts.contacts import extract
-from knitstudy.contacts.kinematics import LAYERS, nodes_around, section_motion
+from knitstudy.contacts.kinematics import section_motion
 from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.mesher import mesh_fabric
@@ -36,34 +34,6 @@ def test_affine_motions_are_exact(knitted, gradient):
     np.testing.assert_allclose(motion.gradient, np.tile(gradient, (count, 2, 1, 1)), atol=1e-12)
     expected = crossings.point @ (gradient - np.eye(3)).T + shift
     np.testing.assert_allclose(motion.displacement, expected, atol=1e-15)
-
-
-def test_displacements_count_from_where_ties_put_the_nodes(knitted):
-    crossings, mesh = knitted
-    nodes = mesh.nodes + 1e-5 * np.random.default_rng(1).normal(size=mesh.nodes.shape)
-    rotation = exp([0.1, 0.2, 0.3])
-    motion = section_motion(crossings, mesh, nodes, nodes @ rotation.T - nodes)
-    np.testing.assert_allclose(motion.gradient, np.broadcast_to(rotation, motion.gradient.shape), atol=1e-12)
-
-
-def test_sections_lie_symmetrically_about_their_crossing_on_its_yarn(knitted):
-    crossings, mesh = knitted
-    slices = np.unique(nodes_around(crossings, mesh) // mesh.section.size, axis=2)
-    assert slices.shape == (len(crossings.row), 2, LAYERS + 1)
-    np.testing.assert_array_equal(mesh.yarn_of_slice[slices], np.repeat(crossings.yarn[..., None], 4, axis=2))
-    middle = mesh.arc_length[slices].mean(axis=2)
-    np.testing.assert_allclose(middle, crossings.arc_length, atol=0.02 * SIZE)
-
-
-@pytest.mark.parametrize(("end", "outermost"), [(0.0, [0, 1, 2, 3]), (1.0, [-4, -3, -2, -1])])
-def test_no_slices_beyond_the_end_of_a_yarn(end, outermost):
-    pair = yarn_pair(0.9e-3, 90.0, 5e-3, 0.01)
-    mesh = mesh_fabric(pair, SIZE, 1.0)
-    crossings = replace(pair.crossings, arc_length=np.full((1, 2), end * pair.centrelines[0].length))
-    slices = np.unique(nodes_around(crossings, mesh) // mesh.section.size, axis=2)[0]
-    for yarn in range(2):
-        of_yarn = np.arange(*mesh.first_slice[yarn : yarn + 2])
-        np.testing.assert_array_equal(slices[yarn], of_yarn[outermost])
 
 
 def test_twist_of_a_straight_yarn_is_that_of_its_middle():

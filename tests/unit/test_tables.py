@@ -13,7 +13,7 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact, snapshots
+from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact
 from knitstudy.measures.domain import SERIES
 from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.response import transverse_contraction
@@ -112,40 +112,6 @@ def test_transverse_contraction_by_hand():
     middle = np.abs(x - 5e-3) <= 10e-3 / 6
     motion[-1, :, 1] = np.where(middle, -1e-3, -4e-3) * (history["yarn"] == 1)
     assert transverse_contraction(history.assign(centreline_displacement=motion)) == pytest.approx(0.2)
-
-
-def test_contact_beside_table_1(paper, scenes):
-    history = synthetic.history().assign(
-        smallest_gap=("increment", [np.nan, 1e-6, -2.25e-6]), augmentations=("increment", [0, 3, 1])
-    )
-    penalty = history.assign_attrs(contact_stiffness=5e13, stick_stiffness=4e13, penetration_limit=3e-6)
-    scene = scenes["dns"].replace("contact.friction", 0.5).replace("contact.normal_stiffness", 20)
-    table = catalogue.tabulate("table1_contact", dns=penalty, paper=paper, scenes={"dns": scene})
-    table = table.set_index("property")
-    assert table.loc["friction coefficient", ["paper", "this study"]].tolist() == ["0.76", "0.5"]
-    ratio = table.loc["contact stiffness over element stiffness"]
-    assert ratio[["paper", "this study"]].tolist() == ["10", "20"]
-    used = table.loc["contact stiffness, pressure over gap"]
-    assert (used["unit"], used["this study"]) == ("Pa/m", "5e+13")
-    reached = "deepest penetration or local indentation reached"
-    assert table.loc[reached, "this study"] == "2.25e-06"
-    assert table.loc["augmentations of an increment, at most", "this study"] == "3"
-    law = history.assign_attrs(indentation_modulus=8e8, indentation_deepest=1e-4, stick_over_normal=0.73)
-    soft = catalogue.tabulate("table1_contact", dns=law, paper=paper, scenes={"dns": scene})
-    soft = soft.set_index("property")["this study"]
-    assert soft["contact stiffness over element stiffness"] == "none"
-    assert (soft["modulus of the local indentation"], soft[reached]) == ("8e+08", "2.25e-06")
-
-
-def test_snapshots_are_the_nearest_increments():
-    points = snapshots(synthetic.history(strain=(0, 0.0005, 0.003, 0.0046, 0.006), force=np.zeros(5)))
-    assert [(point.number, point.increment, point.exact) for point in points] == [
-        (1, 1, True),
-        (2, 2, False),
-        (3, 3, False),
-    ]
-    assert points[0].label == "1: 0.05 %"
-    assert points[1].label == "2: 0.3 % (paper 0.33 %)"
 
 
 def test_centre_cell_is_in_the_middle():
