@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
+from knitstudy.geometry.calibrate import UNUSABLE, first_guess, read_problem, residuals, whole_loop
 from knitstudy.geometry.lay_out import initial_loop, lay_out
 from knitstudy.geometry.loop import symmetric_motions, symmetries
 from knitstudy.geometry.optimise import optimise, squared_join_curvature
 from knitstudy.geometry.spline import CatmullRom
 from knitstudy.geometry.survey import check_yarns, survey
-from knitstudy.study.configuration import load_knits, load_scene
+from knitstudy.study.configuration import CONFIG, load_knits, load_scene
 
 
 @pytest.fixture(scope="module")
@@ -117,3 +118,18 @@ def test_point_without_its_image_is_refused():
     free[2, 2] = True
     with pytest.raises(GeometryError, match=r"geometry\.free"):
         symmetric_motions(free, group_of(plain_points()))
+
+
+def test_quarter_makes_a_loop_with_mirror_and_half_turn():
+    quarter = np.random.default_rng(5).normal(size=(5, 3))
+    quarter[0, 0], quarter[-1, :2] = 0.0, (3.0, 0.0)
+    assert len(symmetries(CatmullRom(whole_loop(quarter, 12.0), [12.0, 0, 0]))) == 2
+
+
+def test_residuals_keep_their_number_where_there_is_no_knit():
+    problem, _ = read_problem(CONFIG)
+    unknowns = first_guess(problem)
+    apart = unknowns.copy()
+    apart[1] *= 10  # rows too far from each other to cross
+    assert (residuals(apart, problem) == UNUSABLE).all()
+    assert residuals(apart, problem).shape == residuals(unknowns, problem).shape
