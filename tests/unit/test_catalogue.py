@@ -32,7 +32,6 @@ from knitstudy.tables.catalogue import TABLES
     "toy_curve",
     "A toy",
     results={"dns": solid("simulation", "tie-course"), "beams": several("simulation", "beam-*-none", optional=True)},
-    scenes=True,
     texts={"alt": "line"},
 )
 def curve(dns, scenes, beams=None):

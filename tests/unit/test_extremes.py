@@ -11,9 +11,8 @@ from synthetic import history
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
 from knitstudy.figures.extremes_map import CAUSES, draw
 from knitstudy.stages import extremes
-from knitstudy.stages.extremes import cause, judged, run
+from knitstudy.stages.extremes import QUANTITIES, Trial, cause, judged, load_campaign, run
 from knitstudy.stages.simulate import Results
-from knitstudy.study.campaign import QUANTITIES, Trial, load_campaign
 
 
 @pytest.fixture

@@ -226,17 +226,6 @@ def test_the_predictor_is_the_polynomial_through_the_last_states(order):
     )
 
 
-@pytest.mark.parametrize(("bump", "curve"), [(0.1, True), (5.0, False)])
-def test_a_curve_that_leads_astray_gives_way_to_the_straight_step(bump, curve):
-    """The path is straight; an earlier rate that was not bends the curve through both."""
-    _, _, second, _ = trace(cubic(), PULL, Settings(increments=3), LU())
-    rate = second.rates[0]
-    bent = Rate(rate.increment, rate.step + bump * np.array([0.0, 1.0, 0.0, 0.0]))
-    (third,) = trace(cubic(), PULL, Settings(increments=3), LU(), resume=replace(second, rates=(rate, bent)))
-    assert (third.residuals[0] > 1e-3) is curve
-    np.testing.assert_allclose(third.state.x, [0, 1, 2, 3], atol=1e-9)
-
-
 # How much of a step is taken
 
 

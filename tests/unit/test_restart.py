@@ -1,15 +1,13 @@
 """Restart files, from which a run goes on, and progress, which is plain lines with the time left."""
 
-import io
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError
-from knitstudy.loading import restart
 from knitstudy.loading.history import Motion, Recorder, Stations
-from knitstudy.loading.restart import Checkpoint, Progress
+from knitstudy.loading.restart import Checkpoint
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
 
@@ -152,21 +150,3 @@ def test_something_else_in_the_place_of_a_restart_file_is_refused(tmp_path):
             DataFileError, match=rf"{path.name}: this restart file cannot be used .*delete it"
         ):
             Checkpoint(path, "key", State).load(recorder())
-
-
-@pytest.fixture
-def clock(monkeypatch):
-    class Clock:
-        now = 100.0
-
-    monkeypatch.setattr(restart.time, "monotonic", lambda: Clock.now)
-    return Clock
-
-
-def lines(progress, clock, *reports):
-    stream = io.StringIO()
-    reporter = Progress("dns a", streams=(stream,), every=5.0)
-    for seconds, done in reports:
-        clock.now = 100.0 + seconds
-        reporter(done, "strain")
-    return stream.getvalue().splitlines()

@@ -14,12 +14,7 @@ from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, k
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import NORMAL, SLIP, TANGENTIAL
 from knitstudy.measures.trade import as_direct, points_of
-from knitstudy.measures.trade_points import (
-    REFERENCE,
-    Point,
-    bound_cheaper_settings,
-    turned,
-)
+from knitstudy.measures.trade_points import REFERENCE, Point, bound_cheaper_settings, turned
 from knitstudy.study.choice import front
 from knitstudy.tables import catalogue as tables
 from knitstudy.tables.trade import CASE, SECONDS

@@ -23,16 +23,9 @@ def tip_load(model, force=(0, 0, 0), moment=(0, 0, 0)):
     return load
 
 
-@pytest.mark.parametrize(
-    ("P", "tip"),
-    [
-        (300.0, (58.779, 22.245, 40.192)),
-        (450.0, (52.238, 18.508, 48.503)),
-        (600.0, (47.150, 15.685, 53.475)),
-    ],
-)
-def test_45_degree_bend(P, tip, verify):
+def test_45_degree_bend(verify):
     """Bathe and Bolourchi (1979): cantilever of 45 degrees of a circle, R = 100, loaded out of its plane."""
+    P, tip = 600.0, (47.150, 15.685, 53.475)
     angle = np.linspace(0, np.pi / 4, 65)
     points = 100.0 * np.column_stack([np.sin(angle), 1 - np.cos(angle), 0 * angle])
     model = chain(points, Section(EA=1e7, kGA=4.1667e6, EI=8.333e5, GJ=8.333e5))
@@ -81,13 +74,13 @@ def test_small_deflection_of_a_cantilever_converges_with_order_two(verify):
 @pytest.mark.parametrize("kind", ["straight", "curved"])
 def test_superposed_rigid_motion_turns_forces_and_keeps_energy(kind, verify):
     rng = np.random.default_rng(3)
-    points = np.cumsum(rng.normal(size=(7, 3)), axis=0)
+    points = np.cumsum(rng.normal(size=(4, 3)), axis=0)
     sections = {
         "straight": Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0),
-        "curved": CurvedSection(0.8, 1e3, 0.42, np.array([0.3, -0.1, 0.2]) * np.arange(6)[:, None] / 3),
+        "curved": CurvedSection(0.8, 1e3, 0.42, np.array([0.3, -0.1, 0.2]) * np.arange(3)[:, None] / 2),
     }
-    ends = np.column_stack([np.arange(6), np.arange(1, 7)])
-    model = BeamModel(points, ends, sections[kind], 1.0, 0.3 * rng.normal(size=(6, 2, 3)))
+    ends = np.column_stack([np.arange(3), np.arange(1, 4)])
+    model = BeamModel(points, ends, sections[kind], 1.0, 0.3 * rng.normal(size=(3, 2, 3)))
     state = model.advance(model.start(), 0.4 * rng.normal(size=model.size))
     Q, shift = exp(np.array([1.0, -2.0, 0.7])), np.array([3.0, -1.0, 2.0])
     moved = BeamState(state.position @ Q.T + shift, Q @ state.rotation)

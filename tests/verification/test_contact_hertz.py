@@ -78,9 +78,9 @@ class Cylinders:
 
     block = 3
 
-    def __init__(self, core, rings, *, limit, augmentations, points, refinement=1.0):
-        self.length = DIAMETER / (core + 2 * rings) / refinement
-        bodies = crossed_yarns(core, rings, radius=0.5 * DIAMETER, length=LENGTH, refinement=refinement)
+    def __init__(self, core, rings, *, limit, augmentations, points):
+        self.length = DIAMETER / (core + 2 * rings)
+        bodies = crossed_yarns(core, rings, radius=0.5 * DIAMETER, length=LENGTH)
         self.nodes, _, grids, first = joined(bodies)
         self.contact = Contact(
             self.nodes,
@@ -154,20 +154,13 @@ class Cylinders:
             state.augmentations,
         )
 
-    def press(self, increments=3):
-        """Force that presses the cylinders on each other by PRESS, and the area (mean of both sides) that touches."""
-        value = np.zeros((len(self.still), 3))
-        value[np.isin(self.still, self.upper), 2] = -PRESS
-        settings = Settings(increments=increments, residual_tolerance=1e-7, correction_tolerance=1e-5)
-        *_, end = trace(self, PrescribedDisplacement(unknowns(self.still), value.ravel()), settings, LU())
-        pressed = self.points(end.state).history
-        touching = pressed.point[pressed.pressure > 0]
-        area = 0.5 * self.contact.quadrature.area[touching].sum()
-        return abs(end.response.node_force[self.upper, 2].sum()), area
-
     def force(self):
         """Force that presses the cylinders on each other by PRESS."""
-        return self.press()[0]
+        value = np.zeros((len(self.still), 3))
+        value[np.isin(self.still, self.upper), 2] = -PRESS
+        settings = Settings(increments=3, residual_tolerance=1e-7, correction_tolerance=1e-5)
+        *_, end = trace(self, PrescribedDisplacement(unknowns(self.still), value.ravel()), settings, LU())
+        return abs(end.response.node_force[self.upper, 2].sum())
 
 
 BARS = {(4, 2): 0.20, (6, 3): 0.10, (8, 4): 0.055}

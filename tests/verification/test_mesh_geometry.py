@@ -1,7 +1,5 @@
 """Swept yarns against the tube that they stand for: volume and bending stiffness."""
 
-from itertools import product
-
 import numpy as np
 import pytest
 
@@ -37,22 +35,6 @@ def volume(mesh):
     return total
 
 
-def second_moments(section):
-    """Integrals of x^2, y^2 and x y over the section, by an exact 3 x 3 rule on each quad."""
-    corner = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    total = np.zeros(3)
-    points, weights = np.polynomial.legendre.leggauss(3)
-    for (u, v), weight in zip(product(points, points), np.outer(weights, weights).ravel(), strict=True):
-        shape = (1 + corner[:, 0] * u) * (1 + corner[:, 1] * v) / 4
-        gradient = np.stack(
-            [corner[:, 0] * (1 + corner[:, 1] * v), corner[:, 1] * (1 + corner[:, 0] * u)], axis=-1
-        )
-        jacobian = np.linalg.det(np.einsum("eci,cj->eij", section.points[section.quads], gradient / 4))
-        x, y = (section.points[section.quads] * shape[:, None]).sum(axis=1).T
-        total += weight * (jacobian * np.stack([x * x, y * y, x * y])).sum(axis=1)
-    return total
-
-
 def test_volume_of_a_bent_yarn_converges_to_that_of_a_tube():
     curve = Arc(2.5, 1.92)  # 12 and 24 elements
     exact = np.pi * RADIUS**2 * curve.length  # Pappus
@@ -60,12 +42,3 @@ def test_volume_of_a_bent_yarn_converges_to_that_of_a_tube():
     errors = [abs(volume(mesh) / exact - 1) for mesh in meshes]
     assert errors[1] < 2e-3
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.1)  # chords of slices: second order
-
-
-@pytest.mark.parametrize(("core", "excess"), [(3, 1.6e-3), (4, 5e-4), (6, 1e-4)])
-def test_inflated_polygons_keep_the_bending_stiffness(core, excess):
-    moments = second_moments(Section.butterfly(core, 1))
-    assert moments[0] == pytest.approx(moments[1], rel=1e-12)
-    assert abs(moments[2]) < 1e-13
-    # A polygon of the circle's area is the stiffer one, by about (2 pi / angles)^4 / 45.
-    assert 0 < moments[0] / (np.pi / 4) - 1 < excess

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.exchange.inp import section_matrix
 from knitstudy.geometry.fabric import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.solve import solve_load_path
@@ -139,13 +138,6 @@ def test_the_model_is_the_derivative_of_its_energy(cell):
     np.testing.assert_allclose(answer.stiffness @ way, change, atol=1e-6 * np.abs(change).max())
 
 
-def test_at_rest_the_tangent_is_the_membrane_stiffness(pulled):
-    np.testing.assert_allclose(
-        pulled["tangent_per_width"][0], pulled["membrane_stiffness"], rtol=1e-9, atol=1e-3
-    )
-    assert section_matrix(pulled).shape == (6, 6)
-
-
 def test_what_is_free_carries_nothing_and_work_is_stored(pulled):
     force, strain = pulled["force_per_width"].to_numpy()[-1], pulled["cell_strain"].to_numpy()[-1]
     assert strain[0] == pytest.approx(0.05, rel=1e-12)
@@ -155,27 +147,3 @@ def test_what_is_free_carries_nothing_and_work_is_stored(pulled):
     stored = float(energy.sel(form="internal") + energy.sel(form="penalty"))
     # The work is summed up by the trapezoidal rule over 4 increments.
     assert float(energy.sel(form="external")) == pytest.approx(stored, rel=2e-3)
-
-
-@pytest.fixture(scope="module")
-def touching(scene):
-    changes = {"interaction": "isotropic", "contact.tied_edges": "none", "load.lateral": "fixed"}
-    # The first increment opens the ledger: halved or not, friction has to see the same ones in all cells.
-    few = {"load.strain": 0.01, "solver.increments": 5, "gates.ledger": 1.0}
-    return scene.vary(changes | few | {"outputs": []})
-
-
-@pytest.fixture(scope="module")
-def rubbed(touching, knit):
-    return solve_load_path(build(touching, knit))
-
-
-def test_yarns_that_touch_are_led_to_each_other_and_then_held_by_contact_alone(rubbed):
-    force, energy = rubbed["force_per_width"].to_numpy(), rubbed["energy"]
-    assert 0.05 * force[-1, 0] > force[1, 0] >= 0  # slack at first
-    # Only what leads yarns to their first contact drags: its work does not grow once they touch.
-    damped = energy.sel(form="stabilisation").to_numpy()
-    assert damped[-1] == damped[-3] < 1e-2 * float(energy.sel(form="internal")[-1])
-    assert float(energy.sel(form="friction")[-1]) > 0
-    assert "tangent_per_width" not in rubbed
-    assert "membrane_stiffness" not in rubbed

@@ -129,7 +129,7 @@ def stiffness_of(rod, field):
     )
 
 
-@pytest.mark.parametrize("degree", [2, 3, 4])
+@pytest.mark.parametrize("degree", [2, 4])
 @pytest.mark.parametrize("name", RODS)
 def test_straight_rod(name, degree, verify):
     """St Venant's solutions lie in the space, on uneven spans and where the degree changes as well."""

@@ -11,8 +11,7 @@ from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
-from knitstudy.models import network_3d
-from knitstudy.models.joints import contacts_of_crossings, joint_points
+from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.network import grips, problem, tension
 from knitstudy.models.simulate import build, solve
 
@@ -31,33 +30,11 @@ def sprung_contacts(contacts):
     )
 
 
-def pulled(scene, knit, contacts, joint):
-    """Return network, model and final state of the three-dimensional model at 5% strain."""
-    network = network_3d.spatial_network(knit, joint_points(knit, contacts), 2e-3, joint)
-    model = network.model(scene.yarn, scene.mesh.section_law)
-    drive = tension(grips(network, knit, "course"), load_path(scene, knit), "fixed")
-    *_, last = trace(model, drive, Settings(increments=4, residual_tolerance=1e-10), LU())
-    return network, model, last.state
-
-
-def ends_of(network):
-    """Return the nodes at the ends of all yarns."""
-    return np.concatenate([network.end_nodes("left"), network.end_nodes("right")])
-
-
 def reactions(ends, model, state):
     """Return resultant force (3,) and moment (3,) about the origin that nodes at the grips carry."""
     force, moment = model.respond(state, stiffness=False).force.reshape(-1, 2, 3)[ends].swapaxes(0, 1)
     levels = np.abs(force).sum(), np.abs(np.cross(state.position[ends], force)).sum()
     return force.sum(axis=0), (np.cross(state.position[ends], force) + moment).sum(axis=0), levels
-
-
-def test_rigid_joints_balance_forces_and_moments(plain_scene, knit, contacts, verify):
-    network, model, state = pulled(plain_scene, knit, contacts, "rigid")
-    force, moment, (level_of_force, level_of_moment) = reactions(ends_of(network), model, state)
-    np.testing.assert_allclose(force, 0, atol=1e-9 * level_of_force)
-    verify.at_most("rigid joints: sum of moments", np.abs(moment).max() / level_of_moment, 1e-9)
-    np.testing.assert_array_equal(model.couples(state), 0)
 
 
 @pytest.mark.parametrize("direction", ["course", "wale"])
@@ -120,19 +97,8 @@ def test_arms_are_the_limit_of_stiff_beams():
     np.testing.assert_allclose(state.position[-1], reference.position[-1], atol=5e-5)
 
 
-@pytest.mark.parametrize("joint", ["rigid", "printed"])
-def test_work_of_the_reactions_is_stored(plain_scene, knit, contacts, joint):
-    """Trapezoidal work misses the stored energy by the curvature of the force over 4 increments."""
-    history = solve(
-        plain_scene.replace("rom.joint", joint).replace("mesh.beam_size", 2e-3), knit, contacts=contacts
-    )
-    energy = history["energy"].isel(increment=-1)
-    stored = float(energy.sel(form="internal"))
-    assert float(energy.sel(form="external")) == pytest.approx(stored, rel=2e-3)
-
-
 @pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])
-@pytest.mark.parametrize(("length", "stiffness"), [(1e-3, 1.0), (1e3, 1.0), (1.0, 1e-6), (1.0, 1e6)])
+@pytest.mark.parametrize(("length", "stiffness"), [(1e-3, 1.0), (1.0, 1e6)])
 def test_units_leave_the_dimensionless_force_alone(
     plain_scene, knit_of, knit, contacts, fidelity, length, stiffness, verify
 ):

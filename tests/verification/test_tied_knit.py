@@ -84,8 +84,8 @@ def test_tie_follows_rigid_rotations(cell, verify):
 
 @pytest.mark.parametrize(
     ("length", "stiffness"),
-    [(1e-3, 1.0), (1e3, 1.0), (1.0, 1e-6), (1.0, 1e6)],
-    ids=["mm", "km", "uPa", "MPa"],
+    [(1e-3, 1.0), (1.0, 1e6)],
+    ids=["mm", "MPa"],
 )
 def test_units(cell, length, stiffness, verify):
     """The dimensionless curve is the same in any units, optimisation included."""

@@ -36,8 +36,6 @@ COLUMNS = 3  # columns of the legend
         "drawn": several("simulation", *of_case("tie-course", DRAWN), *of_case("isotropic-course", DRAWN)),
         "sweeps": several("simulation", "sweep-*"),
     },
-    files=("reference", "loops"),
-    scenes=True,
 )
 def draw(
     drawn: Mapping[str, xr.Dataset],

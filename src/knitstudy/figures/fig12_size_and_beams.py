@@ -43,8 +43,6 @@ LOOSE = "v"  # marker where yarns touch and no row is tied
         "tied_rom3d": network("rom3d", "tie-course", optional=True),
         "squares": several("simulation", *SQUARES, fewest=12, optional=True),
     },
-    files=("reference", "paper"),
-    scenes=True,
 )
 def draw(
     dns: xr.Dataset,
@@ -135,7 +133,6 @@ PANELS = (
         "squares": several("simulation", *SQUARES, fewest=12),
         "squares_contacts": several("contacts", *SQUARES),
     },
-    scenes=True,
 )
 def draw_response(
     squares: Mapping[str, xr.Dataset], squares_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]

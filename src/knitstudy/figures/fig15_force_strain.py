@@ -48,8 +48,6 @@ HEAD, HEIGHT, FOOT, BETWEEN = 7.0, 60.0, 11.0, 4.0
         "rom3d": network("rom3d", "tie-course"),
         "rom2d": network("rom2d", "tie-course"),
     },
-    files=("reference",),
-    scenes=True,
     order=1,
 )
 def draw(

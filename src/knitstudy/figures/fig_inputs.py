@@ -52,8 +52,6 @@ SMALL = 6.5  # size of letters in the rows
         "variations_contacts": several("contacts", *VARIED, fewest=4),
         "geometry": solid("geometry", "tie-course"),
     },
-    files=("paper", "reference"),
-    scenes=True,
 )
 def draw(
     variations: Mapping[str, xr.Dataset],

@@ -70,7 +70,6 @@ class Slide:
     "fig_pair_slip",
     "Two crossing yarns: forces against sliding",
     results={"pairs_contacts": several("contacts", "pair-slid-*", "pair-reversed-*", "pair-tied-*")},
-    scenes=True,
 )
 def draw(pairs_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> Figure:
     """Draw tangential forces above, normal forces below, one column an angle."""

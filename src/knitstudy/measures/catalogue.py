@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from inspect import signature
 from math import inf
 from typing import Any, TypeVar
 
@@ -150,9 +151,9 @@ class Display:
     results : mapping of str to Results
         Arguments of the function that are results: a Dataset, or several by the names of their scenes.
     files : tuple of str
-        Arguments that are files of reference, by the names of `stages.displays.reference_files`.
+        Other arguments of the function: files by the names of `stages.displays.reference_files`.
     scenes : bool
-        Whether the argument ``scenes`` is taken: a scene by the name of its result, several by their own names.
+        Whether it has the argument ``scenes``: a scene by the name of its result, several by their own names.
     order : float
         Place in the report; figures and tables without a place follow by their names.
     texts : mapping of str to str
@@ -181,6 +182,15 @@ class Display:
         return (*self.needed, *optional)
 
 
+def _taken(make: Callable[..., Any], results: Mapping[str, Results]) -> dict[str, Any]:
+    """Return the attributes that follow from the arguments of a function: those that are no results are files."""
+    named = [each for each in signature(make).parameters.values() if each.kind is not each.VAR_KEYWORD]
+    names = [
+        each.name for each in named if each.default is each.empty and each.name not in (*results, "scenes")
+    ]
+    return {"files": tuple(names), "scenes": any(each.name == "scenes" for each in named)}
+
+
 class Catalogue(Registry[Display]):
     """All figures, or all tables, in the order of the report."""
 
@@ -194,7 +204,7 @@ class Catalogue(Registry[Display]):
         """
 
         def added(make: Function) -> Function:
-            self.register(Display(name, title, make, **said))
+            self.register(Display(name, title, make, **(_taken(make, said.get("results", {})) | said)))
             return make
 
         return added

@@ -17,8 +17,7 @@ import scipy.sparse as sp
 
 from knitstudy.mechanics.sparse_sums import SpanSum, consecutive, span_pattern, touched_rows
 
-PAIRS = 32_768
-"""Pairs of nodes a batch, 512 hexahedra of eight nodes; bounds the memory of a batch."""
+PAIRS = 32_768  # pairs of nodes a batch, 512 hexahedra of eight nodes; bounds the memory of a batch
 
 
 @dataclass(frozen=True)
@@ -35,32 +34,18 @@ class Batch:
 
 
 class Assembly:
-    """Summation over elements of groups that have as many nodes each.
-
-    Parameters
-    ----------
-    groups : sequence of ndarray of int, shape (E, a)
-        Nodes of the elements of every group.
-    transformation : csr matrix, shape (N, n), optional
-        T: every node as a weighted sum of retained nodes. The identity if omitted.
-    nodes : int
-        N; number of nodes.
-    block : int
-        Unknowns a node.
-    links : csr matrix, shape (N, N), optional
-        Symmetric; a constant stiffness between nodes, the same for every component [N/m].
-    pairs : int
-        Pairs of nodes a batch; bounds the memory of a batch.
-    """
+    """Summation over elements of groups that have as many nodes each."""
 
     def __init__(
         self,
-        groups: Sequence[np.ndarray],
-        nodes: int,
+        groups: Sequence[np.ndarray],  # int (E, a), nodes of the elements of every group
+        nodes: int,  # N; number of nodes
+        # (N, n), T: every node as a weighted sum of retained nodes. The identity if omitted
         transformation: sp.csr_matrix | None = None,
-        block: int = 3,
+        block: int = 3,  # unknowns a node
+        # (N, N), symmetric; a constant stiffness between nodes, the same for every component [N/m]
         links: sp.csr_matrix | None = None,
-        pairs: int = PAIRS,
+        pairs: int = PAIRS,  # pairs of nodes a batch; bounds the memory of a batch
     ) -> None:
         self.block = block
         self.batches = [
@@ -229,18 +214,14 @@ class StiffnessSum:
 
 
 class PairSum:
-    """The sum of one batch of any elements, by the weights that take every pair of nodes to its entries.
+    """The sum of one batch of any elements, by the weights that take every pair of nodes to its entries."""
 
-    Parameters
-    ----------
-    entries : ndarray of int, shape (k,)
-        Entries of the pattern that the batch touches, ascending.
-    weights : csr matrix, shape (k, e a^2)
-    alone : ndarray of bool, shape (k,)
-        Entries that no other batch touches.
-    """
-
-    def __init__(self, entries: np.ndarray, weights: sp.csr_matrix, alone: np.ndarray) -> None:
+    def __init__(
+        self,
+        entries: np.ndarray,  # int (k,), entries of the pattern that the batch touches, ascending
+        weights: sp.csr_matrix,  # (k, e a^2)
+        alone: np.ndarray,  # bool (k,), entries that no other batch touches
+    ) -> None:
         self._own, self._joint = _own(entries, weights, alone), _part(entries, weights, ~alone)
 
     def put(self, data: np.ndarray, blocks: np.ndarray) -> np.ndarray:

@@ -78,10 +78,7 @@ def threads() -> int:
 
     Of a list, one number for each level of nesting, the first counts.
 
-    Raises
-    ------
-    ConfigurationError
-        If it is not a whole number of at least 1.
+    Raises ConfigurationError if it is not a whole number of at least 1.
     """
     value = os.environ.get(VARIABLE, "").strip()
     if not value:

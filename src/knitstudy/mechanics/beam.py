@@ -27,8 +27,7 @@ from knitstudy.mechanics.rotation import Halfway, exp, hat, log
 LARGEST_ANGLE = 0.95 * np.pi
 
 
-SLENDERNESS = 0.25
-"""Slenderness compensation factor of Abaqus' B31."""
+SLENDERNESS = 0.25  # slenderness compensation factor of Abaqus' B31
 
 
 class SectionLaw(Protocol):
@@ -44,28 +43,15 @@ class SectionLaw(Protocol):
 
 @dataclass(frozen=True)
 class Section:
-    """Stiffness of a section that is the same in all directions; floats, or one value an element (E,).
+    """Stiffness of a section that is the same in all directions; floats, or one value an element (E,)."""
 
-    Attributes
-    ----------
-    EA : float
-        Axial stiffness [N].
-    kGA : float
-        Shear stiffness [N].
-    EI : float
-        Bending stiffness [N m2].
-    GJ : float
-        Torsional stiffness [N m2].
-    slenderness : float
-        Slenderness compensation factor: an element of length L has the shear stiffness
-        kGA / (1 + slenderness L^2 EA / (12 EI)). One integration point alone makes an element in S-shaped
-        bending as stiff as its shear; this bounds it. 0 leaves kGA as it is.
-    """
-
-    EA: float | np.ndarray
-    kGA: float | np.ndarray
-    EI: float | np.ndarray
-    GJ: float | np.ndarray
+    EA: float | np.ndarray  # axial stiffness [N]
+    kGA: float | np.ndarray  # shear stiffness [N]
+    EI: float | np.ndarray  # bending stiffness [N m2]
+    GJ: float | np.ndarray  # torsional stiffness [N m2]
+    # slenderness compensation factor: an element of length L has the shear stiffness kGA / (1 + slenderness L^2
+    # EA / (12 EI)). One integration point alone makes an element in S-shaped bending as stiff as its shear; this
+    # bounds it. 0 leaves kGA as it is
     slenderness: float = 0.0
 
     @classmethod
@@ -117,10 +103,7 @@ class Elements:
     def between(cls, chord: np.ndarray, section: SectionLaw) -> Elements:
         """Return the elements with the reference chords (E, 3) [m].
 
-        Raises
-        ------
-        GeometryError
-            If an element has no length.
+        Raises GeometryError if an element has no length.
         """
         length = np.linalg.norm(chord, axis=1)
         if not np.all(length > 0):

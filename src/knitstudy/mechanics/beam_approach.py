@@ -38,20 +38,15 @@ class Stencil:
 class Curves:
     """The centrelines of all yarns.
 
-    Parameters
-    ----------
-    yarn : ndarray of int, shape (S,)
-        Yarn of every station; the stations of a yarn follow each other, yarn 0 first.
-    arc_length : ndarray, shape (S,)
-        Where they are on the undeformed yarn, rising [m].
-
-    Raises
-    ------
-    GeometryError
-        If a yarn has fewer than three stations.
+    Raises GeometryError if a yarn has fewer than three stations.
     """
 
-    def __init__(self, yarn: np.ndarray, arc_length: np.ndarray) -> None:
+    def __init__(
+        self,
+        # int (S,), yarn of every station; the stations of a yarn follow each other, yarn 0 first
+        yarn: np.ndarray,
+        arc_length: np.ndarray,  # (S,), where they are on the undeformed yarn, rising [m]
+    ) -> None:
         yarn, arc_length = np.asarray(yarn), np.asarray(arc_length, dtype=float)
         count = np.bincount(yarn)
         if count.min() < 3:
@@ -152,17 +147,13 @@ class Approach:
         )
 
 
-def approach(curves: Curves, position: np.ndarray, pairs: Pairs, start: np.ndarray) -> Approach:
-    """Return the closest points of pairs by Newton's method from arc lengths (k, 2) [m].
-
-    Parameters
-    ----------
-    curves : Curves
-    position : ndarray, shape (S, 3)
-        Current positions of the stations [m].
-    pairs : Pairs
-    start : ndarray, shape (k, 2)
-    """
+def approach(
+    curves: Curves,
+    position: np.ndarray,  # (S, 3), current positions of the stations [m]
+    pairs: Pairs,
+    start: np.ndarray,  # (k, 2)
+) -> Approach:
+    """Return the closest points of pairs by Newton's method from arc lengths (k, 2) [m]."""
     low, high = pairs.bounds[..., 0], pairs.bounds[..., 1]
     s = np.clip(start, low, high)
     moves = np.ones(len(s), dtype=bool)

@@ -45,18 +45,14 @@ class Power:
         return self.coefficient / (self.exponent + 1.0) * np.maximum(0.0, -gap) ** (self.exponent + 1.0)
 
 
-def hertz(youngs_modulus: float, poisson_ratio: float, radius: float) -> Power:
+def hertz(
+    youngs_modulus: float,  # [Pa]
+    poisson_ratio: float,
+    radius: float,  # of both [m]
+) -> Power:
     """Return the approach of two equal cylinders that cross at a right angle (Johnson 1985, section 4.1).
 
     F = 4/3 E* sqrt(R) delta^1.5 with E* = E / 2 (1 - nu^2), as of a sphere of radius R on a plane.
-
-    Parameters
-    ----------
-    youngs_modulus : float
-        [Pa]
-    poisson_ratio : float
-    radius : float
-        Of both [m].
     """
     contact_modulus = youngs_modulus / (2 * (1 - poisson_ratio**2))
     return Power(4 / 3 * contact_modulus * np.sqrt(radius), 1.5)
@@ -123,31 +119,16 @@ class BeamContactResponse:
 
 
 class BeamContact:
-    """Contact of yarns of one radius at crossings.
-
-    Parameters
-    ----------
-    curves : Curves
-    crossing : CrossingPairs
-        What may touch.
-    radius : float
-        [m]
-    law : Power
-        Normal force over gap.
-    tangential : float
-        Stiffness against elastic slip [N/m].
-    friction : float
-        mu; inf for rough contact, 0 for none.
-    """
+    """Contact of yarns of one radius at crossings."""
 
     def __init__(
         self,
         curves: Curves,
-        crossing: CrossingPairs,
-        radius: float,
-        law: Power,
-        tangential: float,
-        friction: float,
+        crossing: CrossingPairs,  # what may touch
+        radius: float,  # [m]
+        law: Power,  # normal force over gap
+        tangential: float,  # stiffness against elastic slip [N/m]
+        friction: float,  # mu; inf for rough contact, 0 for none
     ) -> None:
         self.curves, self.crossing, self.radius, self.law = curves, crossing, radius, law
         # Coulomb's law meets forces here: with a normal stiffness of one, a change of force is a change of gap.
@@ -211,10 +192,7 @@ class BeamContact:
     def commit(self, places: Places, history: BeamContactHistory) -> BeamContactHistory:
         """Return the history that a converged increment leaves.
 
-        Raises
-        ------
-        ConvergenceError
-            If a pair that touched has no closest points any more.
+        Raises ConvergenceError if a pair that touched has no closest points any more.
         """
         points = self.points(places, history)
         lost = (history.force > 0) & ~points.approach.found
@@ -357,20 +335,15 @@ class TouchingState:
 
 
 class TouchingBeams:
-    """Beams, and the contact of the stations along them.
+    """Beams, and the contact of the stations along them."""
 
-    Parameters
-    ----------
-    beams : BeamModel
-        With arms that turn, if it has any.
-    node : ndarray of int, shape (S,)
-        Node that carries a station.
-    offset : ndarray, shape (S, 3)
-        From that node to the station, in the reference [m].
-    contact : BeamContact
-    """
-
-    def __init__(self, beams: BeamModel, node: np.ndarray, offset: np.ndarray, contact: BeamContact) -> None:
+    def __init__(
+        self,
+        beams: BeamModel,  # with arms that turn, if it has any
+        node: np.ndarray,  # int (S,), node that carries a station
+        offset: np.ndarray,  # (S, 3), from that node to the station, in the reference [m]
+        contact: BeamContact,
+    ) -> None:
         self.beams, self.node, self.offset, self.contact = beams, node, offset, contact
         self.block, self.size, self.scale, self.length = beams.block, beams.size, beams.scale, beams.length
 
@@ -414,10 +387,7 @@ class TouchingBeams:
         at_node[:, 3:] += np.cross(arm, touch.station_force[:, :3])
         np.add.at(force, self.node, at_node)
         response = replace(
-            response,
-            force=force.ravel(),
-            energy=response.energy | touch.energy,
-            status=touch.points.status,
+            response, force=force.ravel(), energy=response.energy | touch.energy, status=touch.points.status
         )
         if not stiffness:
             return response

@@ -27,37 +27,22 @@ class BeamState:
 
 
 class BeamModel(Memoryless):
-    """Beam elements and springs between nodes, or between points that nodes carry along.
-
-    Parameters
-    ----------
-    nodes : ndarray, shape (N, 3)
-        Reference positions [m].
-    ends : ndarray of int, shape (E, 2)
-        The nodes that the two ends of every element belong to.
-    section : SectionLaw
-        Stiffness of the elements.
-    radius : float
-        Length that makes rotations comparable with displacements [m].
-    offsets : ndarray, shape (E, 2, 3), optional
-        From the node to the element's end, in the reference [m]; none if left out.
-    arms_turn : bool
-        Whether the offsets are rigid arms that turn with their node. Arms that only follow its translation
-        give all ends at a node equal displacements and rotations, at the price of a couple: see `couples`.
-    springs : LinearSprings, optional
-        Springs between nodes, or between points that they carry in the same way; none if left out.
-    """
+    """Beam elements and springs between nodes, or between points that nodes carry along."""
 
     block = 6
 
     def __init__(
         self,
-        nodes: np.ndarray,
-        ends: np.ndarray,
-        section: beam.SectionLaw,
-        radius: float,
+        nodes: np.ndarray,  # (N, 3), reference positions [m]
+        ends: np.ndarray,  # int (E, 2), the nodes that the two ends of every element belong to
+        section: beam.SectionLaw,  # stiffness of the elements
+        radius: float,  # length that makes rotations comparable with displacements [m]
+        # (E, 2, 3), from the node to the element's end, in the reference [m]; none if left out
         offsets: np.ndarray | None = None,
+        # whether the offsets are rigid arms that turn with their node. Arms that only follow its translation
+        # give all ends at a node equal displacements and rotations, at the price of a couple: see `couples`
         arms_turn: bool = True,
+        # springs between nodes, or between points that they carry in the same way; none if left out
         springs: LinearSprings | None = None,
     ) -> None:
         self.nodes = np.asarray(nodes, dtype=float)

@@ -37,14 +37,9 @@ from numpy.polynomial.legendre import leggauss
 from knitstudy.errors import GeometryError
 from knitstudy.mechanics.beam import SLENDERNESS
 
-DEGREE = 8
-"""Of the polynomials: at k = 0.55 degree 10 moves no compliance by more than 2e-5 of it."""
-
-TIGHTEST = 0.8
-"""Largest k = kappa R of the table; the layers inside of a yarn vanish at 1."""
-
-NODES = 12
-"""Bends at which the problem is solved: in between the law is met to 1e-7."""
+DEGREE = 8  # of the polynomials: at k = 0.55 degree 10 moves no compliance by more than 2e-5 of it
+TIGHTEST = 0.8  # largest k = kappa R of the table; the layers inside of a yarn vanish at 1
+NODES = 12  # bends at which the problem is solved: in between the law is met to 1e-7
 
 # Forces of the two problems that symmetry about the plane of curvature separates: in that plane, and out of it.
 PLANES = ((0, 2, 4), (1, 3, 5))
@@ -73,17 +68,12 @@ def compliances(bends: np.ndarray, poisson_ratio: float) -> np.ndarray:
     return np.moveaxis(chebyshev.chebval(at, _table(float(poisson_ratio))), -1, 0)
 
 
-def section_compliance(bend: float, poisson_ratio: float, degree: int = DEGREE) -> np.ndarray:
-    """Return the compliance S (6, 6) of a rod of radius 1, modulus 1 and curvature `bend` below 1.
-
-    Parameters
-    ----------
-    bend : float
-        Curvature times radius, k.
-    poisson_ratio : float
-    degree : int
-        Of the polynomials of the warping.
-    """
+def section_compliance(
+    bend: float,  # curvature times radius, k
+    poisson_ratio: float,
+    degree: int = DEGREE,  # of the polynomials of the warping
+) -> np.ndarray:
+    """Return the compliance S (6, 6) of a rod of radius 1, modulus 1 and curvature `bend` below 1."""
     S = np.zeros((6, 6))
     for forces in PLANES:
         S[np.ix_(forces, forces)] = _solve(_Disc(degree, forces == PLANES[0]), bend, poisson_ratio, forces)
@@ -108,9 +98,7 @@ class _Disc:
         blank = [np.zeros_like(each[0]) for each in components]
         # Unknowns of component c are its own polynomials; all others are zero there.
         self.value, self.along_x, self.along_y = (
-            np.stack(
-                [np.hstack([*blank[:c], components[c][part], *blank[c + 1 :]]) for c in range(3)],
-            )
+            np.stack([np.hstack([*blank[:c], components[c][part], *blank[c + 1 :]]) for c in range(3)])
             for part in range(3)
         )
 
@@ -223,10 +211,7 @@ class CurvedSection:
     def stiffness(self, chord: np.ndarray) -> np.ndarray:
         """Return the law C (E, 6, 6) of elements with the reference chords (E, 3) [m], see `SectionLaw`.
 
-        Raises
-        ------
-        GeometryError
-            If a rod is bent more tightly than the law is known for.
+        Raises GeometryError if a rod is bent more tightly than the law is known for.
         """
         length = np.linalg.norm(chord, axis=1)
         frame, bend = self._frames(chord / length[:, None])

@@ -13,8 +13,8 @@ from knitstudy.mechanics.model import Response
 
 # What drives a model along its load path, how accurately, and what every increment leaves
 
+# Phases of a Newton iteration whose time is recorded; line searches count as elements and assembly.
 PHASES = ("elements", "assembly", "constraints", "setup", "solve")
-"""Phases of a Newton iteration whose time is recorded; line searches count as elements and assembly."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,17 +87,12 @@ class PrescribedDisplacement:
         return any(abs(load - corner) < 1e-12 for corner in self.corners)
 
 
-def between_corners(values: np.ndarray, corners: tuple[float, ...], load: float) -> np.ndarray:
-    """Return what goes straight from zero to the first of values (m, k), and on to the others, at a load factor: (k,).
-
-    Parameters
-    ----------
-    values : ndarray, shape (m, k)
-        At the corners.
-    corners : tuple of m floats
-        Their load factors, rising.
-    load : float
-    """
+def between_corners(
+    values: np.ndarray,  # (m, k), at the corners
+    corners: tuple[float, ...],  # their load factors, rising
+    load: float,
+) -> np.ndarray:
+    """Return the linear interpolation (k,) at a load factor, from zero to the first of the values and on."""
     loads = (0.0, *corners)
     leg = min(int(np.searchsorted(corners, load)), len(values) - 1)
     start = values[leg - 1] if leg else np.zeros_like(values[0])
@@ -106,50 +101,24 @@ def between_corners(values: np.ndarray, corners: tuple[float, ...], load: float)
 
 @dataclass(frozen=True)
 class Settings:
-    """Accuracy and limits of the load path.
+    """Accuracy and limits of the load path."""
 
-    Attributes
-    ----------
-    increments : int
-        Number of equal increments; their size is the largest that is tried.
-    residual_tolerance : float
-        Largest unbalanced force over the mean internal force.
-    correction_tolerance : float
-        Largest last correction over the element size h; where a full step has balanced the state well, the next one's
-        estimate: corrections fall as residuals do.
-    iterations : int
-        Newton iterations after which an increment counts as failed.
-    patience : int
-        Iterations without a smaller residual than before after which it does.
-    cutbacks : int
-        Halvings in a row after which the path counts as unreachable.
-    waste : int
-        Iterations of failed attempts, while the path hardly goes on, after which it does.
-    growth : float
-        Factor on the increment after a quick one (at most `quick` iterations).
-    quick : int
-        See `growth`.
-    predictor : int
-        Largest order of the extrapolation from the increments before.
-    stride : float
-        Largest displacement that one correction may make [m]. Long yarns that hardly touch yet give way so easily that
-        a correction, which knows of no contact but that which is there, would take them through each other.
-    exact : bool
-        Solve every linear system to 1e-12 instead of as far as Newton profits.
-    """
-
-    increments: int = 12
-    residual_tolerance: float = 1e-6
+    increments: int = 12  # number of equal increments; their size is the largest that is tried
+    residual_tolerance: float = 1e-6  # largest unbalanced force over the mean internal force
+    # largest last correction over the element size h; where a full step has balanced the state well, the next
+    # one's estimate: corrections fall as residuals do
     correction_tolerance: float = 1e-6
-    iterations: int = 60
-    patience: int = 15
-    cutbacks: int = 8
-    waste: int = 120
-    growth: float = 1.5
-    quick: int = 6
-    predictor: int = 3
+    iterations: int = 60  # Newton iterations after which an increment counts as failed
+    patience: int = 15  # iterations without a smaller residual than before after which it does
+    cutbacks: int = 8  # halvings in a row after which the path counts as unreachable
+    waste: int = 120  # iterations of failed attempts, while the path hardly goes on, after which it does
+    growth: float = 1.5  # factor on the increment after a quick one (at most `quick` iterations)
+    quick: int = 6  # see `growth`
+    predictor: int = 3  # largest order of the extrapolation from the increments before
+    # largest displacement that one correction may make [m]. Long yarns that hardly touch yet give way so easily
+    # that a correction, which knows of no contact but that which is there, would take them through each other
     stride: float = float("inf")
-    exact: bool = False
+    exact: bool = False  # solve every linear system to 1e-12 instead of as far as Newton profits
 
     @classmethod
     def of(cls, solver: Any) -> Settings:
@@ -171,48 +140,24 @@ class Rate:
 
 @dataclass(frozen=True)
 class Increment:
-    """A converged state on the load path and how it was reached.
+    """A converged state on the load path and how it was reached."""
 
-    Attributes
-    ----------
-    index : int
-        0 for the undeformed state.
-    load : float
-        Load factor, 0 to 1.
-    state : object
-        The model's state.
-    response : Response
-        Forces and energies in this state, without tangent.
-    size, largest : float
-        Increment of the load factor to try next, and the largest one to try from there on.
-    rates : tuple of Rate
-        The last converged increments, newest first, for the predictor.
-    updates : tuple of ndarray, shape (size,)
-        What every settling of the state, such as an update of multipliers, changed: the first guess for the next one.
-    newton_iterations, krylov_iterations : int
-        Iterations spent on this increment, failed attempts included.
-    residual, correction : float
-        Final values of the two measures that `Settings` bounds.
-    residuals : tuple of float
-        Residual measure of every iteration of the successful attempt.
-    timings : dict of str to float
-        Seconds by `PHASES`.
-    """
-
-    index: int
-    load: float
-    state: Any
-    response: Response
-    size: float
-    rates: tuple[Rate, ...] = ()
+    index: int  # 0 for the undeformed state
+    load: float  # load factor, 0 to 1
+    state: Any  # the model's state
+    response: Response  # forces and energies in this state, without tangent
+    size: float  # increment of the load factor to try next
+    rates: tuple[Rate, ...] = ()  # the last converged increments, newest first, for the predictor
+    # (size,), what every settling of the state, such as an update of multipliers, changed: the first guess for
+    # the next one
     updates: tuple[np.ndarray, ...] = ()
-    newton_iterations: int = 0
+    newton_iterations: int = 0  # iterations spent on this increment, failed attempts included
     krylov_iterations: int = 0
-    residual: float = 0.0
+    residual: float = 0.0  # final values of the two measures that `Settings` bounds
     correction: float = 0.0
-    largest: float = 1.0
-    residuals: tuple[float, ...] = ()
-    timings: dict[str, float] = field(default_factory=dict)
+    largest: float = 1.0  # largest increment to try from there on
+    residuals: tuple[float, ...] = ()  # residual measure of every iteration of the successful attempt
+    timings: dict[str, float] = field(default_factory=dict)  # seconds by `PHASES`
 
 
 # Line search: how much of a Newton step is taken (Crisfield 1991, section 9.2)
@@ -220,14 +165,9 @@ class Increment:
 # until the residual has just fallen ends far before; the root of the force along the step, kept between brackets, does
 # not.
 
-TRIALS = 8
-"""States at most along one step."""
-
-CLOSE = 0.5
-"""Force along the step over that at its start, at which the root counts as found."""
-
-STEEP = 0.1
-"""Residual over that at the start of the step, at which a trial is good in any case."""
+TRIALS = 8  # states at most along one step
+CLOSE = 0.5  # force along the step over that at its start, at which the root counts as found
+STEEP = 0.1  # residual over that at the start of the step, at which a trial is good in any case
 
 
 @dataclass(frozen=True)
@@ -248,21 +188,12 @@ class Trial:
 
 
 def line_search(
-    trial: Callable[[float], Trial], slope: float, residual: float, tolerance: float
+    trial: Callable[[float], Trial],  # the trial at a share of the step
+    slope: float,  # force along the step at its start [J]
+    residual: float,  # residual there
+    tolerance: float,  # residual of a balanced state
 ) -> Trial | None:
-    """Return the trial to go on with, or None if there is none that helps.
-
-    Parameters
-    ----------
-    trial : callable
-        The trial at a share of the step.
-    slope : float
-        Force along the step at its start [J].
-    residual : float
-        Residual there.
-    tolerance : float
-        Residual of a balanced state.
-    """
+    """Return the trial to go on with, or None if there is none that helps."""
     low, high = (0.0, slope), None
     share, best = 1.0, None
     for _ in range(TRIALS):

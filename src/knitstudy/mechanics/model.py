@@ -15,46 +15,28 @@ import scipy.sparse as sp
 
 @dataclass(frozen=True)
 class Response:
-    """Internal force of a state, with its tangent if that was asked for.
+    """Internal force of a state, with its tangent if that was asked for."""
 
-    Attributes
-    ----------
-    force : ndarray, shape (size,)
-        Internal force conjugate to the unknowns [N, and N m for spins].
-    mean_force : float
-        Mean magnitude of the nodal forces of the single elements [N]; what a residual is measured against.
-    energy : dict of str to float
-        Stored energies by form [J], from potentials.
-    stiffness : sparse matrix, shape (size, size), or None
-        Derivative of `force` with respect to a step of the unknowns.
-    node_force : ndarray, shape (N, 3), or None
-        Internal force at all nodes of solids, tied ones included [N]: there it is what the tie supplies.
-    unsymmetric : bsr matrix, shape (size, size), or None
-        What friction and the turning of contact surfaces add to `stiffness`: without it the rest is symmetric and
-        as positive as the solids. None where the whole stiffness is.
-    touching : ndarray of int
-        Nodes of the unknowns that contact acts on; empty without contact.
-    moved : ndarray, shape (n, 3), or None
-        How far the nodes of the unknowns are from where they were undeformed [m]: with a tangent of solids.
-    viscous_force : float
-        Sum of the magnitudes of the viscous forces of stabilisation on all nodes [N].
-    status : ndarray or None
-        Which contact points touch, stick and slip: an increment has converged when that changes no more.
-    assembly_seconds : float
-        Part of the evaluation's time that summing up took.
-    """
-
-    force: np.ndarray
+    force: np.ndarray  # (size,), internal force conjugate to the unknowns [N, and N m for spins]
+    # mean magnitude of the nodal forces of the single elements [N]; what a residual is measured against
     mean_force: float
-    energy: dict[str, float] = field(default_factory=dict)
+    energy: dict[str, float] = field(default_factory=dict)  # stored energies by form [J], from potentials
+    # (size, size), derivative of `force` with respect to a step of the unknowns
     stiffness: sp.spmatrix | sp.sparray | None = None
+    # (N, 3), internal force at all nodes of solids, tied ones included [N]: there it is what the tie supplies
     node_force: np.ndarray | None = None
+    # (size, size), what friction and the turning of contact surfaces add to `stiffness`: without it the rest is
+    # symmetric and as positive as the solids. None where the whole stiffness is
     unsymmetric: sp.bsr_matrix | None = None
+    # nodes of the unknowns that contact acts on; empty without contact
     touching: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    # (n, 3), how far the nodes of the unknowns are from where they were undeformed [m]: with a tangent of solids
     moved: np.ndarray | None = None
+    # which contact points touch, stick and slip: an increment has converged when that changes no more
     status: np.ndarray | None = None
+    # sum of the magnitudes of the viscous forces of stabilisation on all nodes [N]
     viscous_force: float = 0.0
-    assembly_seconds: float = 0.0
+    assembly_seconds: float = 0.0  # part of the evaluation's time that summing up took
 
     def same_status(self, other: Response) -> bool:
         """Return whether contact points have the same status in both."""
@@ -85,25 +67,14 @@ class Memoryless:
 
 
 class Model(Protocol):
-    """Solids, beams, joints or contact, as a solver sees them.
+    """Solids, beams, joints or contact, as a solver sees them."""
 
-    Attributes
-    ----------
-    block : int
-        Unknowns a node: 3 for solids, 6 for beams (three translations, three of the spin).
-    size : int
-        Number of unknowns.
-    scale : ndarray, shape (size,)
-        ``step * scale`` is a displacement [m] and ``force / scale`` a force [N]: 1 for translations, a length
-        for rotations.
-    length : float
-        Element size h [m], the measure of a correction.
-    """
-
-    block: int
-    size: int
+    block: int  # unknowns a node: 3 for solids, 6 for beams (three translations, three of the spin)
+    size: int  # number of unknowns
+    # (size,), ``step * scale`` is a displacement [m] and ``force / scale`` a force [N]: 1 for translations, a
+    # length for rotations
     scale: np.ndarray
-    length: float
+    length: float  # element size h [m], the measure of a correction
 
     def start(self) -> Any:
         """Return the undeformed state."""
@@ -128,10 +99,7 @@ class Model(Protocol):
     def settle(self, state: Any) -> Any | None:
         """Return None if a balanced state is acceptable, or the state to balance anew.
 
-        Raises
-        ------
-        ConvergenceError
-            If it is not, and nothing will help.
+        Raises ConvergenceError if it is not, and nothing will help.
         """
         ...
 
@@ -189,14 +157,11 @@ class DirichletElimination:
         data[self._diagonal] = blocks
 
 
-def transformation(dependence: sp.sparray | sp.spmatrix) -> tuple[sp.csr_matrix, np.ndarray]:
-    """Return T (N, n), every node as a weighted sum of the retained ones, and these (n,), ascending.
-
-    Parameters
-    ----------
-    dependence : sparse matrix, shape (N, N)
-        Rows of the identity for retained nodes, weights of retained nodes for all others.
-    """
+def transformation(
+    # (N, N), rows of the identity for retained nodes, weights of retained nodes for all others
+    dependence: sp.sparray | sp.spmatrix,
+) -> tuple[sp.csr_matrix, np.ndarray]:
+    """Return T (N, n), every node as a weighted sum of the retained ones, and these (n,), ascending."""
     dependence = sp.csr_matrix(dependence)
     retained = np.unique(dependence.indices[dependence.data != 0])
     return sp.csr_matrix(dependence[:, retained]), retained
@@ -242,32 +207,22 @@ class Stabilisation:
 # away and the increment balanced anew, at the same load: what is accepted knows nothing of it. Before that, grips
 # feel only drag.
 
-SHARE = 1e-4
-"""Drag over E V / h^2, V the volume of a node, with which an increment begins."""
+SHARE = 1e-4  # drag over E V / h^2, V the volume of a node, with which an increment begins
 
+# Share of it that stays where contact does not hold the bodies: next to nothing, enough for a linear solver.
 FADED = 1e-2
-"""Share of it that stays where contact does not hold the bodies: next to nothing, enough for a linear solver."""
 
+# Resistance of contact to the easiest rigid motion over E V / h^2, from which on contact holds the bodies.
 HELD = 1e-6
-"""Resistance of contact to the easiest rigid motion over E V / h^2, from which on contact holds the bodies."""
 
 
 @dataclass(frozen=True, eq=False)
 class FreeBodies:
-    """The bodies that nothing but contact can hold, and their drag.
+    """The bodies that nothing but contact can hold, and their drag."""
 
-    Attributes
-    ----------
-    nodes : tuple of ndarray of int
-        Nodes of each body.
-    unit : ndarray, shape (N,)
-        E V / h^2 of their nodes [N/m]; 0 at all others.
-    unity : ndarray, shape (N,)
-        What the constant 1 has at the nodes: 1 where they are places, the coefficients where they are not.
-    """
-
-    nodes: tuple[np.ndarray, ...]
-    unit: np.ndarray
+    nodes: tuple[np.ndarray, ...]  # nodes of each body
+    unit: np.ndarray  # (N,), E V / h^2 of their nodes [N/m]; 0 at all others
+    # (N,), what the constant 1 has at the nodes: 1 where they are places, the coefficients where they are not
     unity: np.ndarray
 
     @classmethod
@@ -289,16 +244,12 @@ class FreeBodies:
         """Return the stiffness (N,) against the way of all nodes within an increment [N/m]."""
         return SHARE * self.unit
 
-    def held(self, contact: sp.sparray, position: np.ndarray) -> bool:
-        """Return whether contact resists every rigid motion of these bodies, all others being fixed.
-
-        Parameters
-        ----------
-        contact : sparse matrix, shape (3 N, 3 N)
-            Symmetric stiffness of contact [N/m].
-        position : ndarray, shape (N, 3)
-            Where the nodes are [m].
-        """
+    def held(
+        self,
+        contact: sp.sparray,  # (3 N, 3 N), symmetric stiffness of contact [N/m]
+        position: np.ndarray,  # (N, 3), where the nodes are [m]
+    ) -> bool:
+        """Return whether contact resists every rigid motion of these bodies, all others being fixed."""
         modes = sp.block_array(
             [[self._modes(body, position, self.unity[body]) for body in self.nodes]]
         ).tocsr()

@@ -29,28 +29,21 @@ from knitstudy.mechanics.model import DirichletElimination, Model, Response, wit
 
 log = logging.getLogger(__name__)
 
+# Increment of the load factor below which the path counts as ended: rounding would go on for ever.
 SMALLEST = 1e-9
-"""Increment of the load factor below which the path counts as ended: rounding would go on for ever."""
 
+# Correction over the element size that is nothing but rounding: further ones leave the residual where it is.
 ROUNDING = 1e-13
-"""Correction over the element size that is nothing but rounding: further ones leave the residual where it is."""
 
 REMEDY = (
     "Results up to there are kept. More increments, a finer mesh, a contact stiffness nearer to that of the elements "
     "or a smaller load may help."
 )
 
-HEADWAY = 0.05
-"""Share of the load by which a path has gone on, whatever failed on the way."""
-
-NEAR = 1e-2
-"""Residual from which one accurate step usually balances a state."""
-
-FAR = 1.0
-"""Residual of a predicted state from which a curve through the last states has led astray."""
-
-ROUGHLY = 1e-3
-"""Residual at which a state is balanced well enough to see whether it will be settled."""
+HEADWAY = 0.05  # share of the load by which a path has gone on, whatever failed on the way
+NEAR = 1e-2  # residual from which one accurate step usually balances a state
+FAR = 1.0  # residual of a predicted state from which a curve through the last states has led astray
+ROUGHLY = 1e-3  # residual at which a state is balanced well enough to see whether it will be settled
 
 
 class _Failed(Exception):
@@ -455,16 +448,11 @@ class _Path:
             raise _Failed("the predicted state has folded elements or forces that are not finite")
 
 
-def extrapolated(rates: tuple[Rate, ...], change: float) -> np.ndarray:
-    """Return the change (size,) of the unknowns that the polynomial through the last converged states foresees.
-
-    Parameters
-    ----------
-    rates : tuple of Rate
-        The last increments, newest first; as many as the polynomial's order.
-    change : float
-        Of the load factor.
-    """
+def extrapolated(
+    rates: tuple[Rate, ...],  # the last increments, newest first; as many as the polynomial's order
+    change: float,  # of the load factor
+) -> np.ndarray:
+    """Return the change (size,) of the unknowns that the polynomial through the last converged states foresees."""
     # Newton's divided differences: rates are the first ones.
     differences = [rate.step for rate in rates]
     widths = [rate.increment for rate in rates]

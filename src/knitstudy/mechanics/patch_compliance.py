@@ -47,17 +47,12 @@ def moments(rule: np.ndarray) -> np.ndarray:
 # r^2) f.
 
 
-def surface_compliance(m: np.ndarray, k: np.ndarray, poisson_ratio: float) -> np.ndarray:
-    """Return G (..., 3, 3) times E, in the components r, theta, z; Hermitian and positive.
-
-    Parameters
-    ----------
-    m : ndarray of int, shape (...)
-        Waves around.
-    k : ndarray, shape (...)
-        Waves along, times the radius; not 0.
-    poisson_ratio : float
-    """
+def surface_compliance(
+    m: np.ndarray,  # int (...), waves around
+    k: np.ndarray,  # (...), waves along, times the radius; not 0
+    poisson_ratio: float,
+) -> np.ndarray:
+    """Return G (..., 3, 3) times E, in the components r, theta, z; Hermitian and positive."""
     m, k = np.broadcast_arrays(m, np.asarray(k, dtype=float))
     rate = _logarithmic_slope(np.abs(m), np.abs(k))
     nu, zero = poisson_ratio, np.zeros(m.shape)
@@ -110,20 +105,15 @@ def _logarithmic_slope(m: np.ndarray, k: np.ndarray) -> np.ndarray:
 # Their difference is c_0 + c_1 A to within e^-A: c_0 is local, the indentation; c_1 goes with the bending moment, which
 # widens and narrows the section under the patch. Beams with joints that yield by c_0 leave out c_1.
 
-APART = (6.0, 12.0)
-"""Distances of forces in radii, A: the one from the other gives c_0."""
+APART = (6.0, 12.0)  # distances of forces in radii, A: the one from the other gives c_0
 
 
 @cache
-def local_compliance(radius: float, poisson_ratio: float) -> tuple[float, float, float]:
-    """Return c_0 along the normal, along the yarn and across both, times E R.
-
-    Parameters
-    ----------
-    radius : float
-        Of the patch, over that of the yarn.
-    poisson_ratio : float
-    """
+def local_compliance(
+    radius: float,  # of the patch, over that of the yarn
+    poisson_ratio: float,
+) -> tuple[float, float, float]:
+    """Return c_0 along the normal, along the yarn and across both, times E R."""
     near, far = (
         np.diag(cylinder_patch(radius, apart, poisson_ratio))[:3] - _beam_patch(radius, apart, poisson_ratio)
         for apart in APART
@@ -155,48 +145,32 @@ def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray
 # length with patches at least `APART` radii apart, whose forces alternate in sign: nothing has to be held, and waves
 # are independent of each other. What for, and what comes out: docs/theory.md.
 
-APART_IN_PATCH = 6.0
-"""Least distance of patches along the yarn, in radii."""
+APART_IN_PATCH = 6.0  # least distance of patches along the yarn, in radii
 
 SHORTEST = 16.0
 """Largest wave number that is summed up, over the inverse of the patch's radius: 0.02 % of the compliance of the
 mean are left out, 0.5 % of that of linear moments."""
 
+# Signs of moments, and of components, in the mirror that the normal and the yarn's axis span.
 MIRROR = np.array([1, 1, -1])
-"""Signs of moments, and of components, in the mirror that the normal and the yarn's axis span."""
 
-WAVES = 4096
-"""Waves at a time; bounds the memory."""
-
-DIGITS = 2
-"""Of the length of a span over the radius: spans that differ by less are one."""
+WAVES = 4096  # waves at a time; bounds the memory
+DIGITS = 2  # of the length of a span over the radius: spans that differ by less are one
 
 
 def missing(
     space: Space,
-    radius: float,
+    radius: float,  # of the yarns [m]
     youngs_modulus: float,
     poisson_ratio: float,
-    yarn: np.ndarray,
-    arc_length: np.ndarray,
-    patch: float,
+    yarn: np.ndarray,  # int (k,)
+    arc_length: np.ndarray,  # (k,), where the patches lie [m]
+    patch: float,  # their radius [m]
 ) -> np.ndarray:
     """Return the compliance (k, 2) of the mean and of the linear moments of patches that yarns do not show [m/N].
 
     The same for every direction of the force, and for both linear moments: means over what differs, so that a tie
     with this compliance does not notice how the yarns have turned.
-
-    Parameters
-    ----------
-    space : Space
-    radius : float
-        Of the yarns [m].
-    youngs_modulus, poisson_ratio : float
-    yarn : ndarray of int, shape (k,)
-    arc_length : ndarray, shape (k,)
-        Where the patches lie [m].
-    patch : float
-        Their radius [m].
     """
     found = np.empty((len(yarn), 2))
     for number in np.unique(yarn):
@@ -235,25 +209,16 @@ def _along_a_span(
 
 
 def missing_compliance(
-    degree: int, spline_degree: int, span: float, place: float, radius: float, poisson_ratio: float
+    degree: int,  # p
+    spline_degree: int,  # d
+    span: float,  # length of the spans around the patch, over the yarn's radius
+    place: float,  # of the patch's middle in its span, 0 to 1
+    radius: float,  # of the patch, over the yarn's
+    poisson_ratio: float,
 ) -> np.ndarray:
     """Return the compliance (9, 9) that a space does not show of a patch, times E R.
 
     Rows and columns are moments, and for each the components along the normal, along the yarn and across it.
-
-    Parameters
-    ----------
-    degree : int
-        p.
-    spline_degree : int
-        d.
-    span : float
-        Length of the spans around the patch, over the yarn's radius.
-    place : float
-        Of the patch's middle in its span, 0 to 1.
-    radius : float
-        Of the patch, over the yarn's.
-    poisson_ratio : float
     """
     spans = int(np.ceil(APART_IN_PATCH / span))
     exact = cylinder_patch(radius, spans * span, poisson_ratio)
@@ -372,19 +337,17 @@ def _bloch_stiffness(
 # (the mean of Hertz's displacement, weighted with his pressure); what for: docs/theory.md.
 
 
-LENGTH = 6.0
-"""Of the yarn; what is missing in a space does not depend on it."""
+LENGTH = 6.0  # of the yarn; what is missing in a space does not depend on it
 
+# Place of the patch within a span: under its ends a space shows as much more as it shows less under its middle.
 PHASE = 0.25
-"""Place of the patch within a span: under its ends a space shows as much more as it shows less under its middle."""
 
+# Degree of the space that shows what is true on a patch of radius `RESOLVED`, with spans of `FINE` near the patch.
 RICH = 8
-"""Degree of the space that shows what is true on a patch of radius `RESOLVED`, with spans of `FINE` near the patch."""
 
 FINE, RESOLVED, NEAR = 0.3, 0.5, 1.2
 
-NORMAL, ALONG, ACROSS = 2, 0, 1
-"""Directions of load and displacement."""
+NORMAL, ALONG, ACROSS = 2, 0, 1  # directions of load and displacement
 
 
 @dataclass(frozen=True)
@@ -400,16 +363,13 @@ class Shown:
 
 
 class PatchedYarn:
-    """A straight yarn of unit radius and modulus along x, and its response to a patch of load at z = 1.
+    """A straight yarn of unit radius and modulus along x, and its response to a patch of load at z = 1."""
 
-    Parameters
-    ----------
-    space : YarnSpace
-        Over arc lengths from 0 to `LENGTH`.
-    poisson : float
-    """
-
-    def __init__(self, space: YarnSpace, poisson: float) -> None:
+    def __init__(
+        self,
+        space: YarnSpace,  # over arc lengths from 0 to `LENGTH`
+        poisson: float,
+    ) -> None:
         self._space = Space((space,))
         s = np.linspace(0, LENGTH, 8 * space.spline.size)
         centre = space.spline.fit(s, np.multiply.outer(s, np.eye(3)[0]))
@@ -423,17 +383,13 @@ class PatchedYarn:
         self._free = np.setdiff1d(np.arange(model.size), 3 * held[:, None] + np.arange(3))
         self._factors = factorise(stiffness[self._free][:, self._free].tocsc())
 
-    def shown(self, semiaxes: tuple[float, float], turn: float = 0.0, direction: int = NORMAL) -> Shown:
-        """Return the displacement under a unit force with Hertz's distribution on an ellipse in the yarn's middle.
-
-        Parameters
-        ----------
-        semiaxes : tuple of float
-        turn : float
-            Angle between the first one and the yarn.
-        direction : int
-            Of the force.
-        """
+    def shown(
+        self,
+        semiaxes: tuple[float, float],
+        turn: float = 0.0,  # angle between the first one and the yarn
+        direction: int = NORMAL,  # of the force
+    ) -> Shown:
+        """Return the displacement under a unit force with Hertz's distribution on an ellipse in the yarn's middle."""
         place, weight = _disc()
         x, y = (place * semiaxes).T
         along = np.cos(turn) * x - np.sin(turn) * y

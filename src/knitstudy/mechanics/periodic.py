@@ -30,8 +30,7 @@ from knitstudy.mechanics.spline_yarn.space import YarnSpace
 # plane does not turn, since E is symmetric.
 
 
-STRAINS = ("x", "y", "xy")
-"""Components in the plane; of curvatures and moments as well."""
+STRAINS = ("x", "y", "xy")  # components in the plane; of curvatures and moments as well
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,18 +50,13 @@ class Lattice:
         """What strains (3,) in the plane are multiplied with for a displacement: edges of the cell [m]."""
         return np.linalg.norm(self.vectors, axis=1)[[0, 1, 1]]
 
-    def jumps(self, number: int, nodes: np.ndarray, unity: np.ndarray) -> np.ndarray:
-        """Return the jumps (N, 3, 6) of nodes to their images by one of the vectors, for each generalised strain.
-
-        Parameters
-        ----------
-        number : int
-            Of the vector.
-        nodes : ndarray, shape (N, 3)
-            Undeformed places, or coefficients of them [m].
-        unity : ndarray, shape (N,)
-            Coefficients of the constant 1.
-        """
+    def jumps(
+        self,
+        number: int,  # of the vector
+        nodes: np.ndarray,  # (N, 3), undeformed places, or coefficients of them [m]
+        unity: np.ndarray,  # (N,), coefficients of the constant 1
+    ) -> np.ndarray:
+        """Return the jumps (N, 3, 6) of nodes to their images by one of the vectors, for each generalised strain."""
         t = self.vectors[number, :2]
         way = np.array([[t[0], 0, 0.5 * t[1]], [0, t[1], 0.5 * t[0]]])  # E t, and K t, by components of E, K
         height = nodes[:, 2] - self.reference * unity
@@ -78,18 +72,15 @@ class PeriodicModel:
 
     The last three of v are the lattice: the strains in the plane times `Lattice.lengths` [m]. What is conjugate to them
     are the forces on the edges of the cell.
-
-    Parameters
-    ----------
-    model : Model
-        Of all nodes, those of images among them; every element, tie and contact once.
-    spread : csr matrix, shape (model.size, size)
-        T, of full rank.
     """
 
     block = 3
 
-    def __init__(self, model: Model, spread: sp.csr_matrix) -> None:
+    def __init__(
+        self,
+        model: Model,  # of all nodes, those of images among them; every element, tie and contact once
+        spread: sp.csr_matrix,  # (model.size, size), T, of full rank
+    ) -> None:
         self.model, self.spread = model, spread
         self._collect = sp.csr_matrix(spread.T)
         self.size = spread.shape[1]
@@ -147,24 +138,14 @@ class PeriodicModel:
 
 
 def condensed(
-    stiffness: sp.spmatrix, fields: np.ndarray, spread: sp.csr_matrix, held: np.ndarray
+    stiffness: sp.spmatrix,  # (size, size), symmetric
+    fields: np.ndarray,  # (size, m)
+    spread: sp.csr_matrix,  # (size, n), S
+    held: np.ndarray,  # int (k,), of the n: they stay 0, so that nothing can move for nothing
 ) -> np.ndarray:
     """Return the symmetric stiffness (m, m) against the amounts of fields, u = S q + fields a, with q in balance.
 
-    Parameters
-    ----------
-    stiffness : sparse matrix, shape (size, size)
-        Symmetric.
-    fields : ndarray, shape (size, m)
-    spread : csr matrix, shape (size, n)
-        S.
-    held : ndarray of int, shape (k,)
-        Of the n: they stay 0, so that nothing can move for nothing.
-
-    Raises
-    ------
-    ConvergenceError
-        If something moves for nothing besides.
+    Raises ConvergenceError if something moves for nothing besides.
     """
     free = np.ones(spread.shape[1], dtype=bool)
     free[held] = False
@@ -186,8 +167,7 @@ def condensed(
 # so that the yarn is as smooth over the seam as it is within: d - 1 derivatives, not only the value, go on.
 
 
-ROUNDING = 1e-12
-"""Entries of R below are none."""
+ROUNDING = 1e-12  # entries of R below are none
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,10 +193,7 @@ def seam(yarn: YarnSpace) -> Seam:
 
     Of functions over the section a wrapped spline has those that all open splines have which it is made of.
 
-    Raises
-    ------
-    MeshError
-        If there are fewer spans than the degree of the splines.
+    Raises MeshError if there are fewer spans than the degree of the splines.
     """
     spline = yarn.spline
     open_from_wrapped = conversion(spline)  # (J, E + d)
@@ -239,10 +216,7 @@ def conversion(spline: Spline) -> sp.csr_matrix:
 
     Both are bases of the same functions on the yarn: R is found from their values at J places.
 
-    Raises
-    ------
-    MeshError
-        If there are fewer spans than the degree.
+    Raises MeshError if there are fewer spans than the degree.
     """
     d, low, high = spline.degree, *spline.spans.T
     if len(low) < d:

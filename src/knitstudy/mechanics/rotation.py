@@ -121,33 +121,23 @@ class Halfway:
 # R_node o.
 
 
-def force_at_nodes(force: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """Return the forces and moments (E, 4, 3) on the nodes.
-
-    Parameters
-    ----------
-    force : ndarray, shape (E, 4, 3)
-        Force and moment at the first end, then at the second [N, N m].
-    arm : ndarray, shape (E, 2, 3)
-        Current arms r from node to end [m].
-    """
+def force_at_nodes(
+    force: np.ndarray,  # (E, 4, 3), force and moment at the first end, then at the second [N, N m]
+    arm: np.ndarray,  # (E, 2, 3), current arms r from node to end [m]
+) -> np.ndarray:
+    """Return the forces and moments (E, 4, 3) on the nodes."""
     at_nodes = force.copy()
     at_nodes[:, 1::2] += np.cross(arm, force[:, 0::2])
     return at_nodes
 
 
-def stiffness_at_nodes(stiffness: np.ndarray, force: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """Return the derivative (E, 12, 12) of `force_at_nodes` with respect to (u1, w1, u2, w2) of the nodes.
-
-    Parameters
-    ----------
-    stiffness : ndarray, shape (E, 12, 12)
-        Derivative of the end forces with respect to the motion of the ends.
-    force : ndarray, shape (E, 4, 3)
-        The end forces.
-    arm : ndarray, shape (E, 2, 3)
-        Current arms [m].
-    """
+def stiffness_at_nodes(
+    # (E, 12, 12), derivative of the end forces with respect to the motion of the ends
+    stiffness: np.ndarray,
+    force: np.ndarray,  # (E, 4, 3), the end forces
+    arm: np.ndarray,  # (E, 2, 3), current arms [m]
+) -> np.ndarray:
+    """Return the derivative (E, 12, 12) of `force_at_nodes` with respect to (u1, w1, u2, w2) of the nodes."""
     lever = hat(arm)  # (E, 2, 3, 3)
     at_nodes = stiffness.copy()
     ends = ((0, slice(0, 3), slice(3, 6)), (1, slice(6, 9), slice(9, 12)))

@@ -52,8 +52,7 @@ def principal_axes(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 # Solids as a model: elements of one material, dependent nodes eliminated. Contact: `mechanics.solids_in_contact`
 # A node is what an unknown vector belongs to: a point, or a coefficient of which places are weighted sums.
 
-UNLOADED = 1e-9
-"""Mean force over E h^2 below which solids count as unloaded."""
+UNLOADED = 1e-9  # mean force over E h^2 below which solids count as unloaded
 
 
 @dataclass(frozen=True)

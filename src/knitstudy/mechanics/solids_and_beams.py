@@ -28,30 +28,17 @@ from knitstudy.mechanics.solids_in_contact import ContactState, SolidsInContact
 #
 #     f_x = f_0,    m = sum_k X_k x f_k,    g_kl = f_k . Q d_l
 
-WIDTHS = 3
-"""Unknowns e of a section [m]: how much wider it is along d_1, along d_2, and sheared in its plane."""
-
-MOTIONS = 9
-"""Place, spin and widths of a seam, and components of its three coefficients."""
+WIDTHS = 3  # unknowns e of a section [m]: how much wider it is along d_1, along d_2, and sheared in its plane
+MOTIONS = 9  # place, spin and widths of a seam, and components of its three coefficients
 
 
 @dataclass(frozen=True, eq=False)
 class Seams:
-    """Sections (S,) that nodes carry.
+    """Sections (S,) that nodes carry."""
 
-    Attributes
-    ----------
-    section : ndarray of int, shape (S, 3)
-        Nodes of the solids: mean and linear moments of every section.
-    node : ndarray of int, shape (S,)
-        Nodes of the beams.
-    arms : ndarray, shape (S, 2, 3)
-        X_1 and X_2 in the reference, of equal length and at right angles [m].
-    """
-
-    section: np.ndarray
-    node: np.ndarray
-    arms: np.ndarray
+    section: np.ndarray  # int (S, 3), nodes of the solids: mean and linear moments of every section
+    node: np.ndarray  # int (S,), nodes of the beams
+    arms: np.ndarray  # (S, 2, 3), X_1 and X_2 in the reference, of equal length and at right angles [m]
 
     @property
     def count(self) -> int:
@@ -63,18 +50,13 @@ class Seams:
         widened = self.arms + np.einsum("sw,wkl,sli->ski", width, _WIDENING, self._directors)
         return np.einsum("sij,skj->ski", rotation, widened)
 
-    def displacement(self, position: np.ndarray, rotation: np.ndarray, width: np.ndarray) -> np.ndarray:
-        """Return how far the three coefficients (S, 3, 3) are from those of a node at the reference place X_0.
-
-        Parameters
-        ----------
-        position : ndarray, shape (S, 3)
-            Of the nodes, less where they were [m].
-        rotation : ndarray, shape (S, 3, 3)
-            Of the nodes.
-        width : ndarray, shape (S, 3)
-            e [m].
-        """
+    def displacement(
+        self,
+        position: np.ndarray,  # (S, 3), of the nodes, less where they were [m]
+        rotation: np.ndarray,  # (S, 3, 3), of the nodes
+        width: np.ndarray,  # (S, 3), e [m]
+    ) -> np.ndarray:
+        """Return how far the three coefficients (S, 3, 3) are from those of a node at the reference place X_0."""
         moments = self.arms_at(rotation, width) - self.arms
         return np.concatenate([position[:, None], moments], axis=1)
 
@@ -112,8 +94,8 @@ class Seams:
         return np.einsum("sij,wkl,slj->skiw", rotation, _WIDENING, self._directors)
 
 
+# E of each of the widths.
 _WIDENING = np.array([[[1.0, 0.0], [0.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]], [[0.0, 1.0], [1.0, 0.0]]])
-"""E of each of the widths."""
 
 
 # Solids and beams as one model: sections of the solids are carried by nodes of the beams (`Seams`)
@@ -154,20 +136,17 @@ class MixedStateAllTouching(MixedState):
 
 
 class SolidsAndBeams:
-    """Solids, and beams whose nodes carry sections of them.
-
-    Parameters
-    ----------
-    solids : SolidModel
-        No node of it depends on others.
-    beams : BeamModel or TouchingBeams
-    seams : Seams
-        Every solid node belongs to one at most, and its node stands where the section's mean is.
-    """
+    """Solids, and beams whose nodes carry sections of them."""
 
     block = 1  # two kinds of nodes have no common block
 
-    def __init__(self, solids: SolidModel, beams: BeamModel | TouchingBeams, seams: Seams) -> None:
+    def __init__(
+        self,
+        solids: SolidModel,  # no node of it depends on others
+        beams: BeamModel | TouchingBeams,
+        # every solid node belongs to one at most, and its node stands where the section's mean is
+        seams: Seams,
+    ) -> None:
         self.solids, self.beams, self.seams = solids, beams, seams
         free = np.ones(solids.size // 3, dtype=bool)
         free[seams.section.ravel()] = False
@@ -256,12 +235,7 @@ class SolidsAndBeams:
         return both[..., :3], both[..., 3:]
 
     def _tangent(
-        self,
-        solids: Response,
-        beams: Response,
-        state: MixedState,
-        slope: np.ndarray,
-        at_sections: np.ndarray,
+        self, solids: Response, beams: Response, state: MixedState, slope: np.ndarray, at_sections: np.ndarray
     ) -> sp.csr_matrix:
         rotation = state.frame.rotation[self.seams.node]
         turning = self.seams.turning(rotation, state.width, at_sections.reshape(-1, 3, 3))

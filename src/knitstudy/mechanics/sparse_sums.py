@@ -130,22 +130,15 @@ def block_entries(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
 
 
 class SpanSum:
-    """The sum of one batch.
-
-    Parameters
-    ----------
-    first : ndarray of int, shape (e,)
-        First node of the elements, rising.
-    width : int
-        a; nodes of an element.
-    indptr, indices : ndarray of int
-        Of the pattern, which has all pairs of nodes of an element, columns sorted.
-    alone : ndarray of bool, shape (n,)
-        Rows that no other batch touches.
-    """
+    """The sum of one batch."""
 
     def __init__(
-        self, first: np.ndarray, width: int, indptr: np.ndarray, indices: np.ndarray, alone: np.ndarray
+        self,
+        first: np.ndarray,  # int (e,), first node of the elements, rising
+        width: int,  # a; nodes of an element
+        indptr: np.ndarray,  # of the pattern, which has all pairs of nodes of an element, columns sorted
+        indices: np.ndarray,  # likewise
+        alone: np.ndarray,  # bool (n,), rows that no other batch touches
     ) -> None:
         rows = touched_rows(first, width)
         count = np.diff(indptr)[rows]
@@ -236,15 +229,12 @@ def _rounds(first: np.ndarray, width: int) -> int:
 
 
 class TiedBlocks:
-    """Collects matrices over all nodes to retained ones.
+    """Collects matrices over all nodes to retained ones."""
 
-    Parameters
-    ----------
-    transformation : csr matrix, shape (N, n)
-        T: every node as a weighted sum of retained nodes.
-    """
-
-    def __init__(self, transformation: sp.csr_matrix) -> None:
+    def __init__(
+        self,
+        transformation: sp.csr_matrix,  # (N, n), T: every node as a weighted sum of retained nodes
+    ) -> None:
         self._transformation, self._kept = transformation, transformation.shape[1]
         # The retained node that a node is, or -1 if it depends on several.
         self._itself = np.full(transformation.shape[0], -1)

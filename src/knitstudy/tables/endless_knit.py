@@ -45,7 +45,6 @@ SQUARES = [f"{stem}-*" for stem in CELLS] + [SERIES[stem] for stem in CELLS if S
     "cell",
     "Forces per width of an endless knit",
     results={"cells": several("simulation", "cell-*")},
-    scenes=True,
     order=5.8,
 )
 def tabulate_cells(cells: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
@@ -100,7 +99,6 @@ def _slope(history: xr.Dataset, kind: str, free: bool) -> float:
         "squares": several("simulation", *SQUARES, fewest=3),
         "cells": several("simulation", *CELLS.values()),
     },
-    scenes=True,
     order=5.85,
 )
 def tabulate_limits(
@@ -151,11 +149,7 @@ def _limits(
 
 
 @TABLES.add(
-    "shell",
-    "An endless knit as a shell",
-    results={"cells": several("simulation", "cell-*")},
-    scenes=True,
-    order=5.9,
+    "shell", "An endless knit as a shell", results={"cells": several("simulation", "cell-*")}, order=5.9
 )
 def tabulate_shells(cells: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one row for every cell that differs at rest: the symmetric stiffness in the order of Abaqus.

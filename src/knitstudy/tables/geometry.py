@@ -35,7 +35,6 @@ SWEEPS = {SPACING: "course spacing", DIAMETER: "yarn diameter"}
     "geometry",
     "Unit cell before and after optimisation",
     results={"geometry": solid("geometry", "tie-course")},
-    files=("targets",),
     order=14,
 )
 def tabulate_unit_cell(geometry: xr.Dataset, targets: dict) -> pd.DataFrame:
@@ -88,8 +87,6 @@ def _target(targets: dict, name: str | None) -> float:
         "drawn": several("simulation", *of_case("tie-course", DRAWN), *of_case("isotropic-course", DRAWN)),
         "sweeps": several("simulation", "sweep-*"),
     },
-    files=("reference",),
-    scenes=True,
     order=13,
 )
 def tabulate_sweeps(

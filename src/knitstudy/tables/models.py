@@ -46,12 +46,7 @@ WINDOWS = {
 
 
 @TABLES.add(
-    "rom_distance",
-    "Models and the reference",
-    results={"models": several("simulation", *MODELS)},
-    files=("reference",),
-    scenes=True,
-    order=1,
+    "rom_distance", "Models and the reference", results={"models": several("simulation", *MODELS)}, order=1
 )
 def tabulate_models(
     models: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
@@ -71,12 +66,7 @@ def tabulate_models(
 
 
 @TABLES.add(
-    "beams",
-    "Beams in contact and solid yarns",
-    results={"models": several("simulation", *MODELS)},
-    files=("reference",),
-    scenes=True,
-    order=8,
+    "beams", "Beams in contact and solid yarns", results={"models": several("simulation", *MODELS)}, order=8
 )
 def tabulate_beams(
     models: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
@@ -159,7 +149,6 @@ def tabulate_interactions(
         "full": several("simulation", *WINDOWS.values()),
         "full_contacts": several("contacts", *WINDOWS.values()),
     },
-    scenes=True,
     order=5.8,
 )
 def tabulate_windows(

@@ -37,13 +37,7 @@ Found = list[tuple[RefinementSeries, dict[str, float]]]
 """Refinement series with the values of their scenes."""
 
 
-@TABLES.add(
-    "reference",
-    "The reference: limits of independent discretisations",
-    results=RESULTS,
-    scenes=True,
-    order=16,
-)
+@TABLES.add("reference", "The reference: limits of independent discretisations", results=RESULTS, order=16)
 def tabulate(
     histories: Mapping[str, xr.Dataset], contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
 ) -> pd.DataFrame:
@@ -54,13 +48,7 @@ def tabulate(
     return limits(values_of(histories, contacts), scenes)
 
 
-@TABLES.add(
-    "reference_ways",
-    "How discretisations tend to the reference",
-    results=RESULTS,
-    scenes=True,
-    order=17,
-)
+@TABLES.add("reference_ways", "How discretisations tend to the reference", results=RESULTS, order=17)
 def tabulate_series(
     histories: Mapping[str, xr.Dataset], contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
 ) -> pd.DataFrame:

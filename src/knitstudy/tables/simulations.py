@@ -70,7 +70,6 @@ STABILISATION, STABILISATION_AT_END = 0.05, 0.01
     "responses",
     "Every simulation of a knit",
     results={"every": several("simulation", "*", where=is_whole_knit)},
-    scenes=True,
     order=9,
 )
 def tabulate_responses(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:

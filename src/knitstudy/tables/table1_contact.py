@@ -34,8 +34,6 @@ BOTH_WAYS = "Gauss points to smooth surface, finite sliding, both ways with half
     "table1_contact",
     "Table 1: contact and friction",
     results={"dns": solid("simulation", "isotropic-course")},
-    files=("paper",),
-    scenes=True,
     order=3,
 )
 def tabulate(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) -> pd.DataFrame:

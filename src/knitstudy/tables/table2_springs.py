@@ -46,8 +46,6 @@ COLUMNS = {"x": "kx", "y": "ky", "z": "kz", "normal": "normal to contact", "tang
     "table2_springs",
     "Table 2: all springs that stand for contact",
     results={"contacts": several("contacts", *TOUCHING)},
-    files=("paper",),
-    scenes=True,
     order=5,
 )
 def tabulate(
@@ -104,12 +102,7 @@ def _over_crossings(statistic: Callable, found: Springs) -> list[float]:
 
 
 @TABLES.add(
-    "springs",
-    "Table 2 at a glance: springs",
-    results={"contacts": several("contacts", *TOUCHING)},
-    files=("paper",),
-    scenes=True,
-    order=4,
+    "springs", "Table 2 at a glance: springs", results={"contacts": several("contacts", *TOUCHING)}, order=4
 )
 def tabulate_averages(
     contacts: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]

@@ -34,12 +34,7 @@ KNITS = several("simulation", *SQUARES, fewest=12)
 
 
 @TABLES.add(
-    "table3_domain_size",
-    "Table 3: cost of square knits of rising size",
-    results={"domain": KNITS},
-    files=("paper",),
-    scenes=True,
-    order=5,
+    "table3_domain_size", "Table 3: cost of square knits of rising size", results={"domain": KNITS}, order=5
 )
 def tabulate(
     domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], paper: pd.DataFrame
@@ -90,11 +85,7 @@ def _of_paper(scene: Scene, paper: pd.DataFrame) -> dict:
 
 
 @TABLES.add(
-    "domain_growth",
-    "Growth of cost with the size of the domain",
-    results={"domain": KNITS},
-    scenes=True,
-    order=5.5,
+    "domain_growth", "Growth of cost with the size of the domain", results={"domain": KNITS}, order=5.5
 )
 def tabulate_growth(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
     """Return one row for every series: how unknowns, memory and time grow."""
@@ -122,7 +113,6 @@ def tabulate_growth(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene
     "domain_response",
     "Response of square knits of rising size",
     results={"domain": KNITS, "domain_contacts": several("contacts", *SQUARES)},
-    scenes=True,
     order=5.7,
 )
 def tabulate_response(

@@ -54,8 +54,6 @@ _SOLIDS = tuple(name for case in CASES for name in of_case(case, (*SOLIDS, *OTHE
         "contacts": solid("contacts", "tie-course"),
         "stresses": several("stress", *_SOLIDS, optional=True),
     },
-    files=("paper",),
-    scenes=True,
     order=6,
 )
 def tabulate(
@@ -120,7 +118,6 @@ def _row(honeycomb: str, kind: str, angle: np.ndarray, theirs: np.ndarray) -> di
     "segment_stress",
     "Stress averaged over the segments of the centre cell",
     results={"stresses": several("stress", *_SOLIDS)},
-    scenes=True,
     order=6.5,
 )
 def tabulate_stress(stresses: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
@@ -159,7 +156,6 @@ def _stress(segment: xr.Dataset) -> dict[str, float]:
     "cut_forces",
     "Forces from averaged stresses and of the grips",
     results={"geometry": solid("geometry", "tie-course"), "stresses": several("stress", *_SOLIDS)},
-    scenes=True,
     order=6.6,
 )
 def tabulate_cut_forces(

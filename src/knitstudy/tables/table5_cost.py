@@ -27,12 +27,7 @@ COLUMNS = [
 
 
 @TABLES.add(
-    "table5_cost",
-    "Table 5: cost of the models",
-    results={"models": several("simulation", *MODELS)},
-    files=("paper", "reference"),
-    scenes=True,
-    order=7,
+    "table5_cost", "Table 5: cost of the models", results={"models": several("simulation", *MODELS)}, order=7
 )
 def tabulate(
     models: Mapping[str, xr.Dataset],

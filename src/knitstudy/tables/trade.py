@@ -64,14 +64,7 @@ RESULTS = {
 }
 
 
-@TABLES.add(
-    "trade",
-    "What accuracy costs: all points",
-    results=RESULTS,
-    files=("reference",),
-    scenes=True,
-    order=20,
-)
+@TABLES.add("trade", "What accuracy costs: all points", results=RESULTS, order=20)
 def tabulate(
     every: Mapping[str, xr.Dataset],
     every_contacts: Mapping[str, xr.Dataset],

@@ -37,8 +37,6 @@ BASE = "none"
         "contacts": several("contacts", *CONTACTS, optional=True),
         "stresses": several("stress", *STRESSES, optional=True),
     },
-    files=("paper", "reference", "claims"),
-    scenes=True,
     order=15,
 )
 def tabulate(
@@ -118,8 +116,6 @@ def _hanging(evidence: Evidence) -> dict[str, str]:
         "variations_contacts": several("contacts", *VARIED, fewest=4),
         "geometry": solid("geometry", "isotropic-course"),
     },
-    files=("paper", "reference"),
-    scenes=True,
     order=16,
 )
 def tabulate_inputs(

@@ -15,14 +15,7 @@ from knitstudy.measures.centre_cell import (
     snapshots,
     zones_of_cell,
 )
-from knitstudy.measures.claims.evidence import (
-    Evidence,
-    Judgement,
-    at_full_strain,
-    lacking,
-    not_run,
-    verdict,
-)
+from knitstudy.measures.claims.evidence import Evidence, Judgement, at_full_strain, lacking, not_run, verdict
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.history_checks import stabilisation_share

@@ -18,28 +18,23 @@ from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
 from knitstudy.mechanics.spline_yarn.space import Space
 
-CHUNK = 1_000
-"""Pairs of stations that are expanded at once; bounds the memory."""
+CHUNK = 1_000  # pairs of stations that are expanded at once; bounds the memory
 
 
 class Cylinders:
     """The surfaces of solid yarns; see `surface.Surfaces`.
 
     Parameters are arc length and angle, both in units of the arc 2 pi R / `angles`.
-
-    Parameters
-    ----------
-    space : Space
-        All of its splines of one degree.
-    radius : float
-        R of the yarns [m].
-    along : sequence of ndarray, shape (m + 1,)
-        Arc lengths [m] of the edges of cells of every yarn, its ends included.
-    angles : int
-        Cells around.
     """
 
-    def __init__(self, space: Space, radius: float, along: list[np.ndarray], angles: int) -> None:
+    def __init__(
+        self,
+        space: Space,  # all of its splines of one degree
+        radius: float,  # R of the yarns [m]
+        # (m + 1,), arc lengths [m] of the edges of cells of every yarn, its ends included
+        along: list[np.ndarray],
+        angles: int,  # cells around
+    ) -> None:
         yarns = len(space.yarns)
         self.closed, self.offset = np.ones(yarns, dtype=bool), np.zeros(yarns)
         self.cells = np.array([[len(edges) - 1, angles] for edges in along])

@@ -16,14 +16,14 @@ from knitstudy.mechanics.contact.search import Candidates, Search
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.contact.tangent import CHUNK
 
+# Distance up to which two rings share a neighbourhood, over the reach of a ring: two radii of yarns, and three.
 WIDTH = 5.0
-"""Distance up to which two rings share a neighbourhood, over the reach of a ring: two radii of yarns, and three."""
 
+# Squared extents of a neighbourhood, over its largest, below which it has none: a straight yarn is no solid.
 FLAT = 1e-9
-"""Squared extents of a neighbourhood, over its largest, below which it has none: a straight yarn is no solid."""
 
+# Of a box: where it takes the upper one of its limits.
 CORNERS = np.array(list(np.ndindex(2, 2, 2)), dtype=bool)
-"""Of a box: where it takes the upper one of its limits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,21 +67,18 @@ class _Maps:
 class Neighbourhoods:
     """Boxes of space, each with those around it.
 
-    Parameters
-    ----------
-    surfaces : Surfaces
-    carriers : ndarray, shape (M, 3)
-        Where neighbours are looked for [m].
-    reach : float
-        Largest distance of a ring's places from its middle [m].
-
     Attributes
     ----------
     of_ring : ndarray of int, shape (R,)
         Box of every ring.
     """
 
-    def __init__(self, surfaces: Surfaces, carriers: np.ndarray, reach: float) -> None:
+    def __init__(
+        self,
+        surfaces: Surfaces,
+        carriers: np.ndarray,  # (M, 3), where neighbours are looked for [m]
+        reach: float,  # largest distance of a ring's places from its middle [m]
+    ) -> None:
         self._surfaces = surfaces
         rings, controls = surfaces.centres(carriers), surfaces.controls(carriers).mean(axis=1)
         self._origin = controls.mean(axis=0)
@@ -175,35 +172,28 @@ class Followed:
 
 
 class Following:
-    """Follows the pairs that may touch.
+    """Follows the pairs that may touch."""
 
-    Parameters
-    ----------
-    search : Search
-    margin : float
-        Distance up to which pairs are followed [m]; the search is repeated when others could touch.
-    angles : bool
-        Whether the angles between the lines of both surfaces are asked for.
-    """
-
-    def __init__(self, search: Search, margin: float, angles: bool) -> None:
+    def __init__(
+        self,
+        search: Search,
+        # distance up to which pairs are followed [m]; the search is repeated when others could touch
+        margin: float,
+        angles: bool,  # whether the angles between the lines of both surfaces are asked for
+    ) -> None:
         self._search, self._margin, self._with_angles = search, margin, angles
         self._kept: Followed | None = None
 
     def may_touch(
-        self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory
+        self,
+        carriers: np.ndarray,  # (M, 3), of the surfaces, now and at the last converged increment [m]
+        before: np.ndarray,  # likewise
+        history: ContactHistory,  # of that increment
     ) -> tuple[Followed, np.ndarray, np.ndarray]:
         """Return all pairs that are followed, which (k,) of them can touch, and their least gaps (c,) [m].
 
         Those cannot whose surfaces have moved too little since their gap was last known to close it. Of the others it
         is known where they were, and at what angles.
-
-        Parameters
-        ----------
-        carriers, before : ndarray, shape (M, 3)
-            Of the surfaces, now and at the last converged increment [m].
-        history : ContactHistory
-            Of that increment.
         """
         followed = self._kept = self._all(carriers, before, history)
         every = followed.history
@@ -217,16 +207,13 @@ class Following:
         self._kept = replace(self._kept, least=least, seen=carriers)
 
     def go_on(
-        self, history: ContactHistory, successor: ContactHistory, before: np.ndarray | None = None
+        self,
+        history: ContactHistory,
+        successor: ContactHistory,
+        # (M, 3), where carriers were at the increment that this has ended [m]; left out within one
+        before: np.ndarray | None = None,
     ) -> None:
-        """Go on with the pairs of one search under the history that follows.
-
-        Parameters
-        ----------
-        history, successor : ContactHistory
-        before : ndarray, shape (M, 3), optional
-            Where carriers were at the increment that this has ended [m]; left out within one.
-        """
+        """Go on with the pairs of one search under the history that follows."""
         if self._kept is None or self._kept.history is not history:
             return
         anew = {} if before is None else {"before": before, "angle": np.full(len(successor.xi), np.nan)}

@@ -100,19 +100,14 @@ def joined(one: ContactHistory, other: ContactHistory) -> ContactHistory:
 
 
 def same_pair(
-    point: np.ndarray, surface: np.ndarray, arc: np.ndarray, old: ContactHistory, old_arc: np.ndarray
+    point: np.ndarray,  # int (k,)
+    surface: np.ndarray,  # int (k,)
+    # (k,), arc lengths of their closest points, in units of what two pieces of a surface are apart at least
+    arc: np.ndarray,
+    old: ContactHistory,
+    old_arc: np.ndarray,  # (c,), arc lengths of its closest points likewise
 ) -> np.ndarray:
-    """Return for pairs found anew the same pair of an older history, or -1: the same point on the same piece.
-
-    Parameters
-    ----------
-    point, surface : ndarray of int, shape (k,)
-    arc : ndarray, shape (k,)
-        Arc lengths of their closest points, in units of what two pieces of a surface are apart at least.
-    old : ContactHistory
-    old_arc : ndarray, shape (c,)
-        Arc lengths of its closest points likewise.
-    """
+    """Return for pairs found anew the same pair of an older history, or -1: the same point on the same piece."""
     if not len(old.point) or not len(point):
         return np.full(len(point), -1)
     count = 1 + max(surface.max(), old.surface.max())
@@ -128,8 +123,7 @@ def same_pair(
 # the point last stuck, and at most mu p. With mu = inf nothing ever slips: rough contact. With mu = 0 there is no
 # friction. Signs: a traction t acts with +t on the internal force of the point's own side, as its gap does.
 
-OPEN, STICK, SLIP = 0, 1, 2
-"""Status of a contact point."""
+OPEN, STICK, SLIP = 0, 1, 2  # status of a contact point
 
 
 @dataclass(frozen=True)

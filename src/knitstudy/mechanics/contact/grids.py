@@ -19,28 +19,17 @@ from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil, interpol
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Nodes that one surface goes through.
+    """Nodes that one surface goes through."""
 
-    Attributes
-    ----------
-    nodes : ndarray of int, shape (m, a)
-        Node numbers, at least 2 by 2; the normal (around x along) points outward.
-    closed : bool
-        Whether the last column is followed by the first.
-    stretch : float
-        Length of the tangents around, over Catmull and Rom's; see `circular_stretch`.
-    offset : float
-        How far inside of the interpolated surface the contact surface lies [m]: a polygon inflated to the area of
-        its circle has its nodes outside of the circle.
-    chords : ndarray, shape (m, a, 2), optional
-        Where angles are not equal: what the chords before and behind a node contribute to its tangent around, in place
-        of half the stretch each; see `circular_chords`.
-    """
-
+    # int (m, a), node numbers, at least 2 by 2; the normal (around x along) points outward
     nodes: np.ndarray
-    closed: bool = True
+    closed: bool = True  # whether the last column is followed by the first
+    # how far inside of the interpolated surface the contact surface lies [m]: a polygon inflated to the area of
+    # its circle has its nodes outside of the circle
     offset: float = 0.0
-    stretch: float = 1.0
+    stretch: float = 1.0  # length of the tangents around, over Catmull and Rom's; see `circular_stretch`
+    # (m, a, 2), where angles are not equal: what the chords before and behind a node contribute to its tangent
+    # around, in place of half the stretch each; see `circular_chords`
     chords: np.ndarray | None = None
 
 
@@ -50,16 +39,13 @@ def circular_stretch(angles: int) -> float:
     return float(4 * (1 - np.cos(step / 2)) / (np.sin(step) * np.sin(step / 2)))
 
 
-def circular_chords(angles: np.ndarray) -> np.ndarray:
+def circular_chords(
+    angles: np.ndarray,  # (m, a), increasing in every row, once around [rad]
+) -> np.ndarray:
     """Return the shares (m, a, 2) of the chords before and behind every node of a circle in its tangent.
 
     Tangents touch the circle then. Their length is the harmonic mean of those, 4 tan(step / 4), with which each of
     the two pieces would have its middle on the circle.
-
-    Parameters
-    ----------
-    angles : ndarray, shape (m, a)
-        Increasing in every row, once around [rad].
     """
     ahead = np.mod(np.roll(angles, -1, axis=1) - angles, 2 * np.pi)
     behind = np.roll(ahead, 1, axis=1)
@@ -252,5 +238,5 @@ _TANGENTS = _with_derivatives(
 )
 """What the nodes themselves and the tangents at them contribute. Rows: powers of t; columns: the four nodes."""
 
+# What the tangents at the two nodes of a piece contribute, of any length. Columns: the two nodes.
 _HERMITE = _with_derivatives(np.array([[0.0, 0.0], [1.0, 0.0], [-2.0, -1.0], [1.0, 1.0]]))
-"""What the tangents at the two nodes of a piece contribute, of any length. Columns: the two nodes."""

@@ -75,32 +75,26 @@ def _integrals(ratio: float) -> tuple[float, float, float]:
 # t is tabulated as its share of the stiffness dp/dD across the surface, 1 / m where the patch is small. Stick is
 # remembered as a traction: a growing pressure adds stiffness, but no traction.
 
+# Angles between the axes for which the law is computed; it is interpolated between, and below it is the first.
 ANGLES = np.radians([15.0, 22.5, 30.0, 45.0, 60.0, 90.0])
-"""Angles between the axes for which the law is computed; it is interpolated between, and below it is the first."""
 
+# Depth over the radius below which the pressure begins smoothly; the law is that of a gap larger by as much.
 SOFT = 1e-4
-"""Depth over the radius below which the pressure begins smoothly; the law is that of a gap larger by as much."""
 
+# Larger semiaxes of Hertz's ellipses, over the radius, under whose forces the law is computed.
 LOADS = 0.04 * 1.15 ** np.arange(26)
-"""Larger semiaxes of Hertz's ellipses, over the radius, under whose forces the law is computed."""
 
-WIDEST = 0.8
-"""Largest extent across the yarn of the patch, over the radius."""
+WIDEST = 0.8  # largest extent across the yarn of the patch, over the radius
+FLATTENED = 0.3  # smallest curvature that the space may leave of the gap's, over that of the cylinders
 
-FLATTENED = 0.3
-"""Smallest curvature that the space may leave of the gap's, over that of the cylinders."""
-
+# Largest slope of the pressure over E / R: where the space shows all, the law is a penalty as stiff.
 STIFFEST = 15.0
-"""Largest slope of the pressure over E / R: where the space shows all, the law is a penalty as stiff."""
 
+# Smallest slope over pressure by depth, that of half spaces: with less the patch is no paraboloid any more.
 LEAST = 0.5
-"""Smallest slope over pressure by depth, that of half spaces: with less the patch is no paraboloid any more."""
 
-REMAINDER = 0.1
-"""Smallest compliance along the surface that a patch is left with, over that of half spaces."""
-
-STEEPEST = 2.0
-"""Largest power of the depth with which that stiffness rises; a half of half spaces."""
+REMAINDER = 0.1  # smallest compliance along the surface that a patch is left with, over that of half spaces
+STEEPEST = 2.0  # largest power of the depth with which that stiffness rises; a half of half spaces
 
 PIECES = 24
 
@@ -207,12 +201,7 @@ class Indentation:
         )
         f = np.where(q > last, beyond, f)
         return np.stack(
-            [
-                f[0],
-                f[1] * q1,
-                f[2] * q1**2 + f[1] * q2,
-                f[3] * q1**3 + 3 * f[2] * q1 * q2 + f[1] * q3,
-            ]
+            [f[0], f[1] * q1, f[2] * q1**2 + f[1] * q2, f[3] * q1**3 + 3 * f[2] * q1 * q2 + f[1] * q3]
         )
 
 

@@ -17,8 +17,7 @@ from knitstudy.mechanics.contact.surface import Projection, Stencil, Surfaces
 from knitstudy.mechanics.contact.tangent import CellPairs, Quadrature
 from knitstudy.mechanics.contact.tangent import stiffness as tangent
 
-PASS_SHARE = 0.5
-"""Each of the two surfaces' points carries half of the contact stiffness."""
+PASS_SHARE = 0.5  # each of the two surfaces' points carries half of the contact stiffness
 
 
 # Contact of smooth surfaces: Gauss points of each against the other, both ways with half the stiffness each

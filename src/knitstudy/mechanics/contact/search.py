@@ -16,12 +16,12 @@ from knitstudy.mechanics.contact.friction import ContactHistory
 from knitstudy.mechanics.contact.surface import Projection, Stencil, Surfaces, follows, project
 from knitstudy.mechanics.contact.tangent import CHUNK, Quadrature
 
+# Cells or rings whose neighbours are held at a time: of each some tens are near, nearly all on its own yarn.
 AT_ONCE = 16_384
-"""Cells or rings whose neighbours are held at a time: of each some tens are near, nearly all on its own yarn."""
 
 
+# Parameters by which closest places of a cell's points may be guessed apart from that of its middle.
 FARTHEST = 2.0
-"""Parameters by which closest places of a cell's points may be guessed apart from that of its middle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,17 +42,6 @@ class Search:
     half a turn around the section along the yarn are left out, which only a yarn bent to less than its own radius
     could bring together. A point that is near two separate pieces of one surface faces both.
 
-    Parameters
-    ----------
-    surfaces : Surfaces
-    quadrature : Quadrature
-    carriers : ndarray, shape (M, 3)
-        Of the undeformed surfaces [m].
-    meets : ndarray of bool, shape (G, G)
-        Which surfaces may touch; symmetric.
-    pieces : ndarray of int, shape (R,), optional
-        A number for every ring: those with the same one, unless it is negative, do not touch.
-
     Attributes
     ----------
     reach : float
@@ -63,8 +52,9 @@ class Search:
         self,
         surfaces: Surfaces,
         quadrature: Quadrature,
-        carriers: np.ndarray,
-        meets: np.ndarray,
+        carriers: np.ndarray,  # (M, 3), of the undeformed surfaces [m]
+        meets: np.ndarray,  # bool (G, G), which surfaces may touch; symmetric
+        # int (R,), A number for every ring: those with the same one, unless it is negative, do not touch
         pieces: np.ndarray | None = None,
     ) -> None:
         self.surfaces, self.quadrature, self.meets = surfaces, quadrature, meets

@@ -15,8 +15,8 @@ from knitstudy.mechanics.batches import share
 # the angle times splines along a yarn (`cylinders`). What moves the carriers and what collects their forces is the
 # surfaces' own affair.
 
+# Orders of the derivatives whose weights a stencil has.
 ALONG, AROUND = [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]
-"""Orders of the derivatives whose weights a stencil has."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,17 +174,16 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
 
 # Closest points on smooth surfaces, for many points at once (section 6 of the formulation: tau_a . (x - y) = 0)
 
+# Newton steps after which a point counts as having no closest point within the surface's edges.
 ITERATIONS = 40
-"""Newton steps after which a point counts as having no closest point within the surface's edges."""
 
+# Last Newton step, in units of the parameters, at which the closest point is found; the next one would be rounding.
 ACCURACY = 1e-11
-"""Last Newton step, in units of the parameters, at which the closest point is found; the next one would be rounding."""
 
-CHUNK = 2_000
-"""Points that a thread projects at once; bounds the memory of stencils."""
+CHUNK = 2_000  # points that a thread projects at once; bounds the memory of stencils
 
+# Step between the same whole numbers after which the next one of a converging Newton's method would be rounding.
 QUADRATIC = 1e-6
-"""Step between the same whole numbers after which the next one of a converging Newton's method would be rounding."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,8 +13,7 @@ from knitstudy.mechanics.contact.surface import Kinematics, Projection, Stencil,
 
 # Gauss points on smooth surfaces: where contact is checked, and the area that each point stands for
 
-CHUNK = 20_000
-"""Points evaluated at once; bounds the memory of stencils."""
+CHUNK = 20_000  # points evaluated at once; bounds the memory of stencils
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,26 +84,14 @@ def _stretch(surfaces: Surfaces, surface: np.ndarray, xi: np.ndarray, carriers: 
 
 # The derivative of contact's forces: points' tangents, summed over the carriers of both surfaces
 
-BLOCKS = 9
-"""Entries of a block of two carriers."""
+BLOCKS = 9  # entries of a block of two carriers
 
+# Numbers in the products of pairs of cells that are formed at once; bounds the memory.
 TANGENT_CHUNK = 1_000_000
-"""Numbers in the products of pairs of cells that are formed at once; bounds the memory."""
 
 
 class CellPairs:
     """Pairs of cells that touch each other, and the pattern of the matrix that couples their carriers.
-
-    Parameters
-    ----------
-    key : ndarray of int, shape (g, 2)
-        Keys of the stencils on both sides.
-    nodes : ndarray of int, shape (g, c)
-        Carriers of both sides.
-    block : int
-        Carriers of a run; c is a multiple.
-    count : int
-        Number of all carriers.
 
     Attributes
     ----------
@@ -112,7 +99,13 @@ class CellPairs:
         Pattern over runs of carriers, as of a CSR matrix.
     """
 
-    def __init__(self, key: np.ndarray, nodes: np.ndarray, block: int, count: int) -> None:
+    def __init__(
+        self,
+        key: np.ndarray,  # int (g, 2), keys of the stencils on both sides
+        nodes: np.ndarray,  # int (g, c), carriers of both sides
+        block: int,  # carriers of a run; c is a multiple
+        count: int,  # number of all carriers
+    ) -> None:
         self.key, self.block = key, block
         runs, total = nodes[:, ::block] // block, count // block
         self.width = runs.shape[1]  # r
@@ -124,18 +117,13 @@ class CellPairs:
         most = max(1, TANGENT_CHUNK // (BLOCKS * nodes.shape[1] ** 2))
         self._chunks = [_Chunk.of(low, place[low : low + most]) for low in range(0, len(key), most)]
 
-    def sum(self, rows: np.ndarray, inner: np.ndarray, pair: np.ndarray) -> np.ndarray:
-        """Return sum over points of V^T B V, as blocks (nnz, b b, 9) of the pattern.
-
-        Parameters
-        ----------
-        rows : ndarray, shape (a, m, c)
-            V of every point.
-        inner : ndarray, shape (a, m, 9, m)
-            B, for every entry of a block.
-        pair : ndarray of int, shape (a,)
-            The pair of cells that every point belongs to.
-        """
+    def sum(
+        self,
+        rows: np.ndarray,  # (a, m, c), V of every point
+        inner: np.ndarray,  # (a, m, 9, m), B, for every entry of a block
+        pair: np.ndarray,  # int (a,), the pair of cells that every point belongs to
+    ) -> np.ndarray:
+        """Return sum over points of V^T B V, as blocks (nnz, b b, 9) of the pattern."""
         m, c, r, b = *rows.shape[1:], self.width, self.block
         order = np.argsort(pair, kind="stable")
         many = np.bincount(pair, minlength=len(self.key))
@@ -174,29 +162,17 @@ class _Chunk:
 
 def stiffness(
     points: ContactPoints,
-    weight: np.ndarray,
-    own: Stencil,
-    other: Stencil,
-    block: int,
-    count: int,
-    before: CellPairs | None = None,
+    weight: np.ndarray,  # (a,), area that each touching point stands for in its pass [m2]
+    own: Stencil,  # of the touching points on their own surfaces and of their closest points
+    other: Stencil,  # likewise
+    block: int,  # as of `CellPairs`
+    count: int,  # as of `CellPairs`
+    before: CellPairs | None = None,  # pattern of an earlier tangent, used again if the same cells touch
 ) -> tuple[np.ndarray, np.ndarray, CellPairs]:
     """Return the tangent and its symmetric positive part as blocks (nnz, b b, 9), and the pattern of both.
 
     Points of one cell that face one cell share their carriers: the rows of all of them, one below the other, make one
     product V^T (B V) a pair of cells.
-
-    Parameters
-    ----------
-    points : ContactPoints
-    weight : ndarray, shape (a,)
-        Area that each touching point stands for in its pass [m2].
-    own, other : Stencil
-        Of the touching points on their own surfaces and of their closest points.
-    block, count : int
-        As of `CellPairs`.
-    before : CellPairs, optional
-        Pattern of an earlier tangent, used again if the same cells touch.
     """
     active = points.active
     inner, positive = _point_tangents(points, active)

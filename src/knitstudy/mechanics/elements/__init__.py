@@ -27,17 +27,10 @@ class ElementResponse:
 
 
 class Elements(Protocol):
-    """Elements of n nodes each, a batch that answers for any slice of itself, from several threads at once.
-
-    Attributes
-    ----------
-    material : Material
-    volume : ndarray, shape (E,)
-        Undeformed [m3].
-    """
+    """Elements of n nodes each, a batch that answers for any slice of itself, from several threads at once."""
 
     material: Material
-    volume: np.ndarray
+    volume: np.ndarray  # (E,), undeformed [m3]
 
     def respond(
         self, batch: slice, displacement: np.ndarray, stiffness: bool, out: np.ndarray | None = None
@@ -51,44 +44,25 @@ class Elements(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ElementGroup:
-    """Elements of one kind, with their nodes.
+    """Elements of one kind, with their nodes."""
 
-    Attributes
-    ----------
-    connectivity : ndarray of int, shape (E, n)
-        Nodes of every element.
-    elements : Elements
-        The batch that answers for them.
-    mixed : bool
-        Whether `respond` takes the `step` (e, n, 3) [m] that they came by, and leaves out of the stress in the tangent
-        what stretches of second order along it add.
-    """
-
-    connectivity: np.ndarray
-    elements: Elements
+    connectivity: np.ndarray  # int (E, n), nodes of every element
+    elements: Elements  # the batch that answers for them
+    # whether `respond` takes the `step` (e, n, 3) [m] that they came by, and leaves out of the stress in the
+    # tangent what stretches of second order along it add
     mixed: bool = False
 
 
 @dataclass(frozen=True)
 class Kind:
-    """An element with its name.
-
-    Attributes
-    ----------
-    name, meaning : str
-    make : callable
-        Class that takes corners (E, 8, 3) [m] and the material, and with `hourglass` the hourglass coefficient.
-    hourglass : bool
-        Whether it takes hourglass control.
-    nodes : int
-        Of an element: 8, or 20 with the middles of the edges.
-    """
+    """An element with its name."""
 
     name: str
     meaning: str
+    # class that takes corners (E, 8, 3) [m] and the material, and with `hourglass` the hourglass coefficient
     make: Callable[..., Elements]
-    hourglass: bool = False
-    nodes: int = 8
+    hourglass: bool = False  # whether it takes hourglass control
+    nodes: int = 8  # of an element: 8, or 20 with the middles of the edges
 
     def build(self, corners: np.ndarray, material: Material, hourglass: float) -> Elements:
         """Return a batch of elements; `hourglass` is for those that take it."""

@@ -19,8 +19,7 @@ CORNERS = np.array(
 )
 """Natural coordinates (8, 3) of the nodes."""
 
-GAUSS = CORNERS / np.sqrt(3)
-"""The eight Gauss points (8, 3); all weights are 1."""
+GAUSS = CORNERS / np.sqrt(3)  # the eight Gauss points (8, 3); all weights are 1
 
 
 def shape(natural: np.ndarray) -> np.ndarray:
@@ -34,17 +33,13 @@ def shape_gradient(natural: np.ndarray) -> np.ndarray:
     return 0.125 * CORNERS * factor[:, :, [1, 0, 0]] * factor[:, :, [2, 2, 1]]
 
 
-GRADIENTS = shape_gradient(GAUSS)
-"""Natural gradients (8 points, 8 nodes, 3) at the Gauss points."""
+GRADIENTS = shape_gradient(GAUSS)  # natural gradients (8 points, 8 nodes, 3) at the Gauss points
 
 
 def jacobians(corners: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return determinant (e,) and spatial gradients (e, 8, 3) of elements (e, 8, 3) at one point.
 
-    Raises
-    ------
-    MeshError
-        If an element is folded there.
+    Raises MeshError if an element is folded there.
     """
     jacobian = np.swapaxes(corners, 1, 2) @ gradient  # dX_i / dxi_j
     size = determinant(jacobian)
@@ -86,25 +81,17 @@ def tangent_moduli(deformation: np.ndarray, stress: np.ndarray, moduli: np.ndarr
         out[:, :, diagonal] += stress.reshape(e, 9)
 
 
+# Position of C_IJKL among 6 x 6 moduli in the order J, L, I, K.
 _PAIRS = (6 * FULL.T[:, None, :, None] + FULL.T[None, :, None, :]).ravel()
-"""Position of C_IJKL among 6 x 6 moduli in the order J, L, I, K."""
 
 
 def gradient_stiffness(
-    gradient: np.ndarray, weighted: np.ndarray, moduli: np.ndarray, out: np.ndarray
+    gradient: np.ndarray,  # (e, a, q 3), spatial gradients g at q points
+    weighted: np.ndarray,  # (e, q, b, 3), gradients times the volumes of the points, w
+    moduli: np.ndarray,  # (e, q, 9, 9), A of `tangent_moduli`
+    out: np.ndarray,  # (e, a b, 9)
 ) -> None:
-    """Put K[a, b, i, k] = sum over points of g_aJ A[J, L, i, k] w_bL into `out`, in two products.
-
-    Parameters
-    ----------
-    gradient : ndarray, shape (e, a, q 3)
-        Spatial gradients g at q points.
-    weighted : ndarray, shape (e, q, b, 3)
-        Gradients times the volumes of the points, w.
-    moduli : ndarray, shape (e, q, 9, 9)
-        A of `tangent_moduli`.
-    out : ndarray, shape (e, a b, 9)
-    """
+    """Put K[a, b, i, k] = sum over points of g_aJ A[J, L, i, k] w_bL into `out`, in two products."""
     e, q, b, _ = weighted.shape
     half = SCRATCH.array("half of the stiffness", e, q, 3, b, 9)  # J, b, (i, k)
     np.matmul(weighted[:, :, None], moduli.reshape(e, q, 3, 3, 9), out=half)
@@ -131,17 +118,14 @@ class OnePointHexahedron:
     The mean gradient passes the patch test on any mesh. The hourglass force is a constant matrix times the
     positions of the nodes; since it is a scalar for all three components and gamma . X = 0, it is exactly
     objective and cannot do work on a linear field.
-
-    Parameters
-    ----------
-    corners : ndarray, shape (E, 8, 3)
-        Undeformed nodes [m]; yarns lie along the third natural coordinate.
-    material : Material
-    coefficient : float
-        Hourglass stiffness over shear stiffness; 0.005 as in C3D8R.
     """
 
-    def __init__(self, corners: np.ndarray, material: Material, coefficient: float = 0.005) -> None:
+    def __init__(
+        self,
+        corners: np.ndarray,  # (E, 8, 3), undeformed nodes [m]; yarns lie along the third natural coordinate
+        material: Material,
+        coefficient: float = 0.005,  # hourglass stiffness over shear stiffness; 0.005 as in C3D8R
+    ) -> None:
         self.material = material
         self.volume = np.zeros(len(corners))
         self.gradient = np.zeros(corners.shape)
@@ -197,19 +181,15 @@ class OnePointHexahedron:
 
 # Which point of an isoparametric element lies at a place: the inverse of its map, by Newton's method in batches
 
-CANDIDATES = 8
-"""Elements that are tried for a point, nearest centres first."""
+CANDIDATES = 8  # elements that are tried for a point, nearest centres first
 
 MAP_STEPS = 25
 
-CLOSE = 1e-12
-"""Distance from the point, over the size of the element, at which the iteration ends."""
+CLOSE = 1e-12  # distance from the point, over the size of the element, at which the iteration ends
+FARTHEST = 2.0  # largest natural coordinate at which an element still answers for a point outside of it
 
-FARTHEST = 2.0
-"""Largest natural coordinate at which an element still answers for a point outside of it."""
-
+# Shape functions (k, a), or their gradients (k, a, 3), at natural coordinates (k, 3).
 Functions = Callable[[np.ndarray], np.ndarray]
-"""Shape functions (k, a), or their gradients (k, a, 3), at natural coordinates (k, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,22 +202,16 @@ class InverseMap:
     shape: Functions  # of the elements
     gradient: Functions  # of these
 
-    def locate(self, points: np.ndarray, yarn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def locate(
+        self,
+        points: np.ndarray,  # (k, 3), places in or next to yarns [m]
+        yarn: np.ndarray,  # int (k,), the yarn that each belongs to
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return the nodes (k, a) and weights (k, a) whose sum a material point is.
 
         A point outside is given by the element that it is least far out of, which goes on as its functions do.
 
-        Parameters
-        ----------
-        points : ndarray, shape (k, 3)
-            Places in or next to yarns [m].
-        yarn : ndarray of int, shape (k,)
-            The yarn that each belongs to.
-
-        Raises
-        ------
-        MeshError
-            If a place is too far from its yarn.
+        Raises MeshError if a place is too far from its yarn.
         """
         found = np.empty((len(points), self.elements.shape[1]), dtype=np.int64)
         natural = np.empty((len(points), 3))
@@ -271,19 +245,12 @@ class InverseMap:
 
 
 def natural_coordinates(
-    corners: np.ndarray, points: np.ndarray, shape: Functions, gradient: Functions
+    corners: np.ndarray,  # (k, a, 3), nodes of one element for every point [m]
+    points: np.ndarray,  # (k, 3), [m]
+    shape: Functions,  # of the element
+    gradient: Functions,  # of the element
 ) -> np.ndarray:
-    """Return the natural coordinates (k, 3) of points in elements; nan where the iteration does not get there.
-
-    Parameters
-    ----------
-    corners : ndarray, shape (k, a, 3)
-        Nodes of one element for every point [m].
-    points : ndarray, shape (k, 3)
-        [m]
-    shape, gradient : callable
-        Of the element.
-    """
+    """Return the natural coordinates (k, 3) of points in elements; nan where the iteration does not get there."""
     natural = np.zeros_like(points)
     size = np.ptp(corners, axis=1).max(axis=1)
     moving = np.arange(len(points))

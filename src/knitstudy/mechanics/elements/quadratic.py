@@ -26,13 +26,11 @@ EDGES = np.array(
 )
 """Corners (12, 2) that the nodes 8 to 19 lie between."""
 
-NATURAL = np.concatenate([CORNERS, CORNERS[EDGES].mean(axis=1)])
-"""Natural coordinates (20, 3) of the nodes."""
+NATURAL = np.concatenate([CORNERS, CORNERS[EDGES].mean(axis=1)])  # natural coordinates (20, 3) of the nodes
 
 NODES = len(NATURAL)
 POINTS = len(GAUSS)
-CACHE = 64
-"""Elements whose points fit into a processor's cache together."""
+CACHE = 64  # elements whose points fit into a processor's cache together
 
 
 def quadratic_shape(natural: np.ndarray) -> np.ndarray:
@@ -42,10 +40,7 @@ def quadratic_shape(natural: np.ndarray) -> np.ndarray:
     reach = (CORNERS * natural[:, None]).sum(axis=2) - 2
     bubble = 1 - natural**2
     along = np.argmin(np.abs(NATURAL[8:]), axis=1)
-    return np.concatenate(
-        [product[:, :8] * reach / 8, product[:, 8:] * bubble[:, along] / 4],
-        axis=1,
-    )
+    return np.concatenate([product[:, :8] * reach / 8, product[:, 8:] * bubble[:, along] / 4], axis=1)
 
 
 def quadratic_shape_gradient(natural: np.ndarray) -> np.ndarray:
@@ -64,8 +59,7 @@ def quadratic_shape_gradient(natural: np.ndarray) -> np.ndarray:
     return gradient
 
 
-GRADIENTS = quadratic_shape_gradient(GAUSS)
-"""Natural gradients (8 points, 20 nodes, 3) at the Gauss points."""
+GRADIENTS = quadratic_shape_gradient(GAUSS)  # natural gradients (8 points, 20 nodes, 3) at the Gauss points
 
 
 @element("quadratic", "20 nodes on curved edges, reduced integration", nodes=NODES)
@@ -75,19 +69,14 @@ class QuadraticHexahedron:
     Eight points see 48 of the 54 deformations of one element: six of its modes cost no energy. A single row of elements
     has some of them as well; where two by two lie side by side, as in the section of any yarn, there are none left.
 
-    Parameters
-    ----------
-    corners : ndarray, shape (E, 20, 3)
-        Undeformed nodes [m].
-    material : Material
-
-    Raises
-    ------
-    MeshError
-        If an element is folded at one of its points.
+    Raises MeshError if an element is folded at one of its points.
     """
 
-    def __init__(self, corners: np.ndarray, material: Material) -> None:
+    def __init__(
+        self,
+        corners: np.ndarray,  # (E, 20, 3), undeformed nodes [m]
+        material: Material,
+    ) -> None:
         self.material = material
         count = len(corners)
         self.weight = np.empty((count, POINTS))

@@ -17,8 +17,8 @@ from knitstudy.errors import ConvergenceError
 
 NOWHERE = np.empty(0, dtype=np.int64)
 
+# A preconditioner: approximate solution (size,) for a residual (size,).
 Apply = Callable[[np.ndarray], np.ndarray]
-"""A preconditioner: approximate solution (size,) for a residual (size,)."""
 
 
 @dataclass(frozen=True)
@@ -88,17 +88,13 @@ class LinearSolver(Protocol):
 # SciPy's own wrappers of these routines keep the lock, so that threads wait for each other; the addresses that SciPy
 # gives to Cython, called through `ctypes`, do not.
 
-LETTER = {np.dtype(np.float32): "s", np.dtype(np.float64): "d"}
-"""LAPACK's letter of a precision."""
+LETTER = {np.dtype(np.float32): "s", np.dtype(np.float64): "d"}  # LAPACK's letter of a precision
 
 
-def factorise_band(band: np.ndarray) -> int:
+def factorise_band(
+    band: np.ndarray,  # (bandwidth + 1, n), diagonal and lower diagonals in single or double precision
+) -> int:
     """Replace a lower band by its Cholesky factor.
-
-    Parameters
-    ----------
-    band : ndarray, shape (bandwidth + 1, n), Fortran order
-        Diagonal and lower diagonals in single or double precision.
 
     Returns
     -------
@@ -149,8 +145,7 @@ _PBTRS = {dtype: _routine(f"{letter}pbtrs", 9) for dtype, letter in LETTER.items
 
 # Sparse LU for matrices of symmetric structure
 
-REFINEMENTS = 3
-"""Most steps of iterative refinement."""
+REFINEMENTS = 3  # most steps of iterative refinement
 
 
 class LU:
@@ -203,10 +198,7 @@ class LU:
 def factorise(matrix: sp.spmatrix):
     """Return SuperLU factors of a structurally symmetric matrix.
 
-    Raises
-    ------
-    ConvergenceError
-        If the matrix is singular.
+    Raises ConvergenceError if the matrix is singular.
     """
     try:
         return spla.splu(

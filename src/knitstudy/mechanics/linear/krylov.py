@@ -21,8 +21,7 @@ log = logging.getLogger(__name__)
 
 # Products of a sparse matrix with vectors, in ranges of rows that threads share
 
-ENTRIES = 400_000
-"""Numbers of a matrix a range: enough that taking it in hand costs next to nothing."""
+ENTRIES = 400_000  # numbers of a matrix a range: enough that taking it in hand costs next to nothing
 
 
 class Rows:
@@ -58,16 +57,12 @@ class Rows:
         share(multiply, len(self._parts))
         return product
 
-    def galerkin(self, basis: sp.bsr_matrix, dtype: type) -> tuple[Rows, sp.csr_matrix]:
-        """Return K P, of a square matrix K and a basis P (columns, m), and P^T K P (m, m).
-
-        Parameters
-        ----------
-        basis : bsr matrix
-            Blocks as high as the matrix's.
-        dtype : type
-            Of K P, no more than a range of which is ever held in the matrix's own, as P^T K P is.
-        """
+    def galerkin(
+        self,
+        basis: sp.bsr_matrix,  # blocks as high as the matrix's
+        dtype: type,  # of K P, no more than a range of which is ever held in the matrix's own, as P^T K P is
+    ) -> tuple[Rows, sp.csr_matrix]:
+        """Return K P, of a square matrix K and a basis P (columns, m), and P^T K P (m, m)."""
         images: list[sp.bsr_matrix | None] = [None] * len(self._parts)
         coarse: list[sp.coo_matrix | None] = [None] * len(self._parts)
         height = basis.blocksize[0]
@@ -100,20 +95,14 @@ def _part(matrix: sp.bsr_matrix, low: int, high: int) -> sp.bsr_matrix:
 INDEFINITE = "the stiffness matrix is not positive definite (a buckling or a mechanism)"
 
 
-def conjugate_gradients(matrix: Rows, apply: Apply, state: Iterate, goal: float, most: int) -> str | None:
+def conjugate_gradients(
+    matrix: Rows,  # (size, size), symmetric positive definite
+    apply: Apply,  # the preconditioner
+    state: Iterate,
+    goal: float,  # norm of the residual to reach
+    most: int,  # iterations to try
+) -> str | None:
     """Improve an iterate in place by preconditioned conjugate gradients (Notay 2000).
-
-    Parameters
-    ----------
-    matrix : Rows, shape (size, size)
-        Symmetric positive definite.
-    apply : callable
-        The preconditioner.
-    state : Iterate
-    goal : float
-        Norm of the residual to reach.
-    most : int
-        Iterations to try.
 
     Returns
     -------
@@ -145,8 +134,7 @@ def conjugate_gradients(matrix: Rows, apply: Apply, state: Iterate, goal: float,
 
 # Generalised minimal residuals, for matrices that friction has made unsymmetric
 
-RESTART = 30
-"""Iterations after which the search directions are dropped; bounds the memory."""
+RESTART = 30  # iterations after which the search directions are dropped; bounds the memory
 
 
 def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, most: int) -> str | None:
@@ -197,11 +185,8 @@ def _cycle(
 
 # Krylov methods that keep a preconditioner over many matrices, as long as it pays
 
-MOST_ITERATIONS = 400
-"""Iterations with a fresh preconditioner after which a solve counts as failed."""
-
-PATIENCE = 60
-"""Most iterations that one solve may take with a preconditioner made for an earlier matrix."""
+MOST_ITERATIONS = 400  # iterations with a fresh preconditioner after which a solve counts as failed
+PATIENCE = 60  # most iterations that one solve may take with a preconditioner made for an earlier matrix
 
 WASTE = 15
 """Iterations beyond those of a fresh preconditioner that may add up before it is made anew: as many as making one costs

@@ -25,32 +25,18 @@ class KnitStructure:
 
     A node is a node of a mesh or a coefficient: every point of a yarn is a weighted sum of them, undeformed and
     displaced alike.
-
-    Attributes
-    ----------
-    position : ndarray, shape (n, 3)
-        Nodes [m].
-    unity : ndarray, shape (n,)
-        The nodes' values in the sum that is 1 everywhere: 1 for nodes of a mesh.
-    yarn : ndarray of int, shape (n,)
-        Yarn of every node, ascending.
-    station : ndarray of int, shape (n,)
-        Place along the yarn, ascending: nodes of one cross-section, or of one spline, have it in common.
-    bandwidth : int
-        Largest difference of node numbers within an element of one yarn.
-    patch : ndarray of int, shape (p,), or None
-        Nodes where yarns are tied to each other; None if crossings are no scale of their own, touching ones neither.
-    fixed : ndarray of int, shape (k,)
-        Prescribed unknowns.
     """
 
-    position: np.ndarray
-    unity: np.ndarray
-    yarn: np.ndarray
+    position: np.ndarray  # (n, 3), nodes [m]
+    unity: np.ndarray  # (n,), the nodes' values in the sum that is 1 everywhere: 1 for nodes of a mesh
+    yarn: np.ndarray  # int (n,), yarn of every node, ascending
+    # int (n,), place along the yarn, ascending: nodes of one cross-section, or of one spline, have it in common
     station: np.ndarray
-    bandwidth: int
+    bandwidth: int  # largest difference of node numbers within an element of one yarn
+    # int (p,), nodes where yarns are tied to each other; None if crossings are no scale of their own, touching
+    # ones neither
     patch: np.ndarray | None
-    fixed: np.ndarray
+    fixed: np.ndarray  # int (k,), prescribed unknowns
 
     def moved(self, displacement: np.ndarray | None) -> KnitStructure:
         """Return where the unknowns lie after a displacement (n, 3) of the nodes [m]."""
@@ -63,17 +49,14 @@ def rigid_modes(structure: KnitStructure) -> np.ndarray:
     return rigid_motions(structure, everything)[0].reshape(-1, 6)
 
 
-def rigid_motions(structure: KnitStructure, group: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+def rigid_motions(
+    structure: KnitStructure,
+    group: np.ndarray,  # int (n,), group of every node, 0 to g - 1
+) -> tuple[np.ndarray, np.ndarray, float]:
     """Return the rigid motions of groups of nodes.
 
     Three translations and three rotations about the group's centre, these over the groups' radius of gyration.
     A node that is a coefficient of anything but the constant stays where it is in translations.
-
-    Parameters
-    ----------
-    structure : KnitStructure
-    group : ndarray of int, shape (n,)
-        Group of every node, 0 to g - 1.
 
     Returns
     -------
@@ -108,11 +91,10 @@ def spins(arm: np.ndarray) -> np.ndarray:
 
 # The scale of a yarn: numbered along itself it is a narrow band, whose Cholesky factor costs next to nothing
 
+# Most that a band may be widened by: factors cost its square. Of solid yarns, a tie reaches one station further.
 WIDER = 1.5
-"""Most that a band may be widened by: factors cost its square. Of solid yarns, a tie reaches one station further."""
 
-CHUNK = 2048
-"""Nodes at a time; bounds the index arrays."""
+CHUNK = 2048  # nodes at a time; bounds the index arrays
 
 
 class YarnScale:
@@ -253,8 +235,7 @@ def _outside(
 
 # The scale of a crossing: what acts between yarns, solved for both of them together
 
-GROUPS = 8
-"""Parts that threads share: patches that do not act on each other, of about as many unknowns each."""
+GROUPS = 8  # parts that threads share: patches that do not act on each other, of about as many unknowns each
 
 
 class CrossingScale:
@@ -265,10 +246,7 @@ class CrossingScale:
         self.unknowns = np.empty(0, dtype=np.int64)
 
     def update(
-        self,
-        matrix: sp.bsr_matrix,
-        unsymmetric: sp.bsr_matrix | None = None,
-        touching: np.ndarray = NOWHERE,
+        self, matrix: sp.bsr_matrix, unsymmetric: sp.bsr_matrix | None = None, touching: np.ndarray = NOWHERE
     ) -> None:
         """Factorise the patches of a matrix: around ties, and around the nodes where contact acts.
 
@@ -376,10 +354,7 @@ class FabricScale:
         prolongation = self.prolongation(moved)
         self._effect, coarse = Rows.of(matrix).galerkin(prolongation, np.float32)  # K P, P^T K P
         prolongation = prolongation.astype(np.float32)
-        self._spread, self._collect = (
-            Rows.of(prolongation),
-            Rows.of(prolongation.T.tobsr(blocksize=(6, 3))),
-        )
+        self._spread, self._collect = (Rows.of(prolongation), Rows.of(prolongation.T.tobsr(blocksize=(6, 3))))
         self._factors = factorise(_anchor(coarse))
 
     def release(self) -> None:

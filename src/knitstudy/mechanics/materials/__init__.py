@@ -15,11 +15,10 @@ import numpy as np
 
 from knitstudy.registry import Registry
 
+# Index pairs of the six independent components.
 VOIGT = np.array([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)])
-"""Index pairs of the six independent components."""
 
-FULL = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
-"""Position (3, 3) of every tensor component among the six."""
+FULL = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])  # position (3, 3) of every tensor component among the six
 
 
 @dataclass(frozen=True)
@@ -32,19 +31,11 @@ class Stress:
 
 
 class Material(Protocol):
-    """An elastic material.
+    """An elastic material."""
 
-    Attributes
-    ----------
-    name, meaning : str
-        Of its law: the value of the key `yarn.material`, and one line on it.
-    directional : bool
-        Whether `respond` needs local axes.
-    """
-
-    name: ClassVar[str]
+    name: ClassVar[str]  # of its law: the value of the key `yarn.material`, and one line on it
     meaning: ClassVar[str]
-    directional: ClassVar[bool]
+    directional: ClassVar[bool]  # whether `respond` needs local axes
 
     @property
     def youngs_modulus(self) -> float:

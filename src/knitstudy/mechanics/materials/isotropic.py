@@ -17,21 +17,11 @@ from knitstudy.mechanics.materials import FULL, MATERIALS, VOIGT, Stress
 class Isotropic:
     """An isotropic elastic material.
 
-    Attributes
-    ----------
-    youngs_modulus : float
-        E [Pa].
-    poisson_ratio : float
-        nu, in (-1, 0.5).
-
-    Raises
-    ------
-    ConfigurationError
-        For constants without a positive strain energy.
+    Raises ConfigurationError for constants without a positive strain energy.
     """
 
-    youngs_modulus: float
-    poisson_ratio: float
+    youngs_modulus: float  # E [Pa]
+    poisson_ratio: float  # nu, in (-1, 0.5)
 
     directional: ClassVar[bool] = False
 
@@ -63,14 +53,13 @@ class Isotropic:
         return self.youngs_modulus, self.poisson_ratio
 
 
+# Nodes of the logarithm's quadrature: all digits between stretches of 1/28 and 28, fewer beyond.
 MOST_NODES = 256
-"""Nodes of the logarithm's quadrature: all digits between stretches of 1/28 and 28, fewer beyond."""
 
+# The 21 pairs (p, q) of two of six components, whatever their order.
 PAIRS = np.array([(p, q) for p in range(6) for q in range(p, 6)])
-"""The 21 pairs (p, q) of two of six components, whatever their order."""
 
-FIRST = np.array([0, 6, 11, 15, 18, 20, 21])
-"""Where the pairs of every p begin."""
+FIRST = np.array([0, 6, 11, 15, 18, 20, 21])  # where the pairs of every p begin
 
 UNIT = np.array([1.0, 1, 1, 0, 0, 0])[:, None]
 

@@ -12,8 +12,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import FULL, MATERIALS, VOIGT, Stress, rotate_strain
 from knitstudy.mechanics.materials.isotropic import CROSSED, POSITION, Resolvent, add_pairs, product
 
-TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
-"""Engineering components over those of the tensor."""
+TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # engineering components over those of the tensor
 
 
 @MATERIALS.register

@@ -21,8 +21,7 @@ from knitstudy.errors import MeshError
 # m = n, n - 2, ..., where P is the Jacobi polynomial P_j^(0, m), j = (n - m) / 2. Their mean square over the disc is 1,
 # so that phi_0 = 1, phi_1 = 2 x1 and phi_2 = 2 x2. On the rim P is 1: they are c cos(m theta) and c sin(m theta) there.
 
-LARGEST_DEGREE = 12
-"""Beyond it nothing has been verified, and a span costs more than those that it saves."""
+LARGEST_DEGREE = 12  # beyond it nothing has been verified, and a span costs more than those that it saves
 
 
 def size(degree: int | np.ndarray) -> int | np.ndarray:
@@ -121,10 +120,7 @@ class Spline:
         At a sharp break the knot stands `degree` times: one function alone is 1 there, and what is prescribed on one
         side ends there exactly.
 
-        Raises
-        ------
-        MeshError
-            If the degree is no positive number, or breaks do not rise.
+        Raises MeshError if the degree is no positive number, or breaks do not rise.
         """
         breaks = np.asarray(breaks, dtype=float)
         if degree < 1:
@@ -166,19 +162,14 @@ class Spline:
         return np.clip(np.searchsorted(self.spans[:, 0], s, side="right") - 1, 0, len(self.spans) - 1)
 
     def basis(
-        self, s: np.ndarray, orders: int = 0, span: np.ndarray | None = None
+        self,
+        s: np.ndarray,  # (k,)
+        orders: int = 0,  # highest derivative
+        span: np.ndarray | None = None,  # int (k,), spans to evaluate; by default those of the places
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the first function (k,) and all of them with derivatives (orders + 1, k, d + 1) at places (k,).
 
         Outside of the yarn its last spans go on.
-
-        Parameters
-        ----------
-        s : ndarray, shape (k,)
-        orders : int
-            Highest derivative.
-        span : ndarray of int, shape (k,), optional
-            Spans to evaluate; by default those of the places.
         """
         s = np.asarray(s, dtype=float)
         span = self.span_at(s) if span is None else span
@@ -237,10 +228,7 @@ class Spline:
 
         Least squares, but the first and the last value are met.
 
-        Raises
-        ------
-        MeshError
-            If there are too few places for the spans.
+        Raises MeshError if there are too few places for the spans.
         """
         ends = values[[0, -1]]
         matrix = self.matrix(s)

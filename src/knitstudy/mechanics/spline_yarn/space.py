@@ -22,17 +22,11 @@ from knitstudy.errors import MeshError
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
 
-LEAST_DEGREE = 2
-"""Of a yarn that bends."""
+LEAST_DEGREE = 2  # of a yarn that bends
 
 
 def require_degree(degree: int) -> None:
-    """Refuse degrees over the section that a yarn that bends must not have.
-
-    Raises
-    ------
-    MeshError
-    """
+    """Refuse degrees over the section that a yarn that bends must not have."""
     if degree == 1:
         raise MeshError(
             f"the degree over the section is 1, but must be at least {LEAST_DEGREE}: sections that stay flat and "
@@ -85,19 +79,12 @@ class YarnSpace:
         return int(self.span_sizes.max()) - 1
 
     def weights(
-        self, first: np.ndarray, along: np.ndarray, across: np.ndarray
+        self,
+        first: np.ndarray,  # int (k,), first spline
+        along: np.ndarray,  # (k, d + 1), values or derivatives of the splines
+        across: np.ndarray,  # (k, n_p), of the functions over the section, up to the largest degree
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return nodes and weights (k, (d + 1) n_p) of sums over functions, with zeros where a coefficient has fewer.
-
-        Parameters
-        ----------
-        first : ndarray of int, shape (k,)
-            First spline.
-        along : ndarray, shape (k, d + 1)
-            Values or derivatives of the splines.
-        across : ndarray, shape (k, n_p)
-            Of the functions over the section, up to the largest degree.
-        """
+        """Return nodes and weights (k, (d + 1) n_p) of sums over functions, zero where a coefficient has fewer."""
         spline = first[:, None] + np.arange(along.shape[1])
         k = np.arange(across.shape[1])
         there = k < disc.size(self.degrees)[spline][..., None]
@@ -163,20 +150,13 @@ class Space:
         return (self.order == 0).astype(float)
 
     def weights(
-        self, yarn: np.ndarray, x: np.ndarray, s: np.ndarray, derivative: int | None = None
+        self,
+        yarn: np.ndarray,  # int (k,)
+        x: np.ndarray,  # (k, 2), place in the section over the radius, also outside of it
+        s: np.ndarray,  # (k,), arc length [m]
+        derivative: int | None = None,  # 0 or 1 across, 2 along [1/m]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return nodes and weights (k, c) of places, or of a first derivative there.
-
-        Parameters
-        ----------
-        yarn : ndarray of int, shape (k,)
-        x : ndarray, shape (k, 2)
-            Place in the section over the radius, also outside of it.
-        s : ndarray, shape (k,)
-            Arc length [m].
-        derivative : int, optional
-            0 or 1 across, 2 along [1/m].
-        """
+        """Return nodes and weights (k, c) of places, or of a first derivative there."""
         splines = 1 + max(each.spline.degree for each in self.yarns)
         nodes = np.zeros((len(s), splines * self.stride), dtype=np.int64)
         weights = np.zeros(nodes.shape)
@@ -247,20 +227,12 @@ def yarn_space(
 
 
 def sections(
-    yarn: YarnSpace, nodes: np.ndarray, s: np.ndarray, x: np.ndarray
+    yarn: YarnSpace,
+    nodes: np.ndarray,  # (n, 3), of this yarn: places or displacements [m]
+    s: np.ndarray,  # (k,), arc lengths of the sections [m]
+    x: np.ndarray,  # (q, 2), points in a section, over the radius
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return values (k, q, 3) and derivatives (k, q, 3, 3), the last axis by x1, x2 [m] and s, of nodes of a yarn.
-
-    Parameters
-    ----------
-    yarn : YarnSpace
-    nodes : ndarray, shape (n, 3)
-        Of this yarn: places or displacements [m].
-    s : ndarray, shape (k,)
-        Arc lengths of the sections [m].
-    x : ndarray, shape (q, 2)
-        Points in a section, over the radius.
-    """
+    """Return values (k, q, 3) and derivatives (k, q, 3, 3), the last axis by x1, x2 [m] and s, of nodes of a yarn."""
     k = np.arange(yarn.stride)
     there = k < np.diff(yarn.first_node)[:, None]
     coefficients = np.where(there[..., None], nodes[np.where(there, yarn.first_node[:-1, None] + k, 0)], 0.0)
@@ -282,36 +254,24 @@ def deformation_gradient(slope: np.ndarray, change: np.ndarray) -> np.ndarray:
 
 # Which material point of a solid yarn lies at a place: the inverse of its undeformed shape
 
-SAMPLES = 4
-"""Points a span among which Newton's method finds its start."""
+SAMPLES = 4  # points a span among which Newton's method finds its start
 
 ITERATIONS = 20
 
-ACCURACY = 1e-12
-"""Last step, over the radius and over a span."""
+ACCURACY = 1e-12  # last step, over the radius and over a span
 
 
 def locate(
-    space: Space, nodes: np.ndarray, points: np.ndarray, yarn: np.ndarray
+    space: Space,
+    nodes: np.ndarray,  # (N, 3), undeformed coefficients [m]
+    points: np.ndarray,  # (k, 3), places [m]
+    yarn: np.ndarray,  # int (k,), the yarn that each belongs to
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the coordinates x (k, 2), over the radius, and s (k,) [m] of places in or next to yarns.
 
     Outside of a yarn its shape goes on as the polynomials do.
 
-    Parameters
-    ----------
-    space : Space
-    nodes : ndarray, shape (N, 3)
-        Undeformed coefficients [m].
-    points : ndarray, shape (k, 3)
-        Places [m].
-    yarn : ndarray of int, shape (k,)
-        The yarn that each belongs to.
-
-    Raises
-    ------
-    MeshError
-        If a place is too far from its yarn.
+    Raises MeshError if a place is too far from its yarn.
     """
     x, s = np.zeros((len(points), 2)), np.zeros(len(points))
     for number in np.unique(yarn):
@@ -369,19 +329,15 @@ class Sampling:
     """A linear map from nodes (N, ...) to the points (S q, ...) of sections, as a product: ``sampling @ nodes``.
 
     As one sparse matrix it would have (d + 1) n_p entries a point.
-
-    Parameters
-    ----------
-    space : Space
-    yarn : ndarray of int, shape (S,)
-        Of every section.
-    s : ndarray, shape (S,)
-        Its arc length [m].
-    points : ndarray, shape (q, 2)
-        In a section, over the radius.
     """
 
-    def __init__(self, space: Space, yarn: np.ndarray, s: np.ndarray, points: np.ndarray) -> None:
+    def __init__(
+        self,
+        space: Space,
+        yarn: np.ndarray,  # int (S,), of every section
+        s: np.ndarray,  # (S,), its arc length [m]
+        points: np.ndarray,  # (q, 2), in a section, over the radius
+    ) -> None:
         degree = max(each.degree for each in space.yarns)
         self._across = disc.values(degree, points)
         functions = disc.size(degree)

@@ -23,37 +23,22 @@ from knitstudy.mechanics.materials import FULL, VOIGT, Material, axes_along, rot
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.space import Space
 
-CACHE = 1500
-"""Points whose moduli fit into a processor's cache together."""
+CACHE = 1500  # points whose moduli fit into a processor's cache together
 
 
 class Spans:
     """Spans of yarns whose splines have the same degrees over the section.
 
-    Parameters
-    ----------
-    corners : ndarray, shape (E, a, 3)
-        Undeformed nodes [m].
-    along : ndarray, shape (2, E, g, d + 1)
-        Splines and their derivatives [1/m] at the Gauss points along the spans.
-    weight : ndarray, shape (E, g)
-        Weights of these points [m].
-    degrees : ndarray of int, shape (d + 1,)
-        p of the splines.
-    material : Material
-
-    Raises
-    ------
-    MeshError
-        If a span is folded at a quadrature point, as where a yarn is bent tighter than its radius.
+    Raises MeshError if a span is folded at a quadrature point, as where a yarn is bent tighter than its radius.
     """
 
     def __init__(
         self,
-        corners: np.ndarray,
+        corners: np.ndarray,  # (E, a, 3), undeformed nodes [m]
+        # (2, E, g, d + 1), splines and their derivatives [1/m] at the Gauss points along the spans
         along: np.ndarray,
-        weight: np.ndarray,
-        degrees: np.ndarray,
+        weight: np.ndarray,  # (E, g), weights of these points [m]
+        degrees: np.ndarray,  # int (d + 1,), p of the splines
         material: Material,
     ) -> None:
         self.material = material
@@ -246,20 +231,14 @@ def _pair_tables(table: np.ndarray) -> tuple[tuple[np.ndarray, tuple[int, ...]],
     return tuple(found)
 
 
-def span_groups(space: Space, nodes: np.ndarray, material: Material) -> tuple[ElementGroup, ...]:
+def span_groups(
+    space: Space,
+    nodes: np.ndarray,  # (N, 3), undeformed coefficients [m]
+    material: Material,
+) -> tuple[ElementGroup, ...]:
     """Return all spans of yarns, in groups of equal local size, by rising size.
 
-    Parameters
-    ----------
-    space : Space
-    nodes : ndarray, shape (N, 3)
-        Undeformed coefficients [m].
-    material : Material
-
-    Raises
-    ------
-    MeshError
-        As `Spans`.
+    Raises MeshError as `Spans` does.
     """
     rows: dict[tuple[int, ...], list] = {}
     for number, yarn in enumerate(space.yarns):
