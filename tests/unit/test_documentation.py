@@ -1,8 +1,14 @@
 """What is said of keys follows from their sections: the page, the schemas, and what a problem is."""
 
+import importlib.util
+from pathlib import Path
+
 import jsonschema
+import numpy as np
 import pytest
 
+from knitstudy.errors import DataFileError
+from knitstudy.loading.columns import CONTACTS, HISTORY, STRESSES
 from knitstudy.measures.discretisation import HOW_FAR, physics_of
 from knitstudy.study.configuration import CONFIG, default_keys, load_scenes
 from knitstudy.study.documentation import COMMAND, KEYS, keys_page, main, schema_of
@@ -71,3 +77,23 @@ def test_command_writes_page_and_schemas(tmp_path, monkeypatch):
     main([str(tmp_path / "schemas")])
     assert (tmp_path / "docs" / "keys.md").read_text() == keys_page()
     assert len(list((tmp_path / "schemas").glob("*.schema.json"))) == len(all_kinds())
+
+
+SCRIPT = Path(__file__).parents[2] / "docs" / "columns.py"
+
+
+@pytest.mark.parametrize("columns", [HISTORY, CONTACTS, STRESSES])
+def test_an_unknown_name_is_refused(columns):
+    with pytest.raises(DataFileError, match=r"has no variable 'forse'.*knitstudy/loading/columns\.tsv"):
+        columns.variables({"forse": np.zeros(1)})
+
+
+def test_documentation_is_up_to_date():
+    """Otherwise: python docs/columns.py."""
+    specification = importlib.util.spec_from_file_location("docs_columns", SCRIPT)
+    docs = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(docs)
+    page = docs.PAGE.read_text(encoding="utf-8")
+    assert docs.renewed(page) == page
+    with pytest.raises(ValueError, match="columns of history"):
+        docs.renewed(page.replace("<!-- end of columns of history -->", ""))
