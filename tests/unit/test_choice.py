@@ -5,9 +5,8 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import write_table
-from knitstudy.stages.kept_tables import GROWTH, TRADE, Kept
-from knitstudy.study.choice import GROWTH_KEPT, INTERACTIONS, TRADE_KEPT, Ask, choose, numerics, resolved
-from knitstudy.study.configuration import CONFIG, load_changed, load_scenes
+from knitstudy.study.choice import INTERACTIONS, Ask, choose, numerics, resolved
+from knitstudy.study.configuration import load_changed, load_scenes
 
 ROWS = [  # scene, interaction, question, error at most, seconds, memory
     ("planar", "tie", "force", 3.0, 1.5, 4.0),
@@ -185,13 +184,3 @@ def test_scenes_of_a_family_may_ask(config, kept, monkeypatch):
     assert scenes["mine"].fidelity == "rom3d"
     assert scenes["mine"].load.strain == 0.04
     assert scenes["mine"] == scenes["network"].vary({"name": "mine", "load.strain": 0.04})
-
-
-def test_the_kept_trade_is_of_scenes_that_there_are():
-    """Rows of scenes that are no part of the study any more are passed over."""
-    scenes = load_scenes(CONFIG)
-    rows = [row for row in _read(TRADE_KEPT) if row["scene"] in scenes]
-    assert {row["question"] for row in rows} == {"force", "out_of_plane", "contact", "stress"}
-    assert len(rows) >= 60
-    assert GROWTH.path == GROWTH_KEPT
-    assert isinstance(TRADE, Kept)

@@ -49,13 +49,9 @@ def digest(text):
     [
         ("# Why.", "# A better reason,\n# at length.", True),
         ('"""What it is for."""', '"""Another purpose."""', True),
-        ('    """What it does."""\n', "", True),
         ('"""What it is."""\n', "", True),
-        ("math.sin(x) + LARGEST", "(math.sin(x)\n            + LARGEST)", True),
         ("sin", "cos", False),
-        ("= 3", "= 3.0", False),
         ("def f", "def g", False),
-        ("(x):", "(x=1):", False),
         ("+ LARGEST", "+ len('a')", False),
     ],
 )

@@ -4,7 +4,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import synthetic
 import xarray as xr
 
 from knitstudy.contacts.contacts import extract
@@ -109,11 +108,6 @@ def test_open_crossing_has_no_centroid_and_no_force(contacts):
             assert (apart[name] == 0).all()
 
 
-def test_undeformed_centroid_is_that_of_the_last_touch(contacts):
-    np.testing.assert_allclose(contacts["centroid"][0], [6e-3 / 12, 5e-3 / 12, 0])
-    assert float(contacts["area"][0]) == 0, "it is open at the end"
-
-
 def test_crossing_that_never_touched_has_the_geometrys_centroid(pair, history):
     contacts = extract(pair, history.isel(point=slice(0, 0)))
     np.testing.assert_allclose(contacts["centroid"][0], [0, 0, 1e-3])
@@ -125,13 +119,6 @@ def test_points_without_pressure_or_crossing_do_not_count(pair, history, contact
     idle = of_points.isel(point=[0]).assign(contact_pressure=("point", [0.0]))
     more = history.drop_dims("point").merge(xr.concat([of_points, far, idle], "point"))
     xr.testing.assert_identical(extract(pair, more), contacts)
-
-
-def test_larger_number_of_zones_of_the_two_sides(pair, history):
-    split = history["contact_cell"].copy()
-    split[1] = [7, 0]
-    contacts = extract(pair, history.assign(contact_cell=split))
-    assert contacts["zones"][:, 0].values.tolist() == [0, 2, 0]
 
 
 def test_ties_alone_keep_fractions_of_a_newton(pair, history):
@@ -154,21 +141,6 @@ def test_tied_crossing(contacts):
     assert (tied["stick_share"] == 1).all()
     assert float(tied["area"]) == 7e-8
     assert contacts["tied"].values.tolist() == [0, 1]
-
-
-def test_motion_between_the_yarns_and_forces_on_them(contacts, history):
-    np.testing.assert_allclose(contacts["relative_displacement"][1], [[1e-5, 0, 0], [0, 0, 0]])
-    np.testing.assert_array_equal(contacts["yarn_force"], history["yarn_force"])
-    assert "yarn_moment" not in contacts
-
-
-def test_contacts_of_a_knit(knit):
-    contacts = extract(knit, synthetic.contact_history(knit))
-    centre = (contacts["row"] == 1) & (contacts["column"] == 1)
-    zones = contacts["zones"].isel(crossing=np.flatnonzero(centre)).sum("crossing")
-    assert zones.values.tolist() == [0, 0, 1, 2, 4, 4]
-    resultants = contacts["normal_resultant"] + contacts["tangential_resultant"]
-    np.testing.assert_allclose(resultants, contacts["force"], atol=1e-15)
 
 
 @pytest.mark.parametrize(

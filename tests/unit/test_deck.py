@@ -4,17 +4,16 @@ import itertools
 from dataclasses import replace
 from types import SimpleNamespace
 
+import calculix
 import meshio
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
-from knitstudy.errors import ConfigurationError
+from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
 from knitstudy.exchange.deck import Interaction, facet_faces, specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.fabric import Fabric, plain_knit
 from knitstudy.geometry.lay_out import initial_loop, lay_out
-from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mesh.mesher import mesh_scene
 from knitstudy.models.hexahedra import divide
 
@@ -251,28 +250,6 @@ def test_what_a_deck_leaves_unsaid_is_in_it_and_in_the_log(written, caplog, dial
     assert max(map(len, path.read_text().splitlines())) <= 132
 
 
-def uniaxial(law, strain):
-    """Nominal stress in simple tension over E, of a law whose lateral stretch leaves no stress."""
-    material = MATERIALS.find(law)(1.0, NU)
-
-    def stress(lateral):
-        stretch = np.array([1 + strain, lateral, lateral])
-        return material.respond(np.diag((stretch**2 - 1) / 2)[None], False).stress[0]
-
-    lateral = brentq(lambda value: stress(value)[1, 1], 1 - 2 * abs(strain), 1 + 2 * abs(strain), xtol=1e-15)
-    return (1 + strain) * stress(lateral)[0, 0], lateral
-
-
-def test_departures_of_laws_are_as_large_as_said():
-    strain = 0.01
-    (hencky, lateral), (kirchhoff, _) = uniaxial("hencky", strain), uniaxial("st_venant_kirchhoff", strain)
-    assert kirchhoff / hencky - 1 == pytest.approx(0.03, abs=0.002)
-    # Cauchy stress E ln(lambda) on an area that shrinks by lambda^(-2 nu), for Abaqus.
-    logarithmic = np.log1p(strain) * (1 + strain) ** (-2 * NU)
-    assert kirchhoff / logarithmic - 1 == pytest.approx(0.03, abs=0.002)
-    assert logarithmic / hencky == pytest.approx((1 + strain) * lateral**2, rel=1e-9)  # J
-
-
 @pytest.mark.parametrize(
     ("dialect", "change", "message"),
     [
@@ -294,3 +271,67 @@ def test_what_a_deck_cannot_say_is_refused(made, tmp_path, dialect, change, mess
     with pytest.raises(ConfigurationError, match=message):
         write_inp(replace(made("knit").deck, **change), tmp_path / "deck.inp", dialect)
     assert not list(tmp_path.iterdir())
+
+
+TOTALS = """
+ total force (fx,fy,fz) for set RIGHT and time  0.1000000E+01
+
+       1.234567E+00 -2.000000E-03  3.500000E-12
+
+ total force (fx,fy,fz) for set RIGHT and time  0.2000000E+01
+
+       2.500000E+00 -4.000000E-03  0.000000E+00
+"""
+
+STATUS = """SUMMARY OF JOB INFORMATION
+  STEP      INC     ATT  ITRS     TOT TIME     STEP TIME      INC TIME
+     1          1     1     3  0.100000E+01  0.100000E+01  0.100000E+01
+     1          2     1U    9  0.200000E+01  0.200000E+01  0.100000E+01
+     1          2     2     4  0.150000E+01  0.150000E+01  0.500000E+00
+     2          1     1     5  0.250000E+01  0.100000E+01  0.100000E+01
+"""
+
+
+def test_totals_are_read(tmp_path):
+    (tmp_path / "deck.dat").write_text(TOTALS)
+    time, force = calculix.read_totals(tmp_path / "deck.dat")
+    assert time.tolist() == [1.0, 2.0]
+    np.testing.assert_array_equal(force, [[1.234567, -0.002, 3.5e-12], [2.5, -0.004, 0.0]])
+
+
+def test_iterations_count_failed_attempts(tmp_path):
+    (tmp_path / "deck.sta").write_text(STATUS)
+    step, iterations = calculix.read_iterations(tmp_path / "deck.sta")
+    assert step.tolist() == [1, 1, 2]
+    assert iterations.tolist() == [3, 13, 5]
+
+
+@pytest.mark.parametrize("reader", [calculix.read_totals, calculix.read_iterations])
+def test_missing_and_empty_results_are_named(tmp_path, reader):
+    with pytest.raises(DataFileError, match=r"deck\.out"):
+        reader(tmp_path / "deck.out")
+    (tmp_path / "deck.out").write_text("nothing\n")
+    with pytest.raises(DataFileError, match=r"deck\.out"):
+        reader(tmp_path / "deck.out")
+
+
+@pytest.fixture
+def failing(monkeypatch, tmp_path):
+    """A program of CalculiX's name that prints an error and ends with status 201."""
+    program = tmp_path / "ccx"
+    program.write_text("#!/bin/sh\necho ' *ERROR reading *NODE:'\necho '        no such card'\nexit 201\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+
+
+def test_an_error_of_calculix_is_passed_on(failing, tmp_path):
+    (tmp_path / "deck.inp").write_text("*NODE\n")
+    with pytest.raises(ConvergenceError, match=r"status 201: \*ERROR reading \*NODE: no such card"):
+        calculix.run(tmp_path / "deck.inp")
+
+
+def test_without_calculix_the_message_says_so(monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert not calculix.available()
+    with pytest.raises(DataFileError, match="ccx is not on the PATH"):
+        calculix.run(tmp_path / "deck.inp")

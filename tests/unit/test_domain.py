@@ -1,19 +1,19 @@
 """Square knits of rising size: what belongs together, how cost grows, and what the tables say of it."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+import scipy.linalg
 import study
+import synthetic
+import xarray as xr
 
+from knitstudy.errors import ConvergenceError
 from knitstudy.figures.fig12_size_and_beams import series_line
-from knitstudy.files import read_table
 from knitstudy.measures.domain import PowerLaw, SumOfPowers, contact_over_ties, force_per_width, series_of
+from knitstudy.measures.endless_knit import between_grips, held_over_free, limit, stretches
 from knitstudy.study.configuration import load_scenes, load_study
 from knitstudy.study.scene import LABELS
 from knitstudy.tables import catalogue as tables
-
-PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
 
 SIX = "domain-hexahedra-tie-course-6x6"
 
@@ -31,15 +31,6 @@ def test_laws_are_found_again():
     law = SumOfPowers.through(cells, 5.0 * cells**2 + 2.0 * cells, (2, 1))
     np.testing.assert_allclose(law.factors, [5.0, 2.0])
     assert law.at(10.0) == pytest.approx(520.0)
-
-
-def test_series_go_by_their_names_and_have_three_sizes(grown):
-    scenes, _ = grown
-    series = series_of(scenes.values())
-    assert [each.interaction for each in series] == ["tie constraint", "isotropic friction"]
-    assert all(each.cells.tolist() == [3, 6, 8] for each in series)
-    fewer = [scene for name, scene in scenes.items() if name != SIX]
-    assert [each.interaction for each in series_of(fewer)] == ["isotropic friction"]
 
 
 def all_but_size(scene):
@@ -78,22 +69,130 @@ def test_force_is_over_the_width_that_is_pulled(grown):
     assert force_per_width(history, wale) == pytest.approx(10.0 / (6 * scene.pattern.wale_spacing))
 
 
-def test_tables_stand_beside_the_papers(grown):
-    scenes, histories = grown
-    table = tables.tabulate("table3_domain_size", domain=histories, scenes=scenes, paper=read_table(PAPER))
-    contact = table[table["interaction"] == "isotropic friction"]
-    assert contact["degrees of freedom, paper [1]"].tolist() == [311_913, 1.73e6, 3.30e6]
-    assert contact["memory, paper [MB]"].tolist() == [1158, 4788, 10398]
-    np.testing.assert_allclose(table["memory over its law [1]"], 1.0, rtol=1e-9)
-    np.testing.assert_allclose(table["memory of an unknown [kB]"], 3.0, rtol=1e-5)
-    growth = tables.tabulate("domain_growth", domain=histories, scenes=scenes)
-    np.testing.assert_allclose(growth["exponent of memory growth [1]"], 2.0, rtol=1e-9)
-    np.testing.assert_allclose(growth["exponent of the time of a Newton iteration [1]"], 2.0, rtol=1e-9)
-
-
 def test_response_is_compared_with_the_largest_knit(grown):
     scenes, histories = grown
     table = tables.tabulate("domain_response", domain=histories, domain_contacts={}, scenes=scenes)
     tied = table[table["interaction"] == "tie constraint"]
     np.testing.assert_allclose(tied["the same, over that of the largest knit [1]"], [8 / 3, 8 / 6, 1])
     assert tied["mean normal force in the centre cell [N]"].isna().all()
+
+
+SMALL = 1e-4
+
+
+def isotropic(poisson):
+    shear = (1 - poisson) / 2
+    return np.array([[1, poisson, 0], [poisson, 1, 0], [0, 0, shear]]) / (1 - poisson**2)
+
+
+def test_grips_of_a_sheet_that_does_not_contract_add_nothing():
+    for strain in (SMALL, 0.3, -0.1):
+        assert held_over_free(isotropic(0.0), 1.0, 2.0, strain, elements=4) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_short_sheet_is_held_across_everywhere():
+    for strain in (SMALL, 0.05):
+        found = held_over_free(isotropic(0.3), 1.0, 200.0, strain, elements=16)
+        assert found == pytest.approx(1 / (1 - 0.3**2), rel=2e-3)
+
+
+def test_grips_are_far_from_most_of_a_long_sheet():
+    long, longer = (held_over_free(isotropic(0.3), length, 1.0, SMALL) - 1 for length in (5.0, 10.0))
+    assert 0 < longer < 0.55 * long < 0.01
+
+
+def test_grips_add_as_much_on_finer_elements():
+    for strain in (SMALL, 0.05):
+        found = [held_over_free(isotropic(0.3), 1.0, 1.0, strain, elements) for elements in (6, 12, 24)]
+        assert abs(found[2] - found[1]) < abs(found[1] - found[0]) < 1e-3
+
+
+def test_a_neck_adds_to_the_force():
+    """A sheet that contracts as much as it stretches necks, and its sides turn into the pull."""
+    membrane = np.array([[1.0, 0.3, 0.0], [0.3, 0.3, 0.0], [0.0, 0.0, 0.1]])
+    found = [held_over_free(membrane, 1.0, 1.0, strain, elements=8) for strain in (SMALL, 0.025, 0.05)]
+    assert np.all(np.diff(found) > 0)
+    assert found[2] - found[1] == pytest.approx(found[1] - found[0], rel=0.2)
+
+
+def test_a_sheet_that_finds_no_equilibrium_is_refused():
+    with pytest.raises(ConvergenceError, match="finds no equilibrium at a strain of -1"):
+        held_over_free(isotropic(0.3), 1.0, 1.0, -1.0, elements=4)
+
+
+def test_stretches_are_those_of_the_polar_decomposition():
+    rng = np.random.default_rng(0)
+    gradients = np.eye(2) + 0.2 * rng.normal(size=(20, 2, 2))
+    squares = np.einsum("kia,kib->kab", gradients, gradients)[..., [0, 1, 0], [0, 1, 1]]
+    found, slope = stretches(squares)
+    for gradient, strain in zip(gradients, found, strict=True):
+        _, stretch = scipy.linalg.polar(gradient)
+        expected = [stretch[0, 0] - 1, stretch[1, 1] - 1, 2 * stretch[0, 1]]
+        np.testing.assert_allclose(strain, expected, atol=1e-12)
+    step = 1e-6 * rng.normal(size=(20, 3))
+    ahead, behind = (stretches(squares + sign * step)[0] for sign in (1, -1))
+    np.testing.assert_allclose((ahead - behind) / 2, np.einsum("kij,kj->ki", slope, step), atol=1e-12)
+
+
+def test_limit_of_a_knit_whose_edges_are_a_part_of_it():
+    cells = np.array([1, 3, 6, 8, 10])
+    assert limit(cells, 5.0 - 2.0 / cells) == pytest.approx((5.0, 0.0), abs=1e-9)
+    corners = 5.0 - 2.0 / cells + 0.9 / cells**2
+    middle, uncertain = limit(cells, corners)
+    assert middle + uncertain == pytest.approx(5.0), "the parabola finds it"
+    assert uncertain > 0.005, "terms other than 1 / n show as uncertainty"
+
+
+@pytest.fixture(scope="module")
+def knits(plain_scene):
+    """Scenes and histories of tied square knits and of the cell, in wale tension."""
+    scenes, histories = {}, {}
+    for count in (3, 6, 8):
+        name = "yarns-tie-wale" if count == 3 else f"domain-yarns-tie-wale-{count}x{count}"
+        size = {"knit": f"plain{count}", "pattern.loops": count, "pattern.rows": count}
+        keys = {"name": name, "fidelity": "spline_yarns", "interaction": "tie", "load.direction": "wale"}
+        scenes[name] = plain_scene.vary(keys | size)
+        width = count * scenes[name].pattern.wale_spacing
+        history = synthetic.history(scene=name, interaction="tie")
+        force = history["force"] / history["force"][-1] * width * (1000.0 - 300.0 / count)
+        histories[name] = history.assign(force=force)
+    cell = plain_scene.vary(
+        {"name": "cell-wale", "specimen": "cell", "fidelity": "spline_yarns", "interaction": "tie"}
+        | {"load.deformation": "wale", "load.lateral": "free"}
+    )
+    membrane = np.diag([1.0, 1.0, 0.5])  # no contraction
+    strain = histories["yarns-tie-wale"]["strain"].to_numpy()
+    history = xr.Dataset(
+        {
+            "strain": ("increment", strain),
+            "force_per_width": (("increment", "plane"), np.outer(strain / strain[-1], [0.0, 990.0, 0.0])),
+            "tangent_per_width": (("increment", "plane", "of_plane"), np.tile(membrane, (len(strain), 1, 1))),
+        }
+    )
+    return scenes, histories, cell, history
+
+
+def test_cell_stands_beside_the_limit_of_knits(knits):
+    scenes, histories, cell, history = knits
+    table = tables.tabulate(
+        "endless_knit", squares=histories, cells={"cell-wale": history}, scenes=scenes | {"cell-wale": cell}
+    )
+    last = table.iloc[-1]
+    assert last["direction"] == "wale"
+    assert last["cells in a row [1]"] == "3, 6, 8"
+    assert last["limit [N/m]"] == pytest.approx(1000.0)
+    assert last["uncertainty of the limit [N/m]"] == pytest.approx(0.0, abs=1e-6)
+    assert last["the same, over the limit [1]"] == pytest.approx(0.99)
+    assert len(table) == 2, "its first and its last strain"
+
+
+def test_a_sheet_is_as_stiff_as_the_cell_on_its_way(knits):
+    """Of a cell that grows stiffer, the sheet has the force of the whole way, not the last stiffness."""
+    _, _, cell, history = knits
+    strain = history["strain"].to_numpy()
+    tangent = np.array([[1.0, 0.5, 0.0], [0.5, 1.0, 0.0], [0.0, 0.0, 0.3]])
+    grows = np.multiply.outer(1 + strain / strain[-1], tangent)
+    stiffer = history.assign(tangent_per_width=(history["tangent_per_width"].dims, grows))
+    found = between_grips(stiffer, cell, len(strain) - 1)
+    sides = cell.pattern.course_spacing, cell.pattern.wale_spacing
+    assert found == pytest.approx(held_over_free(1.5 * tangent, *sides, strain[-1]), rel=1e-6)

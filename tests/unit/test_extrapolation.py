@@ -43,11 +43,6 @@ def test_another_order_than_the_assumed_is_uncertainty():
     assert abs(limit.value - 1.0) <= limit.uncertainty == pytest.approx(1.2 - 0.2 / 3 - limit.value)
 
 
-def test_values_that_do_not_converge_have_no_order():
-    assert np.isnan(limit_of_sizes(SIZES, (1.0, 1.1, 1.3)).order)
-    assert np.isnan(limit_of_sizes(SIZES, (1.0, 1.1, 1.1)).order)
-
-
 def test_geometric_errors_of_degrees_vanish():
     limit = limit_of_degrees((4, 2, 3), (1 + 2**-4, 1 + 2**-2, 1 + 2**-3))
     assert limit.value == pytest.approx(1.0)
@@ -59,12 +54,6 @@ def test_degrees_that_do_not_settle_leave_their_last_change_open(values):
     limit = limit_of_degrees(range(2, 2 + len(values)), values)
     assert limit.value == values[-1]
     assert limit.uncertainty == pytest.approx(abs(values[-1] - values[-2]))
-
-
-@pytest.mark.parametrize("limit", [limit_of_sizes, limit_of_degrees])
-def test_one_resolution_is_none(limit):
-    with pytest.raises(DataFileError, match="two different ones or more"):
-        limit((3, 3), (1.0, 1.0))
 
 
 def test_surer_ways_weigh_more_and_the_larger_origin_is_named():
@@ -106,10 +95,3 @@ def test_less_than_the_uncertainty_decides_nothing():
     assert all_hold([True, None]) is None
     assert all_hold([None, False]) is False
     assert Estimate(2.0, 1.0).of(lambda value: 1 / value) == Estimate(0.5, 0.5)
-
-
-def test_estimates_are_written_as_finely_as_they_are_known():
-    assert str(Estimate(1.23456, 0.2)) == "1.23 ± 0.20"
-    assert str(Estimate(1.23456, 0.004)) == "1.235 ± 0.004"
-    assert str(Estimate(1.0, 0.0)) == "1.00 ± 0.00"
-    assert str(UNKNOWN) == "no reference"

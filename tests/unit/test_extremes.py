@@ -5,14 +5,14 @@ import os
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from synthetic import history
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
 from knitstudy.figures.extremes_map import CAUSES, draw
 from knitstudy.stages import extremes
-from knitstudy.stages.extremes import cause, judged, run
+from knitstudy.stages.extremes import QUANTITIES, Trial, cause, judged, load_campaign, run
 from knitstudy.stages.simulate import Results
-from knitstudy.study.campaign import Trial
 
 
 @pytest.fixture
@@ -102,3 +102,104 @@ def test_the_map_has_a_square_for_every_trial():
     assert [text.get_text() for text in axes.get_yticklabels()] == ["strain", "gap"]
     labels = [text.get_text() for text in page.legends[0].get_texts()]
     assert labels == [f"{label} (4)" for label, _ in CAUSES.values()]
+
+
+BASES = {
+    "a": {},
+    "b": {"fidelity": "rom3d", "rom.contacts_from": "extreme-a"},
+    "c": {"interaction": "isotropic"},
+}
+
+DECLARED = {
+    "seed": 1,
+    "limit": 10.0,
+    "cheap": 1.0,
+    "alone": {
+        "strain": {"of": ["a", "b"], "values": {"load.strain": [-1, 0.1]}, "cases": [{"load.stops": [0.01]}]},
+        "both": {"of": ["c"], "values": {"contact.normal_stiffness contact.tangential_stiffness": [3]}},
+        "size": {"of": ["a"], "values": {"diameter": [1.0]}},
+        "stiffness": {"of": ["a"], "values": {"stiffness": [1.0]}},
+        "across": {"of": ["a"], "values": {"across": [5]}},
+    },
+    "together": {
+        "scenes": 40,
+        "changed": 0.5,
+        "of": ["a", "b", "c"],
+        "keys": {
+            "load.strain": {"even": [0.1, 0.2]},
+            "mesh.size": {"decades": [1e-5, 1e-3]},
+            "interaction": ["rough", "isotropic"],
+            "contact.friction": {"even": [0, 1]},
+            "diameter": {"decades": [1e-3, 1]},
+        },
+    },
+}
+
+
+@pytest.fixture
+def campaign(config):
+    """Function that writes a campaign and returns it."""
+    scenes = [{"name": f"extreme-{name}", "keys": {"knit": "plain", **keys}} for name, keys in BASES.items()]
+    (config / "scenes" / "small.yaml").write_text(yaml.safe_dump({"studies": [], "scenes": scenes}))
+
+    def declared(**together):
+        document = DECLARED | {"together": DECLARED["together"] | together}
+        (config / "extremes.yaml").write_text(yaml.safe_dump(document))
+        return load_campaign(config)
+
+    return declared
+
+
+def changes(campaign, group):
+    return [(trial.model, dict(trial.changes)) for trial in campaign.trials if trial.group == group]
+
+
+def test_one_thing_at_a_time(campaign):
+    assert changes(campaign(), "strain") == [
+        (model, changed)
+        for model in "ab"
+        for changed in ({"load.strain": -1}, {"load.strain": 0.1}, {"load.stops": [0.01]})
+    ]
+    both = {"contact.normal_stiffness": 3, "contact.tangential_stiffness": 3}
+    assert changes(campaign(), "both") == [("c", both)]
+
+
+def test_a_value_that_no_scene_may_have_is_refused_when_the_scene_is_asked_for(campaign):
+    (first,) = (trial for trial in campaign().trials if trial.name == "strain a 1")
+    with pytest.raises(ConfigurationError, match=r"load\.strain is -1 but must be"):
+        first.scene()
+
+
+def test_quantities_change_what_they_stand_for(campaign):
+    scenes = {
+        trial.group: trial.scene() for trial in campaign().trials if trial.group in ("size", *QUANTITIES)
+    }
+    large, soft, fine = (scenes[name] for name in ("size", "stiffness", "across"))
+    assert large.yarn.diameter == pytest.approx(1.0)
+    assert large.mesh.size / large.yarn.diameter == pytest.approx(0.3 / 1.8)
+    assert (soft.yarn.youngs_modulus, soft.yarn.diameter) == (1.0, 1.8e-3)
+    assert fine.mesh.size == pytest.approx(1.8e-3 / 5)
+
+
+def test_draws_are_the_same_every_time_and_do_not_hang_on_how_many_there_are(campaign):
+    many, few = changes(campaign(), "together"), changes(campaign(scenes=3), "together")
+    assert many == changes(campaign(), "together")
+    for model in "abc":
+        drawn = [changed for name, changed in many if name == model]
+        assert len(drawn) == 40
+        assert drawn[:3] == [changed for name, changed in few if name == model]
+
+
+def test_draws_lie_in_their_ranges_and_are_of_keys_that_the_scene_has(campaign):
+    together = changes(campaign(), "together")
+    strains = [changed["load.strain"] for _, changed in together if "load.strain" in changed]
+    assert 0.1 <= min(strains) < 0.12 < 0.18 < max(strains) <= 0.2
+    assert 0.3 * len(together) < len(strains) < 0.7 * len(together)
+    sizes = [changed["mesh.size"] for _, changed in together if "mesh.size" in changed]
+    assert 1e-5 <= min(sizes) < 3e-5 < 3e-4 < max(sizes) <= 1e-3
+    keys = {model: {key for name, changed in together if name == model for key in changed} for model in "abc"}
+    assert keys["a"] == {"load.strain", "mesh.size", "diameter"}
+    assert keys["b"] == {"load.strain", "diameter"}
+    assert keys["c"] == {"load.strain", "mesh.size", "diameter", "interaction", "contact.friction"}
+    for _, changed in together:
+        assert not (changed.get("interaction") == "rough" and "contact.friction" in changed)

@@ -21,7 +21,7 @@ from knitstudy.geometry.fabric import (
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.spline import CatmullRom, Centreline
 from knitstudy.loading.solve import solve_load_path
-from knitstudy.mesh.mesher import mesh_fabric, sampled_sections
+from knitstudy.mesh.mesher import sampled_sections
 from knitstudy.models import beams_in_contact, spline_yarns
 
 RADIUS = 0.9e-3
@@ -107,27 +107,6 @@ def test_crossings_of_a_knit_lie_on_their_yarns_and_face_each_other(loop):
     np.testing.assert_array_equal(in_front, np.broadcast_to([False, False, True, True], in_front.shape))
 
 
-def test_yarns_of_a_knit_run_from_sinker_to_sinker(loop):
-    knit = plain_knit(loop, 2, 3)
-    yarn = knit.centrelines[0]
-    ends = np.array([0, yarn.length])
-    np.testing.assert_allclose(yarn.position(ends)[:, 0], [0, 2 * knit.cell[0]], atol=1e-12)
-    np.testing.assert_allclose(yarn.tangent(ends), [[1, 0, 0]] * 2, atol=1e-9)
-    assert yarn.length == pytest.approx(2 * loop.length, rel=1e-12)
-    rise = knit.centrelines[3].position(ends) - yarn.position(ends)
-    np.testing.assert_allclose(rise, [[0, 3 * knit.cell[1], 0]] * 2, atol=1e-15)
-
-
-def test_places_of_outer_yarns_are_those_of_yarns_with_neighbours_on_both_sides(loop):
-    knit = plain_knit(loop, 3, 2)
-    inner = knit.stations(1)
-    for yarn in range(3):
-        s, point = knit.places(yarn)
-        np.testing.assert_allclose(s, inner, rtol=1e-9)
-        np.testing.assert_allclose(point, knit.places(0)[1] + knit.shift[yarn])
-    assert len(knit.places_of_a_repeat()) == 8
-
-
 def test_grips_of_a_knit(loop):
     knit = plain_knit(loop, 3, 2)
     held, driven = knit.grips["course"]
@@ -156,13 +135,6 @@ def test_sinkers_and_heads_lie_between_crossings_once_a_loop(loop):
         assert not ((along[:, None] > arcs[:, 0] + 1e-9) & (along[:, None] < arcs[:, 1] - 1e-9)).any()
     bottom, top = (line.position(arcs.mean(axis=1))[:, 1] for arcs in (sinkers[1:-1], heads))
     assert bottom.max() < top.min()
-
-
-def test_ends_belong_to_a_grip():
-    grip = Grip(np.array([0, 0, 1]), np.array([[1.0, 2.0], [5.0, 6.0], [0.0, 0.0]]))
-    at = np.array([1.0, 2.0, 2.1, 0.9, 5.5, 0.0])
-    assert grip.holds(np.zeros(6, dtype=int), at).tolist() == [True, True, False, False, True, False]
-    assert grip.holds([1, 1], [0.0, 1.0]).tolist() == [True, False]
 
 
 def test_cut_cells_have_the_yarn_of_an_endless_knit(loop):
@@ -245,16 +217,6 @@ def test_a_plain_weave_crosses_wherever_warp_meets_weft(weave):
     np.testing.assert_allclose(crossings.distance, 2.1 * RADIUS, rtol=1e-3)
     over = np.sign(np.diff(crossings.point[..., 2], axis=1)[:, 0])
     np.testing.assert_array_equal(over, (-1.0) ** crossings.yarn.sum(axis=1))
-
-
-def test_a_weave_is_meshed_with_its_crossings_in_the_middle_of_layers(weave):
-    mesh = mesh_fabric(weave, 0.6e-3)
-    for side in (0, 1):
-        for yarn, s in zip(weave.crossings.yarn[:, side], weave.crossings.arc_length[:, side], strict=True):
-            stations = mesh.stations[yarn]
-            middles = 0.5 * (stations[1:] + stations[:-1])
-            assert np.abs(middles - s).min() < 1e-6 * RADIUS
-    assert sampled_sections(weave).yarns == 5
 
 
 def test_models_take_any_fabric(weave, plain_scene):

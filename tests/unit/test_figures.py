@@ -23,7 +23,7 @@ from knitstudy.figures.style import describe, save
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.measures.centre_cell import closest_neighbour, rotation_angle
+from knitstudy.measures.centre_cell import closest_neighbour
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models import network_2d
 from knitstudy.models.joints import contacts_of_crossings
@@ -194,11 +194,6 @@ def test_unknown_figure_names_the_known_ones():
         catalogue.draw("fig15")
 
 
-def test_missing_result_is_named(results):
-    with pytest.raises(ConfigurationError, match=r"fig04_honeycomb' needs .*: mesh is missing"):
-        catalogue.draw("fig04_honeycomb", **{"geometry": None, "contacts": None})
-
-
 def test_figure_that_cannot_be_rendered_is_left_out_with_a_note(results, monkeypatch, caplog):
     def fail(picture):
         raise RenderingError("VTK cannot render here")
@@ -247,15 +242,6 @@ def test_the_band_is_the_uncertainty_of_the_reference(drawn):
     assert sorted(set(np.round(y[np.isclose(x, 5)], 9))) == [0.98 * 12, 1.02 * 12]
 
 
-def test_unit_cell_says_and_marks_what_penetrates(drawn, pictures):
-    """White spheres where centrelines are nearer than a diameter: eight crossings of the flat cell."""
-    said = " ".join(texts(drawn("fig01_unit_cell")))
-    assert "deepest penetration 0.40 mm (0.44 $R$)" in said
-    assert "no penetration, smallest gap\n0.018 mm (0.020 $R$)" in said
-    white = [sum(surface.colour == style.PAPER for surface in picture.surfaces) for picture in pictures]
-    assert white == [8, 0]
-
-
 def test_honeycomb_shows_every_beam_and_zone(drawn, knit, results):
     (axes,) = drawn("fig04_honeycomb").axes
     beams = next(each for each in axes.collections if isinstance(each, LineCollection))
@@ -287,29 +273,7 @@ def test_each_plane_holds_both_centroids_and_what_belongs_to_its_contact(side, k
         assert depth.min() > 0.3 * knit.radius, "the drawn part reaches beyond"
 
 
-def test_contacts_without_the_middle_interlock_are_refused(knit, results):
-    with pytest.raises(DataFileError, match=r"row 1, column 1 must have the zones \(0, 2\)"):
-        InterlockSide.in_the_middle(knit, results("")["contacts"].isel(crossing=slice(0, 14)))
-
-
 # ---- contact ----
-
-
-def test_zones_area_and_places_of_contact_in_the_centre_cell(drawn):
-    figure = drawn("fig07_contact")
-    zones, area, force, *panels = figure.axes
-    np.testing.assert_array_equal(zones.get_lines()[0].get_ydata(), [0, 0, 1, 2, 4, 4])
-    np.testing.assert_allclose(area.get_lines()[0].get_ydata(), 2e-2 * np.array([0, 0, 1, 2, 4, 4]))
-    assert {"1", "2", "3", "4"} <= {text.get_text() for text in zones.texts} & {
-        text.get_text() for text in force.texts
-    }
-    assert [text.get_text() for text in figure.texts] == ["1: 0.05 %;  2: 0.33 %;  3: 0.45 %;  4: 1.95 %"]
-    arrows = [
-        sum(getattr(text, "arrow_patch", None) is not None for text in axes.texts) for axes in panels[:4]
-    ]
-    assert arrows == [0, 1, 2, 4]
-    assert "no contact" in [text.get_text() for text in panels[0].texts]
-    assert panels[3].get_title(loc="left") == "(c4)  1.95 % strain"
 
 
 def test_interactions_are_compared_over_strain(drawn):
@@ -340,12 +304,6 @@ def test_neighbour_that_comes_closer_at_the_end_is_followed(touching):
     closer = closest_neighbour(contacts.assign(segment_contraction=contraction))
     np.testing.assert_allclose(closer[:, 0, 0], [0.1] * 5 + [0.2])
     np.testing.assert_allclose(closer[:, 1, 1], -0.3)
-
-
-def test_rotation_angle_is_the_length_of_the_vector(touching):
-    share = touching["contacts"]["strain"].to_numpy()[:, None, None] / 0.05
-    angle = rotation_angle(touching["contacts"])
-    np.testing.assert_allclose(angle, np.broadcast_to(0.1 * share, angle.shape))
 
 
 def test_slide_of_a_pair_by_hand(pairs, drawn):

@@ -100,18 +100,6 @@ def test_feet_and_heads_face_their_mirror_images(omega):
     assert np.abs(distance - max(feet, heads)).min() < 1e-9
 
 
-def test_head_and_the_sinkers_of_the_second_row_above(omega):
-    # Rows that do not reach each other: the head's top stands below the foot arcs of the next row.
-    above = approaches(omega, reach=100)
-    found = above.distance[above.row == 1].min()
-    u = np.linspace(0, 16, 4001)
-    x = omega.curve.value(u)
-    y = np.vstack([omega.curve.shifted([j * WALE, COURSE, 0]).value(u) for j in (-1, 0, 1)])
-    brute = np.sqrt(((x[:, None, :2] - y[None, ::3, :2]) ** 2).sum(axis=-1)).min()
-    assert found == pytest.approx(brute, rel=1e-4)  # samples stand 0.01 apart
-    assert found <= brute
-
-
 def test_radius_of_curvature_of_a_circle():
     t = 2 * np.pi * np.arange(64) / 64
     circle = CatmullRom(3 * np.column_stack([np.cos(t), np.sin(t), 0 * t]), [0, 0, 0])

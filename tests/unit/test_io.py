@@ -126,17 +126,6 @@ def test_a_kill_leaves_the_old_file(tmp_path):
     assert list(tmp_path.iterdir()) == [path], "what the killed process left is gone"
 
 
-def test_what_a_killed_writer_left_is_cleared_and_a_living_one_keeps_its_own(tmp_path):
-    path = tmp_path / "a.csv"
-    dead = subprocess.Popen([sys.executable, "-c", ""])
-    dead.wait()
-    for process in (dead.pid, os.getppid()):
-        (tmp_path / f".a.{process}.partial.csv").touch()
-    with replacing(path) as temporary:
-        temporary.write_text("new")
-    assert sorted(os.listdir(tmp_path)) == [f".a.{os.getppid()}.partial.csv", "a.csv"]
-
-
 def test_dataset_round_trip_with_provenance(tmp_path, config, dataset):
     scene = load_scene("dns-a", config)
     write_dataset(dataset, tmp_path / "a.nc", scene, digest="beef")

@@ -6,10 +6,9 @@ import pytest
 from knitstudy.contacts.kinematics import section_motion
 from knitstudy.errors import MeshError
 from knitstudy.geometry.fabric import yarn_pair
-from knitstudy.mesh.mesher import PATCH, PATCH_RAMP, mesh_fabric
+from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.mesh.quality import check_folding
-from knitstudy.mesh.section import Section
-from knitstudy.mesh.spacing import Grading, drawn, drawn_angles
+from knitstudy.mesh.spacing import Grading, drawn
 
 RADIUS, SIZE = 0.9e-3, 0.3e-3
 GRADING = Grading(3.0, reach=1.0, ramp=2.0)
@@ -37,17 +36,6 @@ def test_a_section_is_finer_by_the_refinement_where_it_is_drawn_to_and_keeps_its
         assert abs(arms[0] @ arms[1]) < 1e-4 * (scale * step) ** 2
 
 
-def test_angles_are_those_of_the_drawn_nodes():
-    section = Section.butterfly(4, 1)
-    pull = 0.4 * np.array([[0.0, 0.0], [1.0, 0.0], [0.6, -0.8]])
-    x, y = np.moveaxis(drawn(section.points, pull)[:, section.ring], -1, 0)
-    angles = drawn_angles(section.angles, pull)
-    np.testing.assert_allclose(np.exp(1j * angles), (x + 1j * y) / np.hypot(x, y), atol=1e-14)
-    assert np.all(np.diff(angles, axis=1) > 0)
-    np.testing.assert_array_equal(angles[0], section.angles)
-    np.testing.assert_array_equal(drawn(section.points, pull)[0], section.points)
-
-
 def test_elements_at_the_crossing_are_smaller_along_and_across(pair):
     coarse, fine = (mesh_fabric(pair, SIZE, 1.0, refinement) for refinement in (1.0, 3.0))
     check_folding(fine)
@@ -67,27 +55,10 @@ def test_elements_at_the_crossing_are_smaller_along_and_across(pair):
         np.testing.assert_allclose(np.divide(*sizes), 3.0, rtol=0.05)
 
 
-def test_far_from_the_crossing_the_section_is_as_it_was(pair):
-    mesh = mesh_fabric(pair, SIZE, 1.0, 2.0)
-    middle = pair.crossings.arc_length[0, 0]
-    reach = PATCH / np.sin(np.radians(pair.angle))
-    far = np.abs(mesh.arc_length - middle) > (reach + PATCH_RAMP) * RADIUS
-    assert far.sum() > 4
-    np.testing.assert_array_equal(mesh.pull[far], 0.0)
-
-
 def test_crossings_that_are_too_near_are_refused():
     near = np.array([0.0, 5.0])
     with pytest.raises(MeshError, match=r"mesh.refinement: crossings 5 m apart .* too near for 3.*use 1"):
         GRADING.pull(np.zeros(3), near, np.zeros(2))
-
-
-def test_means_around_a_drawn_ring_are_those_of_its_circle(pair):
-    """A rotation moves the centre of a section by nothing, however its nodes are drawn."""
-    mesh = mesh_fabric(pair, SIZE, 1.0, 3.0)
-    centres = mesh.ring_means(mesh.nodes)
-    # Of 16 nodes drawn by 1/2 the trapezoidal rule leaves 16 / 2^16 (1 / a - a) = 3.7e-4.
-    np.testing.assert_allclose(centres, mesh.centres, atol=4e-4 * RADIUS)
 
 
 def test_motion_of_a_drawn_section_is_that_of_the_yarn(pair):

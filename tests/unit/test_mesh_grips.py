@@ -50,26 +50,12 @@ def test_a_mesh_without_slices_where_grips_end_is_refused(scene, knit, plain):
         grips(plain, scene, knit)
 
 
-def nodes_of(mesh, yarn):
-    """Nodes (s, q, 3) of the slices of a yarn."""
-    return mesh.nodes[mesh.slice_nodes(np.flatnonzero(mesh.yarn_of_slice == yarn))]
-
-
 def test_gripped_yarns_are_crossed_in_the_middle_of_a_layer_all_the_same(knit, mesh):
     for yarn, side in ((0, 0), (knit.cells[1], 1)):
         along, s = mesh.stations[yarn], knit.crossings.arc_length[knit.crossings.yarn[:, side] == yarn, side]
         below = np.searchsorted(along, s) - 1
         np.testing.assert_allclose(0.5 * (along[below] + along[below + 1]), s, rtol=1e-9)
         np.testing.assert_allclose(along[below + 1] - along[below], SIZE / 2, rtol=1e-6)
-
-
-def test_loops_of_gripped_yarns_are_alike(knit, mesh):
-    for yarn in knit.grip_ends("wale"):
-        nodes = nodes_of(mesh, yarn)
-        loop = (len(nodes) - 1) // knit.cells[0]
-        moved = nodes[:-loop] + np.array([knit.cell[0], 0, 0])
-        # The integral of the spacing is summed in steps that loops do not share.
-        np.testing.assert_allclose(moved, nodes[loop:], rtol=0, atol=1e-4 * SIZE)
 
 
 RADIUS, LENGTH, CLEARANCE, PAIR_SIZE = 0.9e-3, 8e-3, 0.02, 0.45e-3

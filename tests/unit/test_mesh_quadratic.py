@@ -7,7 +7,7 @@ import pytest
 from test_mesh_sweep import Helix, Straight
 
 from knitstudy.errors import MeshError
-from knitstudy.mechanics.elements.quadratic import NATURAL, QuadraticHexahedron, quadratic_shape
+from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mesh.quadratic import quadratic_mesh
 from knitstudy.mesh.section import Section
@@ -52,22 +52,6 @@ def test_the_corners_are_those_of_the_swept_mesh_on_the_radius(swept, mesh):
         mesh.corners.nodes.reshape(swept.slices, -1, 3)[:, inside],
         swept.nodes.reshape(swept.slices, -1, 3)[:, inside],
     )
-
-
-def test_face_centres_are_where_the_element_has_them(mesh):
-    outer = np.isin(mesh.elements, np.concatenate([grid.ravel() for grid in mesh.grids]))
-    faces = {}
-    for axis in range(3):
-        for side in (-1, 1):
-            centre = np.zeros((1, 3))
-            centre[0, axis] = side
-            on_face = NATURAL[:, axis] == side
-            here = outer[:, on_face].all(axis=1)
-            for element in mesh.elements[here]:
-                faces[frozenset(element[on_face])] = quadratic_shape(centre)[0] @ mesh.nodes[element]
-    assert len(faces) == len(mesh.face_centres)
-    for centre, around in zip(mesh.face_centres, mesh.faces, strict=True):
-        np.testing.assert_allclose(faces[frozenset(around)], mesh.nodes[centre], atol=1e-12)
 
 
 def test_the_volume_is_that_of_the_tube(mesh):

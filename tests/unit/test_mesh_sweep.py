@@ -1,13 +1,14 @@
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
-from knitstudy.errors import DataFileError, MeshError
+from knitstudy.errors import MeshError
 from knitstudy.files import read_dataset, write_dataset
+from knitstudy.mesh import quality
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing, place_slices
-from knitstudy.mesh.sweep import SweptMesh, rotation_minimising, sweep
+from knitstudy.mesh.sweep import SweptMesh, Targets, roll_towards, rotation_minimising, sweep
 
 
 @dataclass
@@ -121,38 +122,12 @@ def test_frames_turn_about_a_helix_by_its_total_torsion():
     assert errors[0] / errors[1] > 2**3.5  # fourth order
 
 
-def test_slices_follow_the_spacing():
-    spacing = Spacing(0.1, growth=2.0, stations=(2.0, 8.0), period=10.0, reach=0.5, ramp=1.0)
-    s = place_slices(20.0, spacing)
-    steps, middle = np.diff(s), 0.5 * (s[1:] + s[:-1])
-    assert s[[0, -1]].tolist() == [0.0, 20.0]
-    ratio = steps / spacing(middle)
-    assert np.ptp(ratio) < 0.01 * ratio.mean()  # one scale for all, to the midpoint rule
-    assert steps.min() == pytest.approx(0.1, rel=0.02)
-    assert steps.max() == pytest.approx(0.2, rel=0.02)
-
-
-def test_every_loop_gets_the_same_slices():
-    spacing = Spacing(0.3, growth=1.3, stations=(1.0, 4.0), period=5.0, reach=0.3, ramp=1.0)
-    s = place_slices(15.0, spacing, periods=3)
-    loops = (s.size - 1) // 3
-    assert 3 * loops == s.size - 1
-    np.testing.assert_allclose(
-        s[loops:] - 5.0, s[: s.size - loops], atol=1e-4
-    )  # sampling of the spacing function
-
-
 def test_a_mesh_survives_its_file(two_yarns, tmp_path):
     write_dataset(two_yarns.to_dataset(), tmp_path / "mesh.nc")
     again = SweptMesh.from_dataset(read_dataset(tmp_path / "mesh.nc"))
     np.testing.assert_array_equal(again.nodes, two_yarns.nodes)
     np.testing.assert_array_equal(again.hexahedra, two_yarns.hexahedra)
     assert again.hexahedra.dtype == np.int32
-
-
-def test_a_mesh_without_frames_is_refused(two_yarns):
-    with pytest.raises(DataFileError, match="missing frames"):
-        SweptMesh.from_dataset(two_yarns.to_dataset().drop_vars("frames"))
 
 
 @pytest.mark.parametrize(
@@ -169,3 +144,192 @@ def test_a_mesh_without_frames_is_refused(two_yarns):
 def test_bad_input_is_refused(call, message):
     with pytest.raises(MeshError, match=message):
         call()
+
+
+def corner_sines(section):
+    corners = section.points[section.quads]
+    ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    cross = ahead[..., 0] * behind[..., 1] - ahead[..., 1] * behind[..., 0]
+    return cross / np.linalg.norm(ahead, axis=-1) / np.linalg.norm(behind, axis=-1)
+
+
+@pytest.mark.parametrize(
+    ("size", "nodes", "quads", "angles"),
+    [(0.9, 28, 21, 12), (0.3, 41, 32, 16)],
+)
+def test_size_sets_the_elements_across(size, nodes, quads, angles):
+    section = Section.for_size(diameter=1.8, size=size)
+    assert (section.size, section.quads.shape[0], section.ring.size) == (nodes, quads, angles)
+
+
+@pytest.mark.parametrize(("core", "rings"), [(3, 1), (4, 1), (4, 2), (5, 1), (6, 2), (8, 2)])
+def test_elements_are_well_shaped(core, rings):
+    section = Section.butterfly(core, rings)
+    assert corner_sines(section).min() > np.sin(np.radians(54))  # interior angles between 54 and 126 degrees
+    assert section.areas.max() < 1.6 * section.areas.min()
+
+
+@pytest.mark.parametrize(("core", "rings"), [(3, 1), (4, 1), (6, 2)])
+def test_polygon_has_the_area_of_the_disc(core, rings):
+    section = Section.butterfly(core, rings)
+    assert section.areas.sum() == pytest.approx(np.pi, rel=1e-14)
+    np.testing.assert_allclose(np.diff(section.angles), 2 * np.pi / (4 * core), rtol=1e-13)
+    radii = np.linalg.norm(section.points[section.ring], axis=1)
+    assert np.ptp(radii) < 1e-14
+    assert 1 < radii[0] < 1.025
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: Section.butterfly(2, 1), "8 angles"),
+        (lambda: Section.butterfly(4, 0), "rings: 0"),
+        (lambda: Section.for_size(0.0, 0.3), "diameter: 0.0 m"),
+        (lambda: Section.for_size(1.8, -0.3), "size: -0.3 m"),
+    ],
+)
+def test_bad_sections_are_refused(call, message):
+    with pytest.raises(MeshError, match=message):
+        call()
+
+
+ANGLES = Section.butterfly(4, 1).angles
+STEP = 2 * np.pi / ANGLES.size
+
+
+def straight(count=61, length=12.0):
+    """Arc lengths, centres and frames of a straight yarn along z, d1 along x."""
+    s = np.linspace(0.0, length, count)
+    centres = np.stack([0 * s, 0 * s, s], axis=-1)
+    return s, centres, np.broadcast_to(np.eye(3), (count, 3, 3))
+
+
+def targets_at(arc_length, bearing):
+    """Targets in given directions (rad) from the straight yarn."""
+    point = np.stack([np.cos(bearing), np.sin(bearing), arc_length], axis=-1)
+    return Targets(np.asarray(arc_length), point)
+
+
+def steps_of(roll_at_targets):
+    """Roll over the facet step of targets whose bearings are given in steps beyond a facet's middle."""
+    where = np.array([3.1, 6.1, 9.1])
+    bearing = ANGLES[0] + STEP * (0.5 + np.asarray(roll_at_targets))
+    s, centres, frames = straight()
+    return s, roll_towards(targets_at(where, bearing), s, centres, frames, ANGLES) / STEP
+
+
+def test_roll_is_the_smallest_that_brings_facets_under_the_targets():
+    s, roll = steps_of([0.3, 5.1, -3.4])
+    at = np.interp([3.1, 6.1, 9.1], s, roll)
+    np.testing.assert_allclose(at, [0.3, 0.1, -0.4], atol=1e-12)
+
+
+def test_roll_follows_the_target_before_where_that_twists_less():
+    s, roll = steps_of([0.4, -0.3, 0.0])
+    np.testing.assert_allclose(np.interp([3.1, 6.1, 9.1], s, roll), [0.4, 0.7, 1.0], atol=1e-12)
+
+
+def test_centred_arc_lengths_lie_in_the_middle_of_layers():
+    spacing = Spacing(0.1, growth=2.0, stations=(2.03, 8.01), period=10.0, reach=0.5, ramp=1.0)
+    s = place_slices(20.0, spacing, periods=2, centred=[2.03, 8.01, 12.03, 18.01])
+    below = np.searchsorted(s, [2.03, 8.01, 12.03, 18.01]) - 1
+    np.testing.assert_allclose(0.5 * (s[below] + s[below + 1]), [2.03, 8.01, 12.03, 18.01], rtol=1e-13)
+    np.testing.assert_allclose(s[below + 1] - s[below], 0.1, rtol=1e-12)
+    assert s[[0, -1]].tolist() == [0.0, 20.0]
+    assert np.abs(s - 10.0).min() == 0.0
+    ratio = np.diff(s) / spacing(0.5 * (s[1:] + s[:-1]))
+    # The shortest part, 1.93 m beside a period's end, has some 14 elements: half of one to share out.
+    assert np.abs(ratio - 1).max() < 0.5 / 13
+
+
+def test_slices_stand_where_grips_end():
+    s = place_slices(20.0, Spacing(0.3), periods=2, centred=[4.0], ends=[0.0, 1.23, 10.0, 17.7, 20.0])
+    for end in (0.0, 1.23, 10.0, 17.7, 20.0):
+        assert np.abs(s - end).min() == 0.0
+    assert np.diff(s).min() > 0.5 * 0.3, "an end of a period that is one of a grip counts once"
+    assert np.abs(0.5 * (s[1:] + s[:-1]) - 4.0).min() < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: place_slices(9.0, Spacing(1.0), centred=[4.0], ends=[4.2]), "-0.3 m between s = 4.5 m and"),
+        (lambda: place_slices(9.0, Spacing(1.0), centred=[0.7, 4.5]), "between s = 0 m and s = 0.2 m"),
+        (lambda: place_slices(9.0, Spacing(1.0), centred=[5.0, 4.0]), "must increase"),
+        (
+            lambda: sweep([None], Section.butterfly(3, 1), 0.9, Spacing(0.5), targets=[]),
+            "0 targets for 1 centrelines",
+        ),
+    ],
+)
+def test_targets_without_room_are_refused(call, message):
+    with pytest.raises(MeshError, match=message):
+        call()
+
+
+CUBE = np.array(
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float
+)
+CORNERS = np.arange(8)[None]
+
+
+class Arc:
+    """Circular arc in the x-z plane through the origin, from a centre above it."""
+
+    def __init__(self, radius, angle, y=0.0):
+        self.radius, self.length, self.y = radius, radius * angle, y
+
+    def position(self, s):
+        t = s / self.radius
+        return np.stack([self.radius * np.sin(t), self.y + 0 * t, self.radius * (1 - np.cos(t))], axis=-1)
+
+    def tangent(self, s):
+        t = s / self.radius
+        return np.stack([np.cos(t), 0 * t, np.sin(t)], axis=-1)
+
+    def curvature(self, s):
+        return np.full(s.shape, 1 / self.radius)
+
+
+def test_scaled_jacobian_of_simple_shapes():
+    assert quality.scaled_jacobian(CUBE, CORNERS)[0] == pytest.approx(1.0)
+    assert quality.scaled_jacobian(CUBE * [3, 0.2, 1], CORNERS)[0] == pytest.approx(1.0)
+    shear = np.array([[1, 0, 1], [0, 1, 0], [0, 0, 1.0]])  # edges along z lean by 45 degrees
+    assert quality.scaled_jacobian(CUBE @ shear.T, CORNERS)[0] == pytest.approx(np.sqrt(0.5))
+    assert quality.scaled_jacobian(CUBE * [1, 1, -1], CORNERS)[0] == pytest.approx(-1.0)
+
+
+def test_folded_element_is_refused_with_its_place():
+    mesh = sweep([Arc(3.0, 2.0)], Section.butterfly(3, 1), 0.9, Spacing(0.5))
+    layer = 5
+    element = layer * mesh.section.quads.shape[0]
+    nodes = mesh.nodes.copy()
+    nodes[mesh.hexahedra[element, 0]] += 5 * mesh.frames[layer, 2]
+    with pytest.raises(MeshError, match=rf"yarn 0 at s = {mesh.arc_length[layer]:.6g} m is folded"):
+        quality.check_folding(replace(mesh, nodes=nodes))
+    quality.check_folding(mesh)
+
+
+def test_tight_bends_are_refused():
+    quality.check_bending([Arc(0.91, 1.0)], radius=0.9)
+    with pytest.raises(MeshError, match=r"yarn 1 bends .* radius of 0\.89 m; .* use a smaller yarn.diameter"):
+        quality.check_bending([Arc(2.0, 1.0), Arc(0.89, 1.0)], radius=0.9)
+
+
+@pytest.mark.parametrize(("gap", "overlap"), [(1.81, False), (1.79, False), (1.77, True)])
+def test_overlap_of_two_yarns_beyond_the_tolerance(gap, overlap):
+    curves = [Arc(5.0, 1.0), Arc(5.0, 1.0, y=gap)]
+    if not overlap:
+        quality.check_overlap(curves, radius=0.9, tolerance=0.01)
+        return
+    with pytest.raises(
+        MeshError,
+        match=r"yarn 0 at .* yarn 1 at .* overlap: their centrelines are 1\.77 m .* smaller yarn.diameter",
+    ):
+        quality.check_overlap(curves, radius=0.9, tolerance=0.01)
+
+
+def test_a_yarn_may_not_meet_itself_but_may_turn_as_tight_as_its_radius():
+    quality.check_overlap([Arc(0.905, np.pi)], radius=0.9)
+    with pytest.raises(MeshError, match=r"yarn 0 at .* yarn 0 at .* overlap"):
+        quality.check_overlap([Arc(3.0, 2 * np.pi)], radius=0.9)

@@ -14,7 +14,7 @@ from knitstudy.measures.discretisation import made_of, problem_of
 from knitstudy.measures.response import poisson_ratio, tangent_stiffness
 from knitstudy.study.configuration import load_scenes, load_study
 from knitstudy.tables import catalogue
-from knitstudy.tables.models import WINDOWS, contact_errors, tabulate_windows
+from knitstudy.tables.models import WINDOWS, contact_errors
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
@@ -181,25 +181,6 @@ def test_crossings_of_a_window_are_found_by_row_column_and_zone():
     assert np.isnan(contact_errors(SHOWN, tied)[1])
     with pytest.raises(DataFileError, match="no crossing of row 1, column 1, zone 1"):
         contact_errors(SHOWN, FULL.isel(crossing=slice(2)))
-
-
-def test_a_row_for_every_window(plain_scene):
-    def history(force, seconds, unknowns):
-        values = {"force": ("increment", [0.0, force]), "seam_jump": ("increment", [0.0, 1e-9])}
-        return xr.Dataset(values, attrs={"unknowns": unknowns, "wall_seconds": seconds})
-
-    table = tabulate_windows(
-        {NAME: history(9.9, 10.0, 1000), "window-tie-wale-3x3": history(1.0, 1.0, 1)},
-        {NAME: SHOWN},
-        {IN_FULL: history(10.0, 200.0, 4000)},
-        {IN_FULL: FULL},
-        {NAME: plain_scene.vary({"name": NAME, "fidelity": "window"})},
-    )
-    (row,) = table.to_dict("records")
-    assert (row["scene"], row["in full"]) == (NAME, IN_FULL)
-    assert row["force over that in full [1]"] == pytest.approx(0.99)
-    assert row["time in full over this [1]"] == pytest.approx(20)
-    assert row["unknowns in full over these [1]"] == pytest.approx(4)
 
 
 def test_windows_of_the_study_are_compared_with_the_same_knit_in_full():

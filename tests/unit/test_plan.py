@@ -1,12 +1,20 @@
 """Which results scenes have, what they are made from, and which of them another key or number concerns."""
 
+from types import SimpleNamespace
+
+import pandas as pd
 import pytest
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.files import write_dataset
+from knitstudy.files import read_table, write_dataset, write_table
+from knitstudy.measures.claims.verdicts import RULES
+from knitstudy.stages.kept_tables import VERDICTS
+from knitstudy.stages.memory import expected_memory, unknowns
 from knitstudy.stages.plan import Plan
+from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES
+from knitstudy.study.configuration import load_scene
 
 
 @pytest.fixture
@@ -60,17 +68,6 @@ def test_sources_that_do_not_fit(plan, changes, message):
     scene = plan.scenes["rom3d-a"].vary(changes)
     with pytest.raises(ConfigurationError, match=message):
         plan.needs(STAGES["simulation"], scene)
-
-
-def test_honeycomb_by_stress_comes_from_a_simulation_that_keeps_its_fields(config):
-    scenes = dict(Plan.of(config).scenes)
-    keys = {"fidelity": "rom2d", "rom.honeycomb": "principal_stress", "rom.stress_from": "dns-a"}
-    scene = scenes["rom3d-a"].vary(keys)
-    stage, dns = Plan(scenes).needs(STAGES["simulation"], scene)["stresses"]
-    assert (stage.name, dns.name) == ("stress", "dns-a")
-    scenes["dns-a"] = scenes["dns-a"].vary({"outputs": []})
-    with pytest.raises(ConfigurationError, match=r"scene 'dns-a': outputs is .* but must hold 'fields'"):
-        Plan(scenes).needs(STAGES["simulation"], scene)
 
 
 def digests(plan, scene):
@@ -152,3 +149,55 @@ def test_what_cannot_be_read_is_marked(history, plan, tmp_path, caplog):
     assert mark.exists()
     assert "is truncated or is not netCDF" in caplog.text
     assert "it will be made again" in caplog.text
+
+
+MEASURED = {
+    "dns-tie-course": (193_848, 791),
+    "yarns-tie-course": (11_232, 240),
+    "yarns-isotropic-wale": (11_718, 494),
+    "pair-slid-90": (10_944, 257),
+    "reference-3x3-tie-course-p4": (42_120, 542),
+    "reference-3x3-rough-wale-quadratic-060": (371_532, 2_827),
+    "domain-yarns-tie-course-30x30": (855_414, 4_324),
+}
+"""Unknowns, and peak of the process [MB]."""
+
+
+@pytest.mark.parametrize("name", MEASURED)
+def test_what_was_measured_is_expected(name):
+    """Unknowns are counted of the loop as drawn; a job may be promised up to twice too much, never too little."""
+    count, peak = MEASURED[name]
+    scene = load_scene(name)
+    assert unknowns(scene) == pytest.approx(count, rel=0.1)
+    assert peak <= expected_memory(scene) <= 2 * peak
+
+
+def test_scene_that_exceeds_the_machine_is_refused_before_it_begins(monkeypatch):
+    monkeypatch.setattr("psutil.virtual_memory", lambda: SimpleNamespace(total=0.3e9, available=0.3e9))
+    with pytest.raises(
+        ConfigurationError,
+        match=r"coarse': pattern.loops is 3, .*mesh.size is .*'simulation' would take some 0\.\d+ GB.*has 0.3",
+    ):
+        simulate(load_scene("dns-tie-course-coarse"))
+
+
+@pytest.fixture
+def kept(tmp_path):
+    path = tmp_path / "verdicts.csv"
+    write_table(pd.DataFrame({"id": ["G1", "K1"], "digest": "beef", "made": "2026-11-20"}), path)
+    return path
+
+
+def test_verdicts_of_other_code_are_said(kept):
+    said = VERDICTS.warning(kept, "cafe")
+    assert "kept on 2026-11-20" in said
+    assert "`make verdicts`" in said
+
+
+def test_configuration_without_a_full_study_has_other_verdicts(config, kept):
+    assert "`make verdicts`" in VERDICTS.warning(kept, VERDICTS.digest_wanted(Plan.of(config), config))
+
+
+def test_every_claim_has_a_kept_verdict():
+    table = read_table(VERDICTS.path, needs=("verdict", "uncertainty", "rule", "see", "digest"))
+    assert set(table["id"]) == set(RULES)

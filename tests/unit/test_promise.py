@@ -2,13 +2,17 @@
 
 import pytest
 import study
+from click.testing import CliRunner
 
+from knitstudy.cli.main import main
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.promises import Promise, corrected, error_made
+from knitstudy.measures.promises import Comparison, Promise, compare, corrected, error_made
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
 from knitstudy.report.kept_pages import BEGIN, END, insert_between_marks, trade_summary
 from knitstudy.stages.kept_tables import TRADE, TRADE_PAGE
+from knitstudy.stages.simulate import Results
+from knitstudy.study.choice import AGAIN, Ask, Choice, Rung, second
 from knitstudy.tables import catalogue as tables
 
 
@@ -82,3 +86,81 @@ def test_the_page_of_the_checkout_has_marks():
     page = TRADE_PAGE.read_text(encoding="utf-8")
     assert insert_between_marks(page, "text") != page
     assert TRADE.path.is_file()
+
+
+ASKS = ("--set", "fidelity=auto", "--set", "ask.question=force", "--set", "ask.accuracy=0.05")
+
+
+def result(scene, force):
+    """Scene, history with a force at full load, and no contacts."""
+    return scene, study.history(force=(0, force / 2, force)), None
+
+
+@pytest.fixture
+def scene(plain_scene):
+    return plain_scene.vary({"name": "mine", "fidelity": "rom3d"})
+
+
+@pytest.mark.parametrize(
+    ("mine", "theirs", "error"), [(11.0, 10.0, 0.02), (9.0, 10.0, 0.3), (10.0, 10.0, 0.01)]
+)
+def test_bounds_hold_wherever_the_truth_is(scene, mine, theirs, error):
+    found = compare("force", result(scene, mine), result(scene, theirs), error)
+    assert found.quantity == FORCE
+    off = [abs(mine / true - 1) for true in (theirs / (1 + error), theirs / (1 - error))]
+    assert found.least <= min(off) + 1e-12
+    assert found.most >= max(off[0], 0.0) - 1e-12
+    assert found.most == pytest.approx(abs(mine / theirs - 1) * (1 + error) + error)
+    assert found.least >= 0
+
+
+def rung(name, error, seconds, kind=None):
+    return Rung(name, kind or name, name, "spline_yarns", error, seconds, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "error", "taken"),
+    [(AGAIN, 0.01, "other"), (1.01 * AGAIN, 0.01, "coarse"), (0.5, 0.095, "coarse"), (0.5, 0.08, "other")],
+)
+def test_the_surest_of_what_costs_little_more_is_compared_with(seconds, error, taken):
+    mine, coarse, other = rung("mine", 0.05, 1.0), rung("coarse", 0.09, 0.3), rung("other", error, seconds)
+    again = rung("mine, again", 0.01, 1.0, kind="mine")
+    choice = Choice(Ask(question="force", accuracy=0.05), mine, (coarse, mine, other, again), 3, 3)
+    assert second(choice).scene == taken
+    unsure = rung("unsure", 1.01 * AGAIN * 0.05, 0.3)
+    assert second(Choice(choice.ask, mine, (mine, again, unsure), 3, 3)) is None
+
+
+@pytest.mark.parametrize(
+    ("least", "most", "said"),
+    [
+        (0.0, 0.02, "force is off by 0.0% to 2.0%, by beams: as asked for"),
+        (0.03, 0.06, "force is off by 3.0% to 6.0%, by beams: as asked for, but not for certain"),
+        (
+            0.06,
+            0.08,
+            "warning: force is off by 6.0% to 8.0%, by beams: more than the 0.05 that was asked for",
+        ),
+    ],
+)
+def test_what_came_out_is_held_against_what_was_asked_for(least, most, said):
+    assert Comparison(FORCE, least, most).judged(0.05, "beams").startswith(said)
+
+
+def test_the_command_compares_unless_told_not_to(monkeypatch):
+    histories = []
+
+    def simulate(scene, folder, **options):
+        histories.append(study.history(force=(0, 1, 10.0 + 2 * len(histories))))
+        return Results(scene, None, histories[-1], path=folder / "a.nc")
+
+    monkeypatch.setattr("knitstudy.stages.simulate.simulate", simulate)
+    monkeypatch.setattr("knitstudy.measures.summary.summarise", lambda history: [])
+    ended = CliRunner().invoke(main, ["run", "yarns-tie-course", *ASKS])
+    assert ended.exit_code == 0, ended.output
+    assert "force within 0.05: take " in ended.stderr
+    assert "warning: force is off by" in ended.stderr
+    assert len(histories) == 2
+    alone = CliRunner().invoke(main, ["run", "yarns-tie-course", *ASKS, "--no-compare"])
+    assert "is off by" not in alone.stderr
+    assert len(histories) == 3

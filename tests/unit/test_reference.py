@@ -8,7 +8,6 @@ import study
 import synthetic
 
 from knitstudy.contacts.contacts import extract
-from knitstudy.errors import DataFileError
 from knitstudy.files import read_table, write_dataset
 from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.reference import reference_of
@@ -151,18 +150,6 @@ def test_what_the_reference_does_not_speak_of_is_unknown(scenes):
     ):
         assert str(unknown) == "no reference"
     assert slippery.nearer(study.history(), study.history(), 0.5) is None
-
-
-@pytest.mark.parametrize(
-    ("broken", "message"),
-    [
-        (lambda table: table.drop(columns="value"), "has no column 'value'"),
-        (lambda table: table.assign(value="some"), "holds what is no number"),
-    ],
-)
-def test_broken_reference_names_the_remedy(scenes, broken, message):
-    with pytest.raises(DataFileError, match=f"{message}.*make it again with `make reference`"):
-        reference_of(broken(study.reference(scenes)), scenes["dns-tie-course"])
 
 
 def test_root_mean_square_does_not_depend_on_stations():

@@ -14,9 +14,7 @@ from matplotlib.figure import Figure
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import save
-from knitstudy.files import read_table, write_dataset
-from knitstudy.report.files import read_sources
-from knitstudy.report.kept_pages import summarise
+from knitstudy.files import read_table
 from knitstudy.report.page import BY_MODEL, render, value
 from knitstudy.tables.catalogue import TABLES, tabulate
 
@@ -113,19 +111,6 @@ def test_texts_are_escaped_and_filled(page):
     assert page.count("1.23<") == len(FIGURES.names())
 
 
-def test_summary_names_every_claim_and_shows_what_is_drawn(results):
-    claims = read_table(RESOURCES / "paper_claims.csv")
-    kept = claims.assign(verdict="reproduced", measured="|u| 7 mm", note="", made="2026-11-20", digest="beef")
-    kept["simulations"] = "7 of 9"
-    page, shown = summarise(REPORT / "results.md", kept, {"fig08_out_of_plane"}, "results")
-    for row in claims.itertuples():
-        assert f"| {row.id} | {row.claim} ({row.where}) | **reproduced** | \\|u\\| 7 mm |" in page
-    assert "on 2026-11-20 from 7 of 9 simulations" in page
-    assert shown == ["fig08_out_of_plane"]
-    assert page.count("](results/") == 1
-    assert f"Of {len(claims)} claims of the paper: {len(claims)} reproduced." in page
-
-
 def test_captions_name_all_figures_and_tables(captions):
     assert set(captions["figures"]) == set(FIGURES.names())
     assert set(captions["tables"]) == set(TABLES.names())
@@ -180,13 +165,3 @@ def test_number_of_a_table_in_its_format():
 def test_number_that_is_not_there_is_named(place, message):
     with pytest.raises(ConfigurationError, match=message):
         value({"t": pd.DataFrame({"model": ["DNS"], "x": [1.0]})}, *place)
-
-
-def test_sources_of_one_name_are_read_by_scene(tmp_path, plain_scene):
-    paths = [tmp_path / f"{name}.nc" for name in "ab"]
-    for path in paths:
-        write_dataset(synthetic.history(), path, plain_scene.replace("name", path.stem))
-    sources = read_sources([("dns", str(paths[0])), ("pairs", [str(path) for path in paths])])
-    assert sources["dns"].attrs["scene"] == "a"
-    assert list(sources) == ["dns", "pairs"]
-    assert list(sources["pairs"]) == ["a", "b"]

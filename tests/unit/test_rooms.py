@@ -3,8 +3,6 @@
 import ast
 from pathlib import Path
 
-import pytest
-
 import knitstudy
 
 PACKAGE = Path(knitstudy.__file__).resolve().parent
@@ -120,14 +118,6 @@ def test_imports_in_functions_count_and_those_of_types_do_not(tmp_path):
 
 
 PACKAGES = [module for module, path in MODULES.items() if path.name == "__init__.py"]
-
-
-@pytest.mark.parametrize("package", PACKAGES)
-def test_every_folder_says_in_one_line_what_may_enter_it(package):
-    said = ast.get_docstring(ast.parse(MODULES[package].read_text(encoding="utf-8")))
-    assert said, f"{package} says nothing"
-    assert said.splitlines()[0].endswith(".")
-    assert len(said.splitlines()[0].split()) > 3
 
 
 def test_every_folder_is_a_package():

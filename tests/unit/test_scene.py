@@ -136,13 +136,6 @@ def test_key_of_another_kind_of_scene(scene, kind, key, value):
     assert str(caught.value) == f"scene 'dns-a': {key} {said}"
 
 
-def test_stops_of_a_compression_go_down(scene):
-    pressed = scene.vary({"load.strain": -0.05, "load.stops": [-0.01, -0.02]})
-    assert pressed.load.stops == (-0.01, -0.02)
-    with pytest.raises(ConfigurationError, match=r"between 0 and load\.strain, -0\.05"):
-        pressed.replace("load.stops", [0.01])
-
-
 def test_something_is_left_between_tied_edges(scene):
     two = scene.replace("pattern.rows", 2)
     with pytest.raises(ConfigurationError, match=r"contact\.tied_edges is 'outer' but must be none"):
@@ -279,17 +272,6 @@ def test_other_keys_are_not_there(scene):
     with pytest.raises(AttributeError, match="no section 'yarn'"):
         seen.yarn  # noqa: B018
     assert seen.value("mesh.growth") is None
-
-
-def test_keys_at_their_defaults_are_seen_although_nothing_is_read_of_them(scene):
-    assert scene.read(["gates"]) == {}
-    assert scene.only({}, ["gates"]).gates == scene.gates
-    varied = scene.replace("gates.ledger", 0.5)
-    assert varied.only(varied.read(["gates"]), ["gates"]).gates == varied.gates
-    one = varied.only(varied.read(["gates.hourglass"]), ["gates.hourglass"])
-    assert one.gates.hourglass == scene.gates.hourglass
-    with pytest.raises(AttributeError, match="ledger"):
-        one.gates.ledger  # noqa: B018
 
 
 class Grown(Section):

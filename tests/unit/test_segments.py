@@ -70,15 +70,3 @@ def test_what_meets_no_other_yarn_is_no_segment(knit, cut):
     outside = (cut.of_piece == NO_SEGMENT) & ~ends
     assert {0: 2, 3: 3} == {yarn: int((outside & (cut.yarn == yarn)).sum()) for yarn in (0, 3)}
     assert not np.any(outside & np.isin(cut.yarn, (1, 2)))
-
-
-def test_segments_of_the_centre_cell(cut):
-    found = [int(cut.central[cut.kind == kind].sum()) for kind in range(len(KINDS))]
-    assert found == [1, 1, 1, 2, 2, 2]
-
-
-def test_one_cell_has_no_legs_and_no_sinkers(plain_scene):
-    one = plain_knit(initial_loop(plain_scene), 1, 1)
-    cut = segments(one.crossings, np.array([each.length for each in one.centrelines]))
-    assert sorted(cut.kind.tolist()) == [0, 1, 2]
-    assert cut.central.all()

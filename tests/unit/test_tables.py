@@ -13,10 +13,17 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact, snapshots
+from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact
 from knitstudy.measures.domain import SERIES
 from knitstudy.measures.paper_values import number, numbers
-from knitstudy.measures.response import transverse_contraction
+from knitstudy.measures.response import (
+    distance_of_curves,
+    largest_out_of_plane,
+    out_of_plane_correlation,
+    secant_stiffness,
+    transverse_contraction,
+)
+from knitstudy.measures.segments import cell_force, cut_force
 from knitstudy.study.configuration import load_scenes
 from knitstudy.tables import catalogue
 
@@ -114,40 +121,6 @@ def test_transverse_contraction_by_hand():
     assert transverse_contraction(history.assign(centreline_displacement=motion)) == pytest.approx(0.2)
 
 
-def test_contact_beside_table_1(paper, scenes):
-    history = synthetic.history().assign(
-        smallest_gap=("increment", [np.nan, 1e-6, -2.25e-6]), augmentations=("increment", [0, 3, 1])
-    )
-    penalty = history.assign_attrs(contact_stiffness=5e13, stick_stiffness=4e13, penetration_limit=3e-6)
-    scene = scenes["dns"].replace("contact.friction", 0.5).replace("contact.normal_stiffness", 20)
-    table = catalogue.tabulate("table1_contact", dns=penalty, paper=paper, scenes={"dns": scene})
-    table = table.set_index("property")
-    assert table.loc["friction coefficient", ["paper", "this study"]].tolist() == ["0.76", "0.5"]
-    ratio = table.loc["contact stiffness over element stiffness"]
-    assert ratio[["paper", "this study"]].tolist() == ["10", "20"]
-    used = table.loc["contact stiffness, pressure over gap"]
-    assert (used["unit"], used["this study"]) == ("Pa/m", "5e+13")
-    reached = "deepest penetration or local indentation reached"
-    assert table.loc[reached, "this study"] == "2.25e-06"
-    assert table.loc["augmentations of an increment, at most", "this study"] == "3"
-    law = history.assign_attrs(indentation_modulus=8e8, indentation_deepest=1e-4, stick_over_normal=0.73)
-    soft = catalogue.tabulate("table1_contact", dns=law, paper=paper, scenes={"dns": scene})
-    soft = soft.set_index("property")["this study"]
-    assert soft["contact stiffness over element stiffness"] == "none"
-    assert (soft["modulus of the local indentation"], soft[reached]) == ("8e+08", "2.25e-06")
-
-
-def test_snapshots_are_the_nearest_increments():
-    points = snapshots(synthetic.history(strain=(0, 0.0005, 0.003, 0.0046, 0.006), force=np.zeros(5)))
-    assert [(point.number, point.increment, point.exact) for point in points] == [
-        (1, 1, True),
-        (2, 2, False),
-        (3, 3, False),
-    ]
-    assert points[0].label == "1: 0.05 %"
-    assert points[1].label == "2: 0.3 % (paper 0.33 %)"
-
-
 def test_centre_cell_is_in_the_middle():
     found = contacts(3, 3).isel(crossing=centre_cell(contacts(3, 3)))
     assert found["row"].values.tolist() == found["column"].values.tolist() == [1] * 4
@@ -180,3 +153,90 @@ def test_names_of_scenes_are_those_of_the_configuration():
     for stem, three in SERIES.items():
         assert fnmatch.filter(known, f"{stem}-*x*"), stem
         assert three is None or three in known
+
+
+STRESS, AREA, LENGTH, CELLS = 2e6, 3e-6, 0.05, 1000
+
+
+@pytest.fixture(scope="module")
+def knit(plain_scene):
+    return plain_knit(initial_loop(plain_scene), 3, 3)
+
+
+@pytest.fixture(scope="module")
+def bar():
+    """A bar along y under tension, in cells, that is pressed beside its middle half."""
+    y = LENGTH * (np.arange(CELLS) + 0.5) / CELLS
+    stress = np.zeros((CELLS, 6))
+    stress[:, 1] = np.where(np.abs(y / LENGTH - 0.5) < 0.25, STRESS, -STRESS)
+    return xr.Dataset(
+        {
+            "cell_stress": (("cell", "component"), stress),
+            "cell_volume": ("cell", np.full(CELLS, AREA * LENGTH / CELLS)),
+            "cell_place": (("cell", "xyz"), np.column_stack([0 * y, y, 0 * y])),
+        },
+        attrs={"direction": "wale"},
+    )
+
+
+@pytest.mark.parametrize(("share", "sign"), [(0.5, 1), (0.47, 1), (0.04, -1)])
+def test_force_through_a_cut_is_that_of_its_slab(bar, share, sign):
+    """Of the last one half of the slab lies outside of the bar."""
+    inside = 1.0 if share > 0.2 else 0.5 + share / 0.4 + np.sin(2 * np.pi * share / 0.4) / (2 * np.pi)
+    assert cut_force(bar, share) == pytest.approx(sign * inside * STRESS * AREA, rel=5e-3)
+
+
+@pytest.mark.parametrize("direction", ["course", "wale"])
+def test_pieces_of_one_period_are_one_loop_of_every_yarn(knit, direction):
+    """With stress times volume of 1 N m for every metre of yarn, and all yarns alike."""
+    stresses = synthetic.stresses(knit, direction, 60, 80)
+    length = np.diff(stresses["piece_arc_length"], axis=1)[:, 0]
+    axis = "xy"[direction == "wale"]
+    stresses["piece_stress"][:] = np.eye(3)
+    stresses["piece_volume"][:] = length[:, None]
+    loop, period = knit.centrelines[0].length / knit.cells[0], (knit.cell[0], knit.cell[1])
+    # In course tension a column: a loop of all four yarns. In wale tension a row: all loops of what makes one yarn.
+    wanted = 4 * loop if axis == "x" else knit.cells[0] * loop
+    found = cell_force(stresses, knit)
+    assert found == pytest.approx(wanted / (period[axis == "y"] * 1.05), rel=1e-6)
+
+
+def test_table_of_forces(knit, plain_scene):
+    scene = plain_scene.vary({"fidelity": "hexahedra", "mesh.size": 0.3e-3})
+    stresses = synthetic.stresses(knit, "course", 60, 80)
+    count = 100
+    x = np.linspace(0, LENGTH, count)
+    stresses["cell_stress"] = (("cell", "component"), np.tile([STRESS, 0, 0, 0, 0, 0], (count, 1)))
+    stresses["cell_volume"] = ("cell", np.full(count, AREA * LENGTH / count))
+    stresses["cell_place"] = (("cell", "xyz"), np.column_stack([x, 0 * x, 0 * x]))
+    stresses.attrs["force"] = STRESS * AREA
+    given = {"geometry": knit.to_dataset(), "stresses": {"dns-a": stresses}, "scenes": {"dns-a": scene}}
+    (row,) = catalogue.tabulate("cut_forces", **given).to_dict("records")
+    assert row["force of the grips [N]"] == STRESS * AREA
+    assert row["smallest force through a cut, over it [1]"] == pytest.approx(1, abs=0.03)
+    assert row["largest force through a cut, over it [1]"] == pytest.approx(1, abs=0.03)
+
+
+def test_secant_stiffness_is_force_over_displacement():
+    """10 N at 5 % of 10 mm."""
+    assert secant_stiffness(synthetic.history()) == pytest.approx(10 / 0.5e-3)
+
+
+def test_largest_out_of_plane_is_that_of_full_load():
+    assert largest_out_of_plane(synthetic.history(lift=1e-4, yarns=3)) == pytest.approx(3e-4)
+
+
+def test_distance_of_a_hat_by_hand():
+    """A hat of height 3 over [0, 2], against a line of slope 1: 6 over 8/3 under the roots."""
+    distance = distance_of_curves(np.arange(3.0), np.array([0.0, 4, 2]), np.array([0.0, 1, 2]))
+    assert distance == pytest.approx(np.sqrt(6 / (8 / 3)))
+
+
+def test_the_shape_out_of_the_plane_correlates_whatever_the_stations():
+    """Straight bulges sampled differently; 201 stations interpolate a sine within 1e-4."""
+    bulge = synthetic.history(lift=1e-4, stations=201)
+    assert out_of_plane_correlation(synthetic.history(lift=0.5e-4, stations=7), bulge) == pytest.approx(
+        1, abs=1e-4
+    )
+    assert out_of_plane_correlation(synthetic.history(lift=-1e-4), bulge) == pytest.approx(-1, abs=1e-4)
+    assert np.isnan(out_of_plane_correlation(synthetic.history(), bulge))

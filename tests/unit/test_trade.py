@@ -3,7 +3,6 @@
 import itertools
 
 import numpy as np
-import pandas as pd
 import pytest
 import study
 
@@ -15,15 +14,10 @@ from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, k
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import NORMAL, SLIP, TANGENTIAL
 from knitstudy.measures.trade import as_direct, points_of
-from knitstudy.measures.trade_points import (
-    REFERENCE,
-    Point,
-    bound_cheaper_settings,
-    turned,
-)
+from knitstudy.measures.trade_points import REFERENCE, Point, bound_cheaper_settings, turned
 from knitstudy.study.choice import front
 from knitstudy.tables import catalogue as tables
-from knitstudy.tables.trade import AT_MOST, CASE, ERROR, SECONDS, knobs
+from knitstudy.tables.trade import CASE, SECONDS
 
 
 def price(point):
@@ -193,41 +187,3 @@ def test_beams_answer_by_the_whole_force_of_the_crossings_of_the_centre_cell(sce
     assert (total.value, total.uncertainty) == (pytest.approx(5.0), pytest.approx(0.3 * 0.6))
     assert not known(reference, BEAM_SLIP, 0.05).known
     assert known(Reference({(SLIP, 0.05): Estimate(1e-5, 0.0)}), BEAM_SLIP, 0.05).known
-
-
-def rows(**changes):
-    base = dict.fromkeys(CASE, "x") | {
-        "question": "force",
-        "model": "m",
-        "varied": "",
-        "to": "",
-        "model and knobs": "m",
-        "strain [1]": 0.05,
-        ERROR: 0.02,
-        AT_MOST: 0.03,
-        SECONDS: 10.0,
-        "memory growth [MB]": 5.0,
-        "seconds are of the": PROCESSOR,
-        "scene": "s",
-    }
-    return base | changes
-
-
-def test_knobs_that_buy_nothing_are_named():
-    table = pd.DataFrame(
-        [
-            rows(),
-            rows(varied="linear", to="lu", **{SECONDS: 11.0}),
-            rows(varied="increments", to="1", **{SECONDS: 2.0}),
-            rows(varied="span", to="0.6", **{SECONDS: 20.0, ERROR: 0.01, AT_MOST: 0.02}),
-            rows(varied="size", to="1", **{SECONDS: 10.0, ERROR: 0.04, AT_MOST: 0.05}),
-            rows(varied="a; b", to="1; 2"),
-        ]
-    )
-    verdicts = knobs(table).set_index("varied")["verdict"]
-    assert verdicts.to_dict() == {
-        "linear": "buys nothing",
-        "increments": "same answers for less",
-        "span": "dearer, other answers",
-        "size": "buys nothing",
-    }

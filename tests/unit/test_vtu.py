@@ -11,7 +11,6 @@ from knitstudy.exchange.vtu import write_spline_yarns, write_vtu
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mechanics.materials import material_of
-from knitstudy.mechanics.spline_yarn.space import Space, sections, shape, yarn_space
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.mesh.quadratic import quadratic_mesh
 from knitstudy.models.spline_yarns import space_on, undeformed, yarn_spans
@@ -156,15 +155,3 @@ def test_a_history_of_another_discretisation_is_refused(pair, space, tmp_path):
     ):
         write_spline_yarns(scene, tmp_path / "yarns.vtu", specimen, other)
     assert not list(tmp_path.iterdir())
-
-
-def test_sections_are_the_space_at_their_points():
-    """Sums along the yarn first, then across, are the weighted sums of nodes, also where the degree falls."""
-    rng = np.random.default_rng(2)
-    space = Space((yarn_space(np.linspace(0, 1, 6), np.array([2, 2, 4, 4, 2])),))
-    nodes, s = rng.standard_normal((space.size, 3)), rng.uniform(0, 1, 7)
-    x = rng.uniform(-0.7, 0.7, (5, 2))
-    value, slope = sections(space.yarns[0], nodes, s, x)
-    place, derivative = shape(space, nodes, np.zeros(35, int), np.tile(x, (7, 1)), np.repeat(s, 5))
-    np.testing.assert_allclose(value.reshape(-1, 3), place, atol=1e-12)
-    np.testing.assert_allclose(slope.reshape(-1, 3, 3), derivative, atol=1e-10)

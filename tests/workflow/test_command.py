@@ -1,7 +1,6 @@
 """The `knitstudy` command as a user types it: a small knit is run, shown, killed and gone on with."""
 
 import os
-import re
 import resource
 import shlex
 import signal
@@ -160,12 +159,3 @@ def test_reader_that_has_gone_is_no_error(start):
         process.stdout.close()
         messages = process.stderr.read()
     assert (process.returncode, messages) == (0, "")
-
-
-def test_mesh_that_does_not_fit_into_memory_is_refused(knitstudy, tmp_path):
-    ended = knitstudy("run", "dns-tie-course-coarse", *SMALL, "--set", "mesh.size=2e-5")
-    assert ended.returncode == 1
-    (line,) = [line for line in ended.stderr.splitlines() if line.startswith("error")]
-    said = r"mesh\.size is 2e-05: the stage 'simulation' would take some .* GB, and this machine"
-    assert re.search(said, line)
-    assert not (tmp_path / "results" / "mesh").exists()

@@ -12,18 +12,6 @@ def test_every_figure_is_a_target_of_a_study_of_all_scenes(fresh):
     assert {"figure", "simulation", "geometry"} <= fresh.planned(*files)
 
 
-def test_schematic_needs_no_simulation(fresh):
-    assert fresh.planned("results/figures/fig02_interfaces.pdf") == {"figure"}
-
-
-def test_unknown_figure_names_the_known_ones(fresh):
-    ended = fresh.snakemake("--dry-run", "results/figures/fig99.png")
-    assert ended.returncode == 1
-    (message,) = [line for line in ended.stderr.splitlines() if line.startswith("error")]
-    assert message.startswith("error: unknown figure 'fig99'; allowed are fig15_force_strain, ")
-    assert "Traceback" not in ended.stdout + ended.stderr
-
-
 def test_figure_that_the_study_has_no_scene_for(fresh):
     (fresh.folder / "config" / "scenes" / "5-rom2d.yaml").unlink()
     ended = fresh.snakemake("--dry-run", "results/figures/fig15_force_strain.png")

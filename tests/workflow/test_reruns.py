@@ -134,15 +134,6 @@ def takes_over(checkout, path):
     return read_dataset(path).identical(before)
 
 
-def test_workflow_uses_what_the_command_made(fresh):
-    knitstudy(fresh, "run", "beam-isotropic-course-coarse")
-    target = "results/simulation/beam-isotropic-course-coarse.nc"
-    assert fresh.jobs(target) == set()
-    defaults = fresh.folder / "config" / "defaults.yaml"
-    defaults.write_text(defaults.read_text().replace("youngs_modulus: 1.30e9", "youngs_modulus: 1.31e9"))
-    assert fresh.jobs(target) == {"Simulate beam-isotropic-course-coarse"}
-
-
 def test_spoilt_results_are_made_again_or_refused(finished_copy):
     """A truncated and an incomplete file are made again; who needs an edited one says so."""
     results = finished_copy.folder / "results"

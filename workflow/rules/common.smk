@@ -116,7 +116,7 @@ def memory(rule):
 @cache
 def trials():
     """Return the trials of the campaign by their labels."""
-    from knitstudy.study.campaign import load_campaign
+    from knitstudy.stages.extremes import load_campaign
 
     try:
         return {trial.label: trial for trial in load_campaign(CONFIG).trials}
@@ -126,7 +126,6 @@ def trials():
 
 def digest_of_trial(wildcards):
     """Return the digest of a row."""
-    from knitstudy.stages.extremes import digest_of
-    from knitstudy.study.campaign import load_campaign
+    from knitstudy.stages.extremes import digest_of, load_campaign
 
     return digest_of(trials()[wildcards.trial], load_campaign(CONFIG))

@@ -5,10 +5,9 @@ from pathlib import Path
 
 from knitstudy.files import replacing
 from knitstudy.registry import load_plugins
-from knitstudy.stages.extremes import RESULTS, run
+from knitstudy.stages.extremes import RESULTS, load_campaign, run
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.script import frame
-from knitstudy.study.campaign import load_campaign
 
 with frame(snakemake):
     load_plugins(snakemake.config.get("plugins", ()))

@@ -219,12 +219,17 @@ def export(scene: str, dialect: str, changes: tuple, output: Path | None, config
     """
     from knitstudy.exchange.deck import require_deck, specimen_deck
     from knitstudy.exchange.inp import write_inp
-    from knitstudy.stages.simulate import lay_out
+    from knitstudy.geometry.fabric import Fabric
+    from knitstudy.mesh.sweep import SweptMesh
+    from knitstudy.stages.plan import Plan
+    from knitstudy.stages.table import STAGES
 
     wanted = changed_scene(scene, changes, config)
     require_deck(wanted)
-    chosen, specimen, mesh = lay_out(wanted, config=config)
+    chosen = Plan.of(config).labelled(wanted)
+    geometry = STAGES["geometry"].function(chosen)
+    mesh = SweptMesh.from_dataset(STAGES["mesh"].function(chosen, geometry=geometry))
     path = output or Path(f"{chosen.name}.{dialect}.inp")
-    deck = specimen_deck(chosen, specimen, mesh)
+    deck = specimen_deck(chosen, Fabric.from_dataset(geometry), mesh)
     write_inp(deck, path, dialect)
     click.echo(f"{path}: {len(deck.nodes)} nodes, {len(mesh.hexahedra)} hexahedra; m, N, Pa")

@@ -51,7 +51,7 @@ def summed(one: dict[str, float], other: dict[str, float]) -> dict[str, float]:
 
 
 class Memoryless:
-    """The part of a `Model` whose response depends on its unknowns alone."""
+    """What a `Model` does in between increments if its response depends on its unknowns alone."""
 
     def begin(self, state: Any, load: float, change: float) -> Any:
         """Return the state in which an increment starts."""
@@ -208,10 +208,8 @@ class Stabilisation:
 # feel only drag.
 
 SHARE = 1e-4  # drag over E V / h^2, V the volume of a node, with which an increment begins
-
 # Share of it that stays where contact does not hold the bodies: next to nothing, enough for a linear solver.
 FADED = 1e-2
-
 # Resistance of contact to the easiest rigid motion over E V / h^2, from which on contact holds the bodies.
 HELD = 1e-6
 

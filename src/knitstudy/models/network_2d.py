@@ -40,11 +40,10 @@ UPRIGHT = 89.5
 
 @dataclass(frozen=True)
 class Heights:
-    """Of the rows of a honeycomb."""
+    """Heights of the parts of a honeycomb's row."""
 
-    # From the lower to the upper zones of an interlock, and on to the lower zones of the next row [m]
-    interlock: float
-    leg: float  # the same
+    interlock: float  # from the lower to the upper zones of an interlock [m]
+    leg: float  # from there to the lower zones of the next row [m]
 
     @property
     def course(self) -> float:

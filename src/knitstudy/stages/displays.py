@@ -34,19 +34,9 @@ def reference_files(config: Path) -> dict[str, Path]:
 class Displays:
     """The figures, or the tables, of a study.
 
-    Parameters
-    ----------
-    catalogue : Catalogue
-        Figures or tables.
-    plan : Plan
-    study : iterable of Scene
-        In the order of the configuration.
-    reference : mapping of str to path
-        Files of reference by their names.
-    code : tuple of str
-        Modules that all of them depend on besides their own.
-    label : str
-        Name of the study in messages.
+    The scenes of `study` are in the order of the configuration, `reference` are files by their names
+    (`reference_files`), `code` are modules that all figures or tables depend on besides their own, `label` names the
+    study in messages.
     """
 
     def __init__(
@@ -87,13 +77,7 @@ class Displays:
         return tuple(self.sources)
 
     def files(self, name: str, folder: Path | str) -> dict[str, str | list[str]]:
-        """Return the files that a figure or table is made from, by argument; `folder` is that of all results.
-
-        Raises
-        ------
-        ConfigurationError
-            If there is no figure or table of that name, or the study lacks a scene for one of its arguments.
-        """
+        """Return the files that a figure or table is made from, by argument; `folder` is that of all results."""
         display = self.catalogue.find(name)
         if name not in self.sources:
             lacking = [
@@ -105,18 +89,15 @@ class Displays:
                 f"{self.catalogue.what} {name!r} needs {', '.join(lacking)}: {self._label} has no such scene"
             )
 
-        def path(step: Step) -> str:
-            stage, scene = step
+        def path(source: Source) -> str | list[str]:
+            if isinstance(source, list):
+                return [path(step) for step in source]
+            if isinstance(source, Path):
+                return source.as_posix()
+            stage, scene = source
             return (Path(folder) / stage.path(scene)).as_posix()
 
-        return {
-            argument: source.as_posix()
-            if isinstance(source, Path)
-            else [path(step) for step in source]
-            if isinstance(source, list)
-            else path(source)
-            for argument, source in self.sources[name].items()
-        }
+        return {argument: path(source) for argument, source in self.sources[name].items()}
 
     def scenes(self, name: str) -> dict[str, Scene]:
         """Return the scenes of a figure or table that asks for them: one by its argument, several by their names."""

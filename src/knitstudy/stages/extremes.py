@@ -1,8 +1,9 @@
-"""The campaign of extremes: what breaks, and whether it says so.
+"""The campaign of extremes: scenes at the ends of what their keys may be; what breaks, and whether it says so.
 
-The rules of ``workflow/rules/extremes.smk`` (`make extremes`) run every scene of ``config/extremes.yaml`` in a process
-of its own with a limit of processor time, and collect one row of each. A scene that is refused is evidence like any
-other; what ends neither with a sound history nor with a named error is a silent failure.
+``config/extremes.yaml`` says what is tried, one thing at a time and all together at random. A trial need not be a valid
+scene: `Trial.scene` refuses it. The rules of ``workflow/rules/extremes.smk`` (`make extremes`) run every trial in a
+process of its own with a limit of processor time, and collect one row of each. A scene that is refused is evidence like
+any other; what ends neither with a sound history nor with a named error is a silent failure.
 """
 
 from __future__ import annotations
@@ -18,16 +19,18 @@ import signal
 import time
 import traceback
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from pydantic import Field
 
-from knitstudy.errors import ConvergenceError, KnitstudyError
+from knitstudy.errors import ConfigurationError, ConvergenceError, KnitstudyError
 from knitstudy.measures.history_checks import (
     faults,
     hourglass_share_when_loaded,
@@ -38,14 +41,192 @@ from knitstudy.measures.history_checks import (
     penetration,
     unbalanced_contact,
 )
+from knitstudy.registry import find, unknown_choice
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.script import end_with_parent
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES
-from knitstudy.study.campaign import Campaign, Trial
-from knitstudy.study.kinds import all_sections
+from knitstudy.study.configuration import CONFIG, FAMILIES, load_scenes
+from knitstudy.study.documents import read_yaml
+from knitstudy.study.keys import Section, output, validated
+from knitstudy.study.kinds import Labels, all_sections, role_of
 from knitstudy.study.scene import Scene, digest
+
+FILE = "extremes.yaml"
+
+BASE = "extreme-"
+"""What the names of the scenes begin with that others are made of."""
+
+TOGETHER = "together"
+"""The group of scenes in which many keys are changed at once."""
+
+DIGITS = 3
+"""Digits of a value that was drawn."""
+
+QUANTITIES: Mapping[str, Callable[[Scene, Any], Scene]] = {
+    "across": lambda scene, value: scene.replace("mesh.size", scene.yarn.diameter / value),
+    "degree": lambda scene, value: scene.vary({"mesh.degree": value, "mesh.crossing_degree": value}),
+    "diameter": lambda scene, value: scene.scaled(length=value / scene.yarn.diameter),
+    "stiffness": lambda scene, value: scene.scaled(stiffness=value / scene.yarn.youngs_modulus),
+}
+"""Quantities that set several keys, in the order in which they follow the keys of a trial."""
+
+APPLIES = {"across": "mesh.size", "degree": "mesh.degree", "diameter": "yarn", "stiffness": "yarn"}
+"""The key or section that a scene must have for a quantity to say something of it."""
+
+
+def _said(allowed: str, **default: Any) -> Any:
+    return output("choice", allowed=allowed, source="what is tried", checked="all", **default)
+
+
+class Alone(Section):
+    """One thing at a time: of which scenes, and what each changes."""
+
+    of: tuple[str, ...] = _said("a list of scenes")
+    values: dict[str, list[Any]] = _said("values by key", default={})
+    cases: tuple[dict[str, Any], ...] = _said("a list of keys with values", default=())
+
+    def changes(self) -> Iterator[dict[str, Any]]:
+        """Yield what each scene changes."""
+        for keys, values in self.values.items():
+            yield from (dict.fromkeys(keys.split(), value) for value in values)
+        yield from self.cases
+
+
+class Together(Section):
+    """All at once, at random."""
+
+    scenes: Annotated[int, Field(ge=0)] = _said("a whole number from 0 on: scenes of each base")
+    changed: Annotated[float, Field(gt=0, le=1)] = _said(
+        "a number > 0 and <= 1: the probability that a key is changed"
+    )
+    of: tuple[str, ...] = _said("a list of scenes")
+    keys: dict[str, Any] = _said("what every key may be")
+
+
+class Declared(Section):
+    """What ``config/extremes.yaml`` holds."""
+
+    seed: Annotated[int, Field(ge=0)] = _said("a whole number from 0 on")
+    limit: Annotated[float, Field(gt=0)] = _said("a number > 0, in s")
+    cheap: Annotated[float, Field(ge=0)] = _said("a number >= 0, in s")
+    alone: dict[str, Any] = _said("groups by name")
+    together: dict[str, Any] = _said("a group")
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One scene that is tried: a base with some keys and `QUANTITIES` changed."""
+
+    name: str
+    group: str
+    base: Scene
+    changes: Mapping[str, Any]
+
+    @property
+    def label(self) -> str:
+        """The name as that of a file."""
+        return re.sub(r"[^a-z0-9]+", "-", self.name.lower())
+
+    @property
+    def model(self) -> str:
+        """Name of the base without what all of them begin with."""
+        return self.base.name.removeprefix(BASE)
+
+    def scene(self) -> Scene:
+        """Return the scene; ConfigurationError where no scene may be so."""
+        scene = self.base.vary({name: each for name, each in self.changes.items() if name not in QUANTITIES})
+        for name, change in QUANTITIES.items():
+            if name in self.changes:
+                scene = change(scene, self.changes[name])
+        return scene
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """All trials, and how long each may take."""
+
+    trials: tuple[Trial, ...]
+    limit: float  # processor time of a trial [s]
+    cheap: float  # processor time below which a trial is made again in twice the increments [s]
+
+
+def load_campaign(config: Path = CONFIG) -> Campaign:
+    """Return the campaign of a configuration folder.
+
+    Raises ConfigurationError, naming the file, the group, and what is not known or not allowed in it.
+    """
+    path = Path(config) / FILE
+    declared = validated(Declared, read_yaml(path), str(path))
+    scenes = load_scenes(config)
+    bases = {name.removeprefix(BASE): scene for name, scene in scenes.items() if name.startswith(BASE)}
+    trials = []
+    for group, inside in declared.alone.items():
+        where = f"{path}: alone: {group}"
+        alone = validated(Alone, inside, where)
+        for name in alone.of:
+            base = find(f"scene of {FAMILIES}", bases, name, where)
+            for number, changes in enumerate(alone.changes(), 1):
+                _require_known(changes, where)
+                trials.append(Trial(f"{group} {name} {number}", group, base, changes))
+    where = f"{path}: {TOGETHER}"
+    together = validated(Together, declared.together, where)
+    _require_known([name for keys in together.keys for name in keys.split()], where)
+    for index, name in enumerate(together.of):
+        base = find(f"scene of {FAMILIES}", bases, name, where)
+        for number in range(1, together.scenes + 1):
+            # Its own generator: one scene more changes no other.
+            changes = _drawn(np.random.default_rng((declared.seed, index, number)), together, base, where)
+            trials.append(Trial(f"{TOGETHER} {name} {number}", TOGETHER, base, changes))
+    return Campaign(tuple(trials), declared.limit, declared.cheap)
+
+
+def _require_known(changes: Iterable[str], where: str) -> None:
+    """Refuse a key of no scene: a value may be wrong on purpose, a name may not."""
+    for name in changes:
+        if name not in QUANTITIES and role_of(name) is None:
+            keys = {f"{section}.{each}" for section, fields in all_sections().items() for each in fields}
+            known = sorted({*QUANTITIES, *Labels.model_fields, *keys})
+            raise ConfigurationError(f"{where}: {unknown_choice('unknown key', name, name, known)}")
+
+
+def _drawn(random: np.random.Generator, together: Together, base: Scene, where: str) -> dict[str, Any]:
+    """Return changes of a scene: of every key that it has, with the probability that is asked for."""
+    changes: dict[str, Any] = {}
+    for keys, between in together.keys.items():
+        names = keys.split()
+        # Drawn whether it is used or not: what is drawn next does not depend on the base.
+        used, value = random.random() < together.changed, _between(random, between, f"{where}: {keys}")
+        if used and base.kind.has(APPLIES.get(names[0], names[0])):
+            changes |= dict.fromkeys(names, value)
+    if base.interaction == "tie":
+        changes.pop("interaction", None)
+    elif changes.get("interaction") == "rough":
+        changes.pop("contact.friction", None)
+    if base.kind.fidelity.sources:  # a reduced model is loaded as the simulation behind it
+        changes.pop("load.direction", None)
+    return changes
+
+
+def _between(random: np.random.Generator, between: Any, where: str) -> Any:
+    """Return a value out of a list or between two ends."""
+    share = random.random()
+    if isinstance(between, list | tuple) and between:
+        return between[int(share * len(between))]
+    match between:
+        case {"even": [float() | int() as low, float() | int() as high]}:
+            value = low + share * (high - low)
+        case {"decades": [float() | int() as low, float() | int() as high]} if low > 0 and high > 0:
+            value = low * (high / low) ** share
+        case _:
+            raise ConfigurationError(
+                f"{where} is {between!r} but must be a list of values, or even: [low, high] or decades: [low, high]"
+            )
+    return float(f"{value:.{DIGITS}g}")
+
+
+# ---- Running the trials, each in a process of its own, and the table of what became of them
 
 RESULTS = Path("run/extremes")
 """What the scenes leave, so that those of one geometry share it."""
@@ -63,27 +244,10 @@ GRACE = 30.0
 SAME = 0.01
 """Difference of the forces in twice the increments beyond which a result is not what was asked for."""
 
-COLUMNS = (
-    "trial",
-    "group",
-    "model",
-    "changed",
-    "outcome",
-    "increments [1]",
-    "Newton iterations [1]",
-    "unknowns [1]",
-    "force [N]",
-    "force over E R2 [1]",
-    "balance [1]",
-    "balance of contact [1]",
-    "ledger [1]",
-    "ledger at full load [1]",
-    "hourglass [1]",
-    "penetration over R [1]",
-    "twice the increments [1]",
-    "seconds [s]",
-    "warnings [1]",
-)
+NUMBERS = """increments [1], Newton iterations [1], unknowns [1], force [N], force over E R2 [1], balance [1],
+balance of contact [1], ledger [1], ledger at full load [1], hourglass [1], penetration over R [1],
+twice the increments [1], seconds [s], warnings [1]"""
+COLUMNS = ("trial", "group", "model", "changed", "outcome", *NUMBERS.replace("\n", " ").split(", "))
 TEXTS = ("reason", "error", "keys named", "first warning", "in twice the increments")
 """Columns of the table."""
 
@@ -153,22 +317,17 @@ def judged(trial: Trial, cheap: float, plan: Plan, folder: Path) -> dict[str, An
             if difference > SAME:
                 wrong = [f"force differs by {difference:.1%} in twice the increments"]
         return row | {"outcome": SILENT if wrong else ENDED, "reason": "; ".join(wrong)}
-    except KnitstudyError as error:
-        how = STOPPED if isinstance(error, ConvergenceError) else REFUSED
-        row = {"outcome": how, "reason": _one_line(str(error)), "error": type(error).__name__}
-        row["keys named"] = " ".join(
-            name for name in KEYS if re.search(rf"\b{re.escape(name)}\b", str(error))
-        )
-        return row | {"seconds [s]": time.process_time() - started}
     except Exception as error:  # whatever it is: that is what the campaign looks for
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        said = f"{type(error).__name__}: {_one_line(str(error))} ({Path(place.filename).name}:{place.lineno})"
-        return {
-            "outcome": SILENT,
-            "reason": said,
-            "error": type(error).__name__,
-            "seconds [s]": time.process_time() - started,
-        }
+        said, named = " ".join(str(error).split()), ""
+        if isinstance(error, KnitstudyError):
+            outcome = STOPPED if isinstance(error, ConvergenceError) else REFUSED
+            named = " ".join(name for name in KEYS if re.search(rf"\b{re.escape(name)}\b", str(error)))
+        else:
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            outcome = SILENT
+            said = f"{type(error).__name__}: {said} ({Path(place.filename).name}:{place.lineno})"
+        row = {"outcome": outcome, "reason": said, "error": type(error).__name__, "keys named": named}
+        return row | {"seconds [s]": time.process_time() - started}
 
 
 def measured(history: xr.Dataset, scene: Scene) -> dict[str, Any]:
@@ -199,15 +358,11 @@ def twice(scene: Scene, history: xr.Dataset, plan: Plan, folder: Path) -> dict[s
     try:
         other = simulate(scene.replace("solver.increments", most), folder, plan=plan, anew=True).history
     except KnitstudyError as error:
-        return {"in twice the increments": _one_line(str(error))}
+        return {"in twice the increments": " ".join(str(error).split())}
     largest = float(np.abs(history["force"]).max())
     if largest == 0.0 or is_unloaded(history, scene):
         return {}
     return {"twice the increments [1]": abs(float(other["force"][-1] - history["force"][-1])) / largest}
-
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split())
 
 
 def collect(files: Iterable[Path | str]) -> pd.DataFrame:

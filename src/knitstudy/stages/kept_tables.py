@@ -27,10 +27,9 @@ from knitstudy.report.files import read_sources, save_for_screen
 from knitstudy.report.kept_pages import insert_between_marks, summarise, trade_summary
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.displays import Displays, reference_files
-from knitstudy.stages.extremes import digest_of
+from knitstudy.stages.extremes import digest_of, load_campaign
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
-from knitstudy.study.campaign import load_campaign
 from knitstudy.study.choice import GROWTH_KEPT, RESOURCES, TRADE_KEPT
 from knitstudy.study.configuration import CONFIG, load_scenes, load_study
 from knitstudy.study.scene import Scene, digest
@@ -45,17 +44,9 @@ SIMULATED = ("simulation", "contacts")
 
 @dataclass(frozen=True)
 class Kept:
-    """A table of a study, as it is kept.
+    """A table of a study, as it is kept at `path`.
 
-    Attributes
-    ----------
-    study, table : str
-    path : Path
-        Where it is kept.
-    what : str
-        What messages call its rows, in the plural.
-    stages : tuple of str
-        Those whose results a scene must have to count.
+    Messages call its rows `what`, in the plural. A scene counts if it has the results of all `stages`.
     """
 
     study: str
@@ -76,13 +67,7 @@ class Kept:
         return displays.digest(self.table) if self.table in displays.names() else ""
 
     def scenes_there(self, plan: Plan, results: Path, config: Path = CONFIG) -> list[Scene]:
-        """Return those scenes of the study whose results are there and up to date.
-
-        Raises
-        ------
-        DataFileError
-            When there is none.
-        """
+        """Return those scenes of the study whose results are there and up to date; refuse to go on without any."""
         scenes = plan.up_to_date(self._scenes(plan, config), results, self.stages)
         if not scenes:
             raise DataFileError(
@@ -92,13 +77,7 @@ class Kept:
         return scenes
 
     def found(self, plan: Plan, results: Path, config: Path = CONFIG) -> pd.DataFrame:
-        """Return the table by those scenes of the study whose results are there and up to date.
-
-        Raises
-        ------
-        DataFileError
-            When there is none.
-        """
+        """Return the table by those scenes of the study whose results are there and up to date."""
         scenes = self.scenes_there(plan, results, config)
         displays = self.displays(plan, scenes, config)
         sources = read_sources(displays.files(self.table, results).items())
@@ -133,13 +112,7 @@ def stamped(table: pd.DataFrame, digest: str, **said: str) -> pd.DataFrame:
 
 
 def made_otherwise(kept: Path, wanted: str) -> str:
-    """Return the days on which a kept table was made by other code or inputs; nothing where it was by these.
-
-    Raises
-    ------
-    DataFileError
-        When the table cannot be read or has no digest.
-    """
+    """Return the days on which a kept table was made by other code or inputs; nothing where it was by these."""
     table = read_table(kept, needs=("digest", "made"))
     if set(table["digest"].astype(str)) == {wanted}:
         return ""
@@ -247,24 +220,9 @@ def values_found(scenes: Mapping[str, Scene], results: Path, config: Path = CONF
 def keep_values(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, code: str) -> None:
     """Keep values of simulations with the code behind them and the day, and the limits of all that are kept.
 
-    A simulation's rows replace those of before. Values of scenes whose keys have changed or that the study no longer
-    has are dropped. Rows of the reference stay if fewer than two discretisations of their problem have values.
-
-    Parameters
-    ----------
-    values : DataFrame
-        Of `tables.reference.values_of`.
-    scenes : mapping of str to Scene
-        Of the study.
-    kept : Path
-        The reference; its values lie beside it (`values_beside`).
-    code : str
-        Digest of the code behind these values.
-
-    Raises
-    ------
-    DataFileError
-        When there are no values.
+    A simulation's rows (`tables.reference.values_of`) replace those of before. Values of scenes whose keys have changed
+    or that the study no longer has are dropped. Rows of the reference `kept` stay if fewer than two discretisations of
+    their problem have values.
     """
     if values.empty:
         raise DataFileError(f"{RESULTS}: has no simulation of the study `reference` that is up to date")

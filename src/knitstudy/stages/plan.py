@@ -9,7 +9,8 @@ from pathlib import Path
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.files import read_result, recorded_digest
+from knitstudy.files import read_result, recorded_digest, write_dataset
+from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.table import STAGES, Stage, unused_code
 from knitstudy.study.configuration import CONFIG, OWN, check_source, knits_of, load_scenes
@@ -29,18 +30,9 @@ Step = tuple[Stage, Scene]
 def digest_of(stage: Stage, document: Mapping, scene: Scene, needed: Mapping[str, str]) -> str:
     """Return the digest of a result: of what its stage reads, of the code behind it, and of what it is made from.
 
-    Two results of one digest are the same. The digest decides whether a result is up to date, for the workflow as for
-    the command.
-
-    Parameters
-    ----------
-    stage : Stage
-    document : mapping
-        What the stage reads of the scene (`Stage.document`).
-    scene : Scene
-        Chooses modules of code by its kind.
-    needed : mapping of str to str
-        Digests of what the result is made from.
+    Two results of one digest are the same: the digest decides whether a result is up to date, for the workflow as for
+    the command. `document` is what the stage reads of the scene (`Stage.document`), `needed` the digests of what the
+    result is made from.
     """
     code = code_digest(*stage.modules(scene), without=unused_code(scene))
     return digest({"stage": stage.name, "reads": document, "code": code, "needs": dict(needed)})
@@ -66,15 +58,28 @@ def result_of(path: Path, wanted: str) -> xr.Dataset | None:
         return None
 
 
+def make(
+    stage: Stage,
+    scene: Scene,
+    needed: Mapping[str, xr.Dataset],
+    path: Path | None,
+    wanted: str,
+    run: Run = IN_MEMORY,
+) -> xr.Dataset | None:
+    """Make a result, write it with its digest if there is a path, and then delete what a long run had kept."""
+    if not stage.is_dataset:
+        return stage.function(scene, path=path, **needed)
+    dataset = stage.make(scene, **needed, **({"run": run} if stage.long else {}))
+    if path is not None:
+        write_dataset(dataset, path, scene, wanted)
+        run.forget()
+    return dataset
+
+
 class Plan:
     """The results of scenes.
 
-    Attributes
-    ----------
-    scenes : dict of str to Scene
-        Of the configuration.
-    knits : dict of str to Scene
-        The first scene of every knit or pair: the geometry of all that share a label is the same.
+    `scenes` are those of the configuration by name, `knits` the first scene of every geometry by its label.
     """
 
     def __init__(self, scenes: Mapping[str, Scene]) -> None:

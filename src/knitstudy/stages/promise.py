@@ -19,7 +19,7 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
-from knitstudy.errors import ConfigurationError, KnitstudyError
+from knitstudy.errors import ConfigurationError, DataFileError, KnitstudyError
 from knitstudy.files import read_result, read_table, write_table
 from knitstudy.measures.cost import seconds_of
 from knitstudy.measures.discretisation import INTERACTIONS, made_of, problem_of
@@ -53,29 +53,12 @@ BY = "solid yarns of degree 2"
 FINER = "-p3"
 """What names of the same by the next degree end with: they are taken for the truth where there are any."""
 
-COLUMNS = [
-    "scene",
-    "interaction",
-    "direction",
-    "question",
-    "accuracy [1]",
-    "model",
-    "quantity",
-    "error [1]",
-    "uncertainty of that error [1]",
-    "held",
-    "surely held",
-    "of another model [1]",
-    "seconds [s]",
-    "seconds of the cheapest that would have done [s]",
-]
-
 FAILED = "no result"
 
 log = logging.getLogger(__name__)
 
-
 Tried = tuple[str, Estimate, float]
+"""Quantity with the largest error, that error, and seconds of a simulation."""
 
 
 def promises(plan: Plan, results: Path, seconds: float = float("inf")) -> Iterator[tuple[Scene, Promise]]:
@@ -107,9 +90,10 @@ def promises(plan: Plan, results: Path, seconds: float = float("inf")) -> Iterat
                 continue
             if time.monotonic() - started > seconds:
                 return
-            rungs = _taken_and_cheaper(choice)
-            found = [_tried(scene, rung, choice, plan, results, truth) for rung in rungs]
-            (quantity, error, cost), *cheaper = found
+            rungs = [choice.rung, *(rung for rung in choice.front if rung.seconds < choice.rung.seconds)]
+            (quantity, error, cost), *cheaper = (
+                _tried(scene, rung, choice, plan, results, truth) for rung in rungs
+            )
             if error.known:
                 done = [price for _, each, price in cheaper if each.value <= accuracy]
                 other = model_of(plan.scenes[choice.rung.scene]) != model_of(finest)
@@ -154,16 +138,8 @@ def _said_of(scene: Scene, plan: Plan) -> list[dict]:
     return found
 
 
-def _taken_and_cheaper(choice: Choice) -> list[Rung]:
-    """Return the rung that was chosen, and all of the front that cost less."""
-    return [choice.rung, *(rung for rung in choice.front if rung.seconds < choice.rung.seconds)]
-
-
 def _tried(scene: Scene, rung: Rung, choice: Choice, plan: Plan, results: Path, truth: Reference) -> Tried:
-    """Return where a model is off most, by how much, and its seconds.
-
-    What ends without a result is off without bounds.
-    """
+    """Return the largest error of a model and its seconds; a run without a result has an infinite error."""
     try:
         chosen = scene.vary(resolved(replace(choice, rung=rung), plan.scenes))
         made = simulate(chosen, results, plan=plan)
@@ -187,33 +163,33 @@ def _pair(scene: Scene, plan: Plan, results: Path) -> tuple[Scene, Scene] | None
 
 
 def _read(scene: Scene, results: Path) -> tuple[xr.Dataset, xr.Dataset]:
-    return tuple(
-        read_result(results / stage.path(scene)) for stage in (STAGES["simulation"], STAGES["contacts"])
-    )
+    return tuple(read_result(results / STAGES[stage].path(scene)) for stage in SIMULATED)
 
 
 def keep(seconds: float) -> pd.DataFrame:
     """Keep what came out."""
     rows = [
-        (
-            promise.scene,
-            INTERACTIONS[scene.interaction],
-            scene.load.direction,
-            promise.question,
-            promise.accuracy,
-            promise.model,
-            promise.quantity,
-            promise.error.value,
-            promise.error.uncertainty,
-            promise.held,
-            promise.surely,
-            promise.other,
-            promise.seconds,
-            promise.cheapest,
-        )
+        {
+            "scene": promise.scene,
+            "interaction": INTERACTIONS[scene.interaction],
+            "direction": scene.load.direction,
+            "question": promise.question,
+            "accuracy [1]": promise.accuracy,
+            "model": promise.model,
+            "quantity": promise.quantity,
+            "error [1]": promise.error.value,
+            "uncertainty of that error [1]": promise.error.uncertainty,
+            "held": promise.held,
+            "surely held": promise.surely,
+            "of another model [1]": promise.other,
+            "seconds [s]": promise.seconds,
+            "seconds of the cheapest that would have done [s]": promise.cheapest,
+        }
         for scene, promise in promises(Plan.of(), RESULTS, seconds)
     ]
-    table = pd.DataFrame(rows, columns=COLUMNS)
+    if not rows:
+        raise DataFileError(f"{RESULTS}: has no simulation by which a promise could be tried")
+    table = pd.DataFrame(rows)
     write_table(table, PROMISES_KEPT)
     write_trade_page(read_table(TRADE.path))
     return table

@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from knitstudy.errors import KnitstudyError
-from knitstudy.files import provenance, read_result, write_dataset
+from knitstudy.files import provenance, read_result
 from knitstudy.loading.restart import Progress, restart_of, run_with
 from knitstudy.registry import load_plugins
-from knitstudy.stages.plan import digest_of, digest_or_warning, result_of
+from knitstudy.stages.plan import digest_of, digest_or_warning, make, result_of
 from knitstudy.stages.table import STAGES
 from knitstudy.study.scene import Scene
 
@@ -30,36 +30,26 @@ RESTARTS = Path("run")
 def run_stage(job: Any) -> None:
     """Run the stage that has the name of a rule, unless its result is there and up to date.
 
-    Parameters
-    ----------
-    job
-        The ``snakemake`` object of a script. Its params are the labels of the scene, and what the stage reads of the
-        scene. The digest is that of the code and the files as they are now.
+    The params of `job`, the ``snakemake`` object of a script, are the labels of the scene and what the stage reads of
+    the scene. The digest is that of the code and the files as they are now.
     """
     load_plugins(job.config.get("plugins", ()))
     stage = STAGES[job.rule]
     document = dict(job.params.reads)
     scene = Scene.seen(dict(job.params.labels) | document, stage.reads)
     files = {name: path for name, path in job.input.items() if path and name != "outdated"}
-    wanted = digest_of(
-        stage, document, scene, {name: digest_or_warning(path) for name, path in files.items()}
-    )
+    digests = {name: digest_or_warning(path) for name, path in files.items()}
+    wanted = digest_of(stage, document, scene, digests)
     restart = restart_of(RESTARTS / stage.name, scene.name, wanted) if stage.long else None
     target = Path(job.output[0])
     with frame(job, restart) as progress:
         if stage.is_dataset and target.is_file() and result_of(target, wanted) is not None:
             print(f"{target} is up to date", file=sys.stderr)
             return
-        needed = {name: read_result(path) for name, path in files.items()}
         if stage.long:
             stage.require_machine(scene)
-            needed["run"] = run_with(restart, progress)
-        if stage.is_dataset:
-            write_dataset(stage.make(scene, **needed), target, scene, wanted)
-        else:
-            stage.function(scene, path=target, **needed)
-        if stage.long:
-            needed["run"].forget()
+        needed = {name: read_result(path) for name, path in files.items()}
+        make(stage, scene, needed, target, wanted, run_with(restart, progress))
 
 
 INTERRUPTED = 130
@@ -83,31 +73,21 @@ def end_with_parent() -> None:
 
 @contextmanager
 def frame(job: Any, restart: Path | None = None) -> Iterator[Progress]:
-    """Run the body of a Snakemake script with everything it prints in the log file of its rule.
+    """Run the body of a Snakemake script with everything it prints in the log file of its rule; yield its progress.
 
-    Standard output and standard error go to the log at the level of file descriptors, so that messages of
-    compiled libraries are there too; logging and warnings as well. The console gets a line at the start and
-    the end, the progress that the body reports, and on failure one message and the name of the log; the
-    script then ends with status 1.
-
-    Parameters
-    ----------
-    job
-        The ``snakemake`` object of a script: its ``rule``, ``wildcards``, ``threads`` and ``log`` are used.
-    restart
-        Restart file of a computation that goes on where a killed one stopped: its log then goes on too.
-
-    Yields
-    ------
-    Progress
-        To be handed to the stage's function.
+    Standard output and standard error go to the log at the level of file descriptors, so that messages of compiled
+    libraries are there too. The console gets a line at the start and the end, the progress, and on failure one message
+    and the name of the log; the script then ends with status 1. The log of a computation with a restart file goes on
+    where a killed run stopped.
     """
     end_with_parent()
     label = " ".join([job.rule, *job.wildcards])
     path = Path(job.log[0])
     started = time.monotonic()
     with _log_file(path, restart) as log, _redirected_to(log) as console:
-        _log_header(label, job.threads)
+        versions = ", ".join(f"{name} {version}" for name, version in provenance().items())
+        print(f"{label}, {time.strftime('%Y-%m-%d %H:%M:%S')}, {job.threads} threads", file=sys.stderr)
+        print(f"Python {sys.version.split()[0]}, {versions}", file=sys.stderr)
         print(f"{label}  ...", file=console)
         try:
             yield Progress(label, streams=(console, sys.stderr))
@@ -118,16 +98,18 @@ def frame(job: Any, restart: Path | None = None) -> Iterator[Progress]:
             _fail(f"error in {label}: {error}", path, console)
         except Exception as error:
             _fail(f"error in {label}: {type(error).__name__}: {error}", path, console)
-        _log_footer(started)
-        print(f"{label}  done in {time.monotonic() - started:.0f} s", file=console)
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
+        seconds = time.monotonic() - started
+        print(f"done in {seconds:.1f} s, largest resident memory {peak:.0f} MiB", file=sys.stderr)
+        print(f"{label}  done in {seconds:.0f} s", file=console)
 
 
 @contextmanager
 def _log_file(path: Path, restart: Path | None) -> Iterator[TextIO]:
     """Open the log of a rule, which goes on if there is a restart file.
 
-    The workflow engine deletes the logs of a rule before it runs it again. The log of a computation that can be
-    restarted therefore has a second name beside its restart file, until it has come to its end.
+    Snakemake deletes the log before it runs a rule again: until a run with a restart file has ended, its log has a
+    second name beside the restart file.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     path.unlink(missing_ok=True)
@@ -163,18 +145,6 @@ def _redirected_to(log: TextIO) -> Iterator[TextIO]:
             sys.stdout.flush()
             sys.stderr.flush()
             os.dup2(console.fileno(), 2)
-
-
-def _log_header(label: str, threads: int) -> None:
-    versions = ", ".join(f"{name} {version}" for name, version in provenance().items())
-    print(f"{label}, {time.strftime('%Y-%m-%d %H:%M:%S')}, {threads} threads", file=sys.stderr)
-    print(f"Python {sys.version.split()[0]}, {versions}", file=sys.stderr)
-
-
-def _log_footer(started: float) -> None:
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
-    seconds = time.monotonic() - started
-    print(f"done in {seconds:.1f} s, largest resident memory {peak:.0f} MiB", file=sys.stderr)
 
 
 def _fail(message: str, log: Path, console: TextIO) -> None:

@@ -10,16 +10,11 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import xarray as xr
 
-from knitstudy.errors import ConfigurationError
-from knitstudy.files import write_dataset
-from knitstudy.geometry.fabric import Fabric
-from knitstudy.loading.restart import IN_MEMORY, ReportProgress, restart_of, run_with, silent
-from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.stages.plan import Plan, result_of
+from knitstudy.loading.restart import ReportProgress, restart_of, run_with, silent
+from knitstudy.stages.plan import Plan, make, result_of
 from knitstudy.stages.table import STAGES, Stage
 from knitstudy.study.configuration import CONFIG
 from knitstudy.study.scene import Scene
@@ -34,18 +29,8 @@ BeginProgress = Callable[[str], ReportProgress]
 class Results:
     """All that a simulation gives, in the formats of docs/files.md.
 
-    Attributes
-    ----------
-    scene : Scene
-        What was simulated, under the name that its files have.
-    geometry, history : Dataset
-    mesh : Dataset or None
-        Of solid yarns.
-    contacts : Dataset or None
-        At the crossings of solid yarns, of a window those of its cells; of a reduced model, those that its joints come
-        from.
-    path : Path or None
-        File of the history.
+    The scene has the name that its files have; `mesh` is there of solid yarns. `contacts` are those at the crossings of
+    solid yarns, or those that the joints of a reduced model come from. `path` is the file of the history.
     """
 
     scene: Scene
@@ -105,29 +90,6 @@ def simulate(
     )
 
 
-def lay_out(
-    scene: Scene, folder: Path | str | None = None, *, config: Path = CONFIG
-) -> tuple[Scene, Fabric, SweptMesh]:
-    """Return a labelled scene, its knit or pair, and the solid mesh; see `simulate` for the arguments.
-
-    Raises
-    ------
-    ConfigurationError
-        If the scene is not one of solid yarns.
-    """
-    mesh = STAGES["mesh"]
-    if not mesh.of(scene):
-        raise ConfigurationError(
-            f"scene {scene.name!r}: fidelity is {scene.fidelity!r} but must be hexahedra or spline_yarns:"
-            " beams have no mesh of solid yarns"
-        )
-    plan = Plan.of(config)
-    scene = plan.labelled(scene)
-    keeper = _Keeper(plan, None if folder is None else Path(folder), _silence)
-    specimen = Fabric.from_dataset(keeper.obtain(STAGES["geometry"], scene))
-    return scene, specimen, SweptMesh.from_dataset(keeper.obtain(mesh, scene))
-
-
 @dataclass
 class _Keeper:
     """Takes results from where they are kept, or makes them."""
@@ -158,19 +120,13 @@ class _Keeper:
             log.info("%s %s: %s is not up to date and will be replaced", stage.name, scene.name, path)
         if stage.long:
             stage.require_machine(scene)  # before anything is made for it
-        needed: dict[str, Any] = {
-            name: self.obtain(*step) for name, step in self.plan.needs(stage, scene).items()
-        }
-        run = IN_MEMORY
-        if stage.long:
-            restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
-            run = needed["run"] = run_with(restart, self.progress(f"{stage.name} {scene.name}"))
+        needed = {name: self.obtain(*step) for name, step in self.plan.needs(stage, scene).items()}
+        restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
+        progress = self.progress(f"{stage.name} {scene.name}") if stage.long else silent
         seen = scene.only(stage.document(scene), stage.reads)
-        dataset = stage.make(seen, **needed)
+        dataset = make(stage, seen, needed, path, wanted, run_with(restart, progress))
         if path is not None:
-            write_dataset(dataset, path, seen, wanted)
             log.info("%s %s: written to %s", stage.name, scene.name, path)
-            run.forget()
         return dataset
 
 

@@ -38,7 +38,20 @@ Named = Callable[[str], Scene]
 OF_SIZE = ("pattern.loops", "pattern.rows", "pair.length", "mesh.size", "mesh.crossing_degree")
 """Keys that memory depends on."""
 
+MEMORY_OF_BEAMS = {"rom2d": 500, "rom3d": 500, "beam": 1000, "window": 1500}
+"""Expected memory of simulations without solid yarns, or with few [MB]."""
+
 KIND = ("specimen", "fidelity", "interaction")
+
+OF_GEOMETRY = (
+    "specimen",
+    "pattern",
+    "pair.angle",
+    "pair.length",
+    "pair.clearance",
+    "yarn.diameter",
+    "geometry",
+)
 
 MODEL_KEYS = (*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver")
 
@@ -54,9 +67,8 @@ class Stage:
     path_pattern : str
         Path of its result under the folder of results, with ``{scene}`` or ``{knit}``.
     function : callable
-        Called with the scene and the datasets that it needs by name, and ``run`` (`knitstudy.loading.restart.Run`) if
-        the stage is long; it returns a dataset. If the result is no netCDF file, the function is called with ``path``
-        and writes that file.
+        Called with the scene, the datasets that it needs by name, and ``run`` (`knitstudy.loading.restart.Run`) if the
+        stage is long. It returns a dataset; if the result is no netCDF file, it writes the file ``path``.
     reads : tuple of str
         Sections and dotted keys of the scene that its result depends on; the function sees no others.
     of : callable
@@ -64,8 +76,7 @@ class Stage:
     needs : callable
         `Needs` of a scene; its second argument is `Named`.
     code : callable, optional
-        Names of the modules whose code, with all that they import, makes the result of a scene. By default the module
-        of the function.
+        Modules whose code makes the result of a scene; by default the module of the function.
     outputs : tuple of str
         Entries of the scene's outputs that its result depends on.
     wanted : callable
@@ -98,15 +109,7 @@ class Stage:
         return self.code(scene) if self.code else (self.function.__module__,)
 
     def make(self, scene: Scene, **needed: Any) -> xr.Dataset:
-        """Return its result as a dataset, with the processor time of all threads since this process began it.
-
-        Raises
-        ------
-        KnitstudyError
-            What the function raises.
-        DataFileError
-            If it returns a history that is not complete.
-        """
+        """Return its result as a dataset, with the processor time of all threads; refuse an incomplete history."""
         started = time.process_time()
         dataset = self.function(scene, **needed)
         if fault := fault_of(dataset):
@@ -114,13 +117,7 @@ class Stage:
         return dataset.assign_attrs(processor_seconds=time.process_time() - started)
 
     def require_machine(self, scene: Scene) -> None:
-        """Refuse a scene that is expected to take more memory than the machine has.
-
-        Raises
-        ------
-        ConfigurationError
-            Naming both, and what to change.
-        """
+        """Refuse a scene that is expected to take more memory than the machine has."""
         need, has = self.memory(scene), machine_memory()
         if need > has:
             said = ", ".join(
@@ -149,9 +146,6 @@ def has_mesh(scene: Scene) -> bool:
     return scene.kind.direct
 
 
-# ---- Simulation: one model of each scene ----
-
-
 def _model_code(scene: Scene) -> tuple[str, ...]:
     """Return the modules of the model of a scene, of its elements and its material."""
     found = [MODELS[scene.fidelity].__module__]
@@ -170,12 +164,6 @@ def _is_solid(scene: Scene) -> bool:
     return scene.kind.fidelity.solid or scene.fidelity == "window"
 
 
-def _model_memory(scene: Scene) -> int:
-    """Return the expected memory of a simulation [MB]."""
-    constant = {"rom2d": 500, "rom3d": 500, "beam": 1000, "window": 1500}
-    return constant.get(scene.fidelity) or expected_memory(scene)
-
-
 def _model_needs(scene: Scene, named: Named) -> Needs:
     """Return geometry and mesh, and the results of other scenes that joints, springs and honeycombs come from."""
     sources = {
@@ -190,9 +178,6 @@ def _model_needs(scene: Scene, named: Named) -> Needs:
     if "stresses" in found:
         _require_fields(found["stresses"][1])
     return found
-
-
-# ---- Fields of solid yarns ----
 
 
 def _require_fields(scene: Scene) -> None:
@@ -218,9 +203,6 @@ def _history(scene: Scene, named: Named) -> Needs:
     return {"geometry": ("geometry", scene), "history": ("simulation", scene)}
 
 
-# ---- All stages ----
-
-
 def _has_deck(scene: Scene) -> bool:
     return has_mesh(scene) and "deck" in scene.kind.outputs
 
@@ -243,15 +225,7 @@ _STAGES = (
         name="geometry",
         path_pattern="geometry/{knit}.nc",
         function=lay_out,
-        reads=(
-            "specimen",
-            "pattern",
-            "pair.angle",
-            "pair.length",
-            "pair.clearance",
-            "yarn.diameter",
-            "geometry",
-        ),
+        reads=OF_GEOMETRY,
         of=lambda scene: True,
         wanted=lambda scene: False,
         memory=lambda scene: 500,
@@ -275,7 +249,7 @@ _STAGES = (
         needs=_model_needs,
         code=_model_code,
         long=True,
-        memory=_model_memory,
+        memory=lambda scene: MEMORY_OF_BEAMS.get(scene.fidelity) or expected_memory(scene),
     ),
     Stage(
         name="contacts",

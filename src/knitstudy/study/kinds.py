@@ -243,20 +243,13 @@ class Labels(Section):
     )
     knit: SceneName = output(
         "choice",
-        allowed=(
-            "the label of the knit or pair; scenes with one label share one geometry (at most 200 small letters,"
-            " digits, - and _)"
-        ),
+        allowed="a name like that of a scene; scenes with one label share one geometry",
         source="names files",
     )
     specimen: str = physics(
         "choice",
         allowed=lambda: meanings(SPECIMENS),
-        source=(
-            "the paper simulates knits, whose yarns it does not say to be whole at the upper and the lower edge: of a"
-            " cut_knit the outer ones are not; two crossing yarns are a case of verification, a cell stands for an"
-            " endless knit"
-        ),
+        source="the paper simulates knits; a cut_knit has cut outer yarns, a pair serves verification",
         checked="all",
     )
     fidelity: str = numerics(

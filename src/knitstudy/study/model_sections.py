@@ -72,10 +72,7 @@ class BeamMesh(Section):
     section_law: Literal["straight", "curved"] = numerics(
         "assumed",
         allowed="straight (of a straight rod) or curved (of a rod as bent as the yarn is): law of the beams' sections",
-        source=(
-            "section 2.5: beams along the centrelines, whose sections the paper does not say; a bent yarn of solids is"
-            " as stiff as curved says, 8 to 15 % stiffer than straight (docs/notes/beams.md)"
-        ),
+        source="section 2.5 prints none; curved: as stiff as a bent yarn of solids (docs/notes/beams.md)",
         checked="curved and straight: force -4 to -6 % (scenes rom3d-straight-*)",
     )
 
@@ -122,10 +119,7 @@ class PolynomialMesh(Section):
         "choice",
         meaning="not below mesh.degree",
         source="numerical; degree of the polynomials near crossings",
-        checked=(
-            "2 to 6 of a tied cell, 2 to 4 with friction: force +2.5 and +3.6 % with 2 everywhere, within 0.4 % from "
-            "3 on (docs/notes/solid_yarns.md)"
-        ),
+        checked="2 to 6: force +2.5 to +3.6 % with 2 everywhere (docs/notes/solid_yarns.md)",
         default=2,
     )
     crossing_span: Span = resolution(
@@ -162,10 +156,7 @@ class Tie(Section):
     radius: float = physics(
         "inferred",
         unit="yarn radii",
-        source=(
-            "sqrt(2 R delta), within which yarns of radius R are nearer to each other than delta = 5 % of the stated "
-            "0.3 mm, Abaqus's default; the area of one facet of that size"
-        ),
+        source="sqrt(2 R delta) with delta = 5 % of the stated 0.3 mm, Abaqus's default tolerance",
         checked="0.1 to 0.5: force of a tied cell of solid yarns -7 to +15 % (docs/notes/ties.md)",
         default=0.183,
         ge=0.05,
@@ -194,10 +185,7 @@ class TiedEdges(Section):
     tied_edges: Literal["outer", "none"] = physics(
         "stated",
         allowed="outer (the first and the last interlock row, in wale tension the outer columns, are tied) or none",
-        source=(
-            "section 2.3, Fig. 3: top and bottom rows are tied in course tension; in wale tension "
-            '"for the same reason", taken as the outer columns'
-        ),
+        source='section 2.3, Fig. 3; wale tension "for the same reason", taken as the outer columns',
         checked="outer and none (scene inputs-untied-isotropic-course)",
     )
 
@@ -214,10 +202,7 @@ class SolidContact(TiedEdges):
         unit="E / h",
         meaning="times E over the mesh size",
         source="Table 1: contact stiffness over element stiffness is 10; as pressure over gap it is taken as 10 E / h",
-        checked=(
-            "3, 10 and 30 of knits without multipliers (scenes *-penalty*); 3 to 30, of a pair pressed by 90 um at "
-            "0.3 mm: force -1.5 to +0.1 %, as multipliers bound the penetration"
-        ),
+        checked="3 to 30, of a pair pressed by 90 um: force -1.5 to +0.1 %; of knits: scenes *-penalty*",
     )
     tangential_stiffness: Positive = numerics(
         "stated",
@@ -244,14 +229,8 @@ class SolidContact(TiedEdges):
     )
     points: int = numerics(
         "choice",
-        source=(
-            "numerical; Gauss points along each side of a facet; crossings lie over the middles of facets, where even "
-            "numbers have no point and find contact late"
-        ),
-        checked=(
-            "1 to 4, of a pair pressed by 36 um: with 2 it begins 10 um late at 0.3 mm and 17 um at 0.45 mm (force "
-            "-13 and -46 %)"
-        ),
+        source="numerical; even numbers have no point in the middle of a facet and find contact late",
+        checked="1 to 4, of a pair pressed by 36 um: with 2 contact begins 10 um late (force -13 %)",
         ge=1,
         le=4,
     )
@@ -330,10 +309,7 @@ class SolidNewton(Newton):
         unit="E",
         meaning="times Young's modulus",
         source="section 2.2: static stabilisation, its size is not printed; none unless a scene asks for it",
-        checked=(
-            "0 to 1e-6, of one cell at 0.6 mm: force within 0.003 %; up to 1e-8 its work stays below 2 % of the "
-            "internal energy on the way"
-        ),
+        checked="0 to 1e-6, of one cell at 0.6 mm: force within 0.003 %",
         ge=0,
         le=1e6,
     )
@@ -435,10 +411,7 @@ class Joints(Section):
 
     contacts_from: SceneName | None = numerics(
         "choice",
-        allowed=(
-            "the name of the scene of solid yarns that the joints come from (empty: where yarns are closest, tied by"
-            " tie.radius)"
-        ),
+        allowed="the name of the scene of solid yarns with the contacts (empty: the geometry predicts them)",
         source="the DNS whose contact zones make the joints (sections 2.4, 2.5)",
         checked="one DNS a knit, and none (scenes trade-*-rom*): tied knits carry the same within 1e-13",
         default=None,
@@ -466,10 +439,7 @@ class PlanarJoints(Joints):
     )
     stress_from: SceneName | None = numerics(
         "choice",
-        allowed=(
-            "the name of the scene of solid yarns whose principal stress segments lie along (empty where rom.honeycomb"
-            " is geometry)"
-        ),
+        allowed="the name of a scene of solid yarns (empty where rom.honeycomb is geometry)",
         source="Table 4: directions of course and of wale tension, each pulled in both directions",
         checked="course and wale tension (scenes rom2d-by-*-stress-*)",
         default=None,
@@ -490,14 +460,8 @@ class SpatialJoints(Joints):
 
     joint: Literal["rigid", "pinned", "patch", "printed"] = numerics(
         "assumed",
-        allowed=(
-            "rigid (arms to the contact point), pinned (arms that may turn there), patch (pinned, and yielding as the "
-            "tied area does) or printed (as in Table 2: no arms)"
-        ),
-        source=(
-            "Table 2: u_T = 0, u_R = 0, and springs between the points; rigid arms to the contact point, a variant "
-            "takes the paper at its word"
-        ),
+        allowed="rigid (arms), pinned (arms that turn), patch (pinned, compliant) or printed (no arms)",
+        source="Table 2: u_T = 0, u_R = 0, and springs between the points, which no arms is to the letter",
         checked="all four (scenes rom3d-pinned-*, rom3d-patch-*, rom3d-printed-*)",
     )
 
@@ -512,10 +476,7 @@ class Springs(SpatialJoints):
 
     springs_from: SceneName | None = numerics(
         "choice",
-        allowed=(
-            "the name of the scene of solid yarns whose averaged springs are used (empty for that of"
-            " rom.contacts_from)"
-        ),
+        allowed="the name of the scene of solid yarns to measure (empty: that of rom.contacts_from)",
         source="springs of another simulation test what carries over from one load to another",
         checked="course springs in wale tension and the other way round (scenes rom3d-carried-*)",
     )
@@ -536,10 +497,7 @@ class Springs(SpatialJoints):
     axes: Literal["contact", "global"] = numerics(
         "inferred",
         allowed="contact (springs along the normal and in the tangent plane) or global (along x, y and z)",
-        source=(
-            "Table 2 lists x, y and z; secants along these are negative at many crossings, along the contact's own "
-            "axes at none (table2_springs)"
-        ),
+        source="Table 2 lists x, y and z, along which many secants are negative (table2_springs)",
         checked="contact; global with the stiffnesses of Table 2 (scenes rom3d-table2-*)",
     )
     displacement: Literal["interface", "centreline"] = numerics(
@@ -592,10 +550,7 @@ class Beam(Section):
     tie: Literal["rigid", "pinned", "patch"] = numerics(
         "assumed",
         allowed="rigid, pinned (sections may turn) or patch (pins that yield as tied areas do): tied crossings",
-        source=(
-            "section 2.3 ties the outer rows; a tied patch of solids lets sections turn nearly freely and yields, "
-            "beams that are joined do not"
-        ),
+        source="section 2.3 ties the outer rows; tied solids turn nearly freely and yield",
         checked="all three (scenes beam-pinned-*, beam-patch-*)",
     )
     stiffness: Positive = numerics(
@@ -655,10 +610,7 @@ class Window(Section):
     )
     springs_from: SceneName | None = numerics(
         "choice",
-        allowed=(
-            "the name of a scene of solid yarns in contact whose averaged springs are used outside, or null where"
-            " beams touch"
-        ),
+        allowed="the name of a scene of solid yarns in contact to measure, or null where beams touch",
         source="numerical; secants at full load stand for contact at full load alone",
         checked="both, in 3 x 3 cells (docs/notes/window.md)",
         default=None,

@@ -46,20 +46,14 @@ class Pattern(Section):
         "calibrated",
         unit="m",
         allowed="a list of at least 4 points x, y, z in m",
-        source=(
-            "not printed; fitted to the angles of Table 4 and to 41.6 mm of yarn a loop (999 beam nodes at 0.5 mm over "
-            "12 loops, Table 5)"
-        ),
+        source="not printed; fitted to the angles of Table 4 and 41.6 mm of yarn a loop (Table 5)",
         checked="one loop shape",
         min_length=4,
     )
     clearance: float = physics(
         "assumed",
         unit="yarn radii",
-        source=(
-            "not printed; small and positive, as Fig. 7 shows no contact at 0.05 % and symmetric contact by 0.45 % "
-            "strain"
-        ),
+        source="not printed; Fig. 7 shows no contact at 0.05 % strain, and symmetric contact by 0.45 %",
         checked="0.005 to 0.04: force -2.3 % at 0.04 (docs/notes/sensitivity.md)",
         ge=0,
         le=1,
@@ -109,10 +103,7 @@ class Pair(Section):
     support: Literal["ends", "back"] = physics(
         "choice",
         meaning="what is held and driven of each yarn",
-        source=(
-            "of a case of verification: the halves turned away from each other are held, as bodies in theories of "
-            "contact are"
-        ),
+        source="of a case of verification: bodies in theories of contact are held at their backs",
         checked="back",
     )
 
@@ -170,10 +161,7 @@ class Yarn(Section):
     diameter: Length = physics(
         "inferred",
         unit="m",
-        source=(
-            "63,171 nodes at 0.3 mm (Table 5) over 0.5 m of yarn are about 38 nodes a section: 6 elements of 0.3 mm "
-            "across"
-        ),
+        source="63,171 nodes at 0.3 mm (Table 5) are 38 a section: 6 elements across",
         checked="1.8 mm",
     )
     youngs_modulus: float = physics(
@@ -297,10 +285,7 @@ class KnitTension(Tension):
 
     direction: Literal["course", "wale"] = physics(
         "stated",
-        source=(
-            "section 2.3: course and wale tension; in wale tension sinker arcs of the bottom yarn are held and head "
-            "arcs of the top yarn driven"
-        ),
+        source="section 2.3: course and wale tension; wale pulls head arcs of the top yarn",
         checked="both",
     )
 

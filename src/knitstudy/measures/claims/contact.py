@@ -15,14 +15,7 @@ from knitstudy.measures.centre_cell import (
     snapshots,
     zones_of_cell,
 )
-from knitstudy.measures.claims.evidence import (
-    Evidence,
-    Judgement,
-    at_full_strain,
-    lacking,
-    not_run,
-    verdict,
-)
+from knitstudy.measures.claims.evidence import NO_DIRECT, Evidence, Judgement, NotRun, at_full_strain, verdict
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.history_checks import stabilisation_share
@@ -67,8 +60,7 @@ FRICTION_SWEEP = "inputs-friction"
 
 def judge_no_contact(evidence: Evidence) -> Judgement:
     """K1: no zone in the centre cell at point 1."""
-    if (contacts := evidence.contact("isotropic")) is None:
-        return lacking(INTERACTIONS["isotropic"])
+    contacts = evidence.contact("isotropic")
     wanted = number(
         evidence.paper, "fig7", "course isotropic", "contact zones in the centre cell at 0.05% strain"
     )
@@ -77,8 +69,7 @@ def judge_no_contact(evidence: Evidence) -> Judgement:
 
 def judge_zones(evidence: Evidence) -> Judgement:
     """K2: four zones in the centre cell from point 4 to the end, never more."""
-    if (contacts := evidence.contact("isotropic")) is None:
-        return lacking(INTERACTIONS["isotropic"])
+    contacts = evidence.contact("isotropic")
     wanted = number(
         evidence.paper, "fig7", "course isotropic", "contact zones in the centre cell at 1.95% strain"
     )
@@ -96,15 +87,13 @@ def _at_snapshot(contacts: xr.Dataset, number: int, holds: Callable[[np.ndarray,
     measured = f"zones in the centre cell: {counts}; {zones[-1]} at the end, {strain[-1]:.2%}"
     point = next((each for each in points if each.number == number), None)
     if point is None or not point.exact:
-        return not_run(f"no increment ends at the strain of point {number} of Fig. 7", measured)
+        raise NotRun(f"no increment ends at the strain of point {number} of Fig. 7", measured)
     return Judgement(measured, verdict(bool(holds(zones, point.increment))))
 
 
 def judge_slope(evidence: Evidence) -> Judgement:
     """K3: the force bends most just after zones come into symmetric contact."""
     history, contacts = evidence.history("isotropic"), evidence.contact("isotropic")
-    if history is None or contacts is None:
-        return lacking(INTERACTIONS["isotropic"])
     strain, bends = history["strain"].to_numpy(), largest_bend(history)
     first = first_symmetric_contact(contacts)
     bend = (
@@ -143,8 +132,7 @@ def largest_bend(history: xr.Dataset) -> float:
 
 def judge_motion(evidence: Evidence) -> Judgement:
     """K4: the knit contracts and moves out of its plane, symmetrically about its mid line."""
-    if (history := evidence.history("isotropic")) is None:
-        return lacking(INTERACTIONS["isotropic"])
+    history = evidence.history("isotropic")
     contraction, largest = transverse_contraction(history), float(out_of_plane(history)[-1])
     diameter = 2 * float(evidence.geometry["radius"])
     skew = asymmetry(history)
@@ -167,10 +155,9 @@ def asymmetry(history: xr.Dataset) -> float:
 
 def judge_kinematics(evidence: Evidence) -> Judgement:
     """K8: at every crossing of the centre cell each yarn turns, contracts and slides, and its contact area spins."""
-    if (contacts := evidence.contact("isotropic")) is None:
-        return lacking(INTERACTIONS["isotropic"])
+    contacts = evidence.contact("isotropic")
     if "section_rotation" not in contacts:
-        return not_run("the history holds no motion of the sections")
+        raise NotRun("the history holds no motion of the sections")
     crossings = centre_cell(contacts)
     turned, closer, slid, spun = (
         values[:, crossings]
@@ -221,12 +208,8 @@ def _half(contacts: xr.Dataset, values: np.ndarray) -> float:
 def judge_stiffness_order(evidence: Evidence) -> Judgement:
     """K5: ties are stiffer than rough contact, and that is stiffer than isotropic friction."""
     stiffness = _compared(evidence, lambda history, strain: 1e-3 * stiffness_at(history, strain))
-    if stiffness is None:
-        return lacking("ties, rough contact and isotropic friction on one mesh")
     measured = "secant stiffness of DNS: " + _listed(stiffness, "{:.4g} kN/m")
-    forces = _references(evidence, FORCE)
-    if forces is None:
-        return not_run("there is no reference of all three", measured)
+    forces = _references(evidence, FORCE, measured)
     said = ", ".join(f"{INTERACTIONS[kind]} {force} N" for kind, force in forces.items())
     ordered = all_hold(
         (forces["tie"].larger_than(forces["rough"]), forces["rough"].larger_than(forces["isotropic"]))
@@ -240,12 +223,8 @@ def judge_motion_order(evidence: Evidence) -> Judgement:
     motion = _compared(
         evidence, lambda history, strain: 1e3 * at_strain(history, strain, out_of_plane(history))
     )
-    if motion is None:
-        return lacking("ties, rough contact and isotropic friction on one mesh")
     measured = "largest |u_z| of DNS: " + _listed(motion, "{:.3g} mm")
-    true = _references(evidence, LARGEST_U_Z)
-    if true is None:
-        return not_run("there is no reference of all three", measured)
+    true = _references(evidence, LARGEST_U_Z, measured)
     in_mm = {kind: each.of(lambda value: 1e3 * value) for kind, each in true.items()}
     said = ", ".join(f"{INTERACTIONS[kind]} {each} mm" for kind, each in in_mm.items())
     judged = Judgement(
@@ -264,13 +243,15 @@ def judge_smaller_friction(evidence: Evidence) -> Judgement:
         if name.startswith(FRICTION_SWEEP) and evidence.scenes[name].contact.friction <= FRICTION
     ]
     if not smaller or not set(INTERACTIONS) <= set(evidence.direct):
-        return lacking("ties, rough contact and several coefficients of friction, all else the same")
+        raise NotRun(
+            f"{NO_DIRECT} ties, rough contact and several coefficients of friction, all else the same"
+        )
     forces: dict[str, Estimate] = {}
     for kind in INTERACTIONS:
         base = evidence.direct[kind]
         known = evidence.reference_of(kind)
         if not known.known:
-            return not_run("there is no reference of all three interactions")
+            raise NotRun("there is no reference of all three interactions")
         for name in (base, *(smaller if kind == "isotropic" else ())):
             of = reference_of(evidence.reference, evidence.scenes[name]) if name != base else known
             if not of.known:
@@ -296,8 +277,6 @@ def judge_untied_rows(evidence: Evidence) -> Judgement:
     """K11: without ties the outer rows slide, load is not transferred, and convergence suffers."""
     untied, contacts = evidence.history("untied"), evidence.contact("untied")
     tied = evidence.history("isotropic")
-    if untied is None or contacts is None or tied is None:
-        return lacking("isotropic friction in all rows, and with ties in the outer ones")
     row = contacts["row"].to_numpy()
     outer = (row == 0) | (row == row.max())
     slip = np.nan_to_num(contacts["slip"].to_numpy()[-1])
@@ -320,7 +299,7 @@ def judge_stabilisation(evidence: Evidence) -> Judgement:
     """E1: the energy that stabilisation dissipates is small beside the internal energy, at every increment."""
     names = {kind: name for kind, name in evidence.direct.items() if kind != "tie"}
     if not names:
-        return lacking("contact")
+        raise NotRun(f"{NO_DIRECT} contact")
     shares = {kind: stabilisation_share(evidence.histories[name]) for kind, name in names.items()}
     allowed = number(evidence.paper, "sec2.2", "stabilisation", "largest share of strain energy") / 100
     used = any(evidence.scenes[name].solver.stabilisation > 0 for name in names.values())
@@ -333,21 +312,23 @@ def judge_stabilisation(evidence: Evidence) -> Judgement:
     return at_full_strain(evidence, judged, names.values())
 
 
-def _compared(evidence: Evidence, measure: Callable[[xr.Dataset, float], float]) -> dict[str, float] | None:
-    """Return a measure of ties, rough contact and friction at their common strain, None if one lacks."""
+def _compared(evidence: Evidence, measure: Callable[[xr.Dataset, float], float]) -> dict[str, float]:
+    """Return a measure of ties, rough contact and friction at their common strain."""
     if not set(INTERACTIONS) <= set(evidence.direct):
-        return None
+        raise NotRun(f"{NO_DIRECT} ties, rough contact and isotropic friction on one mesh")
     histories = {kind: evidence.history(kind) for kind in INTERACTIONS}
     strain = common_strain(histories.values())
     return {kind: measure(history, strain) for kind, history in histories.items()}
 
 
-def _references(evidence: Evidence, quantity: str) -> dict[str, Estimate] | None:
+def _references(evidence: Evidence, quantity: str, measured: str) -> dict[str, Estimate]:
     """Return a quantity of ties, rough contact and friction at the largest strain with reference values of all."""
     found = {kind: evidence.reference_of(kind) for kind in INTERACTIONS}
     strain = common_strain(evidence.histories[name] for name in _three(evidence))
     common = set.intersection(*(set(each.strains(quantity, strain)) for each in found.values()))
-    return {kind: each.at(quantity, max(common)) for kind, each in found.items()} if common else None
+    if not common:
+        raise NotRun("there is no reference of all three", measured)
+    return {kind: each.at(quantity, max(common)) for kind, each in found.items()}
 
 
 def _three(evidence: Evidence) -> list[str]:

@@ -41,6 +41,17 @@ STRESSES = tuple(name for name in _SOLIDS if name.startswith(("yarns-isotropic",
 """Names of the scenes whose histories, contacts and stresses claims are judged by."""
 
 
+NO_DIRECT = "the study has no direct simulation with"
+
+
+class NotRun(Exception):
+    """The study cannot decide a claim: why, and what was measured nevertheless."""
+
+    def __init__(self, why: str, measured: str = "") -> None:
+        super().__init__(why)
+        self.judgement = Judgement(measured, NOT_RUN, why)
+
+
 @dataclass(frozen=True)
 class Evidence:
     """Results that claims are judged by, by the names of scenes.
@@ -86,13 +97,19 @@ class Evidence:
         names |= {"untied": UNTIED[name]} if name in UNTIED else {}
         return {kind: scene for kind, scene in names.items() if scene in self.histories}
 
-    def history(self, kind: str) -> xr.Dataset | None:
-        """Return the history of one of `direct`."""
-        return self.histories.get(self.direct.get(kind, ""))
+    def history(self, kind: str) -> xr.Dataset:
+        """Return the history of one of `direct`; raise `NotRun` without it."""
+        return self._result(self.histories, kind)
 
-    def contact(self, kind: str) -> xr.Dataset | None:
-        """Return the contacts of one of `direct`."""
-        return self.contacts.get(self.direct.get(kind, ""))
+    def contact(self, kind: str) -> xr.Dataset:
+        """Return the contacts of one of `direct`; raise `NotRun` without them."""
+        return self._result(self.contacts, kind)
+
+    def _result(self, results: Mapping[str, xr.Dataset], kind: str) -> xr.Dataset:
+        if self.direct.get(kind) not in results:
+            said = INTERACTIONS.get(kind, "isotropic friction in all rows, and with ties in the outer ones")
+            raise NotRun(f"{NO_DIRECT} {said}")
+        return results[self.direct[kind]]
 
     def reference_of(self, kind: str) -> Reference:
         """Return the reference of the problem of one of `direct`; empty where there is none."""
@@ -127,16 +144,6 @@ def verdict(holds: bool | None) -> str:
     return REPRODUCED if holds else NOT_REPRODUCED
 
 
-def not_run(why: str, measured: str = "") -> Judgement:
-    """Return the judgement on a claim that the study cannot decide."""
-    return Judgement(measured, NOT_RUN, why)
-
-
-def lacking(what: str) -> Judgement:
-    """Return the judgement on a claim for which a study has no direct simulation of some kind."""
-    return not_run(f"the study has no direct simulation with {what}")
-
-
 def at_full_strain(
     evidence: Evidence, judgement: Judgement, names: Iterable[str], of: str | None = None
 ) -> Judgement:
@@ -158,6 +165,18 @@ BY_OTHERS = "by other discretisations"
 
 Judge = Callable[[Evidence], Judgement]
 """Compares the evidence with the bar of a claim."""
+
+
+def withholding(judge: Judge) -> Judge:
+    """Return a function that judges, or withholds the verdict where `NotRun` is raised."""
+
+    def judged(evidence: Evidence) -> Judgement:
+        try:
+            return judge(evidence)
+        except NotRun as error:
+            return error.judgement
+
+    return judged
 
 
 def decide(judge: Judge, evidence: Evidence, uncertainty: str) -> Judgement:

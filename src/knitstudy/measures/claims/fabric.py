@@ -13,12 +13,13 @@ from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, of_case
 from knitstudy.measures.centre_cell import crossing_error, loop_of
 from knitstudy.measures.claims.evidence import (
     NOT_REPRODUCED,
+    NOT_RUN,
     OPEN,
     REPRODUCED,
     Evidence,
     Judgement,
+    NotRun,
     at_full_strain,
-    not_run,
     verdict,
 )
 from knitstudy.measures.cost import memory_growth
@@ -27,7 +28,7 @@ from knitstudy.measures.domain import SMALLEST, contact_over_ties, series_of
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.segments import LEGS, SEGMENT, angle_to_x, angles_to_axes, honeycomb_segments
-from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Sweep, sweeps_of
+from knitstudy.measures.sweeps import HELD, SPACING, Point, Sweep, sweeps_of
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.network_2d import heights
 
@@ -90,7 +91,7 @@ def judge_size(evidence: Evidence) -> Judgement:
     series = series_of(evidence.scenes[name] for name in evidence.histories)
     series = [each for each in series if each.model.startswith(HEXAHEDRA["one_point"])]
     if not {"tie", "isotropic"} <= {each.scenes[0].interaction for each in series}:
-        return not_run("the study has no square knits of rising size with ties and with friction")
+        raise NotRun("the study has no square knits of rising size with ties and with friction")
     said, grows = [], []
     for each in series:
         histories = [evidence.histories[scene.name] for scene in each.scenes]
@@ -131,22 +132,12 @@ HANGS = "hangs on what is held fixed"
 SAID = {True: "as claimed", False: "against it", None: "within the uncertainties"}
 
 
-def judge_spacing(evidence: Evidence) -> Judgement:
-    """K9: knits of larger course spacing move further out of their plane."""
-    return _judge_sweep(SPACING, 1, evidence)
-
-
-def judge_diameter(evidence: Evidence) -> Judgement:
-    """K10: knits of thicker yarn move less far out of their plane."""
-    return _judge_sweep(DIAMETER, -1, evidence)
-
-
-def _judge_sweep(key: str, sign: int, evidence: Evidence) -> Judgement:
-    """Judge whether u_z rises (sign 1) or falls (-1) with a key."""
+def judge_sweep(key: str, sign: int, evidence: Evidence) -> Judgement:
+    """K9, K10: u_z rises (sign 1) with course spacing, falls (-1) with the diameter of the yarn."""
     found = sweeps_of(key, evidence.histories, evidence.scenes, evidence.reference)
     main = [each for each in found if each.main and each.interaction == "isotropic"]
     if max((len(each.points) for each in main), default=0) < FEWEST:
-        return not_run(f"the study has no sweep of {key} with {FEWEST} values and isotropic friction")
+        raise NotRun(f"the study has no sweep of {key} with {FEWEST} values and isotropic friction")
     held = {each.keep: goes(each, sign) for each in main}
     lacks = [HELD[keep] for keep in HELD if keep not in held]
     said = [f"{HELD[each.keep]} {_said(key, each)}, {SAID[held[each.keep]]}" for each in main]
@@ -159,7 +150,7 @@ def _judge_sweep(key: str, sign: int, evidence: Evidence) -> Judgement:
         f"largest |u_z|: {'; '.join(said)}", verdict(result), f"{HANGS}; {note}" if differ else note
     )
     if lacks:
-        judged = not_run(f"without {', '.join(lacks)}; {judged.note}", judged.measured)
+        judged = Judgement(judged.measured, NOT_RUN, f"without {', '.join(lacks)}; {judged.note}")
     return at_full_strain(evidence, judged, [point.scene.name for each in main for point in each.points])
 
 
@@ -192,8 +183,6 @@ def _said(key: str, sweep: Sweep) -> str:
 
 DIRECTIONS = ("course", "wale")
 
-LACKING = "the study has no stresses with isotropic friction in course and in wale tension"
-
 
 def judge_directions(evidence: Evidence) -> Judgement:
     """M1: the maximum principal stress tends to align with the yarn loops and with the load.
@@ -202,8 +191,6 @@ def judge_directions(evidence: Evidence) -> Judgement:
     decidable if one of both holds.
     """
     found = _isotropic(evidence)
-    if found is None:
-        return not_run(LACKING)
     lines = honeycomb_segments(contacts_of_crossings(Fabric.from_dataset(evidence.geometry)))
     near, turned, said = [], [], []
     for direction, stresses in found.items():
@@ -236,8 +223,6 @@ def judge_directions(evidence: Evidence) -> Judgement:
 def judge_heights(evidence: Evidence) -> Judgement:
     """M2: the honeycomb by principal stress is compressed along the wales for course tension, stretched for wale."""
     found = _isotropic(evidence)
-    if found is None:
-        return not_run(LACKING)
     knit = Fabric.from_dataset(evidence.geometry)
     ratio = {direction: height_ratio(knit, list(each.values())) for direction, each in found.items()}
     judged = Judgement(
@@ -264,8 +249,8 @@ def height_ratio(knit: Fabric, stresses: list[xr.Dataset]) -> Estimate:
     return Estimate(ratio(0), max(abs(ratio(sign) - ratio(0)) for sign in (-1, 1)))
 
 
-def _isotropic(evidence: Evidence) -> dict[str, dict[str, xr.Dataset]] | None:
-    """Return the stresses with isotropic friction by direction and scene, the deciding one first; None if one lacks."""
+def _isotropic(evidence: Evidence) -> dict[str, dict[str, xr.Dataset]]:
+    """Return the stresses with isotropic friction by direction and scene, the deciding one first."""
     found = {
         direction: {
             name: evidence.stresses[name]
@@ -274,7 +259,9 @@ def _isotropic(evidence: Evidence) -> dict[str, dict[str, xr.Dataset]] | None:
         }
         for direction in DIRECTIONS
     }
-    return found if all(found.values()) else None
+    if not all(found.values()):
+        raise NotRun("the study has no stresses with isotropic friction in course and in wale tension")
+    return found
 
 
 def _compared(evidence: Evidence, found: Mapping[str, Mapping[str, xr.Dataset]]) -> str:

@@ -15,8 +15,8 @@ from knitstudy.measures.claims.evidence import (
     REPRODUCED,
     Evidence,
     Judgement,
+    NotRun,
     at_full_strain,
-    not_run,
     verdict,
 )
 from knitstudy.measures.cost import MEGABYTE, memory_growth
@@ -98,10 +98,9 @@ def judge_motion_order(evidence: Evidence) -> Judgement:
     cases = {(case.interaction, case.direction): case for case in _with_models(evidence, ("rom3d",))}
     directions = [way for way in ("course", "wale") if ("tie", way) in cases and ("isotropic", way) in cases]
     if "course" not in directions:
-        return not_run("the study has no 3D ROM with ties and with isotropic friction in course tension")
+        raise NotRun("the study has no 3D ROM with ties and with isotropic friction in course tension")
     compared = [cases[kind, way] for way in directions for kind in ("tie", "isotropic")]
-    if lacks := _without_reference(compared):
-        return lacks
+    _require_reference(compared)
     said, more = [], {}
     for way in directions:
         tie, slides = cases["tie", way], cases["isotropic", way]
@@ -140,7 +139,7 @@ def judge_springs(evidence: Evidence) -> Judgement:
     cases = [case for case in evidence.cases if case.interaction == "isotropic"]
     cases = [case for case in cases if case.dns.scene.name in evidence.contacts]
     if not cases:
-        return not_run("the study has no direct simulation with isotropic friction")
+        raise NotRun("the study has no direct simulation with isotropic friction")
     said, holds = [], []
     for case in cases:
         contacts, way = evidence.contacts[case.dns.scene.name], case.direction
@@ -182,9 +181,7 @@ def judge_cost(evidence: Evidence) -> Judgement:
     """R5: savings of the reduced models with ties, at the paper's mesh size."""
     case = _case(evidence, "tie", ("rom3d", "rom2d"))
     if case is None or case.by_hexahedra is None:
-        return not_run(
-            "the study has not all models of ties in course tension, the paper's element among them"
-        )
+        raise NotRun("the study has not all models of ties in course tension, the paper's element among them")
     direct = case.by_hexahedra
     printed = {
         quantity: _reported(evidence, "dns", quantity) / _reported(evidence, "rom3d", quantity)
@@ -209,7 +206,7 @@ def judge_cost(evidence: Evidence) -> Judgement:
     )
     size, wanted = direct.scene.mesh.size, _reported(evidence, "dns", "mesh size")
     if not np.isclose(size, wanted):
-        return not_run(f"elements of {1e3 * size:g} mm, the paper's of {1e3 * wanted:g} mm; {note}", measured)
+        raise NotRun(f"elements of {1e3 * size:g} mm, the paper's of {1e3 * wanted:g} mm; {note}", measured)
     return Judgement(measured, verdict(reproduced), note)
 
 
@@ -217,7 +214,7 @@ def judge_cost_with_friction(evidence: Evidence) -> Judgement:
     """R6: with isotropic friction the 3D model saves as much as with ties; over the paper's element if both have it."""
     tie, slides = (_case(evidence, kind, ("rom3d",)) for kind in ("tie", "isotropic"))
     if tie is None or slides is None:
-        return not_run("the study has no 3D ROM with ties and with isotropic friction in course tension")
+        raise NotRun("the study has no 3D ROM with ties and with isotropic friction in course tension")
     direct = [slides.by_hexahedra, tie.by_hexahedra]
     if None in direct or made_of(direct[0].scene) != made_of(direct[1].scene):
         direct = [slides.dns, tie.dns]
@@ -252,9 +249,8 @@ def judge_beams(evidence: Evidence) -> Judgement:
     case = _case(evidence, "isotropic", ())
     plain = [model for model in case.beams if is_plain(model.scene)] if case else []
     if not plain:
-        return not_run("the study has no beams in contact beside solids in course tension")
-    if lacks := _without_reference([case]):
-        return lacks
+        raise NotRun("the study has no beams in contact beside solids in course tension")
+    _require_reference([case])
     models = {"DNS": case.dns} | {model.label: model for model in case.beams}
     ratios = {label: case.reference.force_ratio(model.history) for label, model in models.items()}
     judged = Judgement(
@@ -273,9 +269,8 @@ def _in_cases(evidence: Evidence, judge: Callable[[Case], tuple[str, bool | None
     """Judge every case with both reduced models; what holds in some cases only is not reproduced."""
     cases = _with_models(evidence, ("rom3d", "rom2d"))
     if not cases:
-        return not_run("the study has no direct simulation with both reduced models")
-    if lacks := _without_reference(cases):
-        return lacks
+        raise NotRun("the study has no direct simulation with both reduced models")
+    _require_reference(cases)
     judged = [judge(case) for case in cases]
     measured = begin + "; ".join(
         f"{case.label}: {said}" for case, (said, _) in zip(cases, judged, strict=True)
@@ -291,10 +286,9 @@ def _in_cases(evidence: Evidence, judge: Callable[[Case], tuple[str, bool | None
     return _at_full_strain(evidence, result, models, cases[0].dns)
 
 
-def _without_reference(cases: Iterable[Case]) -> Judgement | None:
-    """Return the judgement where there is no reference of a case, or None."""
-    lacking = [case.label for case in cases if not case.reference.known]
-    return not_run(f"there is no reference of {', '.join(lacking)}") if lacking else None
+def _require_reference(cases: Iterable[Case]) -> None:
+    if lacking := [case.label for case in cases if not case.reference.known]:
+        raise NotRun(f"there is no reference of {', '.join(lacking)}")
 
 
 def _with_models(evidence: Evidence, fidelities: Iterable[str]) -> list[Case]:

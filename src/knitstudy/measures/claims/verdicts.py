@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,11 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.measures.claims import contact, fabric, models
-from knitstudy.measures.claims.evidence import NOT_RUN, OPEN, Evidence, Judge, Judgement
+from knitstudy.measures.claims.evidence import NOT_RUN, OPEN, Evidence, Judge, Judgement, withholding
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.reference import TRANSFERRED, reference_of, transferred_uncertainty
 from knitstudy.measures.response import QUANTITIES
+from knitstudy.measures.sweeps import DIAMETER, SPACING
 from knitstudy.study.keys import Description, describe
 from knitstudy.study.kinds import Labels, all_sections
 from knitstudy.study.scene import Scene
@@ -98,7 +100,7 @@ def _variation(base: Mapping[str, Scene], changed: Mapping[str, Scene]) -> Varia
 
 # ---- rules and findings ----
 
-RULES: dict[str, Judge] = {
+_JUDGES: dict[str, Judge] = {
     "G1": fabric.judge_penetration,
     "G2": fabric.judge_length,
     "S1": fabric.judge_size,
@@ -110,8 +112,8 @@ RULES: dict[str, Judge] = {
     "K6": contact.judge_motion_order,
     "K7": contact.judge_smaller_friction,
     "K8": contact.judge_kinematics,
-    "K9": fabric.judge_spacing,
-    "K10": fabric.judge_diameter,
+    "K9": partial(fabric.judge_sweep, SPACING, 1),
+    "K10": partial(fabric.judge_sweep, DIAMETER, -1),
     "K11": contact.judge_untied_rows,
     "E1": contact.judge_stabilisation,
     "M1": fabric.judge_directions,
@@ -124,6 +126,8 @@ RULES: dict[str, Judge] = {
     "R6": models.judge_cost_with_friction,
     "B1": models.judge_beams,
 }
+
+RULES = {claim: withholding(judge) for claim, judge in _JUDGES.items()}
 """The function that judges, by claim."""
 
 CLAIMS = ("K1", "K2", "K3", "K4", "K5", "K6", "K8", "K11", "E1")

@@ -176,12 +176,9 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
 
 # Newton steps after which a point counts as having no closest point within the surface's edges.
 ITERATIONS = 40
-
 # Last Newton step, in units of the parameters, at which the closest point is found; the next one would be rounding.
 ACCURACY = 1e-11
-
 CHUNK = 2_000  # points that a thread projects at once; bounds the memory of stencils
-
 # Step between the same whole numbers after which the next one of a converging Newton's method would be rounding.
 QUADRATIC = 1e-6
 
@@ -198,6 +195,9 @@ class Projection:
     normal: np.ndarray  # (k, 3), outward unit normal n
     # (k,) n . (x - y) [m]; the gap is larger by the offsets of the two contact surfaces.
     distance: np.ndarray
+
+    def __getitem__(self, chosen: np.ndarray) -> Projection:
+        return Projection(**{name: values[chosen] for name, values in vars(self).items()})
 
 
 def project(

@@ -93,7 +93,6 @@ def spins(arm: np.ndarray) -> np.ndarray:
 
 # Most that a band may be widened by: factors cost its square. Of solid yarns, a tie reaches one station further.
 WIDER = 1.5
-
 CHUNK = 2048  # nodes at a time; bounds the index arrays
 
 

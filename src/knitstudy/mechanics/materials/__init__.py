@@ -17,7 +17,6 @@ from knitstudy.registry import Registry
 
 # Index pairs of the six independent components.
 VOIGT = np.array([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)])
-
 FULL = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])  # position (3, 3) of every tensor component among the six
 
 
