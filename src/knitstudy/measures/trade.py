@@ -36,13 +36,7 @@ from knitstudy.study.scene import Scene
 
 # ---- values without a reference ----
 
-TRUST = (
-    "quadratic hexahedra",
-    "solid yarns",
-    "one-point hexahedra",
-    "rom3d patch",
-    "beam hertz patch",
-)
+TRUST = ("quadratic hexahedra", "solid yarns", "one-point hexahedra", "rom3d patch", "beam hertz patch")
 """Only these independent models may bound a value, in order of preference."""
 
 
