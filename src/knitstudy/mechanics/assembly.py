@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.sparse_sums import SpanSum, consecutive, span_pattern, touched_rows
+from knitstudy.mechanics.sparse_sums import SpanSum, consecutive, entries_at, span_pattern, touched_rows
 
 PAIRS = 32_768  # pairs of nodes a batch, 512 hexahedra of eight nodes; bounds the memory of a batch
 
@@ -116,7 +116,7 @@ class Assembly:
         row = np.repeat(np.arange(self.retained), np.diff(linked.indptr))
         if not len(row):
             return np.empty(0, dtype=np.int64), np.empty(0)
-        return self._find(row, linked.indices), linked.data
+        return entries_at(self.indptr, self.indices, row, linked.indices), linked.data
 
     def _span_sums(self, first: Sequence[np.ndarray]) -> list[SpanSum]:
         """Return the sums of all batches of elements whose nodes follow each other from their first (E,) on."""
@@ -151,7 +151,7 @@ class Assembly:
         within = np.arange(len(pair)) - np.repeat(np.cumsum(many) - many, many)
         p = part.indptr[first[pair]] + within // degree[second[pair]]
         q = part.indptr[second[pair]] + within % degree[second[pair]]
-        position = self._find(part.indices[p], part.indices[q])
+        position = entries_at(self.indptr, self.indices, part.indices[p], part.indices[q])
         touched, row = np.unique(position, return_inverse=True)
         weights = part.data[p] * part.data[q]
         order = np.argsort(row, kind="stable")
@@ -165,14 +165,6 @@ class Assembly:
     def _shared(self, weights: np.ndarray) -> np.ndarray:
         """Return the same weights, in one array for all batches where they are all 1: most are."""
         return self._ones[: len(weights)] if np.all(weights == 1) else weights
-
-    def _find(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
-        """Return the positions of (row, column) pairs in the pattern."""
-        low, high = int(row.min()), int(row.max()) + 1
-        start, stop = self.indptr[low], self.indptr[high]
-        rows = np.repeat(np.arange(low, high), np.diff(self.indptr[low : high + 1]))
-        keys = rows.astype(np.int64) * self.retained + self.indices[start:stop]
-        return start + np.searchsorted(keys, row.astype(np.int64) * self.retained + column)
 
 
 class StiffnessSum:

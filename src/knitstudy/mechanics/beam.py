@@ -38,7 +38,6 @@ class SectionLaw(Protocol):
 
         It takes (Gamma, K) to (n, m) where elements have not turned: [N], [N m], in global axes.
         """
-        ...
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,7 @@ class Section:
         C = np.zeros((len(t), 6, 6))
         for part, along, across in ((slice(0, 3), self.EA, kGA), (slice(3, 6), self.GJ, self.EI)):
             along, across = (np.broadcast_to(value, len(t)) for value in (along, across))
-            C[:, part, part] = _isotropic(across) + _outer(_times(along - across, t), t)
+            C[:, part, part] = across[:, None, None] * np.eye(3) + _outer(_times(along - across, t), t)
         return C
 
 
@@ -137,10 +136,12 @@ def deform(elements: Elements, chord: np.ndarray, R1: np.ndarray, R2: np.ndarray
     Th = log(R2 @ np.swapaxes(R1, 1, 2))
     Th = np.where(np.linalg.norm(Th, axis=1, keepdims=True) > LARGEST_ANGLE, np.nan, Th)
     Rm = exp(0.5 * Th) @ R1
-    Gamma = chord / elements.length[:, None] - _apply(Rm, elements.axis)
+    Gamma = chord / elements.length[:, None] - np.einsum("eij,ej->ei", Rm, elements.axis)
     K = Th / elements.length[:, None]
     strain = np.stack([Gamma, K], axis=1)  # (E, 2, 3)
-    n, m = _turned(Rm, np.einsum("eij,ej->ei", elements.law, _unturned(Rm, strain))).swapaxes(0, 1)
+    turned_back = np.einsum("eji,ekj->eki", Rm, strain).reshape(-1, 6)
+    forces = np.einsum("eij,ej->ei", elements.law, turned_back).reshape(-1, 2, 3)
+    n, m = np.einsum("eij,ekj->eki", Rm, forces).swapaxes(0, 1)
     q = np.cross(n, chord)
     halfway = Halfway.of(Th)
     f_D = halfway.Hm(Th, m) + halfway.b[:, None] * np.cross(Th, q)
@@ -149,7 +150,8 @@ def deform(elements: Elements, chord: np.ndarray, R1: np.ndarray, R2: np.ndarray
 
 def energy(elements: Elements, now: Deformation) -> np.ndarray:
     """Return the stored energy (E,) [J]."""
-    return 0.5 * elements.length * (_dot(now.n, now.Gamma) + _dot(now.m, now.K))
+    work = np.einsum("ei,ei->e", now.n, now.Gamma) + np.einsum("ei,ei->e", now.m, now.K)
+    return 0.5 * elements.length * work
 
 
 def force(now: Deformation) -> np.ndarray:
@@ -208,34 +210,9 @@ def stiffness(elements: Elements, now: Deformation) -> np.ndarray:
 _SPINS = ((1, -1), (3, 1))
 
 
-def _apply(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Return matrices (E, 3, 3) times vectors (E, 3)."""
-    return np.einsum("eij,ej->ei", matrices, vectors)
-
-
-def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the products (E,) of vectors (E, 3)."""
-    return np.einsum("ei,ei->e", first, second)
-
-
-def _isotropic(values: np.ndarray) -> np.ndarray:
-    """Return values (E,) times the identity."""
-    return values[:, None, None] * np.eye(3)
-
-
 def _outer(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Return the dyads (E, 3, 3) of vectors (E, 3)."""
     return first[:, :, None] * second[:, None, :]
-
-
-def _turned(rotation: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """Return (E, 2, 3), each of the vectors in pairs (E, 6) turned by rotations (E, 3, 3)."""
-    return np.einsum("eij,ekj->eki", rotation, pairs.reshape(-1, 2, 3))
-
-
-def _unturned(rotation: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """Return (E, 6), the vectors in pairs (E, 2, 3) turned back."""
-    return np.einsum("eji,ekj->eki", rotation, pairs).reshape(-1, 6)
 
 
 def _times(values: np.ndarray, vectors: np.ndarray) -> np.ndarray:

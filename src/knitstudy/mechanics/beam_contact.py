@@ -19,7 +19,7 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.beam_approach import A, Approach, B, Change, Curves, Pairs, Stencil, approach
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.contact.friction import OPEN, Coulomb
-from knitstudy.mechanics.model import Response
+from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.mechanics.rotation import hat
 
 
@@ -334,7 +334,7 @@ class TouchingState:
     history: BeamContactHistory
 
 
-class TouchingBeams:
+class TouchingBeams(Memoryless):
     """Beams, and the contact of the stations along them."""
 
     def __init__(
@@ -355,14 +355,6 @@ class TouchingBeams:
     def advance(self, state: TouchingState, step: np.ndarray) -> TouchingState:
         """Return the state a step (size,) further: translations [m] and spins [rad] from the left."""
         return replace(state, beams=self.beams.advance(state.beams, step))
-
-    def begin(self, state: TouchingState, load: float, change: float) -> TouchingState:
-        """Return the state in which an increment starts."""
-        return state
-
-    def settle(self, state: TouchingState) -> None:
-        """Return None: a balanced state is a converged one."""
-        return None
 
     def commit(self, state: TouchingState) -> TouchingState:
         """Return the state that a converged increment leaves."""

@@ -40,7 +40,6 @@ from knitstudy.mechanics.beam import SLENDERNESS
 DEGREE = 8  # of the polynomials: at k = 0.55 degree 10 moves no compliance by more than 2e-5 of it
 TIGHTEST = 0.8  # largest k = kappa R of the table; the layers inside of a yarn vanish at 1
 NODES = 12  # bends at which the problem is solved: in between the law is met to 1e-7
-
 # Forces of the two problems that symmetry about the plane of curvature separates: in that plane, and out of it.
 PLANES = ((0, 2, 4), (1, 3, 5))
 

@@ -31,7 +31,6 @@ log = logging.getLogger(__name__)
 
 # Increment of the load factor below which the path counts as ended: rounding would go on for ever.
 SMALLEST = 1e-9
-
 # Correction over the element size that is nothing but rounding: further ones leave the residual where it is.
 ROUNDING = 1e-13
 

@@ -153,7 +153,6 @@ mean are left out, 0.5 % of that of linear moments."""
 
 # Signs of moments, and of components, in the mirror that the normal and the yarn's axis span.
 MIRROR = np.array([1, 1, -1])
-
 WAVES = 4096  # waves at a time; bounds the memory
 DIGITS = 2  # of the length of a span over the radius: spans that differ by less are one
 
@@ -325,7 +324,7 @@ def _bloch_stiffness(
     return stiffness
 
 
-# ---- What a space of displacements shows under a patch of load: a straight yarn, held at its ends, in small strains
+# What a space of displacements shows under a patch of load: a straight yarn, held at its ends, in small strains
 # Lengths are over the yarn's radius, stiffnesses over E times the radius. A local space shows less than is true: it has
 # no room for the indentation beneath a small patch. What is true is known from a space with far more functions, on a
 # patch that it resolves, and from the half space, which is exact for what is local:
@@ -336,12 +335,9 @@ def _bloch_stiffness(
 # 0.3 to 0.5, and it is the same for all shapes of patch. C_half: Johnson 1985, Contact Mechanics, sections 4.2 and 7.2
 # (the mean of Hertz's displacement, weighted with his pressure); what for: docs/theory.md.
 
-
 LENGTH = 6.0  # of the yarn; what is missing in a space does not depend on it
-
 # Place of the patch within a span: under its ends a space shows as much more as it shows less under its middle.
 PHASE = 0.25
-
 # Degree of the space that shows what is true on a patch of radius `RESOLVED`, with spans of `FINE` near the patch.
 RICH = 8
 

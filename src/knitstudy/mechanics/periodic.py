@@ -15,20 +15,13 @@ from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
 from knitstudy.mechanics.spline_yarn.space import YarnSpace
 
-# ---- Periodic models: unknowns of images are those of the model plus the jump of a macroscopic deformation
-# A sheet repeats itself by two lattice vectors t in its plane. Its generalised strains are those of a Kirchhoff shell,
-#
-#     e = (e_x, e_y, g_xy, k_x, k_y, k_xy),    u = E x + z K x,    w = - x . K x / 2,
-#     E = [[e_x, g_xy / 2], [g_xy / 2, e_y]],  K = [[k_x, k_xy / 2], [k_xy / 2, k_y]],
-#
-# x in the plane, z from a plane of reference. From a point X to its image X + t this field jumps by
+# A sheet repeats itself by two lattice vectors t in its plane. From a point X to its image X + t the macroscopic field
+# (docs/theory.md, section 12) jumps by
 #
 #     E t + z K t   in the plane,    - X . K t - t . K t / 2   out of it:
 #
-# a translation and a rotation, linear in X whatever t is, so that nodes that are coefficients take it as well. All else
-# of the displacement repeats itself. A curved sheet is one to first order; strains in the plane may be finite, and the
-# plane does not turn, since E is symmetric.
-
+# a translation and a rotation, linear in X, so that nodes that are coefficients take it as well. Strains in the plane
+# may be finite; a curved sheet is one to first order.
 
 STRAINS = ("x", "y", "xy")  # components in the plane; of curvatures and moments as well
 
@@ -157,7 +150,7 @@ def condensed(
     return 0.5 * (found + found.T)
 
 
-# ---- The seam of a yarn that goes on as its own image: B-splines that wrap around, out of those with two ends
+# The seam of a yarn that goes on as its own image: B-splines that wrap around, out of those with two ends
 # With E spans of degree d there are E functions that wrap around, and E + d on the open knot vector of the same spans.
 # Number the wrapped ones on beyond the end: function i + E is the image of function i, and of a yarn it carries the
 # coefficient of i plus the jump from a yarn to its image. The open functions span all of them,
@@ -165,7 +158,6 @@ def condensed(
 #     U_open = R U,    U_i+E = U_i + jump_i,    i = 0 .. d - 1,
 #
 # so that the yarn is as smooth over the seam as it is within: d - 1 derivatives, not only the value, go on.
-
 
 ROUNDING = 1e-12  # entries of R below are none
 

@@ -16,15 +16,7 @@ import scipy.sparse as sp
 class PatternSum:
     """The sum of two BSR matrices of fixed patterns: found once, blocks of the large one are moved in runs.
 
-    Parameters
-    ----------
-    large, small : bsr matrix, shape (size, size)
-        Any with the patterns, columns sorted in every row and none there twice.
-
-    Attributes
-    ----------
-    inserted : int
-        Blocks that the small pattern alone has.
+    Columns are sorted in every row and none is there twice.
     """
 
     def __init__(self, large: sp.bsr_matrix, small: sp.bsr_matrix) -> None:
@@ -32,7 +24,7 @@ class PatternSum:
         nodes = len(large.indptr) - 1
         target, self._known = _places(large, small)
         self._new = ~self._known
-        self.inserted = int(self._new.sum())
+        self.inserted = int(self._new.sum())  # blocks that the small pattern alone has
         self._at = target + np.cumsum(self._new) - self._new
         before = target[self._new]
         self.indices = np.insert(large.indices, before, small.indices[self._new])
@@ -145,7 +137,9 @@ class SpanSum:
         start = np.concatenate([[0], np.cumsum(count)])  # of the rows, among the entries of the batch
         self._size = int(start[-1])
         local = np.searchsorted(rows, first[:, None] + np.arange(width))  # (e, a)
-        self._place = (start[local] + _columns(indptr, indices, rows[local], first)).astype(np.int32)
+        row = rows[local]
+        within = entries_at(indptr, indices, row, first[:, None]) - indptr[row]
+        self._place = (start[local] + within).astype(np.int32)
         self._rounds = _rounds(first, width)
         self._width = width
         change = (np.diff(rows) != 1) | (alone[rows[1:]] != alone[rows[:-1]])
@@ -207,14 +201,14 @@ def span_pattern(groups: Sequence[np.ndarray], nodes: int) -> tuple[np.ndarray, 
     return indptr.astype(np.int32), indices
 
 
-def _columns(indptr: np.ndarray, indices: np.ndarray, rows: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Return where in rows (e, a) the columns `first` (e,) stand: how many entries of the row come before."""
-    low, high = rows.min(), rows.max() + 1
-    keys = np.repeat(np.arange(low, high, dtype=np.int64), np.diff(indptr[low : high + 1]))
+def entries_at(indptr: np.ndarray, indices: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
+    """Return the positions of pairs (row, column) in a pattern with sorted columns that has all of them."""
+    low, high = int(row.min()), int(row.max()) + 1
+    start, stop = indptr[low], indptr[high]
+    rows = np.repeat(np.arange(low, high, dtype=np.int64), np.diff(indptr[low : high + 1]))
     size = np.int64(len(indptr))
-    keys = keys * size + indices[indptr[low] : indptr[high]]
-    found = np.searchsorted(keys, rows.astype(np.int64) * size + first[:, None])
-    return found + indptr[low] - indptr[rows]
+    keys = rows * size + indices[start:stop]
+    return start + np.searchsorted(keys, row.astype(np.int64) * size + column)
 
 
 def _rounds(first: np.ndarray, width: int) -> int:

@@ -18,10 +18,8 @@ from knitstudy.mechanics.contact.tangent import CHUNK
 
 # Distance up to which two rings share a neighbourhood, over the reach of a ring: two radii of yarns, and three.
 WIDTH = 5.0
-
 # Squared extents of a neighbourhood, over its largest, below which it has none: a straight yarn is no solid.
 FLAT = 1e-9
-
 # Of a box: where it takes the upper one of its limits.
 CORNERS = np.array(list(np.ndindex(2, 2, 2)), dtype=bool)
 
@@ -65,13 +63,7 @@ class _Maps:
 
 
 class Neighbourhoods:
-    """Boxes of space, each with those around it.
-
-    Attributes
-    ----------
-    of_ring : ndarray of int, shape (R,)
-        Box of every ring.
-    """
+    """Boxes of space, each with those around it; `of_ring` (R,) is the box of every ring."""
 
     def __init__(
         self,

@@ -77,22 +77,16 @@ def _integrals(ratio: float) -> tuple[float, float, float]:
 
 # Angles between the axes for which the law is computed; it is interpolated between, and below it is the first.
 ANGLES = np.radians([15.0, 22.5, 30.0, 45.0, 60.0, 90.0])
-
 # Depth over the radius below which the pressure begins smoothly; the law is that of a gap larger by as much.
 SOFT = 1e-4
-
 # Larger semiaxes of Hertz's ellipses, over the radius, under whose forces the law is computed.
 LOADS = 0.04 * 1.15 ** np.arange(26)
-
 WIDEST = 0.8  # largest extent across the yarn of the patch, over the radius
 FLATTENED = 0.3  # smallest curvature that the space may leave of the gap's, over that of the cylinders
-
 # Largest slope of the pressure over E / R: where the space shows all, the law is a penalty as stiff.
 STIFFEST = 15.0
-
 # Smallest slope over pressure by depth, that of half spaces: with less the patch is no paraboloid any more.
 LEAST = 0.5
-
 REMAINDER = 0.1  # smallest compliance along the surface that a patch is left with, over that of half spaces
 STEEPEST = 2.0  # largest power of the depth with which that stiffness rises; a half of half spaces
 

@@ -7,7 +7,7 @@ distance changes by no more than the way between two points, and where their clo
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -41,11 +41,6 @@ class Search:
     Two surfaces are searched if ``meets`` says so, a surface with itself included: there, rings nearer than
     half a turn around the section along the yarn are left out, which only a yarn bent to less than its own radius
     could bring together. A point that is near two separate pieces of one surface faces both.
-
-    Attributes
-    ----------
-    reach : float
-        Largest distance of a ring's places from its middle [m].
     """
 
     def __init__(
@@ -66,7 +61,7 @@ class Search:
         self._arc = np.concatenate([[0], np.cumsum(self._steps(surfaces.centres(carriers)))])
         sizes = np.array([self._ring_sizes(number, carriers) for number in range(len(rows))])
         self._reach, self._chord = sizes.T
-        self.reach = float(self._reach.max())
+        self.reach = float(self._reach.max())  # largest distance of a ring's places from its middle [m]
         self._cell_surface = quadrature.surface[:: quadrature.per_cell]
         self._cell_row = quadrature.cell[:: quadrature.per_cell, 0]
         self._middle = quadrature.xi.reshape(-1, quadrature.per_cell, 2).mean(axis=1)
@@ -86,9 +81,7 @@ class Search:
         near &= self._may_meet(self.ring(cell), self._ring_at(surface, closest.xi[:, 0]))
         near = np.flatnonzero(near)
         found = [
-            self._points_of(
-                cell[part], surface[part], middle[part], _part(closest, part), gap[part], carriers
-            )
+            self._points_of(cell[part], surface[part], middle[part], closest[part], gap[part], carriers)
             for part in ([near[part] for part in _parts(len(near))] or [near])
         ]
         point, surface, guess, least = (np.concatenate(values) for values in zip(*found, strict=True))
@@ -278,10 +271,6 @@ def _one_a_piece(pairs: np.ndarray, point: np.ndarray, surface: np.ndarray, arc:
     new = np.ones(len(pairs), dtype=bool)
     new[1:] = (np.diff(point[pairs]) != 0) | (np.diff(surface[pairs]) != 0) | (np.diff(arc[pairs]) >= 1)
     return pairs[new]
-
-
-def _part(closest: Projection, part: np.ndarray) -> Projection:
-    return Projection(*(getattr(closest, field.name)[part] for field in fields(Projection)))
 
 
 def _parts(count: int) -> list[slice]:

@@ -98,16 +98,13 @@ class Surfaces(Protocol):
     def collect(self, force: np.ndarray) -> np.ndarray:
         """Return forces (N, 3) on the model's nodes from those on carriers (M, 3)."""
 
-    def matrix(self, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray) -> sp.bsr_matrix:
-        """Return the matrix (3 N, 3 N) over the model's nodes, in blocks of 3, of one over carriers.
-
-        Parameters
-        ----------
-        indptr, indices : ndarray of int
-            Its pattern over runs of carriers, as of a CSR matrix.
-        data : ndarray, shape (nnz, b b, 9)
-            Blocks (3, 3) of pairs of carriers of two runs.
-        """
+    def matrix(
+        self,
+        indptr: np.ndarray,  # its pattern over runs of carriers, as of a CSR matrix
+        indices: np.ndarray,  # likewise
+        data: np.ndarray,  # (nnz, b b, 9), blocks (3, 3) of pairs of carriers of two runs
+    ) -> sp.bsr_matrix:
+        """Return the matrix (3 N, 3 N) over the model's nodes, in blocks of 3, of one over carriers."""
 
     def centres(self, carriers: np.ndarray) -> np.ndarray:
         """Return the middles (R, 3) of all rings, surface by surface."""
@@ -176,12 +173,9 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
 
 # Newton steps after which a point counts as having no closest point within the surface's edges.
 ITERATIONS = 40
-
 # Last Newton step, in units of the parameters, at which the closest point is found; the next one would be rounding.
 ACCURACY = 1e-11
-
 CHUNK = 2_000  # points that a thread projects at once; bounds the memory of stencils
-
 # Step between the same whole numbers after which the next one of a converging Newton's method would be rounding.
 QUADRATIC = 1e-6
 
@@ -198,6 +192,9 @@ class Projection:
     normal: np.ndarray  # (k, 3), outward unit normal n
     # (k,) n . (x - y) [m]; the gap is larger by the offsets of the two contact surfaces.
     distance: np.ndarray
+
+    def __getitem__(self, chosen: np.ndarray) -> Projection:
+        return Projection(**{name: values[chosen] for name, values in vars(self).items()})
 
 
 def project(

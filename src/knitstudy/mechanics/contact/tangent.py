@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.contact.friction import ContactPoints
-from knitstudy.mechanics.contact.surface import Kinematics, Projection, Stencil, Surfaces
+from knitstudy.mechanics.contact.surface import Kinematics, Stencil, Surfaces
 
 # Gauss points on smooth surfaces: where contact is checked, and the area that each point stands for
 
@@ -85,19 +85,12 @@ def _stretch(surfaces: Surfaces, surface: np.ndarray, xi: np.ndarray, carriers: 
 # The derivative of contact's forces: points' tangents, summed over the carriers of both surfaces
 
 BLOCKS = 9  # entries of a block of two carriers
-
 # Numbers in the products of pairs of cells that are formed at once; bounds the memory.
 TANGENT_CHUNK = 1_000_000
 
 
 class CellPairs:
-    """Pairs of cells that touch each other, and the pattern of the matrix that couples their carriers.
-
-    Attributes
-    ----------
-    indptr, indices : ndarray of int
-        Pattern over runs of carriers, as of a CSR matrix.
-    """
+    """Pairs of cells that touch each other, and the pattern (CSR) of the matrix that couples runs of their carriers."""
 
     def __init__(
         self,
@@ -196,7 +189,7 @@ def stiffness(
 
 def _point_tangents(points: ContactPoints, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return B (a, 9, 9) of R's derivative V^T B V, and the symmetric stiffness (a, 3, 3), without weights."""
-    projection, law = _active(points.projection, active), points.law.of(active)
+    projection, law = points.projection[active], points.law.of(active)
     kinematics = Kinematics.of(projection)
     pressure, status = points.pressure[active], points.status[active]
     normal = projection.normal
@@ -216,17 +209,6 @@ def _point_tangents(points: ContactPoints, active: np.ndarray) -> tuple[np.ndarr
     for a in range(2):
         inner[:, 3 + 3 * a : 6 + 3 * a] = -traction[:, :, None] * kinematics.xi[:, a, None, :]
     return inner, law.symmetric_stiffness(points.trial[active], normal, pressure, status)
-
-
-def _active(projection: Projection, active: np.ndarray) -> Projection:
-    return Projection(
-        xi=projection.xi[active],
-        found=projection.found[active],
-        tangent=projection.tangent[active],
-        curvature=projection.curvature[active],
-        normal=projection.normal[active],
-        distance=projection.distance[active],
-    )
 
 
 def _column(values: float | np.ndarray) -> float | np.ndarray:

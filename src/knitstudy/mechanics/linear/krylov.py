@@ -25,13 +25,7 @@ ENTRIES = 400_000  # numbers of a matrix a range: enough that taking it in hand 
 
 
 class Rows:
-    """A matrix in ranges of rows; ``rows @ x`` is the matrix's own product.
-
-    Parameters
-    ----------
-    parts : sequence of bsr matrix, shape (rows of the range, columns)
-        From the first row to the last; blocks of one height.
-    """
+    """A matrix in ranges of rows, with blocks of one height; ``rows @ x`` is the matrix's own product."""
 
     def __init__(self, parts: Sequence[sp.bsr_matrix]) -> None:
         self._parts = parts
@@ -104,11 +98,8 @@ def conjugate_gradients(
 ) -> str | None:
     """Improve an iterate in place by preconditioned conjugate gradients (Notay 2000).
 
-    Returns
-    -------
-    str or None
-        What went wrong; `INDEFINITE` if a direction has no stiffness. What was found before then lowers the energy
-        all the same (Steihaug 1983).
+    Return what went wrong, if anything: `INDEFINITE` if a direction has no stiffness. What was found before then
+    lowers the energy all the same (Steihaug 1983).
     """
     direction = image = None
     curvature = 0.0
@@ -207,11 +198,9 @@ class Preconditioner(Protocol):
 
         The matrix changes afterwards: what is to be kept of it has to be copied.
         """
-        ...
 
     def apply(self, matrix: Rows, residual: np.ndarray) -> np.ndarray:
         """Return an approximate solution (size,) for a right-hand side (size,); `matrix` is that of the system."""
-        ...
 
 
 class Krylov:
@@ -220,33 +209,22 @@ class Krylov:
     The preconditioner, of the symmetric positive part, serves on for later matrices of an increment until the
     iterations that it costs more than a fresh one add up to `WASTE`, or contact acts on nodes that it does not know.
     The decision depends on counts only, so that runs repeat, also those that go on from a restart file.
-
-    Parameters
-    ----------
-    preconditioner : Preconditioner
-    truncates : bool
-        Whether an indefinite matrix ends conjugate gradients with what they have found, a step that lowers the energy:
-        where a predicted state presses what will be pulled, as in large knits that turn, Newton's method gets on by it.
-    direct : LU, optional
-        Solves what iterations do not: on the way past a limit point a tangent is indefinite, and a direct solver gives
-        Newton's step all the same.
-
-    Attributes
-    ----------
-    setups : int
-        How often the preconditioner was made.
-    failures : int
-        Systems that iterations did not solve.
     """
 
     def __init__(
-        self, preconditioner: Preconditioner, truncates: bool = False, direct: LU | None = None
+        self,
+        preconditioner: Preconditioner,
+        # whether an indefinite matrix ends conjugate gradients with the step found so far, which lowers the energy:
+        # where a predicted state presses yarns that will be pulled, as in large knits that turn, that is enough
+        truncates: bool = False,
+        # solves what iterations do not: beyond a limit point a tangent is indefinite
+        direct: LU | None = None,
     ) -> None:
         self.preconditioner = preconditioner
         self._truncates, self._direct = truncates, direct
-        self.failures = 0
+        self.failures = 0  # systems that iterations did not solve
         self.setup_seconds = 0.0
-        self.setups = 0
+        self.setups = 0  # how often the preconditioner was made
         self._matrix: sp.bsr_matrix | None = None
         self._unsymmetric: sp.bsr_matrix | None = None
         self._rows: Rows | None = None
@@ -283,11 +261,8 @@ class Krylov:
     def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
         """Solve to a true relative residual of `tolerance`.
 
-        Raises
-        ------
-        ConvergenceError
-            If that takes too many iterations, or a symmetric matrix is not positive definite and that is not allowed;
-            with a direct solver, if that fails as well.
+        Raises ConvergenceError if that takes too many iterations, or a symmetric matrix is not positive definite and
+        that is not allowed; with a direct solver, if that fails as well.
         """
         try:
             return self._solve(rhs, tolerance)

@@ -15,10 +15,7 @@ from knitstudy.mechanics.materials import FULL, MATERIALS, VOIGT, Stress
 
 @dataclass(frozen=True)
 class Isotropic:
-    """An isotropic elastic material.
-
-    Raises ConfigurationError for constants without a positive strain energy.
-    """
+    """An isotropic elastic material; raises ConfigurationError for constants without a positive strain energy."""
 
     youngs_modulus: float  # E [Pa]
     poisson_ratio: float  # nu, in (-1, 0.5)
@@ -55,10 +52,8 @@ class Isotropic:
 
 # Nodes of the logarithm's quadrature: all digits between stretches of 1/28 and 28, fewer beyond.
 MOST_NODES = 256
-
 # The 21 pairs (p, q) of two of six components, whatever their order.
 PAIRS = np.array([(p, q) for p in range(6) for q in range(p, 6)])
-
 FIRST = np.array([0, 6, 11, 15, 18, 20, 21])  # where the pairs of every p begin
 
 UNIT = np.array([1.0, 1, 1, 0, 0, 0])[:, None]
@@ -99,14 +94,7 @@ class Hencky(Isotropic):
 
 
 class Resolvent:
-    """A(t) = (1 + t X)^-1 of symmetric tensors X (6, e) at the nodes of the logarithm's quadrature.
-
-    Attributes
-    ----------
-    inverse : ndarray, shape (6, e)
-        (1 + X)^-1; not a number where nothing is left of the volume.
-    nodes, weights : ndarray, shape (n,)
-    """
+    """A(t) = (1 + t X)^-1 of symmetric tensors X (6, e) at the nodes of the logarithm's quadrature."""
 
     def __init__(self, x: np.ndarray) -> None:
         self._x, self._adjugate = x, _adjugate(x)
@@ -114,6 +102,7 @@ class Resolvent:
         third = x[0] * self._adjugate[0] + x[3] * self._adjugate[3] + x[5] * self._adjugate[5]
         determinant = 1 + self._trace + second + third
         self._trace[~(determinant > 0)] = np.nan
+        # (1 + X)^-1 (6, e): not a number where nothing is left of the volume.
         self.inverse = ((1 + self._trace) * UNIT - x + self._adjugate) / determinant
         self.nodes, self.weights = _quadrature(x, self.inverse)
         self._powers = self.nodes ** np.arange(5)[:, None]  # (5, n)
