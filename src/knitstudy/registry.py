@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 from knitstudy.errors import ConfigurationError
 
@@ -20,13 +20,8 @@ MANY = 20
 """Names beyond which a message does not list them all once it has a near one."""
 
 
-class Named(Protocol):
-    """What a registry holds."""
-
-    name: str
-
-
-Entry = TypeVar("Entry", bound=Named)
+Entry = TypeVar("Entry")
+"""What a registry holds: an object or a class with a `name`."""
 
 
 class Registry(Generic[Entry]):
@@ -48,16 +43,8 @@ class Registry(Generic[Entry]):
     def register(self, entry: Entry, module: str = "") -> Entry:
         """Add an entry and return it: a decorator of classes as well.
 
-        Parameters
-        ----------
-        entry : object with a name
-        module : str
-            Dotted name of the module that it stands in; by default the one that calls.
-
-        Raises
-        ------
-        ConfigurationError
-            If its name is taken.
+        `module` is the dotted name of the module that the entry stands in, by default the one that calls. A name that
+        is taken raises a ConfigurationError.
         """
         if entry.name in self._entries:
             raise ConfigurationError(f"{self.what} {entry.name!r} is registered twice")
@@ -82,23 +69,13 @@ class Registry(Generic[Entry]):
         return tuple(self.all())
 
     def find(self, name: str, where: str = "") -> Entry:
-        """Return an entry; `where` begins the message.
-
-        Raises
-        ------
-        ConfigurationError
-            If there is none of that name.
-        """
+        """Return an entry; a name that does not exist raises a ConfigurationError, whose message `where` begins."""
         return find(self.what, self.all(), name, where)
 
     def module(self, name: str) -> str:
         """Return the dotted name of the module that registers an entry."""
         self.find(name)
         return self._modules[name]
-
-    def allowed(self) -> str:
-        """Return all names with what they mean, where entries say it."""
-        return meanings(self.all())
 
 
 def find(what: str, entries: Mapping[str, Entry], name: str, where: str = "") -> Entry:
@@ -116,14 +93,9 @@ def meanings(entries: Mapping[str, Entry]) -> str:
 
 
 def load_plugins(modules: Iterable[str]) -> None:
-    """Import modules from outside of the package, which register what is in them.
+    """Import modules from outside of the package, or of the working folder, which register what is in them.
 
-    They are looked for in the working folder as well.
-
-    Raises
-    ------
-    ConfigurationError
-        If one cannot be imported.
+    A module that cannot be imported raises a ConfigurationError.
     """
     here = str(Path.cwd())
     for name in modules:

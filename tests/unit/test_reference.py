@@ -79,10 +79,7 @@ def test_rows_of_two_ways(sources, solid):
 
 
 def test_one_way_or_one_mesh_makes_no_reference(knit, solid):
-    for scenes in (
-        way(solid, "one_point"),
-        way(solid, "one_point") | way(solid, "quadratic", SIZES[:1]),
-    ):
+    for scenes in (way(solid, "one_point"), way(solid, "one_point") | way(solid, "quadratic", SIZES[:1])):
         alone = results(knit, scenes, lambda element, h: 1.0)
         assert catalogue.tabulate("reference", **alone).empty
 

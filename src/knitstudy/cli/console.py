@@ -12,7 +12,7 @@ import click
 import yaml
 from rich import box
 from rich.console import Console
-from rich.table import Column, Table
+from rich.table import Table
 from rich.text import Text
 
 from knitstudy.errors import ConfigurationError
@@ -50,19 +50,13 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     if not sys.stdout.isatty():
         click.echo("\n".join("\t".join(line) for line in (columns, *texts)))
         return
-    heads = [
-        Column(name, no_wrap=_longest(place, texts) <= ONE_LINE, overflow="fold")
-        for place, name in enumerate(columns)
-    ]
-    table = Table(*heads, box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    for place, name in enumerate(columns):
+        longest = max((len(line[place]) for line in texts), default=0)
+        table.add_column(name, no_wrap=longest <= ONE_LINE, overflow="fold")
     for line in texts:
         table.add_row(*(Text(shortened(text)) for text in line))
     Console().print(table)
-
-
-def _longest(place: int, rows: list[list[str]]) -> int:
-    """Return the length of the longest text in a column."""
-    return max((len(row[place]) for row in rows), default=0)
 
 
 def plain(value: Any) -> str:
@@ -133,13 +127,7 @@ set_option = click.option(
 
 
 def changed_scene(name: str, changes: tuple[tuple[str, Any], ...], config: Path) -> Scene:
-    """Return a scene of the configuration with changed keys.
-
-    Raises
-    ------
-    ConfigurationError
-        If there is no such scene, a key is changed twice, or one is not known or not allowed.
-    """
+    """Return a scene of the configuration with changed keys; a key that is given twice is refused."""
     keys = [key for key, _ in changes]
     if twice := [key for key in keys if keys.count(key) > 1]:
         values = " and ".join(plain(value) for key, value in changes if key == twice[0])

@@ -93,9 +93,8 @@ def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None
 def _check_folder(folder: Path) -> None:
     load_plugins_of(folder)
     scenes = load_scenes(folder)
-    knits = knits_of(scenes)
     studies = ", ".join(f"{len(load_study(name, folder))} of study {name}" for name in STUDIES)
-    click.echo(f"{folder}: valid; {len(scenes)} scenes ({studies}), {len(knits)} geometries")
+    click.echo(f"{folder}: valid; {len(scenes)} scenes ({studies}), {len(knits_of(scenes))} geometries")
 
 
 def _print_keys(scene: Scene, sources: bool) -> None:

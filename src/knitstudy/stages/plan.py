@@ -79,12 +79,7 @@ def make(
 class Plan:
     """The results of scenes.
 
-    Attributes
-    ----------
-    scenes : dict of str to Scene
-        Of the configuration.
-    knits : dict of str to Scene
-        The first scene of every knit or pair: the geometry of all that share a label is the same.
+    `scenes` are those of the configuration by name, `knits` the first scene of every geometry by its label.
     """
 
     def __init__(self, scenes: Mapping[str, Scene]) -> None:

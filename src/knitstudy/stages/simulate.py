@@ -29,18 +29,8 @@ BeginProgress = Callable[[str], ReportProgress]
 class Results:
     """All that a simulation gives, in the formats of docs/files.md.
 
-    Attributes
-    ----------
-    scene : Scene
-        What was simulated, under the name that its files have.
-    geometry, history : Dataset
-    mesh : Dataset or None
-        Of solid yarns.
-    contacts : Dataset or None
-        At the crossings of solid yarns, of a window those of its cells; of a reduced model, those that its joints come
-        from.
-    path : Path or None
-        File of the history.
+    The scene has the name that its files have; `mesh` is there of solid yarns. `contacts` are those at the crossings of
+    solid yarns, or those that the joints of a reduced model come from. `path` is the file of the history.
     """
 
     scene: Scene

@@ -117,11 +117,6 @@ def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
     return tuple(member.name for member in load_families(config).values() if name in member.studies)
 
 
-def load_knits(config: Path = CONFIG) -> dict[str, Scene]:
-    """Return for every knit or pair of a configuration folder the first scene of it; see `load_scenes`."""
-    return knits_of(load_scenes(config))
-
-
 def knits_of(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
     """Return for every knit or pair the first scene of it: the geometry of all that share the label is the same."""
     found: dict[str, Scene] = {}
