@@ -5,12 +5,12 @@ import pytest
 
 from knitstudy.geometry.calibrate import Candidate, read_problem, residuals, solve
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.study.configuration import CONFIG, load_knits
+from knitstudy.study.configuration import CONFIG, knits_of, load_scenes
 
 
 @pytest.fixture(scope="module")
 def scene():
-    return load_knits()["plain3x3"]
+    return knits_of(load_scenes())["plain3x3"]
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import pytest
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.mechanics.beam_approach import Curves, Pairs, approach
 from knitstudy.mechanics.beam_contact import Power, hertz
-from knitstudy.models.beams_in_contact import Neighbours, piece_bounds
+from knitstudy.models.beams_in_contact import Neighbours
 
 UNEVEN = np.array([0.0, 1.0, 1.6, 2.9, 4.0, 4.5, 6.0])
 
@@ -62,20 +62,6 @@ def test_closest_points_of_two_curves():
     np.testing.assert_allclose(found.distance[0], 1.0, atol=1e-12)
     np.testing.assert_allclose(found.normal[0], [0, 0, -1], atol=1e-9)
     assert found.found.tolist() == [True, False]
-
-
-def ladder():
-    """Two yarns that cross twice and, as a third crossing, with another one."""
-    number = np.arange(3)
-    arc_length = np.array([[1.0, 1.5], [3.0, 4.0], [5.0, 2.0]])
-    yarn = np.array([[0, 1], [0, 1], [1, 2]])
-    return Crossings(number, number, number, yarn, arc_length, np.zeros((3, 2, 3)), np.ones(3))
-
-
-def test_pieces_of_a_yarn_lie_side_by_side():
-    bounds = piece_bounds(ladder(), np.array([6.0, 7.0, 8.0]))
-    np.testing.assert_allclose(bounds[:, 0], [[0.0, 2.0], [2.0, 6.0], [4.5, 7.0]])
-    np.testing.assert_allclose(bounds[:, 1], [[0.0, 2.75], [2.75, 4.5], [0.0, 8.0]])
 
 
 @pytest.mark.parametrize("law", [Power(3.0), hertz(1.3e9, 0.42, 0.9e-3)])

@@ -13,7 +13,7 @@ from knitstudy.registry import load_plugins
 from knitstudy.stages.displays import Displays
 from knitstudy.stages.plan import Plan
 from knitstudy.study.configuration import load_scenes
-from knitstudy.study.documentation import keys_page, schema_of
+from knitstudy.study.documentation import keys_page
 from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS, all_kinds
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES, tabulate
@@ -175,7 +175,6 @@ def test_an_interaction_brings_its_keys(plugin, config):
         "| hexahedra with sticky; spline_yarns with sticky; beam with sticky; window with sticky | physics | assumed |"
         in keys_page()
     )
-    assert "adhesion" in schema_of(sticky.kind)["properties"]["contact"]["properties"]
 
 
 def test_a_fidelity_says_which_sections_it_has(plugin, config):

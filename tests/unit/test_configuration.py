@@ -10,7 +10,7 @@ from knitstudy.study.configuration import (
     CONFIG,
     STUDIES,
     Workflow,
-    load_knits,
+    knits_of,
     load_scene,
     load_scenes,
     load_study,
@@ -80,11 +80,11 @@ def test_studies_are_lists_of_scenes(config):
 
 
 def test_geometry_does_not_see_other_changes_of_a_scene(config):
-    before = load_knits(config)["plain"]
+    before = knits_of(load_scenes(config))["plain"]
     rewrite(config / FAMILY, "load.strain: 2e-2", "mesh.beam_size: 2e-4")
-    assert load_knits(config)["plain"].geometry_key == before.geometry_key
+    assert knits_of(load_scenes(config))["plain"].geometry_key == before.geometry_key
     set_default(config, "pattern.clearance", 0.02)
-    assert load_knits(config)["plain"].geometry_key != before.geometry_key
+    assert knits_of(load_scenes(config))["plain"].geometry_key != before.geometry_key
 
 
 def test_configuration_of_the_workflow():

@@ -1,9 +1,8 @@
-"""What is said of keys follows from their sections: the page, the schemas, and what a problem is."""
+"""What is said of keys follows from their sections: the page, and what a problem is."""
 
 import importlib.util
 from pathlib import Path
 
-import jsonschema
 import numpy as np
 import pytest
 
@@ -11,10 +10,10 @@ from knitstudy.errors import DataFileError
 from knitstudy.loading.columns import CONTACTS, HISTORY, STRESSES
 from knitstudy.measures.discretisation import HOW_FAR, physics_of
 from knitstudy.study.configuration import CONFIG, default_keys, load_scenes
-from knitstudy.study.documentation import COMMAND, KEYS, keys_page, main, schema_of
+from knitstudy.study.documentation import COMMAND, KEYS, keys_page
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.keys import ROLES, allowed_values, describe
-from knitstudy.study.kinds import Labels, all_kinds, all_sections, defaults_of_fields, role_of
+from knitstudy.study.kinds import Labels, all_sections, defaults_of_fields, role_of
 from knitstudy.study.scene import flat
 
 DESCRIBED = {name: (Labels, name) for name in Labels.model_fields} | {
@@ -52,31 +51,6 @@ def test_a_default_stands_in_one_place():
     assert default_keys(CONFIG).keys() <= DESCRIBED.keys()
     document = flat(read_yaml(CONFIG / "defaults.yaml"))
     assert document.keys() & defaults_of_fields().keys() == set()
-
-
-def kinds(**wanted):
-    return [
-        kind
-        for kind in all_kinds()
-        if all(getattr(kind, what).name in names for what, names in wanted.items())
-    ]
-
-
-def test_all_scenes_fit_the_schema_of_their_kind():
-    validators = {}
-    for scene in load_scenes().values():
-        kind = scene.specimen, scene.fidelity, scene.interaction
-        if kind not in validators:
-            schema = schema_of(scene.kind)
-            validators[kind] = jsonschema.validators.validator_for(schema)(schema)
-        validators[kind].validate(scene.to_dict())
-
-
-def test_command_writes_page_and_schemas(tmp_path, monkeypatch):
-    monkeypatch.setattr("knitstudy.study.documentation.KEYS", tmp_path / "docs" / "keys.md")
-    main([str(tmp_path / "schemas")])
-    assert (tmp_path / "docs" / "keys.md").read_text() == keys_page()
-    assert len(list((tmp_path / "schemas").glob("*.schema.json"))) == len(all_kinds())
 
 
 SCRIPT = Path(__file__).parents[2] / "docs" / "columns.py"

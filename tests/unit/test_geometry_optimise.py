@@ -12,12 +12,12 @@ from knitstudy.geometry.loop import symmetric_motions, symmetries
 from knitstudy.geometry.optimise import optimise, squared_join_curvature
 from knitstudy.geometry.spline import CatmullRom
 from knitstudy.geometry.survey import check_yarns, survey
-from knitstudy.study.configuration import CONFIG, load_knits, load_scene
+from knitstudy.study.configuration import CONFIG, knits_of, load_scene, load_scenes
 
 
 @pytest.fixture(scope="module")
 def scene():
-    return next(iter(load_knits().values()))
+    return next(iter(knits_of(load_scenes()).values()))
 
 
 def with_weights(scene, **weights):

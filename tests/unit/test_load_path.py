@@ -11,13 +11,12 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.files import read_dataset
 from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.loading.gates import require_closed_ledger
-from knitstudy.loading.history import Motion, Stations, load_path, place_on_path
+from knitstudy.loading.history import Motion, Stations, load_path
 from knitstudy.loading.restart import Run
 from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.model import Memoryless, Response
-from knitstudy.study.problem_sections import Path
 
 CORNERS = np.array([[0, 0, -1e-5], [3e-5, 0, -1e-5], [3e-5, 6e-5, -1e-5], [0, 0, 0]])
 QUARTERS = (0.25, 0.5, 0.75, 1.0)
@@ -49,11 +48,6 @@ def test_a_pair_follows_its_path(plain_scene):
     assert motion.corners == QUARTERS
     np.testing.assert_array_equal(motion.displacement, CORNERS)
     assert (motion.axis, motion.length) == (2, 1.8e-3)
-
-
-@pytest.mark.parametrize(("factor", "leg"), [(0.0, 1), (0.25, 1), (0.26, 2), (0.75 + 1e-15, 3), (1.0, 4)])
-def test_a_place_on_a_path_is_a_leg(factor, leg):
-    assert place_on_path(Path(path=tuple(map(tuple, CORNERS.tolist()))), factor) == f"leg {leg} of 4"
 
 
 @dataclass(frozen=True)

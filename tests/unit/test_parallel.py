@@ -69,19 +69,6 @@ def test_rows_give_the_product_of_the_matrix(monkeypatch):
     np.testing.assert_array_equal(Rows.of(sp.bsr_matrix((6, 6), blocksize=(3, 3))) @ np.ones(6), np.zeros(6))
 
 
-def test_ranges_of_rows_form_a_coarse_matrix(monkeypatch):
-    monkeypatch.setenv(VARIABLE, "2")
-    monkeypatch.setattr("knitstudy.mechanics.linear.krylov.ENTRIES", 5000)
-    matrix = sp.random(300, 300, density=0.5, random_state=0).tobsr(blocksize=(3, 3))
-    basis = sp.random(300, 60, density=0.1, random_state=1).tobsr(blocksize=(3, 6))
-    image, coarse = Rows.of(matrix).galerkin(basis, np.float32)
-    expected = (matrix @ basis).toarray()
-    np.testing.assert_allclose(image @ np.eye(60, 1, -7, dtype=np.float32)[:, 0], expected[:, 7], rtol=1e-6)
-    np.testing.assert_allclose(coarse.toarray(), basis.T @ expected, rtol=1e-12)
-    assert image.dtype == np.float32
-    assert coarse.dtype == np.float64
-
-
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_band_factors_solve(dtype):
     n, width = 40, 5
@@ -96,9 +83,3 @@ def test_band_factors_solve(dtype):
     expected = np.linalg.solve(dense, rhs.astype(float))
     banded.solve_band(band, rhs)
     np.testing.assert_allclose(rhs, expected, rtol=1e3 * np.finfo(dtype).eps)
-
-
-def test_a_band_that_is_not_positive_definite_names_the_minor():
-    band = np.ones((1, 4), order="F")
-    band[0, 2] = -1
-    assert banded.factorise_band(band) == 3

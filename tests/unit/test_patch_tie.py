@@ -121,10 +121,3 @@ def test_discs_that_overlap_are_refused(knit_of, plain_scene):
     parts = hexahedra.discretise(scene, knit, mesh_fabric(knit, scene.mesh.size, 1.0))
     with pytest.raises(MeshError, match=r"tie.radius is .* radii apart: use less than half of that"):
         tie_crossings(parts, knit, np.ones(4, dtype=bool), 2.5, MODULUS)
-
-
-def test_discs_narrower_than_elements_can_show_are_refused(parts, pair):
-    with pytest.raises(MeshError, match=r"tie.radius is 0.1 radii, .* less than 0.125: use that at least"):
-        tie_crossings(parts, pair, np.ones(1, dtype=bool), 0.1, MODULUS)
-    shown = replace(parts, missing=lambda yarn, place, radius: np.zeros((len(yarn), 2)))
-    assert tie_crossings(shown, pair, np.ones(1, dtype=bool), 0.1, MODULUS).links is not None

@@ -22,15 +22,6 @@ def test_functions_on_the_disc_are_orthonormal(degree):
     )
 
 
-def test_all_polynomials_up_to_the_degree_are_there():
-    x, y = INSIDE.T
-    monomials = np.column_stack([x**a * y**b for a in range(5) for b in range(5 - a)])
-    phi = disc.values(4, INSIDE)
-    left = monomials - phi @ np.linalg.lstsq(phi, monomials, rcond=None)[0]
-    assert np.abs(left).max() < 1e-12
-    assert phi.shape == (20, 15)
-
-
 def test_gradients_on_the_disc():
     _, slope = disc.gradients(6, INSIDE)
     for axis in range(2):

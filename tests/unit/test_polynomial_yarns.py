@@ -4,7 +4,7 @@ import pytest
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.mesh.mesher import sampled_sections
-from knitstudy.models.spline_yarns import discretise, yarn_spans
+from knitstudy.models.spline_yarns import discretise
 
 
 @pytest.fixture(scope="module")
@@ -27,19 +27,6 @@ def yarns(scene, mesh, knit):
 @pytest.fixture(scope="module")
 def pair():
     return yarn_pair(radius=0.9e-3, angle=60.0, length=10e-3, clearance=0.02)
-
-
-def test_spans_are_short_and_of_high_degree_near_crossings(scene, knit):
-    first, *_ = yarn_spans(scene, knit)
-    length, radius = np.diff(first.breaks), knit.radius
-    crossing = knit.crossings.arc_length[knit.crossings.yarn[:, 0] == 0, 0]
-    span = np.searchsorted(first.breaks, crossing) - 1
-    assert np.all(first.degrees[span] == 4)
-    assert set(first.degrees) == {3, 4}
-    assert length[span].max() < 0.7 * radius
-    assert length.max() > 0.8 * radius
-    loops = length.reshape(3, -1)
-    np.testing.assert_allclose(loops, np.tile(loops[0], (3, 1)), rtol=1e-9)
 
 
 def test_grips_in_course_tension_are_the_ends(yarns, mesh):

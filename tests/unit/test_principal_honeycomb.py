@@ -8,7 +8,6 @@ from knitstudy.errors import ConfigurationError, GeometryError
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.segments import angles_to_axes, honeycomb_segments
-from knitstudy.models import network_2d
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.network_2d import heights_by_stress, moved, zone_places
 from knitstudy.models.simulate import build, solve
@@ -48,21 +47,6 @@ def test_angles_of_the_geometry_give_its_heights_back(knit, contacts):
 def test_directions_without_a_height_are_refused(knit, contacts, angles):
     with pytest.raises(GeometryError, match=r"of the centre cell is at .* degrees to x: only"):
         heights_by_stress(knit, contacts, synthetic.stresses(knit, "wale", *angles))
-
-
-def test_knit_of_one_row_is_refused(plain_scene):
-    one = plain_knit(initial_loop(plain_scene), 2, 1)
-    with pytest.raises(GeometryError, match="has no legs"):
-        heights_by_stress(one, contacts_of_crossings(one), synthetic.stresses(one, "wale", INTERLOCK, LEG))
-
-
-def test_rows_beyond_the_edges_are_as_high(knit, contacts):
-    stresses = synthetic.stresses(knit, "course", INTERLOCK, LEG)
-    network = network_2d.planar_network(knit, contacts, stresses=stresses)
-    course = heights_by_stress(knit, contacts, stresses).course
-    assert network.height == pytest.approx(3 * course)
-    levels = np.unique(np.round(network.nodes[:, 1] / course, 6) % 1)
-    assert len(np.unique(np.round(levels, 4) % 1)) <= 2
 
 
 def test_strain_refers_to_the_height_of_the_honeycomb(knit, contacts, plain_scene):

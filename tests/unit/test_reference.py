@@ -79,22 +79,14 @@ def test_rows_of_two_ways(sources, solid):
 
 
 def test_one_way_or_one_mesh_makes_no_reference(knit, solid):
-    for scenes in (
-        way(solid, "one_point"),
-        way(solid, "one_point") | way(solid, "quadratic", SIZES[:1]),
-    ):
+    for scenes in (way(solid, "one_point"), way(solid, "one_point") | way(solid, "quadratic", SIZES[:1])):
         alone = results(knit, scenes, lambda element, h: 1.0)
         assert catalogue.tabulate("reference", **alone).empty
 
 
 def test_problems_are_told_apart_by_their_physics_alone(plain_scene):
     touching = plain_scene.vary({"fidelity": "hexahedra", "interaction": "isotropic"})
-    same = {
-        "mesh.size": 0.2e-3,
-        "mesh.element": "quadratic",
-        "solver.increments": 3,
-        "load.strain": 0.01,
-    }
+    same = {"mesh.size": 0.2e-3, "mesh.element": "quadratic", "solver.increments": 3, "load.strain": 0.01}
     assert problem_of(touching.vary(same)) == problem_of(touching)
     others = {
         "contact.friction": 0.3,

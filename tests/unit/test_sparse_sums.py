@@ -104,28 +104,6 @@ def tie():
     return sp.csr_matrix((values, (rows, columns)), shape=(6, 5))
 
 
-# Spans of two yarns that share two nodes with each neighbour; two spans are wider.
-SPANS = [np.array([[0], [1], [2], [7], [8]]) + np.arange(3), np.array([[3], [9]]) + np.arange(4)]
-
-
-@pytest.mark.parametrize("chunk", [1, 2, 512])
-@pytest.mark.parametrize("linked", [False, True])
-def test_elements_with_consecutive_nodes_add_up(chunk, linked):
-    rng = np.random.default_rng(3)
-    blocks = [rng.normal(size=(len(spans), spans.shape[1] ** 2, 9)) for spans in SPANS]
-    row = np.zeros((1, 13))
-    row[0, [1, 4, 9, 12]] = 1, 2, -1, -2
-    links = sp.csr_matrix(row.T @ row) if linked else None
-    assembly = Assembly(SPANS, 13, links=links, pairs=9 * chunk)
-    total = assembly.begin_stiffness()
-    for number, batch in reversed(list(enumerate(assembly.batches))):
-        total.put(number, blocks[batch.group][batch.part])
-    expected = sum(dense_sum(spans, 13, each, 3) for spans, each in zip(SPANS, blocks, strict=True))
-    if linked:
-        expected = expected + np.kron(links.toarray(), np.eye(3))
-    np.testing.assert_allclose(assembly.matrix(total).toarray(), expected, atol=1e-13)
-
-
 def test_ties_collect_forces():
     force = np.random.default_rng(1).normal(size=(2, 4, 3))
     nodal = np.zeros((6, 3))

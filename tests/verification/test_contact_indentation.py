@@ -14,22 +14,28 @@ SPACES = {2: 1.0, 3: 0.9, 4: 0.6}
 """Spans by degree, over the radius."""
 
 
+@pytest.fixture
+def spaces(full):
+    """All of them at full resolution, else the middle one."""
+    return SPACES if full else {3: SPACES[3]}
+
+
 @pytest.mark.parametrize(("angle", "poisson"), CASES)
-def test_press(angle, poisson, verify):
+def test_press(angle, poisson, spaces, verify):
     """Hertz and the yarn's own bending, computed apart from each other, are exact in small strains: 3 % is theirs."""
-    for degree, span in SPACES.items():
+    for degree, span in spaces.items():
         force = -CrossedYarns(degree, span, angle, poisson).force([0, 0, -PRESS])[-1, 2]
         name = f"crossing solid yarns, degree {degree}, {angle} degrees, nu {poisson:g}: force"
         verify.within(name, force, converged(angle, poisson, PRESS), 0.03)
 
 
-@pytest.mark.parametrize(("angle", "poisson"), [(90, 0.4), (45, 0.0), (45, 0.4)])
-def test_stick(angle, poisson, verify):
+@pytest.mark.parametrize(("angle", "poisson"), [(45, 0.4)])
+def test_stick(angle, poisson, spaces, verify):
     """Pressed by half as much, then slid while all sticks: the law where the points resolve the small patch."""
     press, slide = 0.5 * PRESS, np.array([0.01, 0.0])
     path = [[0, 0, -press], [*slide, -press]]
     true = stuck(angle, poisson, press, slide)
-    for degree, span in SPACES.items():
+    for degree, span in spaces.items():
         yarns = CrossedYarns(degree, span, angle, poisson, friction=np.inf, cell=FINE_CELL)
         force = yarns.force(path, 2)[-1, :2] @ true / np.linalg.norm(true)
         name = f"crossing solid yarns that stick, degree {degree}, {angle} degrees, nu {poisson:g}: force"
@@ -42,12 +48,3 @@ def test_place_within_a_span(verify):
         force = -CrossedYarns(3, 0.9, 90, 0.4, phase=phase).force([0, 0, -PRESS])[-1, 2]
         name = f"crossing solid yarns, degree 3, at {phase:g} of a span: force"
         verify.within(name, force, converged(90, 0.4, PRESS), 0.03)
-
-
-def test_slide_does_not_depend_on_increments(verify):
-    """Pressed, then slid along the bisector."""
-    path = [[0, 0, -PRESS], [0.2, 0.2, -PRESS]]
-    forces = [CrossedYarns(3, 0.9, 90, 0.4, friction=0.3).force(path, n)[-1] for n in (10, 20)]
-    assert np.linalg.norm(forces[1][:2]) == pytest.approx(0.3 * -forces[1][2], rel=0.15)
-    error = np.abs(forces[0] - forces[1]).max() / np.abs(forces[1]).max()
-    verify.at_most("crossing solid yarns, slid in 10 and in 20 increments", error, 0.01)

@@ -60,16 +60,6 @@ def test_patch_where_the_facets_match(verify):
     verify.at_most("contact patch, matching rings of 48 facets: spread of the pressure", error, 1e-10)
 
 
-def test_patch_where_the_facets_are_turned(verify):
-    """By half a facet: the pressure becomes uniform with the third power of the facet size."""
-    errors = [spread(pressures(count, count, np.pi / count, points=3)) for count in (24, 48)]
-    rate = np.log2(errors[0] / errors[1])
-    verify.at_most(
-        "contact patch, rings of 48 facets turned by half of one: spread of the pressure", errors[1], 0.02
-    )
-    verify.at_least("contact patch, rings turned by half a facet: order", rate, 2.5, "3")
-
-
 def test_patch_where_the_facets_differ(full, verify):
     """48 facets on 64: what is left falls with the number of Gauss points."""
     bars = {2: 0.04, 3: 0.025, 4: 0.015} if full else {2: 0.04, 3: 0.025}

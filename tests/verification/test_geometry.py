@@ -7,12 +7,12 @@ from knitstudy.geometry.closest import refine
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.optimise import CostFunction
 from knitstudy.geometry.spline import CatmullRom
-from knitstudy.study.configuration import load_knits
+from knitstudy.study.configuration import knits_of, load_scenes
 
 
 @pytest.fixture(scope="module")
 def scene():
-    return next(iter(load_knits().values()))
+    return next(iter(knits_of(load_scenes()).values()))
 
 
 @pytest.fixture(scope="module")

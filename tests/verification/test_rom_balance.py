@@ -109,14 +109,3 @@ def test_units_leave_the_dimensionless_force_alone(
     expected = solve(base, knit, contacts=contacts)["force"].to_numpy()
     error = np.abs(force / (stiffness * length**2) - expected).max() / expected.max()
     verify.at_most(f"units, {fidelity}: lengths x {length:g}, moduli x {stiffness:g}: force", error, 1e-6)
-
-
-def test_force_of_the_three_dimensional_model_converges_with_element_size(plain_scene, knit, contacts):
-    """Second order: chords for arcs and one-point integration both err with the square of the size."""
-    sizes = np.array([2e-3, 1e-3, 0.5e-3, 0.25e-3])
-    scene = plain_scene.replace("solver.increments", 1).replace("load.strain", 0.002)
-    force = [
-        float(solve(scene.replace("mesh.beam_size", h), knit, contacts=contacts)["force"][-1]) for h in sizes
-    ]
-    change = np.abs(np.diff(force))
-    assert np.polyfit(np.log(sizes[:-1]), np.log(change), 1)[0] == pytest.approx(2.0, abs=0.3)

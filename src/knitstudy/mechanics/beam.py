@@ -38,7 +38,6 @@ class SectionLaw(Protocol):
 
         It takes (Gamma, K) to (n, m) where elements have not turned: [N], [N m], in global axes.
         """
-        ...
 
 
 @dataclass(frozen=True)

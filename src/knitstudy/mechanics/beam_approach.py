@@ -36,10 +36,7 @@ class Stencil:
 
 
 class Curves:
-    """The centrelines of all yarns.
-
-    Raises GeometryError if a yarn has fewer than three stations.
-    """
+    """The centrelines of all yarns; raises GeometryError if a yarn has fewer than three stations."""
 
     def __init__(
         self,
@@ -108,7 +105,6 @@ def _parabola_slopes(knots: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 # Closest approach of two centrelines, and how it changes with the motion of their beams. Sides A and B of a pair are
 # points X_A(s_A) and X_B(s_B); r = X_B - X_A is normal to both tangents.
-
 
 STEPS = 40
 HALVINGS = 12

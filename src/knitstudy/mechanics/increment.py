@@ -62,12 +62,7 @@ class PrescribedDisplacement:
             )
 
     def require_of(self, size: int) -> None:
-        """Refuse unknowns that a model of so many has not.
-
-        Raises
-        ------
-        ConfigurationError
-        """
+        """Refuse unknowns that a model of so many has not."""
         last = int(np.max(self.fixed, initial=-1))
         if last >= size:
             raise ConfigurationError(

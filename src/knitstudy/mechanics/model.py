@@ -78,7 +78,6 @@ class Model(Protocol):
 
     def start(self) -> Any:
         """Return the undeformed state."""
-        ...
 
     def advance(self, state: Any, step: np.ndarray) -> Any:
         """Return a new state, a step (size,) further along a straight line; spins act from the left.
@@ -86,26 +85,21 @@ class Model(Protocol):
         The tangent there may know of the step, and be the better for Newton's method. Of a state that `begin` has
         returned it is the derivative of the force.
         """
-        ...
 
     def begin(self, state: Any, load: float, change: float) -> Any:
         """Return the state in which an increment of the load factor by `change` to `load` starts."""
-        ...
 
     def respond(self, state: Any, stiffness: bool) -> Response:
         """Return force, energies and, if asked, the tangent of a state; no answer depends on earlier calls."""
-        ...
 
     def settle(self, state: Any) -> Any | None:
         """Return None if a balanced state is acceptable, or the state to balance anew.
 
         Raises ConvergenceError if it is not, and nothing will help.
         """
-        ...
 
     def commit(self, state: Any) -> Any:
         """Return the state that a converged increment leaves: what is remembered is up to date."""
-        ...
 
 
 # Constraints by elimination: prescribed unknowns in the matrix, and linear ties between nodes

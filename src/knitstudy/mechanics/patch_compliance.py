@@ -335,7 +335,6 @@ def _bloch_stiffness(
 # 0.3 to 0.5, and it is the same for all shapes of patch. C_half: Johnson 1985, Contact Mechanics, sections 4.2 and 7.2
 # (the mean of Hertz's displacement, weighted with his pressure); what for: docs/theory.md.
 
-
 LENGTH = 6.0  # of the yarn; what is missing in a space does not depend on it
 # Place of the patch within a span: under its ends a space shows as much more as it shows less under its middle.
 PHASE = 0.25

@@ -159,7 +159,6 @@ def condensed(
 #
 # so that the yarn is as smooth over the seam as it is within: d - 1 derivatives, not only the value, go on.
 
-
 ROUNDING = 1e-12  # entries of R below are none
 
 

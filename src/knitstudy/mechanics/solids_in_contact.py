@@ -96,10 +96,7 @@ class SolidsInContact(SolidModel):
     def settle(self, state: ContactState) -> ContactState | None:
         """Return None if nothing penetrates too far, or the state with updated multipliers, or without drag.
 
-        Raises
-        ------
-        ConvergenceError
-            If the penetration is too large and the updates allowed are used up.
+        Raises ConvergenceError if the penetration is too large and the updates allowed are used up.
         """
         points = self.contact_points(state)
         if self.free_bodies is not None and state.led:

@@ -117,11 +117,6 @@ def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
     return tuple(member.name for member in load_families(config).values() if name in member.studies)
 
 
-def load_knits(config: Path = CONFIG) -> dict[str, Scene]:
-    """Return for every knit or pair of a configuration folder the first scene of it; see `load_scenes`."""
-    return knits_of(load_scenes(config))
-
-
 def knits_of(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
     """Return for every knit or pair the first scene of it: the geometry of all that share the label is the same."""
     found: dict[str, Scene] = {}
@@ -267,15 +262,12 @@ def _read_loop(path: Path) -> dict:
 def check_scenes_together(scenes: Mapping[str, Scene], where: Mapping[str, str]) -> None:
     """Check what scenes say of each other: shared knits, and where reduced models take their joints from.
 
+    Raises ConfigurationError, naming both scenes and the key.
+
     Parameters
     ----------
     scenes, where
         The scenes, and what begins a message about each of them, by their names.
-
-    Raises
-    ------
-    ConfigurationError
-        Naming both scenes and the key.
     """
     knits = knits_of(scenes)
     for scene in scenes.values():

@@ -1,12 +1,7 @@
-"""What there is to say of all keys, written from their sections: ``docs/keys.md`` and JSON schemas.
-
-``python -m knitstudy.study.documentation`` writes the page of the checkout; with a folder, the schemas as well.
-"""
+"""The page of all keys, ``docs/keys.md``: ``python -m knitstudy.study.documentation`` writes it from their sections."""
 
 from __future__ import annotations
 
-import argparse
-import json
 from collections.abc import Iterable
 from inspect import cleandoc, get_annotations
 from pathlib import Path
@@ -48,24 +43,6 @@ def keys_page() -> str:
     return "\n".join(parts)
 
 
-def schema_of(kind: Kind) -> dict:
-    """Return the JSON schema of a kind of scene, as `Scene.to_dict` writes it."""
-    labels = _schema(Labels)
-    names = {"specimen": kind.specimen, "interaction": kind.interaction, "fidelity": kind.fidelity}
-    for label, is_of in names.items():
-        labels["properties"][label] |= {"const": is_of.name}
-    labels["properties"]["outputs"]["items"] = {"enum": list(kind.outputs)}
-    sections = {name: _schema(section) for name, section in kind.sections.items()}
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": f"Scene of a {', '.join(_names(kind))}",
-        "type": "object",
-        "properties": labels["properties"] | sections,
-        "required": [*labels["required"], *sections],
-        "additionalProperties": False,
-    }
-
-
 def in_words(kinds: list[Kind]) -> str:
     """Return in words which of `all_kinds` some are, given in that order."""
     every = all_kinds()
@@ -92,17 +69,6 @@ def _narrowed(some: list[Kind], of: list[Kind]) -> str:
     if interactions != {kind.interaction.name for kind in of}:
         text += f" with {listed(sorted(interactions))}"
     return text
-
-
-def _names(kind: Kind) -> tuple[str, str, str]:
-    return kind.specimen.name, kind.fidelity.name, kind.interaction.name
-
-
-def _schema(section: type[Section]) -> dict:
-    schema = section.model_json_schema()
-    for name, about in schema["properties"].items():
-        about["description"] = allowed_values(section, name)
-    return schema
 
 
 def _section_text(prefix: str, described: dict[str, type[Section]]) -> str:
@@ -146,28 +112,6 @@ def _table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
     return "".join(f"| {line} |\n" for line in cells)
 
 
-def _write(path: Path, text: str) -> None:
-    with replacing(path) as partial:
-        Path(partial).write_text(text, encoding="utf-8")
-
-
-def main(arguments: list[str] | None = None) -> None:
-    """Write the page, and the schema of every kind of scene into a folder if one is named."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument(
-        "schemas", nargs="?", type=Path, help="folder for the JSON schema of every kind of scene"
-    )
-    folder = parser.parse_args(arguments).schemas
-    _write(KEYS, keys_page())
-    if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
-        for kind in all_kinds():
-            _write(
-                folder / f"{'-'.join(_names(kind))}.schema.json", json.dumps(schema_of(kind), indent=2) + "\n"
-            )
-
-
 if __name__ == "__main__":
-    main()
+    with replacing(KEYS) as partial:
+        Path(partial).write_text(keys_page(), encoding="utf-8")

@@ -1,7 +1,7 @@
 """Keys of a scene: type, bounds, unit, role, standing and source of each stand once, in the field of its section.
 
 A section is a frozen pydantic model whose fields are made by `physics`, `resolution`, `numerics` and `output`. Allowed
-values in words, error messages, the JSON schema, ``knitstudy check``, ``docs/keys.md`` and the identity of a problem
+values in words, error messages, ``knitstudy check``, ``docs/keys.md`` and the identity of a problem
 follow from there.
 """
 
@@ -120,10 +120,6 @@ class Description:
     checked: str
     meaning: str
     allowed: Any
-
-    def __call__(self, schema: dict) -> None:
-        """Add it to the JSON schema of the key."""
-        schema |= {name: getattr(self, name) for name in ("role", "unit", "standing", "source", "checked")}
 
 
 class Section(BaseModel):

@@ -64,10 +64,6 @@ class Cylinders:
         """Return the parameters of the edges of cells along (m + 1,) and around (n + 1,)."""
         return self._along[number] / self.unit, np.arange(self.cells[number, 1] + 1.0)
 
-    def arc_length(self, surface: np.ndarray, along: np.ndarray) -> np.ndarray:
-        """Return the arc lengths (k,) of parameters along (k,) [m]."""
-        return self.unit * along
-
     def stencil(self, surface: np.ndarray, xi: np.ndarray) -> Stencil:
         """Return the stencils of places xi (k, 2) on surfaces (k,)."""
         span, station, along, around = self._functions(surface, xi)

@@ -189,25 +189,13 @@ class Coulomb:
 
     def tangent(
         self,
-        trial: np.ndarray,
-        trial_change: np.ndarray,
-        gap_change: np.ndarray,
-        pressure: np.ndarray,
-        status: np.ndarray,
+        trial: np.ndarray,  # (k, 3), trial tractions [Pa]
+        trial_change: np.ndarray,  # (k, 3, 9), their derivative
+        gap_change: np.ndarray,  # (k, 9), derivative of the gap
+        pressure: np.ndarray,  # (k,)
+        status: np.ndarray,  # int (k,)
     ) -> np.ndarray:
-        """Return the derivative (k, 3, 9) of the tractions.
-
-        Parameters
-        ----------
-        trial : ndarray, shape (k, 3)
-            Trial tractions [Pa].
-        trial_change : ndarray, shape (k, 3, 9)
-            Their derivative.
-        gap_change : ndarray, shape (k, 9)
-            Derivative of the gap.
-        pressure : ndarray, shape (k,)
-        status : ndarray of int, shape (k,)
-        """
+        """Return the derivative (k, 3, 9) of the tractions."""
         change = trial_change.copy()
         slips = status == SLIP
         size = np.linalg.norm(trial[slips], axis=1)[:, None]

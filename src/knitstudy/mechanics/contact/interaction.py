@@ -100,19 +100,15 @@ class Contact:
                 "apart, or use a finer mesh"
             )
 
-    def points(self, nodes: np.ndarray, before: np.ndarray, history: ContactHistory) -> ContactPoints:
+    def points(
+        self,
+        nodes: np.ndarray,  # (N, 3), where the nodes are [m]
+        before: np.ndarray,  # (N, 3), where they were at the last converged increment [m]
+        history: ContactHistory,  # of that increment
+    ) -> ContactPoints:
         """Evaluate all pairs that can touch.
 
         Those are left out whose surfaces have moved too little since their gap was last known to close it.
-
-        Parameters
-        ----------
-        nodes : ndarray, shape (N, 3)
-            Where the nodes are [m].
-        before : ndarray, shape (N, 3)
-            Where they were at the last converged increment [m].
-        history : ContactHistory
-            Of that increment.
         """
         carriers, before = self.surfaces.carry(nodes), self.surfaces.carry(before)
         followed, number, least = self._following.may_touch(carriers, before, history)
@@ -213,10 +209,7 @@ class Contact:
     def commit(self, points: ContactPoints) -> ContactHistory:
         """Return the history that a converged increment leaves.
 
-        Raises
-        ------
-        ConvergenceError
-            If a point that touched has slid over the edge of the surface that it faced.
+        Raises ConvergenceError if a point that touched has slid over the edge of the surface that it faced.
         """
         history, law, every = points.history, points.law, points.followed
         lost = (history.pressure > 0) & ~points.projection.found

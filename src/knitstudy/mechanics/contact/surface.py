@@ -98,16 +98,13 @@ class Surfaces(Protocol):
     def collect(self, force: np.ndarray) -> np.ndarray:
         """Return forces (N, 3) on the model's nodes from those on carriers (M, 3)."""
 
-    def matrix(self, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray) -> sp.bsr_matrix:
-        """Return the matrix (3 N, 3 N) over the model's nodes, in blocks of 3, of one over carriers.
-
-        Parameters
-        ----------
-        indptr, indices : ndarray of int
-            Its pattern over runs of carriers, as of a CSR matrix.
-        data : ndarray, shape (nnz, b b, 9)
-            Blocks (3, 3) of pairs of carriers of two runs.
-        """
+    def matrix(
+        self,
+        indptr: np.ndarray,  # its pattern over runs of carriers, as of a CSR matrix
+        indices: np.ndarray,  # likewise
+        data: np.ndarray,  # (nnz, b b, 9), blocks (3, 3) of pairs of carriers of two runs
+    ) -> sp.bsr_matrix:
+        """Return the matrix (3 N, 3 N) over the model's nodes, in blocks of 3, of one over carriers."""
 
     def centres(self, carriers: np.ndarray) -> np.ndarray:
         """Return the middles (R, 3) of all rings, surface by surface."""

@@ -39,7 +39,6 @@ class Elements(Protocol):
 
         `out` (e, n^2, 9) is memory that the stiffness may be put into.
         """
-        ...
 
 
 @dataclass(frozen=True, eq=False)

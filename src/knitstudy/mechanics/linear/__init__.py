@@ -40,48 +40,30 @@ class Iterate:
 
 
 class LinearSolver(Protocol):
-    """Solves systems whose matrix changes slowly.
+    """Solves systems whose matrix changes slowly."""
 
-    Attributes
-    ----------
-    setup_seconds : float
-        Time that the last call of `solve` spent on factors.
-    """
-
-    setup_seconds: float
+    setup_seconds: float  # time that the last call of `solve` spent on factors
 
     def begin(self) -> None:
         """Begin an increment: a run that goes on from a file knows nothing of the matrices of those before."""
-        ...
 
     def use(
         self,
-        matrix: sp.bsr_matrix | sp.csr_matrix,
+        matrix: sp.bsr_matrix | sp.csr_matrix,  # (size, size)
+        # (size, size), part of it without which it is symmetric and positive definite
         unsymmetric: sp.bsr_matrix | None = None,
-        touching: np.ndarray = NOWHERE,
+        touching: np.ndarray = NOWHERE,  # nodes that contact acts on
+        # (n, 3), how far the nodes are from where they were undeformed [m]: rigid motions are those of where
+        # they are
         moved: np.ndarray | None = None,
     ) -> None:
-        """Take over a new matrix; factors are made when they are needed.
-
-        Parameters
-        ----------
-        matrix : bsr or csr matrix, shape (size, size)
-        unsymmetric : bsr matrix, shape (size, size), optional
-            Part of it without which it is symmetric and positive definite.
-        touching : ndarray of int
-            Nodes that contact acts on.
-        moved : ndarray, shape (n, 3), optional
-            How far the nodes are from where they were undeformed [m]: rigid motions are those of where they are.
-        """
-        ...
+        """Take over a new matrix; factors are made when they are needed."""
 
     def release(self) -> None:
         """Forget the matrix, so that its memory can serve for the next one."""
-        ...
 
     def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
         """Solve to a relative residual of `tolerance`; raises ConvergenceError if that is not reached."""
-        ...
 
 
 # Banded Cholesky factors by LAPACK, outside of the interpreter's lock
@@ -94,13 +76,7 @@ LETTER = {np.dtype(np.float32): "s", np.dtype(np.float64): "d"}  # LAPACK's lett
 def factorise_band(
     band: np.ndarray,  # (bandwidth + 1, n), diagonal and lower diagonals in single or double precision
 ) -> int:
-    """Replace a lower band by its Cholesky factor.
-
-    Returns
-    -------
-    int
-        0, or the order of the leading minor that is not positive definite.
-    """
+    """Replace a lower band by its Cholesky factor; return 0, or the order of the minor that is not positive."""
     rows, n = band.shape
     info = ctypes.c_int()
     _PBTRF[band.dtype](b"L", _int(n), _int(rows - 1), band.ctypes.data, _int(rows), ctypes.byref(info))

@@ -98,11 +98,8 @@ def conjugate_gradients(
 ) -> str | None:
     """Improve an iterate in place by preconditioned conjugate gradients (Notay 2000).
 
-    Returns
-    -------
-    str or None
-        What went wrong; `INDEFINITE` if a direction has no stiffness. What was found before then lowers the energy
-        all the same (Steihaug 1983).
+    Return what went wrong, if anything: `INDEFINITE` if a direction has no stiffness. What was found before then
+    lowers the energy all the same (Steihaug 1983).
     """
     direction = image = None
     curvature = 0.0
@@ -201,11 +198,9 @@ class Preconditioner(Protocol):
 
         The matrix changes afterwards: what is to be kept of it has to be copied.
         """
-        ...
 
     def apply(self, matrix: Rows, residual: np.ndarray) -> np.ndarray:
         """Return an approximate solution (size,) for a right-hand side (size,); `matrix` is that of the system."""
-        ...
 
 
 class Krylov:
@@ -266,11 +261,8 @@ class Krylov:
     def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
         """Solve to a true relative residual of `tolerance`.
 
-        Raises
-        ------
-        ConvergenceError
-            If that takes too many iterations, or a symmetric matrix is not positive definite and that is not allowed;
-            with a direct solver, if that fails as well.
+        Raises ConvergenceError if that takes too many iterations, or a symmetric matrix is not positive definite and
+        that is not allowed; with a direct solver, if that fails as well.
         """
         try:
             return self._solve(rhs, tolerance)

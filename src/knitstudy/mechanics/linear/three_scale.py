@@ -58,14 +58,7 @@ def rigid_motions(
     Three translations and three rotations about the group's centre, these over the groups' radius of gyration.
     A node that is a coefficient of anything but the constant stays where it is in translations.
 
-    Returns
-    -------
-    blocks : ndarray, shape (n, 3, 6)
-        Zero at prescribed unknowns.
-    centre : ndarray, shape (g, 3)
-        Of the groups [m].
-    radius : float
-        Of gyration, the mean of all groups [m].
+    Returns the motions (n, 3, 6), zero at prescribed unknowns, centres (g, 3) and the mean radius of gyration [m].
     """
     unity = structure.unity
     count = np.bincount(group, unity**2)

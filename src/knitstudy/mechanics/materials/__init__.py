@@ -39,29 +39,24 @@ class Material(Protocol):
     @property
     def youngs_modulus(self) -> float:
         """Along the yarn [Pa]."""
-        ...
 
     @property
     def shear_modulus(self) -> float:
         """Of shear along the yarn [Pa]; hourglass control is measured with it."""
-        ...
 
     @property
     def across(self) -> tuple[float, float]:
         """Young's modulus [Pa] and Poisson's ratio across the yarn: local indentation is computed with them."""
-        ...
 
     @classmethod
     def of(cls, yarn: Any) -> Self:
         """Return the material of a scene's section `yarn`, by the constants that it needs."""
-        ...
 
     def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
         """Return energy, stress and, if asked, tangent of Green strains (e, 3, 3).
 
         `axes` (e, 3, 3) are local unit vectors in columns, the first along the yarn.
         """
-        ...
 
 
 MATERIALS: Registry[type[Material]] = Registry("yarn.material", "knitstudy.mechanics.materials")

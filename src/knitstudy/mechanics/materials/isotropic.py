@@ -15,10 +15,7 @@ from knitstudy.mechanics.materials import FULL, MATERIALS, VOIGT, Stress
 
 @dataclass(frozen=True)
 class Isotropic:
-    """An isotropic elastic material.
-
-    Raises ConfigurationError for constants without a positive strain energy.
-    """
+    """An isotropic elastic material; raises ConfigurationError for constants without a positive strain energy."""
 
     youngs_modulus: float  # E [Pa]
     poisson_ratio: float  # nu, in (-1, 0.5)

@@ -117,10 +117,7 @@ class TransverselyIsotropic:
     def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
         """Return the response to Green strains (e, 3, 3), with local axes (e, 3, 3) in columns.
 
-        Raises
-        ------
-        ConfigurationError
-            Without local axes.
+        Raises ConfigurationError without local axes.
         """
         if axes is None:
             raise ConfigurationError("transversely isotropic elasticity needs the local axes of every strain")
