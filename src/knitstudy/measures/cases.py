@@ -17,10 +17,12 @@ from knitstudy.measures.catalogue import (
     CASES,
     NETWORKS,
     OTHER_SOLIDS,
+    REDUCED,
     SOLIDS,
     Results,
     network,
     of_case,
+    of_cases,
     reduced_models,
     several,
     solid,
@@ -43,11 +45,7 @@ from knitstudy.measures.response import (
 )
 from knitstudy.study.scene import Scene
 
-MODELS = tuple(
-    name
-    for case in CASES
-    for name in (*of_case(case, (*SOLIDS, *OTHER_SOLIDS, *BEAM_MODELS)), *reduced_models(case))
-)
+MODELS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS, *BEAM_MODELS, *REDUCED))
 """Names of all simulations of the four cases."""
 
 # ---- names of models ----

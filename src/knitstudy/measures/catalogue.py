@@ -40,6 +40,8 @@ OTHER_SOLIDS = ("yarns-{case}-p3", "dns-{case}", "dns-{case}-medium", "yarns-{ca
 VARIANTS = ("rom3d-*-{case}", "rom2d-*-{case}")
 """Reduced models of a case with another joint, section or spring."""
 
+REDUCED = (*NETWORKS["rom3d"], *NETWORKS["rom2d"], *VARIANTS)
+
 BEAM_MODELS = ("beam-{case}", "beam-*-{case}", "beam-{case}-coarse")
 """Beams in contact of a case."""
 
@@ -63,9 +65,14 @@ def of_case(case: str, names: Iterable[str]) -> tuple[str, ...]:
     return tuple(name.format(case=case) for name in names)
 
 
+def of_cases(cases: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
+    """Return names of scenes of several cases, case by case."""
+    return tuple(name.format(case=case) for case in cases for name in names)
+
+
 def reduced_models(case: str) -> tuple[str, ...]:
     """Return the names of all reduced models of a case."""
-    return of_case(case, (*NETWORKS["rom3d"], *NETWORKS["rom2d"], *VARIANTS))
+    return of_case(case, REDUCED)
 
 
 @dataclass(frozen=True)
@@ -142,10 +149,8 @@ class Display:
 
     Attributes
     ----------
-    name : str
-        Name of the file.
-    title : str
-        With the number of the figure or table in the paper.
+    name, title : str
+        Name of the file; title with the number in the paper.
     make : callable
         Function that draws the figure or builds the table.
     results : mapping of str to Results

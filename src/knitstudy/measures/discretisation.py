@@ -15,10 +15,7 @@ INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": 
 
 # ---- discretisation ----
 
-HEXAHEDRA = {
-    "one_point": "one-point hexahedra",
-    "quadratic": "quadratic hexahedra",
-}
+HEXAHEDRA = {"one_point": "one-point hexahedra", "quadratic": "quadratic hexahedra"}
 """By ``mesh.element``; elements of plugins go by their own names."""
 
 SOLID_YARNS = "solid yarns"

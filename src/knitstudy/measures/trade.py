@@ -36,22 +36,8 @@ from knitstudy.study.scene import Scene
 
 # ---- values without a reference ----
 
-TRUST = (
-    "quadratic hexahedra",
-    "solid yarns",
-    "one-point hexahedra",
-    "rom3d patch",
-    "beam hertz patch",
-)
+TRUST = ("quadratic hexahedra", "solid yarns", "one-point hexahedra", "rom3d patch", "beam hertz patch")
 """Only these independent models may bound a value, in order of preference."""
-
-
-@dataclass(frozen=True)
-class Bracket:
-    """An estimate, and in words the two models between which it lies."""
-
-    estimate: Estimate = UNKNOWN
-    said: str = ""
 
 
 def family_of(scene: Scene) -> str:
@@ -62,10 +48,10 @@ def family_of(scene: Scene) -> str:
     return " ".join([scene.fidelity, *filter(None, variants)])
 
 
-def bracket(values: Mapping[str, float], scenes: Mapping[str, Scene]) -> Bracket:
-    """Return the mean of the first two models of `TRUST`, each by its finest resolution, with half their difference.
+def bracket(values: Mapping[str, float], scenes: Mapping[str, Scene]) -> tuple[Estimate, str]:
+    """Return the mean of the first two models of `TRUST`, each by its finest resolution, and both in words.
 
-    Values are of one quantity of one problem, by scene.
+    Half of their difference is the uncertainty. Values are of one quantity of one problem, by scene.
     """
     finest: dict[str, Scene] = {}
     for scene in (scenes[name] for name in values):
@@ -74,10 +60,10 @@ def bracket(values: Mapping[str, float], scenes: Mapping[str, Scene]) -> Bracket
             finest[family_of(scene)] = scene
     taken = [finest[family] for family in TRUST if family in finest][:2]
     if len(taken) < 2:
-        return Bracket()
+        return UNKNOWN, ""
     one, other = (values[scene.name] for scene in taken)
     said = " and ".join(made_of(scene) if is_direct(scene) else NAMES[scene.fidelity] for scene in taken)
-    return Bracket(Estimate(0.5 * (one + other), 0.5 * abs(one - other)), said)
+    return Estimate(0.5 * (one + other), 0.5 * abs(one - other)), f"between {said}"
 
 
 # ---- points ----
@@ -187,7 +173,7 @@ def _points(
             for name, scene in scenes.items()
             if (reached[name] or 0) >= strain
         }
-        brackets: dict[str, Bracket] = {}
+        brackets: dict[str, tuple[Estimate, str]] = {}
         for name, values in found.items():
             compared = [
                 Point(
@@ -224,7 +210,7 @@ def _true(
     strain: float,
     problem: _Problem,
     found: Mapping[str, Mapping[str, float]],
-    brackets: dict[str, Bracket],
+    brackets: dict[str, tuple[Estimate, str]],
 ) -> tuple[Estimate, str]:
     """Return the true value of a quantity and its source: the reference, else the finest two models."""
     estimate = known(problem.reference, quantity, strain)
@@ -235,7 +221,7 @@ def _true(
         own = {scene.name: scene for scene in problem.scenes}
         values = {name: each[quantity] for name, each in found.items() if quantity in each and name in own}
         brackets[quantity] = bracket(values, own)
-    return brackets[quantity].estimate, f"between {brackets[quantity].said}"
+    return brackets[quantity]
 
 
 # ---- fronts of error and cost ----

@@ -10,16 +10,15 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, of_case, several
+from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, of_cases, several
 from knitstudy.measures.paper_values import number
 from knitstudy.models.joints import AXES, MEASURES, Springs, springs
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
-TOUCHING = tuple(
-    name
-    for case in ("rough-course", "rough-wale", "isotropic-course", "isotropic-wale")
-    for name in of_case(case, (*SOLIDS, *OTHER_SOLIDS, "dns-{case}-penalty*"))
+TOUCHING = of_cases(
+    ("rough-course", "rough-wale", "isotropic-course", "isotropic-wale"),
+    (*SOLIDS, *OTHER_SOLIDS, "dns-{case}-penalty*"),
 )
 """Names of the direct simulations with rough contact or friction."""
 

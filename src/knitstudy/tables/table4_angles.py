@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, of_case, several, solid
+from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, of_cases, several, solid
 from knitstudy.measures.discretisation import INTERACTIONS, made_of
 from knitstudy.measures.paper_values import numbers
 from knitstudy.measures.segments import (
@@ -44,7 +44,7 @@ REPORTED = {
 CUTS = (0.3, 0.4, 0.5, 0.6, 0.7)
 """Cuts over the length of the knit along the load: slabs around them lie between the grips."""
 
-_SOLIDS = tuple(name for case in CASES for name in of_case(case, (*SOLIDS, *OTHER_SOLIDS)))
+_SOLIDS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS))
 
 
 @TABLES.add(

@@ -63,6 +63,9 @@ RESULTS = {
     "every_contacts": several("contacts", "*", where=is_whole_knit),
 }
 
+OF_POINTS = {"results": RESULTS, "files": ("reference",), "scenes": True}
+"""What tables are made from that follow from the points."""
+
 
 @TABLES.add("trade", "What accuracy costs: all points", results=RESULTS, order=20)
 def tabulate(
@@ -77,27 +80,13 @@ def tabulate(
     return with_fronts(rows)
 
 
-@TABLES.add(
-    "trade_sentences",
-    "What an accuracy costs least",
-    results=RESULTS,
-    files=("reference",),
-    scenes=True,
-    order=21,
-)
+@TABLES.add("trade_sentences", "What an accuracy costs least", order=21, **OF_POINTS)
 def tabulate_sentences(**sources) -> pd.DataFrame:
     """Return one row a front and accuracy: the model to take; see `tabulate` for the arguments."""
     return sentences(tabulate(**sources))
 
 
-@TABLES.add(
-    "trade_rungs",
-    "What fronts of accuracy and price reach",
-    results=RESULTS,
-    files=("reference",),
-    scenes=True,
-    order=22,
-)
+@TABLES.add("trade_rungs", "What fronts of accuracy and price reach", order=22, **OF_POINTS)
 def tabulate_rungs(**sources) -> pd.DataFrame:
     """Return one row a front: the number of points, and its rungs; see `tabulate` for the arguments."""
     rows = []
@@ -108,14 +97,7 @@ def tabulate_rungs(**sources) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=RUNGS)
 
 
-@TABLES.add(
-    "trade_knobs",
-    "What single knobs of models buy",
-    results=RESULTS,
-    files=("reference",),
-    scenes=True,
-    order=23,
-)
+@TABLES.add("trade_knobs", "What single knobs of models buy", order=23, **OF_POINTS)
 def tabulate_knobs(**sources) -> pd.DataFrame:
     """Return one row a model and single knob, over all its points; see `tabulate` for the arguments."""
     return knobs(tabulate(**sources))

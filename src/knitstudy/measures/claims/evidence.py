@@ -15,7 +15,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.cases import MODELS, Case, cases_of
-from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, of_case
+from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, of_cases
 from knitstudy.measures.discretisation import INTERACTIONS, made_of
 from knitstudy.measures.paper_values import number
 from knitstudy.measures.reference import Reference, reference_of
@@ -29,11 +29,7 @@ UNTIED = {"yarns-{case}": "inputs-untied-isotropic-course", "yarns-{case}-p3": "
 AGAIN = ("yarns-{case}-p3", "dns-{case}", "yarns-{case}-coarse")
 """Other discretisations by which claims are judged again."""
 
-_SOLIDS = tuple(
-    name
-    for case in ("tie-course", "tie-wale", "rough-course", "isotropic-course", "isotropic-wale")
-    for name in of_case(case, (*SOLIDS, *OTHER_SOLIDS))
-)
+_SOLIDS = of_cases((*CASES, "rough-course"), (*SOLIDS, *OTHER_SOLIDS))
 
 SIMULATIONS = (*MODELS, *_SOLIDS, "yarns-untied-course-p3", "inputs-*", "sweep-*", "domain-hexahedra-*")
 CONTACTS = (*_SOLIDS, "yarns-untied-course-p3", "inputs-*", "dns-isotropic-*-penalty*")

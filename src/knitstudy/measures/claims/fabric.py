@@ -119,13 +119,7 @@ def judge_size(evidence: Evidence) -> Judgement:
 
 
 # ---- course spacing and yarn diameter (Fig. 11) ----
-# With isotropic friction the largest |u_z| at 5 % course strain goes as claimed (K9: rises with course spacing; K10:
-# falls with the diameter) if it does so from each value to the next by more than the sum of the uncertainties of both,
-# or at least never goes the other way by more than that, and if it does so over the whole range by more than the sum
-# of the uncertainties of its ends. A reading of what is held fixed goes against the claim where a step, or the whole
-# range, goes the other way by more than these sums; else it decides nothing. The claim is reproduced where it holds in
-# every reading, not reproduced where every reading goes against it, and not decidable where readings differ: what is
-# held fixed is not printed.
+# What is held fixed is not printed: readings of it that differ leave the claims open.
 
 HANGS = "hangs on what is held fixed"
 
