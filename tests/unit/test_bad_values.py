@@ -108,22 +108,6 @@ def test_configuration_that_is_no_text(message, config, content, said):
     assert said in line
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (
-            ("check", "dns-a", "--config", "loop.yaml"),
-            "loop.yaml/defaults.yaml: cannot be read (Not a directory)",
-        ),
-        (("check", "loop.yaml"), "scenes: unknown scene 'loop.yaml'; allowed are dns-a, rom3d-a"),
-        (("run", "results/dns/dns-a.nc"), "unknown scene 'results/dns/dns-a.nc'; allowed are dns-a"),
-        (("show", "loop.yaml"), "loop.yaml: results are .nc and .csv files"),
-    ],
-)
-def test_file_in_the_place_of_something_else(message, arguments, said):
-    assert said in message(*arguments)
-
-
 def foreign(path):
     xr.Dataset({"temperature": ("x", [1.0])}).to_netcdf(path)
 

@@ -14,7 +14,7 @@ from knitstudy.stages.displays import Displays
 from knitstudy.stages.plan import Plan
 from knitstudy.study.configuration import load_scenes
 from knitstudy.study.documentation import keys_page
-from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS, all_kinds
+from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES, tabulate
 
@@ -121,19 +121,6 @@ class Adhesion(Section):
 register(Interaction("sticky", "contact that sticks", friction=lambda scene: 0.0, keys=Adhesion))
 '''
 
-RODS = """
-from knitstudy.study.kinds import Fidelity, register
-from knitstudy.study.model_sections import BeamMesh
-from knitstudy.study.model_sections import Newton
-
-register(
-    Fidelity(
-        name="rods", meaning="rods without torsion", specimens=("knit", "pair"),
-        sections={"mesh": BeamMesh, "solver": Newton},
-    )
-)
-"""
-
 
 @pytest.fixture
 def plugin(tmp_path, monkeypatch):
@@ -175,14 +162,3 @@ def test_an_interaction_brings_its_keys(plugin, config):
         "| hexahedra with sticky; spline_yarns with sticky; beam with sticky; window with sticky | physics | assumed |"
         in keys_page()
     )
-
-
-def test_a_fidelity_says_which_sections_it_has(plugin, config):
-    scene = load_scenes(config)["dns-a"]
-    plugin("rods", RODS)
-    rods = scene.replace("fidelity", "rods")
-    assert set(rods.sections) == {"pattern", "geometry", "load", "yarn", "mesh", "solver"}
-    assert rods.outputs == ()
-    assert len([kind for kind in all_kinds() if kind.fidelity.name == "rods"]) == 2 * len(INTERACTIONS)
-    with pytest.raises(ConfigurationError, match=r"unknown fidelity 'rids' \(did you mean 'rods'\?\)"):
-        scene.replace("fidelity", "rids")

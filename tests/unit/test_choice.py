@@ -133,15 +133,6 @@ def test_what_was_not_measured_is_said(choice):
         choice({"load.strain": -0.01}, question="force", accuracy=0.5)
 
 
-def test_larger_knits_cost_more_by_the_laws_of_growth(choice):
-    small = choice(question="force", accuracy=0.03).rung
-    large = choice({"pattern.loops": 12, "pattern.rows": 12}, question="force", accuracy=0.03).rung
-    assert large.model == small.model
-    assert large.error == small.error
-    assert 4**1.5 < large.seconds / small.seconds < 4**3
-    assert large.memory > small.memory
-
-
 def test_a_resolved_scene_is_an_ordinary_one_of_the_same_problem(choice, plain_scene, templates):
     problem = plain_scene.vary({"name": "mine", "fidelity": "spline_yarns", "tie.radius": 0.2})
     found = choice(question="force", accuracy=0.01)
@@ -158,8 +149,6 @@ def _read(path):
     ("ask", "message"),
     [
         ({"question": "frce"}, r"ask\.question is 'frce' but must be force, out_of_plane"),
-        ({"accuracy": 0.0}, r"ask\.accuracy is 0\.0 but must be a number > 0"),
-        ({"seconds": -1.0}, r"ask\.seconds is -1\.0 but must be a number > 0, in s"),
         ({"accurcy": 0.1}, r"unknown key 'ask\.accurcy' \(did you mean 'accuracy'\?\)"),
     ],
 )

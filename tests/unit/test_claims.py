@@ -234,11 +234,6 @@ def test_stiffer_beams_are_not_reproduced(evidence):
     )
 
 
-def test_early_contact_is_not_reproduced(evidence):
-    zones = [(0, 0, 0, 0), (1, 0, 0, 0)] + [(1, 1, 1, 1)] * 4
-    assert RULES["K1"](with_zones(evidence, zones)).verdict == "not reproduced"
-
-
 @pytest.mark.parametrize("end", [(1, 1, 1, 0), (2, 1, 1, 1)])
 def test_zones_that_do_not_stay_four_are_not_reproduced(evidence, end):
     zones = [(0, 0, 0, 0)] * 3 + [(1, 1, 0, 0), (1, 1, 1, 1), end]
@@ -374,21 +369,3 @@ def test_one_crossing_that_stays_is_not_reproduced(evidence, name):
 
 
 # ---- names ----
-
-
-def test_scenes_that_are_compared_go_by_their_names(plain_scene):
-    """Solid yarns before hexahedra; polynomials of the next degree and hexahedra judge again."""
-    names = [f"{made}-{kind}-course" for made in ("dns", "yarns") for kind in ("tie", "rough", "isotropic")]
-    names += ["inputs-untied-isotropic-course", "yarns-isotropic-course-p3", "yarns-untied-course-p3"]
-    scenes = {name: plain_scene.vary({"name": name, "fidelity": "hexahedra"}) for name in names}
-    scenes["yarns-isotropic-course-p3"] = plain_scene.vary({"fidelity": "spline_yarns"})
-    found = Evidence(None, None, study.NO_REFERENCE, scenes, dict.fromkeys(names)).named()
-    assert found.direct == {
-        "tie": "yarns-tie-course",
-        "rough": "yarns-rough-course",
-        "isotropic": "yarns-isotropic-course",
-        "untied": "inputs-untied-isotropic-course",
-    }
-    finer, hexahedra = found.again.values()
-    assert finer.direct == {"isotropic": "yarns-isotropic-course-p3", "untied": "yarns-untied-course-p3"}
-    assert list(hexahedra.direct.values()) == names[:3]

@@ -108,11 +108,6 @@ def test_open_crossing_has_no_centroid_and_no_force(contacts):
             assert (apart[name] == 0).all()
 
 
-def test_crossing_that_never_touched_has_the_geometrys_centroid(pair, history):
-    contacts = extract(pair, history.isel(point=slice(0, 0)))
-    np.testing.assert_allclose(contacts["centroid"][0], [0, 0, 1e-3])
-
-
 def test_points_without_pressure_or_crossing_do_not_count(pair, history, contacts):
     of_points = history[[name for name in history.data_vars if "point" in history[name].dims]]
     far = of_points.isel(point=[0]).assign(contact_crossing=("point", [-1]))

@@ -47,16 +47,6 @@ def test_axes_stand_on_the_yarns_and_point_to_each_other(pair, knit):
     np.testing.assert_allclose(np.linalg.norm(axes.across, axis=-1), 1.0, rtol=1e-7)
 
 
-def test_undeformed_yarns_do_nothing(pair):
-    still = of_pair(pair, np.eye(3), np.eye(3))
-    for name in ("axial_stretch", "normal_stretch", "across_stretch"):
-        np.testing.assert_allclose(still.pop(name), 1.0, rtol=1e-15)
-    for name in ("segment_contraction", "sliding", "contact_travel", "contact_spin"):
-        assert np.isnan(still.pop(name)).all(), "no neighbours and no contact"
-    for name, values in still.items():
-        np.testing.assert_allclose(values, 0.0, atol=1e-15, err_msg=name)
-
-
 def test_spin_and_tilt_of_rotations_by_hand(pair):
     """The lower yarn spins by 0.2 and then tilts by 0.5; the upper one only tilts, about x."""
     turned = of_pair(pair, exp(0.5 * Y) @ exp(0.2 * X), exp(-0.3 * X))

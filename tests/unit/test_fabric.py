@@ -12,10 +12,8 @@ from knitstudy.geometry.fabric import (
     Grip,
     cut_cells,
     endless_cell,
-    head_arcs,
     of_curves,
     plain_knit,
-    sinker_arcs,
     yarn_pair,
 )
 from knitstudy.geometry.lay_out import initial_loop
@@ -119,22 +117,6 @@ def test_grips_of_a_knit(loop):
     assert len(knit.grip_ends("wale")[2]) == 6
     assert knit.grip_ends("course") == {}
     assert held.holds([0, 0, 1], [0.0, held.arc[1].mean(), 0.0]).tolist() == [True, True, False]
-
-
-def test_sinkers_and_heads_lie_between_crossings_once_a_loop(loop):
-    knit = plain_knit(loop, 3, 2)
-    sinkers, heads = sinker_arcs(knit), head_arcs(knit)
-    line = knit.centrelines[0]
-    assert sinkers.shape == (4, 2)
-    assert heads.shape == (3, 2)
-    assert (sinkers[0, 0], sinkers[-1, 1]) == (0, line.length)
-    for arcs, side in ((sinkers, 1), (heads, 0)):
-        along = knit.crossings.arc_length[:, side]
-        ends = arcs[(arcs > 0) & (arcs < line.length)]
-        assert np.abs(ends[:, None] - along).min(axis=1).max() < 1e-12
-        assert not ((along[:, None] > arcs[:, 0] + 1e-9) & (along[:, None] < arcs[:, 1] - 1e-9)).any()
-    bottom, top = (line.position(arcs.mean(axis=1))[:, 1] for arcs in (sinkers[1:-1], heads))
-    assert bottom.max() < top.min()
 
 
 def test_cut_cells_have_the_yarn_of_an_endless_knit(loop):

@@ -22,14 +22,6 @@ def u():
     return np.linspace(-8, 15, 301)
 
 
-def test_passes_its_control_points_in_every_period(curve):
-    k = np.arange(-7, 14)
-    turns = k // 7
-    np.testing.assert_allclose(
-        curve.value(k), curve.control_points[k % 7] + turns[:, None] * curve.advance, atol=EPS
-    )
-
-
 @pytest.mark.parametrize("order", [0, 1])
 def test_derivatives_are_those_of_the_curve(curve, u, order):
     function, derivative = ((curve.value, curve.d1), (curve.d1, curve.d2))[order]
@@ -61,12 +53,6 @@ def test_straight_centreline_is_its_arc_length():
     np.testing.assert_allclose(line.position(s), np.outer(s, [0.6, 0.8, 0]), atol=1e-11)
     np.testing.assert_allclose(line.tangent(s), [[0.6, 0.8, 0]] * 21, atol=EPS)
     np.testing.assert_allclose(line.curvature(s), 0, atol=EPS)
-
-
-def test_parameter_and_arc_length_are_inverse(curve):
-    yarn = Centreline(curve, loops=3)
-    s = np.linspace(0, yarn.length, 500)
-    np.testing.assert_allclose(yarn.arc_length(yarn.parameter(s)), s, atol=1e-12 * yarn.length)
 
 
 WALE, COURSE = 12.0, 20.0

@@ -177,13 +177,7 @@ WRONG = {
         lambda d: d.rename(increment="step"),
         r"variable 'force' has the dimensions \(step\) but must have \(increment\)",
     ),
-    "one state": (lambda d: d.isel(increment=0), r"variable 'force' has the dimensions \(\) but must have"),
-    "texts": (
-        lambda d: d.assign(force=d["force"].astype(str)),
-        "variable 'force' holds .* but must hold numbers",
-    ),
     "no stations": (lambda d: d.isel(station=slice(0, 0)), "there is no station in it"),
-    "unnamed forms": (lambda d: d.drop_vars("form"), "energy must have the forms external, internal"),
 }
 
 

@@ -42,15 +42,6 @@ def test_replacing_keeps_the_old_file_until_the_new_one_is_whole(tmp_path):
     assert os.listdir(path.parent) == ["a.csv"]
 
 
-def test_replacing_into_something_that_is_no_folder(tmp_path):
-    (tmp_path / "file").write_text("")
-    with (
-        pytest.raises(DataFileError, match="the folder cannot be made"),
-        replacing(tmp_path / "file" / "a.nc"),
-    ):
-        pass
-
-
 class Disk:
     """Knows what a power cut would leave of one file: the content that was flushed, under the name that was."""
 

@@ -71,11 +71,6 @@ def pair_mesh(pair):
     return mesh_fabric(pair, PAIR_SIZE, 1.2)
 
 
-@pytest.fixture
-def pair_scene(plain_scene):
-    return plain_scene.vary({"specimen": "pair", "fidelity": "hexahedra", "load.path": [[0, 0, -1e-5]]})
-
-
 def test_middles_of_two_facets_face_each_other(pair_mesh):
     """The distance of two facets' middles is that of the surfaces, and of the sagittas of both polygons."""
     lower, upper = (pair_mesh.nodes[pair_mesh.surface_quads(yarn)].mean(axis=1) for yarn in range(2))
@@ -93,12 +88,3 @@ def test_yarns_that_overlap():
     nearer = Centreline(upper.curve.shifted([0, 0, -0.06 * RADIUS]), 1)
     with pytest.raises(MeshError, match="overlap"):
         mesh_fabric(of_curves([lower, nearer], RADIUS), PAIR_SIZE, 1.0)
-
-
-def test_ends_are_whole_sections(pair, pair_mesh, pair_scene):
-    held_and_driven = grips(pair_mesh, pair_scene.replace("pair.support", "ends"), pair)
-    for yarn, nodes in ((0, held_and_driven.held), (1, held_and_driven.driven)):
-        assert nodes.size == 2 * pair_mesh.section.size
-        slices = nodes[:: pair_mesh.section.size] // pair_mesh.section.size
-        assert (pair_mesh.yarn_of_slice[slices] == yarn).all()
-        np.testing.assert_array_equal(pair_mesh.arc_length[slices], [0, LENGTH])

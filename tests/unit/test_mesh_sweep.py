@@ -97,14 +97,6 @@ def test_volume_of_a_straight_yarn_is_the_cylinder_s():
     assert volumes(mesh).sum() == pytest.approx(np.pi * 0.9**2 * 12, rel=1e-13)
 
 
-def test_curved_yarns_keep_positive_volumes():
-    mesh = sweep([Helix(2.4, 0.5, 1.0)], Section.butterfly(4, 1), 0.9, Spacing(0.3))
-    assert volumes(mesh).min() > 0
-    identity = np.broadcast_to(np.eye(3), mesh.frames.shape)
-    np.testing.assert_allclose(mesh.frames @ mesh.frames.transpose(0, 2, 1), identity, atol=1e-12)
-    np.testing.assert_allclose(np.linalg.det(mesh.frames), 1.0, atol=1e-12)
-
-
 def test_frames_turn_about_a_helix_by_its_total_torsion():
     helix = Helix(2.0, 1.0, 1.0)
     errors = []
@@ -151,15 +143,6 @@ def corner_sines(section):
     ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     cross = ahead[..., 0] * behind[..., 1] - ahead[..., 1] * behind[..., 0]
     return cross / np.linalg.norm(ahead, axis=-1) / np.linalg.norm(behind, axis=-1)
-
-
-@pytest.mark.parametrize(
-    ("size", "nodes", "quads", "angles"),
-    [(0.9, 28, 21, 12), (0.3, 41, 32, 16)],
-)
-def test_size_sets_the_elements_across(size, nodes, quads, angles):
-    section = Section.for_size(diameter=1.8, size=size)
-    assert (section.size, section.quads.shape[0], section.ring.size) == (nodes, quads, angles)
 
 
 @pytest.mark.parametrize(("core", "rings"), [(3, 1), (4, 1), (4, 2), (5, 1), (6, 2), (8, 2)])
@@ -222,11 +205,6 @@ def test_roll_is_the_smallest_that_brings_facets_under_the_targets():
     s, roll = steps_of([0.3, 5.1, -3.4])
     at = np.interp([3.1, 6.1, 9.1], s, roll)
     np.testing.assert_allclose(at, [0.3, 0.1, -0.4], atol=1e-12)
-
-
-def test_roll_follows_the_target_before_where_that_twists_less():
-    s, roll = steps_of([0.4, -0.3, 0.0])
-    np.testing.assert_allclose(np.interp([3.1, 6.1, 9.1], s, roll), [0.4, 0.7, 1.0], atol=1e-12)
 
 
 def test_centred_arc_lengths_lie_in_the_middle_of_layers():

@@ -121,14 +121,6 @@ def moved(history, field):
     return history.assign(centreline_displacement=motion)
 
 
-def test_poisson_ratio_of_a_homogeneous_contraction():
-    """Everything shrinks by 1 % in x and y at 5 % strain, and shifts as a whole."""
-    history = study.history(yarns=4, stations=61)
-    shrunk = moved(history, lambda place, yarn: -0.01 * place + [2e-3, -1e-3, 0.5])
-    assert poisson_ratio(shrunk, "course", 3) == pytest.approx(0.2)
-    assert poisson_ratio(shrunk, "wale", 3) == pytest.approx(0.2)
-
-
 def test_poisson_ratio_in_course_tension_is_that_of_the_middle_column():
     """Outside the middle third of every yarn nothing counts, and no yarn between the outer two."""
     history = study.history(yarns=4, stations=601)

@@ -22,12 +22,6 @@ def plan(config):
     return Plan.of(config)
 
 
-def test_scenes_of_the_configuration_keep_their_names(plan):
-    for name, scene in plan.scenes.items():
-        assert plan.labelled(scene) == scene
-        assert STAGES["simulation"].path(scene).stem == name
-
-
 def test_changed_scenes_get_names_of_their_own(plan):
     scene = plan.scenes["dns-a"]
     varied = plan.labelled(scene.vary({"load.strain": 0.01}))
@@ -36,14 +30,6 @@ def test_changed_scenes_get_names_of_their_own(plan):
     assert plan.labelled(varied) == varied
     named = plan.labelled(scene.vary({"load.strain": 0.01, "name": "mine"}))
     assert named.name == "mine"
-
-
-def test_changed_geometries_get_names_of_their_own(plan):
-    first, second = (plan.labelled(scene.vary({"pattern.loops": 2})) for scene in plan.scenes.values())
-    assert first.knit == second.knit == f"plain-{first.geometry_key[:8]}"
-    geometry = STAGES["geometry"]
-    assert geometry.path(first) == geometry.path(second) != geometry.path(plan.scenes["dns-a"])
-    assert plan.digest(geometry, first) == plan.digest(geometry, second)
 
 
 def test_reduced_model_is_made_from_contacts_of_its_own_geometry(plan):

@@ -10,7 +10,6 @@ from knitstudy.measures.promises import Comparison, Promise, compare, corrected,
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
 from knitstudy.report.kept_pages import BEGIN, END, insert_between_marks, trade_summary
-from knitstudy.stages.kept_tables import TRADE, TRADE_PAGE
 from knitstudy.stages.simulate import Results
 from knitstudy.study.choice import AGAIN, Ask, Choice, Rung, second
 from knitstudy.tables import catalogue as tables
@@ -80,12 +79,6 @@ def test_the_page_is_written_from_the_table(table):
     assert "**3 x 3 cells, tie constraint, course tension.** For 5 % in force take" in page
     assert page.count("| force | 3 x 3,") == 4
     assert "### On other knits" not in page
-
-
-def test_the_page_of_the_checkout_has_marks():
-    page = TRADE_PAGE.read_text(encoding="utf-8")
-    assert insert_between_marks(page, "text") != page
-    assert TRADE.path.is_file()
 
 
 ASKS = ("--set", "fidelity=auto", "--set", "ask.question=force", "--set", "ask.accuracy=0.05")

@@ -84,24 +84,6 @@ def test_one_way_or_one_mesh_makes_no_reference(knit, solid):
         assert catalogue.tabulate("reference", **alone).empty
 
 
-def test_problems_are_told_apart_by_their_physics_alone(plain_scene):
-    touching = plain_scene.vary({"fidelity": "hexahedra", "interaction": "isotropic"})
-    same = {"mesh.size": 0.2e-3, "mesh.element": "quadratic", "solver.increments": 3, "load.strain": 0.01}
-    assert problem_of(touching.vary(same)) == problem_of(touching)
-    others = {
-        "contact.friction": 0.3,
-        "contact.tied_edges": "none",
-        "load.direction": "wale",
-        "load.lateral": "free",
-        "yarn.youngs_modulus": 1.1e9,
-        "pattern.rows": 4,
-        "interaction": "rough",
-        "tie.radius": 0.3,
-    }
-    found = {problem_of(touching.replace(key, value)) for key, value in others.items()}
-    assert len(found | {problem_of(touching)}) == len(others) + 1
-
-
 @pytest.fixture(scope="module")
 def scenes(plain_scene):
     return study.scenes(plain_scene)
@@ -115,15 +97,6 @@ def test_models_are_compared_at_the_largest_strain_that_both_reach(scenes):
     # 4 % is beyond 2 % and short of 5 %: there it is 2 % that counts.
     part = reference.force_ratio(study.history(strain=(0, 0.02, 0.04), force=(0, 6, 9)))
     assert part.value == pytest.approx(6 / 4.8)
-
-
-def test_distance_of_curves_through_its_strains(scenes):
-    reference = reference_of(study.reference(scenes), scenes["dns-tie-course"])
-    assert reference.force_distance(study.history(force=(0, 9, 18))).value == pytest.approx(0.5)
-    assert reference.force_distance(study.history(force=(0, 6, 12))).value == pytest.approx(0.0)
-    # Forces as the reference's are 0.02 / 0.98 away from the least that these may be.
-    near = reference.force_distance(study.history(force=(0, 6, 12)))
-    assert near.uncertainty == pytest.approx(0.02 / 0.98)
 
 
 def test_what_the_reference_does_not_speak_of_is_unknown(scenes):

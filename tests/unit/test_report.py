@@ -148,12 +148,6 @@ def test_missing_caption_is_named(pictures, results):
         render_tables(results, pictures, captions)
 
 
-def test_number_of_a_table_in_its_format():
-    results = {"t": pd.DataFrame({"model": ["DNS", "ROM"], "x [m]": [0.5, float("nan")]})}
-    assert value(results, "t", "DNS", "x [m]", ".1%") == "50.0%"
-    assert value(results, "t", "ROM", "x [m]") == "–"
-
-
 @pytest.mark.parametrize(
     ("place", "message"),
     [

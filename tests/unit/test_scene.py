@@ -107,13 +107,6 @@ def test_change_that_is_not_allowed(scene, key, value, message):
         scene.replace(key, value)
 
 
-def test_missing_key(scene):
-    document = scene.to_dict()
-    del document["load"]["strain"]
-    with pytest.raises(ConfigurationError, match=r"a\.yaml: the key 'load\.strain' is missing"):
-        Scene.from_dict(document, "a.yaml")
-
-
 @pytest.mark.parametrize(
     ("kind", "key", "value"),
     [
@@ -252,13 +245,6 @@ def test_a_scene_of_another_kind_takes_its_sections_from_the_defaults(config):
 
 
 # ---- What a stage sees ----
-
-
-def test_sections_and_single_keys_are_read(scene):
-    assert scene.read(["specimen", "mesh.size", "tie", "contact", "rom.joint", "mesh.beam_size"]) == {
-        "specimen": "knit",
-        "mesh": {"size": 0.3e-3},
-    }
 
 
 def test_other_keys_are_not_there(scene):

@@ -84,14 +84,6 @@ def test_results_of_the_same_inputs_are_used_again(config, made, tmp_path):
     assert int(again.history["number"]) == int(first.history["number"])
 
 
-def test_simulated_anew_on_demand(config, made, tmp_path):
-    scene = load_scene("rom3d-own", config)
-    simulate(scene, tmp_path, config=config)
-    made.clear()
-    simulate(scene, tmp_path, config=config, anew=True)
-    assert made == [("simulation", "rom3d-own")]
-
-
 def test_results_of_other_code_are_replaced(config, made, tmp_path, monkeypatch):
     scene = load_scene("rom3d-own", config)
     simulate(scene, tmp_path, config=config)

@@ -16,8 +16,6 @@ from knitstudy.measures.response import NORMAL, SLIP, TANGENTIAL
 from knitstudy.measures.trade import as_direct, points_of
 from knitstudy.measures.trade_points import REFERENCE, Point, bound_cheaper_settings, turned
 from knitstudy.study.choice import front
-from knitstudy.tables import catalogue as tables
-from knitstudy.tables.trade import CASE, SECONDS
 
 
 def price(point):
@@ -151,18 +149,6 @@ def test_a_reduced_model_costs_what_its_contacts_cost(scenes, sources):
     expense = expense_of(scenes["rom3d-tie-course"], timed)
     assert (expense.seconds, expense.clock) == (4.0, PROCESSOR)
     assert expense_of(scenes["rom3d-tie-course"], {"rom3d-tie-course": timed["rom3d-tie-course"]}) is None
-
-
-def test_the_table_marks_fronts_and_says_them(sources):
-    table = tables.tabulate("trade", **sources)
-    force = table[(table["question"] == "force") & (table["interaction"] == "tie constraint")]
-    on = force[force["on the front"] & (force["direction"] == "course")]
-    assert "dns-tie-course" in set(on["scene"])
-    assert on[SECONDS].is_monotonic_increasing or len(on) > 1
-    said = tables.tabulate("trade_sentences", **sources)
-    assert len(said) == 4 * table.groupby(CASE).ngroups
-    assert said["sentence"].str.match(r"For \d+ % in|Nothing measured").all()
-    assert tables.tabulate("trade_rungs", **sources)["points [1]"].sum() == len(table)
 
 
 @pytest.mark.parametrize("name", list(QUESTIONS))

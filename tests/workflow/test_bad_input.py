@@ -66,12 +66,6 @@ def test_run_that_cannot_go_on_keeps_what_had_converged(fresh):
     )
 
 
-def test_folder_in_the_place_of_the_lock(fresh):
-    (fresh.folder / "run" / "study.lock").mkdir(parents=True)
-    said = "run/study.lock: Is a directory; move away what is there, or mend its permissions"
-    assert one_message(fresh.study("ci")) == f"error: {said}"
-
-
 def test_interrupted_study_says_in_one_line_how_to_go_on(fresh):
     """The terminal interrupts the whole group: this process, Snakemake and its jobs."""
     with fresh.start_study("ci", output=subprocess.PIPE) as process:

@@ -2,7 +2,13 @@
 
 import re
 
+import pytest
+
 from knitstudy.figures.catalogue import FIGURES
+from knitstudy.stages.displays import Displays, reference_files
+from knitstudy.stages.plan import Plan
+from knitstudy.study.configuration import CONFIG, STUDIES, load_study
+from knitstudy.tables.catalogue import TABLES
 
 
 def test_every_figure_is_a_target_of_a_study_of_all_scenes(fresh):
@@ -47,3 +53,19 @@ def test_figure_of_a_plugin_is_drawn_and_drawn_again_when_its_code_changes(fresh
     assert "Nothing to be done" in fresh.snakemake(*toy, "--dry-run").stdout
     module.write_text(TOY.replace('0.5, "toy"', '0.5, "other"'))
     assert "Draw toy" in fresh.snakemake(*toy, "--dry-run").stdout
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return Plan.of(CONFIG)
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_what_is_offered_has_all_that_it_is_made_from(plan, study):
+    """Direct simulations without fields have no stress: pictures of it are not offered, instead of ending the study."""
+    scenes = [plan.scenes[name] for name in load_study(study, CONFIG)]
+    for catalogue in (FIGURES, TABLES):
+        displays = Displays(catalogue, plan, scenes, reference_files(CONFIG))
+        assert displays.names()
+        for name in displays.names():
+            assert displays.digest(name)

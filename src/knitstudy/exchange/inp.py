@@ -213,17 +213,12 @@ def write_inp(deck: Deck, path: Path | str, dialect: str) -> None:
     """Write a deck as a keyword file, whole or not at all.
 
     What the keywords cannot say of the scene stands in the file's head as comments, and is logged as warnings.
+    Raises ConfigurationError if the dialect is unknown, or the program lacks the deck's element, material or
+    interaction; DataFileError if the file cannot be written.
 
     Parameters
     ----------
     dialect : {"abaqus", "calculix"}
-
-    Raises
-    ------
-    ConfigurationError
-        If the dialect is unknown, or the program lacks the deck's element, material or interaction.
-    DataFileError
-        If the file cannot be written.
     """
     words = keywords(deck, dialect)
     departures = [*filter(None, (each.departure for each in words.values())), *deck.departures]

@@ -60,18 +60,12 @@ def write_vtu(
 
     The yarn of every node and element, the arc length of every node and the scaled Jacobian of every element are
     always among the fields.
+    Raises MeshError if a field has not one row a node; DataFileError if the file cannot be written.
 
     Parameters
     ----------
     point_fields : mapping of str to ndarray (N,) or (N, 3), optional
         For instance ``{"displacement [m]": u}``.
-
-    Raises
-    ------
-    MeshError
-        If a field has not one row a node.
-    DataFileError
-        If the file cannot be written.
     """
     if isinstance(mesh, QuadraticMesh):
         hexahedra, yarn = mesh.elements, mesh.yarn
@@ -182,16 +176,12 @@ def write_spline_yarns(scene: Scene, path: Path | str, specimen: Fabric, history
 
     Fields of nodes: displacement; von Mises and principal values (the largest first) of the Cauchy stress; where
     yarns touch, the contact pressure on the surface; yarn and arc length.
+    Raises DataFileError if the history is of another discretisation, or the file cannot be written.
 
     Parameters
     ----------
     history : Dataset
         With ``node_displacement``, the coefficients of the displacement.
-
-    Raises
-    ------
-    DataFileError
-        If the history is of another discretisation, or the file cannot be written.
     """
     space = space_on(scene, yarn_spans(scene, specimen))
     nodes, moved = undeformed(space, specimen), history["node_displacement"].to_numpy()

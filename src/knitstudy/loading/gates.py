@@ -39,17 +39,14 @@ def require_sound(
 ) -> None:
     """Refuse an increment that has converged to something else than what the scene asks for.
 
+    Raises ConvergenceError as the functions below.
+
     Parameters
     ----------
     loaded : callable or None
         Of solids, whether forces are more than rounding; until then only the ledger is judged.
     recorder : Recorder
         With the increment as its last one.
-
-    Raises
-    ------
-    ConvergenceError
-        As the functions below.
     """
     if loaded is not None and loaded(increment.response) and increment.load >= FIRST:
         if increment.response.energy.get("hourglass"):
@@ -82,16 +79,13 @@ def require_small_hourglass(scene: Scene, increment: Increment) -> None:
 def require_small_stabilisation(scene: Scene, increment: Increment, reaction: np.ndarray) -> None:
     """Refuse a state in which viscous forces carry load.
 
+    Raises ConvergenceError if what they have dissipated exceeds the share ``gates.stabilisation`` of the internal
+    energy, or the sum of their magnitudes the share ``gates.viscous_force`` of the reaction.
+
     Parameters
     ----------
     reaction : ndarray, shape (3,)
         Of the driven side [N].
-
-    Raises
-    ------
-    ConvergenceError
-        If what they have dissipated exceeds the share ``gates.stabilisation`` of the internal energy, or the sum of
-        their magnitudes the share ``gates.viscous_force`` of the reaction.
     """
     response, allowed = increment.response, scene.gates
     what = f"increment {increment.index}: with solver.stabilisation = {scene.solver.stabilisation:g} viscous forces"
@@ -114,11 +108,12 @@ def require_closed_ledger(recorder: Recorder, index: int, limit: float, unloaded
     """Refuse an increment after which the ledger of energies is open: external work = the sum of all other forms.
 
     A gap is work that the computation has made or lost: a rule that is too coarse for how the force changes within an
-    increment (the external work is a trapezoidal sum, the work of friction takes the mean pressure of an increment), or
-    forces that no form accounts for. What an increment adds to the gap is held against half of the work that is done
-    in it, so that none uses up what is allowed to others. Where contact has only begun hardly any work is done, and the
-    first increment's share in it is arbitrary: there, and of the whole gap, the work counts that will have been done
-    at full load if the force goes on as it does now (`expected_work`).
+    increment, or forces that no form accounts for. What an increment adds is held against half of its own work, so that
+    none uses up what is allowed to others. Where hardly any work is done yet, and for the whole gap, the work counts
+    that will have been done at full load (`expected_work`).
+
+    Raises CoarseIncrement if this increment adds too much; ConvergenceError if the gap is too large though none did:
+    the work that was expected has not been done.
 
     Parameters
     ----------
@@ -130,13 +125,6 @@ def require_closed_ledger(recorder: Recorder, index: int, limit: float, unloaded
         Largest gap over that work, ``gates.ledger``.
     unloaded : float
         Energy up to which yarns count as unloaded [J]: the ledger of rounding is open.
-
-    Raises
-    ------
-    CoarseIncrement
-        If this increment adds too much.
-    ConvergenceError
-        If the gap is too large though none did: the work that was expected has not been done.
     """
     energy = np.array(recorder.columns["energy"][-2:])
     if len(energy) < 2:

@@ -162,17 +162,14 @@ class Recorder:
     ) -> None:
         """Append a converged increment.
 
+        Raises DataFileError if `HISTORY` has no such name.
+
         Parameters
         ----------
         observed : mapping of str to ndarray
             What the observers report, by names of `HISTORY`; ``centreline_displacement`` (S, 3) [m] at least.
         points : mapping of str to ndarray, optional
             Columns of the points in contact, by names of `HISTORY` without ``contact_``.
-
-        Raises
-        ------
-        DataFileError
-            If `HISTORY` has no such name.
         """
         reaction = np.array([increment.response.force[self.driven[:, i]].sum() for i in range(3)])
         displacement, axis = self.motion.at(increment.load), self.motion.axis

@@ -177,14 +177,9 @@ class BeamKnit:
 def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     """Return the beams of a scene.
 
-    Raises
-    ------
-    ConfigurationError
-        If ``mesh.beam_size`` is not positive.
-    DataFileError
-        If ties are compliant and no compliance is known for their size.
-    GeometryError
-        If two ties of a yarn coincide, or a yarn has too few nodes for a smooth centreline.
+    Raises ConfigurationError if ``mesh.beam_size`` is not positive; DataFileError if ties are compliant and no
+    compliance is known for their size; GeometryError if two ties of a yarn coincide, or a yarn has too few nodes for a
+    smooth centreline.
     """
     crossings = fabric.crossings
     tied = tied_crossings(scene, crossings)

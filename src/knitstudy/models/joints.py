@@ -102,6 +102,9 @@ class Springs:
 def springs(contacts: xr.Dataset, measure: str, axes: str = "global") -> Springs:
     """Return the springs of a direct simulation.
 
+    Raises ConfigurationError if the measure or the axes are unknown; DataFileError if the contacts hold no forces or
+    not these displacements.
+
     Parameters
     ----------
     contacts : Dataset
@@ -110,13 +113,6 @@ def springs(contacts: xr.Dataset, measure: str, axes: str = "global") -> Springs
         Whose displacement is taken.
     axes : {"global", "contact"}
         Of the springs; those of the contact are along the undeformed normal and across it.
-
-    Raises
-    ------
-    ConfigurationError
-        If the measure or the axes are unknown.
-    DataFileError
-        If the contacts hold no forces or not these displacements.
     """
     if measure not in MEASURES:
         raise ConfigurationError(f"rom.displacement is {measure!r}: allowed are {', '.join(MEASURES)}")
@@ -184,18 +180,15 @@ class JointPoints:
 def joint_points(fabric: Fabric, contacts: xr.Dataset) -> JointPoints:
     """Return points P and C of all crossings.
 
+    Raises GeometryError if a contact has no partner on its side of the interlock, the normal lies along the line P1 P2,
+    or a centreline does not cut the plane within a diameter of its crossing.
+
     Parameters
     ----------
     fabric : Fabric
         Centrelines and yarn radius.
     contacts : Dataset
         Contacts in the format of docs/files.md.
-
-    Raises
-    ------
-    GeometryError
-        If a contact has no partner on its side of the interlock, the normal lies along the line P1 P2, or a
-        centreline does not cut the plane within a diameter of its crossing.
     """
     yarn = contacts["yarn"].to_numpy().astype(int)
     centroid = contacts["centroid"].to_numpy()
@@ -293,16 +286,12 @@ def contacts_of_crossings(fabric: Fabric, tied: float = 0.0) -> xr.Dataset:
     """Return the contacts that geometry alone predicts: a point or a tied disc midway between closest points.
 
     The normal points from side 0 to side 1. Forces and displacements are left out.
+    Raises GeometryError if two centrelines meet, so that there is no normal.
 
     Parameters
     ----------
     tied : float
         Radius of the disc that joins two yarns at a crossing, over that of the yarn; 0 for a point without area.
-
-    Raises
-    ------
-    GeometryError
-        If two centrelines meet, so that there is no normal.
     """
     crossings = fabric.crossings
     apart = crossings.point[:, 1] - crossings.point[:, 0]
@@ -410,6 +399,9 @@ def spring_joints(
 ) -> Joints:
     """Return the joints of a knit in contact: ties where it is tied, springs where yarns touch at full load.
 
+    Raises ConfigurationError if the average is not positive along all axes, or a crossing has no secant of its own;
+    DataFileError if the contacts are not of a simulation with contact.
+
     Parameters
     ----------
     contacts : Dataset
@@ -424,13 +416,6 @@ def spring_joints(
         Contacts of another simulation whose averaged springs are taken.
     given : tuple of float
         Stiffness along every axis [N/m] that all springs have; empty where they are measured.
-
-    Raises
-    ------
-    ConfigurationError
-        If the average is not positive along all axes, or a crossing has no secant of its own.
-    DataFileError
-        If the contacts are not of a simulation with contact.
     """
     own = springs(contacts, measure, axes)
     if given:

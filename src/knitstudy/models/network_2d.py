@@ -156,6 +156,8 @@ def planar_network(
 ) -> Network:
     """Return the network of a knit.
 
+    Raises GeometryError if the stresses make no honeycomb.
+
     Parameters
     ----------
     fabric : Fabric
@@ -166,11 +168,6 @@ def planar_network(
         Whether a segment that two yarns share has the section of both.
     stresses : Dataset, optional
         Of the directions that segments take instead of joining the contacts (`principal_honeycomb`).
-
-    Raises
-    ------
-    GeometryError
-        If the stresses make no honeycomb.
     """
     course = fabric.cell[1]
     if stresses is not None:

@@ -147,6 +147,9 @@ def spatial_network(
 ) -> Network:
     """Return the network of a fabric.
 
+    Raises ConfigurationError if the joint is unknown or the size is not positive; MeshError if the network does not fit
+    into memory; GeometryError if two contacts of a yarn share a point C, or one lies at a stop.
+
     Parameters
     ----------
     fabric : Fabric
@@ -162,15 +165,6 @@ def spatial_network(
         Of the crossings; all are tied if left out.
     stops : mapping of int to ndarray, optional
         Arc lengths [m] by yarn at which there has to be a node as well.
-
-    Raises
-    ------
-    ConfigurationError
-        If the joint is unknown or the size is not positive.
-    MeshError
-        If the network does not fit into memory.
-    GeometryError
-        If two contacts of a yarn share a point C, or one lies at a stop.
     """
     if joint not in JOINTS:
         raise ConfigurationError(f"rom.joint is {joint!r}: allowed are {', '.join(JOINTS)}")

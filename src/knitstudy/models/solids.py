@@ -102,6 +102,8 @@ def assemble(
 ) -> SolidYarns:
     """Return the solid yarns of a scene: tied at some crossings, in contact elsewhere if the scene says so.
 
+    Raises MeshError if an element is folded, a crossing cannot be tied, or yarns overlap.
+
     Parameters
     ----------
     tied : ndarray of bool, shape (K,), optional
@@ -111,11 +113,6 @@ def assemble(
     labels : ndarray of int, shape (R,), optional
         Of the rings of the surfaces: rings with one label, if it is not -1, do not touch. By default pieces of yarn
         that are tied to each other have one.
-
-    Raises
-    ------
-    MeshError
-        If an element is folded, a crossing cannot be tied, or yarns overlap.
     """
     tied = tied_crossings(scene, fabric.crossings) if tied is None else tied
     ties = tie_crossings(parts, fabric, tied, scene.tie.radius, scene.yarn.youngs_modulus)

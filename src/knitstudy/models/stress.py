@@ -171,15 +171,12 @@ CELL_STRESS = {"hexahedra": hexahedral_cell_stress, "spline_yarns": spline_cell_
 def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
     """Return the stresses of a scene, in the format of docs/files.md.
 
+    Raises DataFileError if the history holds no displacement of nodes, or that of another discretisation.
+
     Parameters
     ----------
     geometry, mesh, history : Dataset
         Of the scene; the history keeps its fields.
-
-    Raises
-    ------
-    DataFileError
-        If the history holds no displacement of nodes, or that of another discretisation.
     """
     if "node_displacement" not in history:
         raise DataFileError(

@@ -208,6 +208,8 @@ def tie_crossings(
 ) -> Ties:
     """Tie crossings of a fabric on discs.
 
+    Raises MeshError if discs overlap each other, reach over the end of a yarn, or are narrower than elements can show.
+
     Parameters
     ----------
     tied : ndarray of bool, shape (K,)
@@ -215,11 +217,6 @@ def tie_crossings(
         Of the discs, over the yarn's.
     youngs_modulus : float
         Of the yarns [Pa].
-
-    Raises
-    ------
-    MeshError
-        If discs overlap each other, reach over the end of a yarn, or are narrower than elements can show.
     """
     crossing = np.flatnonzero(tied)
     discs = Discs.of(fabric, crossing, radius * fabric.radius)

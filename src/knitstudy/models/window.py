@@ -72,14 +72,8 @@ class MixedKnit:
 def mixed_knit(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None = None) -> MixedKnit:
     """Return the knit of a scene with its window.
 
-    Raises
-    ------
-    ConfigurationError
-        As `window_of` and `surroundings`.
-    MeshError
-        As `_solid_pieces`.
-    GeometryError
-        If two joints of a yarn coincide.
+    Raises ConfigurationError as `window_of` and `surroundings`; MeshError as `_solid_pieces`; GeometryError if two
+    joints of a yarn coincide.
     """
     window = window_of(scene, fabric)
     yarns = _solid_pieces(scene, pieces_of(fabric, window))

@@ -139,15 +139,12 @@ def _arcs(fabric: Fabric, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def surroundings(scene: Scene, fabric: Fabric, window: Window, contacts: xr.Dataset | None) -> Network:
     """Return the network around a window; it has a node at every cut, and no elements in the solid arcs.
 
+    Raises ConfigurationError if ties have no size that pins are known for, or springs are not positive.
+
     Parameters
     ----------
     contacts : Dataset, optional
         Contacts of the simulation that ``window.springs_from`` names. Without it nothing joins yarns that touch.
-
-    Raises
-    ------
-    ConfigurationError
-        If ties have no size that pins are known for, or springs are not positive.
     """
     crossings = fabric.crossings
     outside = np.setdiff1d(np.arange(len(crossings.row)), window.crossing)

@@ -28,16 +28,13 @@ MARGIN = 0.3
 def contact_of(scene: Scene, yarns: Discretisation, labels: np.ndarray) -> Contact:
     """Return the contact of all yarns of a scene.
 
+    Raises MeshError if yarns overlap before anything moves.
+
     Parameters
     ----------
     labels : ndarray of int, shape (R,)
         Of the rings of the surfaces (`contacts.facets.tied_pieces`): rings with one label, if it is not -1, do not
         touch.
-
-    Raises
-    ------
-    MeshError
-        If yarns overlap before anything moves.
     """
     return Contact(
         yarns.nodes,

@@ -63,22 +63,8 @@ def code_digest(*names: str, without: tuple[str, ...] = ()) -> str:
 def modules_behind(*names: str, without: tuple[str, ...] = ()) -> list[Module]:
     """Return modules and all that they import of this package, or of the place of a plugin, directly or not.
 
-    Parameters
-    ----------
-    *names
-        Dotted names, for example ``knitstudy.mesh.sweep``.
-    without : tuple of str
-        Modules that do not count, whoever imports them.
-
-    Returns
-    -------
-    list of Module
-        In alphabetical order of their files, without `CARRIERS`.
-
-    Raises
-    ------
-    ConfigurationError
-        When there is no such module.
+    They are named as in ``knitstudy.mesh.sweep`` and returned in alphabetical order of their files. `CARRIERS` and
+    modules in `without` do not count, whoever imports them. A name of no module raises a ConfigurationError.
     """
     found: dict[str, Module] = {}
     waiting = list(names)

@@ -15,6 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pandas as pd
+from matplotlib.figure import Figure
 
 from knitstudy.errors import DataFileError, KnitstudyError
 from knitstudy.figures import extremes_map
@@ -126,10 +127,14 @@ def draw_pictures(displays: Displays, names: Iterable[str], results: Path, folde
         if files != (taken := displays.files(name, results)):  # several may be of the same hundreds
             files, sources = taken, read_sources(taken.items())
         drawing = draw(name, **sources, scenes=displays.scenes(name))
-        with TemporaryDirectory() as beside:
-            picture = Path(beside) / f"{name}.png"
-            save(drawing, [picture], sources, FIGURES.find(name).title)
-            save_for_screen(picture, folder / f"{name}.webp")
+        _save_picture(drawing, folder / f"{name}.webp", sources, FIGURES.find(name).title)
+
+
+def _save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> None:
+    with TemporaryDirectory() as beside:
+        picture = Path(beside) / f"{path.stem}.png"
+        save(drawing, [picture], sources, title)
+        save_for_screen(picture, path)
 
 
 def _write_page(page: Path, text: str) -> None:
@@ -283,12 +288,8 @@ def keep_extremes(config: Path = CONFIG) -> str:
     table, campaign = read_table(RESULTS / "extremes" / "extremes.csv"), load_campaign(config)
     behind = digest({"trials": [digest_of(trial, campaign) for trial in campaign.trials]})
     kept = stamped(table, behind, trials=f"{len(table)} of {len(campaign.trials)}")
-    with TemporaryDirectory() as beside:
-        picture = Path(beside) / "extremes.png"
-        save(
-            extremes_map.draw(table), [picture], {"extremes": kept.assign(code=kept["digest"])}, "What breaks"
-        )
-        save_for_screen(picture, EXTREMES_PICTURE)
+    sources = {"extremes": kept.assign(code=kept["digest"])}
+    _save_picture(extremes_map.draw(table), EXTREMES_PICTURE, sources, "What breaks")
     write_table(kept, EXTREMES)
     return f"{len(table)} of {len(campaign.trials)} trials: {EXTREMES}"
 

@@ -95,10 +95,7 @@ class Plan:
     def needs(self, stage: Stage, scene: Scene) -> dict[str, Step]:
         """Return what a result is made from, by the parameters of its stage's function.
 
-        Raises
-        ------
-        ConfigurationError
-            If the scene names another one that does not exist or does not fit.
+        A scene that names another one that does not exist or does not fit raises a ConfigurationError.
         """
         found = stage.needs(scene, lambda key: self.named(scene, key))
         return {name: (STAGES[other], of) for name, (other, of) in found.items()}

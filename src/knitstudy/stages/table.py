@@ -60,44 +60,26 @@ MODEL_KEYS = (*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact"
 class Stage:
     """A step from a scene to one of its results.
 
-    Attributes
-    ----------
-    name : str
-        Of the stage and of its rule.
-    path_pattern : str
-        Path of its result under the folder of results, with ``{scene}`` or ``{knit}``.
-    function : callable
-        Called with the scene, the datasets that it needs by name, and ``run`` (`knitstudy.loading.restart.Run`) if the
-        stage is long. It returns a dataset; if the result is no netCDF file, it writes the file ``path``.
-    reads : tuple of str
-        Sections and dotted keys of the scene that its result depends on; the function sees no others.
-    of : callable
-        Whether a scene has this stage.
-    needs : callable
-        `Needs` of a scene; its second argument is `Named`.
-    code : callable, optional
-        Modules whose code makes the result of a scene; by default the module of the function.
-    outputs : tuple of str
-        Entries of the scene's outputs that its result depends on.
-    wanted : callable
-        Whether a study asks for it of a scene, beside what other stages need.
-    long : bool
-        Whether it takes a restart file, a place for a partial history, and progress.
-    memory : callable
-        Expected memory of a scene [MB].
+    The function is called with the scene, the datasets that it needs by name, and ``run``
+    (`knitstudy.loading.restart.Run`) if the stage is long. It returns a dataset; if the result is no netCDF file, it
+    writes the file ``path``.
     """
 
-    name: str
-    path_pattern: str
+    name: str  # of the stage and of its rule
+    path_pattern: str  # under the folder of results, with {scene} or {knit}
     function: Callable
-    reads: tuple[str, ...]
-    of: Callable[[Scene], bool]
+    reads: tuple[str, ...]  # sections and dotted keys that the result depends on; the function sees no others
+    of: Callable[[Scene], bool]  # whether a scene has this stage
     needs: Callable[[Scene, Named], Needs] = lambda scene, named: {}
-    code: Callable[[Scene], tuple[str, ...]] | None = None
-    outputs: tuple[str, ...] = ()
-    wanted: Callable[[Scene], bool] = lambda scene: True
-    long: bool = False
-    memory: Callable[[Scene], int] = lambda scene: 1000
+    code: Callable[[Scene], tuple[str, ...]] | None = (
+        None  # modules of the result; by default that of the function
+    )
+    outputs: tuple[str, ...] = ()  # entries of the scene's outputs that the result depends on
+    wanted: Callable[[Scene], bool] = lambda scene: (
+        True
+    )  # whether a study asks for it, beside what stages need
+    long: bool = False  # whether it takes a restart file, a place for a partial history, and progress
+    memory: Callable[[Scene], int] = lambda scene: 1000  # expected [MB]
 
     @property
     def is_dataset(self) -> bool:

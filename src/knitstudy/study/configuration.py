@@ -262,15 +262,12 @@ def _read_loop(path: Path) -> dict:
 def check_scenes_together(scenes: Mapping[str, Scene], where: Mapping[str, str]) -> None:
     """Check what scenes say of each other: shared knits, and where reduced models take their joints from.
 
+    Raises ConfigurationError, naming both scenes and the key.
+
     Parameters
     ----------
     scenes, where
         The scenes, and what begins a message about each of them, by their names.
-
-    Raises
-    ------
-    ConfigurationError
-        Naming both scenes and the key.
     """
     knits = knits_of(scenes)
     for scene in scenes.values():

@@ -37,6 +37,8 @@ def of_model(key: str) -> bool:
 def problem_and_ask(name: str, keys: Mapping[str, Any], where: str, defaults: Mapping) -> tuple[Scene, Ask]:
     """Return what is to be simulated, by any model, and what is asked of it.
 
+    Raises ConfigurationError where the scene sets keys of a model, or asks for nothing or nonsense.
+
     Parameters
     ----------
     keys : mapping of str to value
@@ -45,11 +47,6 @@ def problem_and_ask(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
         Begins messages.
     defaults : mapping
         What it is laid over.
-
-    Raises
-    ------
-    ConfigurationError
-        Where the scene sets keys of a model, or asks for nothing or nonsense.
     """
     own: dict[str, Any] = {}
     for key, value in keys.items():
@@ -68,17 +65,14 @@ def problem_and_ask(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
 def planned(problem: Scene, ask: Ask, templates: Mapping[str, Scene], where: str) -> Planned:
     """Return a scene with the model that is chosen for it.
 
+    Raises ConfigurationError as `knitstudy.study.choice.choose`.
+
     Parameters
     ----------
     templates : mapping of str to Scene
         The scenes that the kept trade names.
     where : str
         Begins messages.
-
-    Raises
-    ------
-    ConfigurationError
-        As `knitstudy.study.choice.choose`.
     """
     return _made(problem, choose(problem, ask, templates, where), templates)
 
