@@ -146,7 +146,6 @@ def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray
 # are independent of each other. What for, and what comes out: docs/theory.md.
 
 APART_IN_PATCH = 6.0  # least distance of patches along the yarn, in radii
-
 SHORTEST = 16.0
 """Largest wave number that is summed up, over the inverse of the patch's radius: 0.02 % of the compliance of the
 mean are left out, 0.5 % of that of linear moments."""
@@ -340,9 +339,7 @@ LENGTH = 6.0  # of the yarn; what is missing in a space does not depend on it
 PHASE = 0.25
 # Degree of the space that shows what is true on a patch of radius `RESOLVED`, with spans of `FINE` near the patch.
 RICH = 8
-
 FINE, RESOLVED, NEAR = 0.3, 0.5, 1.2
-
 NORMAL, ALONG, ACROSS = 2, 0, 1  # directions of load and displacement
 
 

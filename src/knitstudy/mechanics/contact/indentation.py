@@ -89,9 +89,7 @@ STIFFEST = 15.0
 LEAST = 0.5
 REMAINDER = 0.1  # smallest compliance along the surface that a patch is left with, over that of half spaces
 STEEPEST = 2.0  # largest power of the depth with which that stiffness rises; a half of half spaces
-
 PIECES = 24
-
 VANISHING = 1e-12
 
 

@@ -182,9 +182,7 @@ class OnePointHexahedron:
 # Which point of an isoparametric element lies at a place: the inverse of its map, by Newton's method in batches
 
 CANDIDATES = 8  # elements that are tried for a point, nearest centres first
-
 MAP_STEPS = 25
-
 CLOSE = 1e-12  # distance from the point, over the size of the element, at which the iteration ends
 FARTHEST = 2.0  # largest natural coordinate at which an element still answers for a point outside of it
 # Shape functions (k, a), or their gradients (k, a, 3), at natural coordinates (k, 3).

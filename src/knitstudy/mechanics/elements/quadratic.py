@@ -27,7 +27,6 @@ EDGES = np.array(
 """Corners (12, 2) that the nodes 8 to 19 lie between."""
 
 NATURAL = np.concatenate([CORNERS, CORNERS[EDGES].mean(axis=1)])  # natural coordinates (20, 3) of the nodes
-
 NODES = len(NATURAL)
 POINTS = len(GAUSS)
 CACHE = 64  # elements whose points fit into a processor's cache together

@@ -178,7 +178,6 @@ def _cycle(
 
 MOST_ITERATIONS = 400  # iterations with a fresh preconditioner after which a solve counts as failed
 PATIENCE = 60  # most iterations that one solve may take with a preconditioner made for an earlier matrix
-
 WASTE = 15
 """Iterations beyond those of a fresh preconditioner that may add up before it is made anew: as many as making one costs
 (16 on 30 x 30 loops), so that never more than twice the least is spent (docs/notes/performance.md)."""

@@ -55,7 +55,6 @@ MOST_NODES = 256
 # The 21 pairs (p, q) of two of six components, whatever their order.
 PAIRS = np.array([(p, q) for p in range(6) for q in range(p, 6)])
 FIRST = np.array([0, 6, 11, 15, 18, 20, 21])  # where the pairs of every p begin
-
 UNIT = np.array([1.0, 1, 1, 0, 0, 0])[:, None]
 
 

@@ -249,15 +249,10 @@ def deformation_gradient(slope: np.ndarray, change: np.ndarray) -> np.ndarray:
     return np.eye(3) + change @ np.linalg.inv(slope)
 
 
-# Points of a spline yarn: find the parameters of a point, evaluate many points at once
-
-
 # Which material point of a solid yarn lies at a place: the inverse of its undeformed shape
 
 SAMPLES = 4  # points a span among which Newton's method finds its start
-
 ITERATIONS = 20
-
 ACCURACY = 1e-12  # last step, over the radius and over a span
 
 
