@@ -76,3 +76,22 @@ def test_result_does_not_depend_on_the_drag(pressed, verify):
     usual = forces[free_bodies.SHARE][-1]
     for share in (1e-5, 1e-3):
         verify.within(f"free yarn: force for a drag of {share:g} E V / h2", forces[share][-1], usual, 1e-4)
+
+
+def test_drag_has_died_out(pressed, verify):
+    stack, increments = pressed[free_bodies.SHARE]
+    assert not stack.holds(increments[0].state)
+    assert stack.holds(increments[-1].state)
+    assert increments[-1].state.led == 0.0
+    carried = reaction(increments[-1], stack.held)[2]
+    verify.within(
+        "free yarn: force below it over that above it", carried / stack.force(increments[-1]), 1.0, 1e-6
+    )
+    led = [each for each in increments[1:] if each.state.led]
+    assert led, "the first increment ends before all yarns touch"
+    felt = max(abs(stack.force(each)) for each in led) / stack.force(increments[-1])
+    verify.at_most("free yarn: force before anything holds it, over that at the end", felt, 1e-3)
+    taken = increments[-1].response.energy
+    verify.at_most(
+        "free yarn: work of the drag over energy", taken["stabilisation"] / taken["internal"], 1e-3
+    )

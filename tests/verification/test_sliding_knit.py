@@ -5,7 +5,7 @@ import signal
 
 import numpy as np
 import pytest
-from pull import pull_apart
+from pull import pull, pull_apart
 
 from knitstudy.files import read_dataset
 from knitstudy.measures.history_checks import ledger_gap
@@ -98,3 +98,18 @@ def test_killed_and_restarted(tmp_path, history, options, verify):
     for name in ("increment", "yarn", "target", "cell", "sticks"):
         np.testing.assert_array_equal(one[f"contact_{name}"], two[f"contact_{name}"], name)
     verify.at_most(f"{what}: slip of all points", difference(one, two, "contact_slip"), 1e-6)
+
+
+@pytest.fixture(scope="module")
+def stabilised(scene):
+    """The same knit held by viscous forces, and by a tenth of them."""
+    return [pull(scene.replace("solver.stabilisation", share)) for share in (1e-8, 1e-9)]
+
+
+def test_work_of_stabilisation_is_booked(stabilised, verify):
+    """It takes something of every increment but the one that ends at full load."""
+    strong, weak = (run["energy"].sel(form="stabilisation").to_numpy() for run in stabilised)
+    assert (np.diff(strong)[:-1] > 0).all()
+    assert strong[-1] == strong[-2]
+    verify.within("stabilisation: its work over that of a tenth of it", strong[-1] / weak[-1], 10, 0.05)
+    verify.at_most("stabilised knit: ledger of energies over external work", ledger_gap(stabilised[0]), 0.01)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.centre_cell import centre_cell
@@ -93,12 +94,8 @@ def largest_out_of_plane(history: xr.Dataset) -> float:
 def rms_out_of_plane(history: xr.Dataset) -> np.ndarray:
     """Return the root mean square of u_z over the arc length of all centrelines at every increment (I,) [m]."""
     s, yarn = history["arc_length"].to_numpy(), history["yarn"].to_numpy()
-    share = np.zeros(len(s))  # arc length around each station
-    for number in np.unique(yarn):
-        here = np.flatnonzero(yarn == number)
-        step = np.diff(s[here])
-        share[here[:-1]] += 0.5 * step
-        share[here[1:]] += 0.5 * step
+    step = np.where(np.diff(yarn) == 0, np.diff(s), 0.0)
+    share = 0.5 * (np.append(step, 0.0) + np.insert(step, 0, 0.0))  # arc length around each station
     u_z = history["centreline_displacement"].to_numpy()[:, :, Z]
     return np.sqrt(u_z**2 @ share / share.sum())
 
@@ -128,9 +125,7 @@ def _u_z_at_stations(history: xr.Dataset, places: xr.Dataset) -> np.ndarray:
 def _relative_arc_length(history: xr.Dataset) -> np.ndarray:
     """Return the arc lengths of the stations over the lengths of their yarns."""
     s, yarn = history["arc_length"].to_numpy(), history["yarn"].to_numpy()
-    longest = np.zeros(yarn.max() + 1)
-    np.maximum.at(longest, yarn, s)
-    return s / longest[yarn]
+    return s / pd.Series(s).groupby(yarn).transform("max").to_numpy()
 
 
 def transverse_contraction(history: xr.Dataset) -> float:

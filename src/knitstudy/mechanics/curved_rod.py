@@ -15,14 +15,7 @@ polynomials of x and y, so that virtual work gives a linear matrix equation for 
 f S f / 2 of a slice is the law.
 
 At kappa = 0 it is that of the straight rod, with the shear factor 6 (1 + nu)^2 / (7 + 14 nu + 8 nu^2) of its energy.
-To first order in k = kappa R two couplings come in,
-
-    S_(n_t m_B) = k / (E I) R (3 + 7 nu + 5 nu^2) / (12 (1 + nu))
-    S_(n_B m_t) = -k / (G J) R (7 + 14 nu + 9 nu^2) / (24 (1 + nu)^2)
-
-all else changes with k^2. Winkler's theory has the first with nu = 0 alone, and leaves out how a bent section deforms.
-A force along the axis of a coil, f = (0, P, 0, 0, 0, P / kappa), is Goehner's spring: 1 - 3/16 k^2 times the
-deflection of twist alone, whatever nu is (Ancker and Goodier 1958).
+Couplings grow with k = kappa R, all else changes with k^2; closed forms and checks: docs/notes/beams.md.
 """
 
 from __future__ import annotations

@@ -10,8 +10,6 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
-# What a mechanical model gives to a solver: a residual and a tangent, and nothing else
-
 
 @dataclass(frozen=True)
 class Response:

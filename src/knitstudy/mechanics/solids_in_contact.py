@@ -161,9 +161,8 @@ class SolidsInContact(SolidModel):
         drag = super()._drag(state)
         if self.free_bodies is None:
             return drag
-        leading = state.led * np.repeat(self._collected_nodes(self.free_bodies.drag()), 3)
+        at_nodes = self.free_bodies.drag()
+        if self.transformation is not None:  # what tied nodes have goes to those that they hang on
+            at_nodes = self.transformation.T @ at_nodes
+        leading = state.led * np.repeat(at_nodes, 3)
         return leading if drag is None else drag + leading
-
-    def _collected_nodes(self, values: np.ndarray) -> np.ndarray:
-        """Return what the nodes (N,) have at the retained ones (n,), tied ones going to those that they hang on."""
-        return values if self.transformation is None else self.transformation.T @ values

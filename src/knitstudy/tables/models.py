@@ -44,6 +44,9 @@ WINDOWS = {
 }
 """Windows of solid yarns in knits of beams, with the same knit of solid yarns in full."""
 
+PLACE = ("row", "column", "zone")
+"""Labels of a crossing."""
+
 
 @TABLES.add(
     "rom_distance", "Models and the reference", results={"models": several("simulation", *MODELS)}, order=1
@@ -196,12 +199,13 @@ def contact_errors(window: xr.Dataset, full: xr.Dataset) -> tuple[float, float]:
     DataFileError
         If a crossing of the window is not among those of the full simulation.
     """
-    places = {key: k for k, key in enumerate(_crossings(full))}
-    if missing := [key for key in _crossings(window) if key not in places]:
-        raise DataFileError(
-            f"the full simulation has no crossing of row {missing[0][0]}, column {missing[0][1]}, zone {missing[0][2]}"
-        )
-    last, chosen = {"increment": -1}, [places[key] for key in _crossings(window)]
+    wanted, known = (
+        pd.MultiIndex.from_arrays([each[name].to_numpy() for name in PLACE]) for each in (window, full)
+    )
+    chosen, last = known.get_indexer(wanted), {"increment": -1}
+    if (chosen < 0).any():
+        row, column, zone = (int(each) for each in wanted[chosen < 0][0])
+        raise DataFileError(f"the full simulation has no crossing of row {row}, column {column}, zone {zone}")
     window, full = window.isel(last), full.isel(last).isel(crossing=chosen)
     ours, theirs = (each["force"].to_numpy() for each in (window, full))
     force = np.linalg.norm(ours - theirs, axis=1) / np.linalg.norm(theirs, axis=1)
@@ -209,9 +213,3 @@ def contact_errors(window: xr.Dataset, full: xr.Dataset) -> tuple[float, float]:
     known = np.isfinite(theirs) & (theirs > 0)
     pressure = np.abs(ours[known] / theirs[known] - 1)
     return float(force.max()), float(pressure.max()) if known.any() else nan
-
-
-def _crossings(contacts: xr.Dataset) -> list[tuple[int, int, int]]:
-    """Return row, column and zone of every crossing."""
-    columns = (contacts[name].to_numpy().astype(int).tolist() for name in ("row", "column", "zone"))
-    return list(zip(*columns, strict=True))

@@ -13,7 +13,7 @@ from knitstudy.mechanics.contact.following import Following
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, ContactHistory, ContactPoints, Coulomb, taken
 from knitstudy.mechanics.contact.indentation import Indentation
 from knitstudy.mechanics.contact.search import Search
-from knitstudy.mechanics.contact.surface import Projection, Stencil, Surfaces
+from knitstudy.mechanics.contact.surface import Projection, Surfaces
 from knitstudy.mechanics.contact.tangent import CellPairs, Quadrature
 from knitstudy.mechanics.contact.tangent import stiffness as tangent
 
@@ -182,7 +182,8 @@ class Contact:
         """Return the forces of pairs that `points` has evaluated and, if asked, the tangent."""
         active = points.active
         weight = PASS_SHARE * self.quadrature.area[points.history.point[active]]
-        own, other = self._stencils(points, active)
+        own = self._search.stencil(points.history.point[active])
+        other = self.surfaces.stencil(points.history.surface[active], points.projection.xi[active])
         force = points.traction[active] - points.pressure[active, None] * points.projection.normal[active]
         force *= weight[:, None]
         carried = np.zeros_like(self._undeformed)
@@ -296,8 +297,6 @@ class Contact:
         left_out[points.number] = False
         return np.flatnonzero(left_out)
 
-    # ---- energies -------------------------------------------------------------------------------------------
-
     def _energy(self, points: ContactPoints, active: np.ndarray, weight: np.ndarray) -> dict[str, float]:
         angle = None if points.angle is None else points.angle[active]
         pressed = self.law.stored(points.gap[active], points.pressure[active], angle)
@@ -329,11 +328,6 @@ class Contact:
         carried = np.einsum("ki,ki->k", history.traction, history.traction) / before
         weight = PASS_SHARE * self.quadrature.area[history.point]
         return 0.5 * float(weight @ ((1 - share) * carried))
-
-    def _stencils(self, points: ContactPoints, active: np.ndarray) -> tuple[Stencil, Stencil]:
-        history = points.history
-        other = self.surfaces.stencil(history.surface[active], points.projection.xi[active])
-        return self._search.stencil(history.point[active]), other
 
 
 def _known(gap: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -136,11 +137,7 @@ class YarnScale:
         width = 3 * (bandwidth + 1)
         band = self._empty(yarn, (last - first) * 3 * width, dtype)
         lumps = np.zeros((last - first, 3))
-        for low in range(first, last, CHUNK):
-            high = min(low + CHUNK, last)
-            entries = slice(matrix.indptr[low], matrix.indptr[high])
-            row = np.repeat(np.arange(low, high), np.diff(matrix.indptr[low : high + 1]))
-            column, data = matrix.indices[entries], matrix.data[entries]
+        for low, high, row, column, data in _chunks(matrix, first, last):
             apart = row - column
             inside = (apart > 0) & (apart <= bandwidth) & (column >= first)
             self._put(band, row[inside] - first, column[inside] - first, data[inside], width)
@@ -172,10 +169,7 @@ class YarnScale:
     def _reach(self, matrix: sp.bsr_matrix, first: int, last: int) -> int:
         """Return the bandwidth of nodes first .. last: what they need of each other, or the elements' own."""
         reach = self._bandwidth
-        for low in range(first, last, CHUNK):
-            high = min(low + CHUNK, last)
-            row = np.repeat(np.arange(low, high), np.diff(matrix.indptr[low : high + 1]))
-            column = matrix.indices[matrix.indptr[low] : matrix.indptr[high]]
+        for _, _, row, column, _ in _chunks(matrix, first, last):
             reach = max(reach, int((row - column).max(where=column >= first, initial=0)))
         return reach if reach <= WIDER * self._bandwidth else self._bandwidth
 
@@ -204,21 +198,26 @@ class YarnScale:
         np.negative(self._outside @ along, out=residual)
 
 
+def _chunks(matrix: sp.bsr_matrix, first: int, last: int) -> Iterator[tuple]:
+    """Yield ranges low, high of the nodes first .. last, with the rows, columns and values of their blocks."""
+    for low in range(first, last, CHUNK):
+        high = min(low + CHUNK, last)
+        entries = slice(matrix.indptr[low], matrix.indptr[high])
+        row = np.repeat(np.arange(low, high), np.diff(matrix.indptr[low : high + 1]))
+        yield low, high, row, matrix.indices[entries], matrix.data[entries]
+
+
 def _outside(
     matrix: sp.bsr_matrix, nodes: np.ndarray, bandwidth: np.ndarray, lumps: np.ndarray
 ) -> sp.csr_matrix:
     """Return a matrix without the bands of its yarns, and without what was added to them."""
     parts = []
     for first, last, reach in zip(nodes[:-1], nodes[1:], bandwidth, strict=True):
-        for low in range(first, last, CHUNK):
-            high = min(low + CHUNK, last)
-            row = np.repeat(np.arange(low, high), np.diff(matrix.indptr[low : high + 1]))
-            column = matrix.indices[matrix.indptr[low] : matrix.indptr[high]]
+        for low, high, row, column, data in _chunks(matrix, first, last):
             out = np.flatnonzero((np.abs(row - column) > reach) | (column < first) | (column >= last))
             indptr = np.concatenate([[0], np.cumsum(np.bincount(row[out] - low, minlength=high - low))])
-            data = matrix.data[matrix.indptr[low] + out]
             part = sp.bsr_matrix(
-                (data, column[out], indptr), shape=(3 * (high - low), matrix.shape[1])
+                (data[out], column[out], indptr), shape=(3 * (high - low), matrix.shape[1])
             ).tocsr()
             part.eliminate_zeros()  # of links, blocks are diagonal
             parts.append(part)
