@@ -157,14 +157,6 @@ def test_penetration_that_stays_is_not_reproduced(evidence):
     assert RULES["G1"](stays).verdict == "not reproduced"
 
 
-def test_length_that_changes_is_not_reproduced(evidence):
-    """Initial points 4 % further from the middle of the loop in y: a longer loop before than after."""
-    longer = evidence.geometry["control_points_before"] * [1.0, 1.04, 1.0]
-    judged = RULES["G2"](with_geometry(evidence, control_points_before=longer))
-    assert judged.verdict == "not reproduced"
-    assert "length of a loop -" in judged.measured
-
-
 @pytest.mark.parametrize("case", ["tie-course", "isotropic-wale"])
 def test_3d_model_must_be_twice_as_near_in_every_case(evidence, case):
     """The 2D model is 1.0 away: 0.45 is near enough, 0.55 is not."""

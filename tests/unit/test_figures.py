@@ -15,7 +15,7 @@ from PIL import Image
 
 from knitstudy.contacts.contacts import extract
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.figures import catalogue, fig05_contact_points, renderer, shapes, style
+from knitstudy.figures import catalogue, renderer, shapes, style
 from knitstudy.figures.fig05_contact_points import InterlockSide
 from knitstudy.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES
 from knitstudy.figures.fig_pair_slip import Slide
@@ -262,27 +262,7 @@ def side(knit, results):
     return InterlockSide.in_the_middle(knit, results("")["contacts"])
 
 
-def test_each_plane_holds_both_centroids_and_what_belongs_to_its_contact(side, knit):
-    for contact in range(2):
-        held = np.stack([*side.P, *side.C[contact], side.P[contact] + side.normal[contact]])
-        np.testing.assert_allclose((held - side.P[0]) @ side.plane[contact], 0, atol=1e-12)
-        corners = fig05_contact_points.corners_of_plane(side, contact, knit.radius)
-        held[-1] = side.P[contact] + 2 * knit.radius * side.normal[contact]
-        edges = np.roll(corners, -1, axis=0) - corners
-        outwards = np.cross(edges, np.cross(edges[0], edges[1]))
-        outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
-        depth = np.einsum("kei,ei->ke", corners - held[:, None], outwards)
-        assert depth.min() > 0.3 * knit.radius, "the drawn part reaches beyond"
-
-
 # ---- contact ----
-
-
-def test_interactions_are_compared_over_strain(drawn):
-    panels = drawn("fig09_interactions").axes
-    for axes, ends in zip(panels, ([18, 16, 12], [0.2, 0.6, 0.4]), strict=True):
-        np.testing.assert_allclose([line.get_ydata()[-1] for line in axes.get_lines()], ends)
-    assert legend_of(panels[0]) == ["isotropic friction", "rough contact", "tie constraint"]
 
 
 def test_every_crossing_of_the_centre_cell_has_its_kinematics(drawn, touching):

@@ -10,7 +10,6 @@ import xarray as xr
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
 from knitstudy.measures.cases import label_of
-from knitstudy.measures.discretisation import made_of, problem_of
 from knitstudy.measures.response import poisson_ratio, tangent_stiffness
 from knitstudy.study.configuration import load_scenes, load_study
 from knitstudy.tables import catalogue
@@ -173,11 +172,3 @@ def test_crossings_of_a_window_are_found_by_row_column_and_zone():
     assert np.isnan(contact_errors(SHOWN, tied)[1])
     with pytest.raises(DataFileError, match="no crossing of row 1, column 1, zone 1"):
         contact_errors(SHOWN, FULL.isel(crossing=slice(2)))
-
-
-def test_windows_of_the_study_are_compared_with_the_same_knit_in_full():
-    scenes = load_scenes()
-    assert {name for name in load_study("full") if scenes[name].value("window")} == set(WINDOWS)
-    for name, full in WINDOWS.items():
-        assert problem_of(scenes[name]) == problem_of(scenes[full]), name
-        assert made_of(scenes[name]) == made_of(scenes[full]), name

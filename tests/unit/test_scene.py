@@ -112,9 +112,7 @@ def test_change_that_is_not_allowed(scene, key, value, message):
     [
         ({}, "rom.contacts_from", "x"),
         ({}, "contact.friction", 0.5),
-        ({"interaction": "rough"}, "contact.friction", 0.5),
         ({"fidelity": "rom3d", "rom.contacts_from": "dns-a"}, "rom.springs_from", "dns-b"),
-        ({"fidelity": "rom2d", "rom.contacts_from": "dns-a"}, "mesh.beam_size", 1e-3),
         ({"specimen": "pair", "load.path": [[0.0, 0.0, -1e-5]]}, "load.direction", "course"),
     ],
 )

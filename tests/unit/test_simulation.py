@@ -84,24 +84,6 @@ def test_results_of_the_same_inputs_are_used_again(config, made, tmp_path):
     assert int(again.history["number"]) == int(first.history["number"])
 
 
-def test_results_of_other_code_are_replaced(config, made, tmp_path, monkeypatch):
-    scene = load_scene("rom3d-own", config)
-    simulate(scene, tmp_path, config=config)
-    made.clear()
-    code = "models.network_3d"
-    monkeypatch.setattr(
-        "knitstudy.stages.plan.code_digest",
-        lambda *modules, **said: "edited" if code in modules[0] else modules[0],
-    )
-    simulate(scene, tmp_path, config=config)
-    first = {name for name, _ in made}
-    made.clear()
-    monkeypatch.setattr("knitstudy.stages.plan.code_digest", lambda *modules, **said: modules[0])
-    simulate(scene, tmp_path, config=config)
-    assert "simulation" in first
-    assert made == [("simulation", "rom3d-own")]
-
-
 def test_failure_leaves_what_was_there(config, made, tmp_path, monkeypatch):
     scene = load_scene("rom3d-own", config)
     path = simulate(scene, tmp_path, config=config).path

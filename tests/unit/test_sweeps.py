@@ -7,7 +7,6 @@ import sweeping
 from sweeping import LIFT, SURE, histories
 
 from knitstudy.errors import DataFileError
-from knitstudy.figures.catalogue import draw
 from knitstudy.files import read_table
 from knitstudy.geometry.lay_out import FOUND
 from knitstudy.measures.claims.evidence import Evidence
@@ -32,7 +31,7 @@ def judged(claim, scenes, reference, slopes, left_out=()):
     kept = {name: scene for name, scene in scenes.items() if not any(part in name for part in left_out)}
     paper = read_table(REFERENCES / "paper_tables.csv")
     evidence = Evidence(None, paper, reference, kept, histories(kept, slopes))
-    return RULES[claim].judge(evidence)
+    return RULES[claim](evidence)
 
 
 def test_series_are_of_one_reading_interaction_and_discretisation(scenes, reference):
@@ -106,17 +105,3 @@ def test_table_of_loops_without_a_column_is_refused():
         DataFileError, match=r"'outcome'; make it again with `python -m knitstudy\.geometry\.lay_out`"
     ):
         refused(LOOPS.drop(columns="outcome"), "course ratio [1]", 1.0)
-
-
-def test_figures_show_every_series_and_loops_that_cannot_be_made(scenes, reference):
-    sources = {
-        "drawn": {},
-        "sweeps": histories(scenes, {"shape": 1.0}),
-        "scenes": scenes,
-        "reference": reference,
-    }
-    drawing = draw("fig11_sweeps", **sources, loops=LOOPS)
-    labels = [text.get_text() for text in drawing.legends[0].get_texts()]
-    assert "wale spacing held, isotropic friction" in labels
-    assert "drawn shape held: no such loop" in labels
-    assert len(drawing.axes) == 4

@@ -127,11 +127,6 @@ def test_centre_cell_is_in_the_middle():
     assert found["zone"].values.tolist() == [0, 1, 2, 3]
 
 
-def test_centre_cell_that_is_not_whole_is_refused():
-    with pytest.raises(DataFileError, match=r"centre cell has the zones \[0, 1, 2\]"):
-        centre_cell(contacts(1, 1).isel(crossing=slice(0, 3)))
-
-
 def test_first_symmetric_contact():
     """Left lower alone, then both lower ones: symmetric at increment 2."""
     zones = np.array([[0, 0, 0, 0], [1, 0, 0, 0], [1, 2, 0, 0], [1, 0, 0, 0]])

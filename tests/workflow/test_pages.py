@@ -63,12 +63,6 @@ def test_snakemake_commands_of_the_readme(fresh):
         assert ended.returncode == 0, (words, ended.stdout, ended.stderr)
 
 
-def test_every_make_target_of_the_readme_exists():
-    targets = re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE)
-    named = set(re.findall(r"(?:`|^    )make ([a-z]+)", README, flags=re.MULTILINE))
-    assert {"study", "test"} <= named <= set(targets)
-
-
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_every_link_leads_somewhere(page):
     for path in re.findall(r"\]\(([^)#:\s]+)\)", page.read_text(encoding="utf-8")):
