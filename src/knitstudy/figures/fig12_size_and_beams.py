@@ -57,7 +57,7 @@ def draw(
     """Draw the cost of the models above, if the study has knits of several sizes, and force against strain below."""
     height = BELOW + (ABOVE if squares else 0.0)
     drawing = figure(DOUBLE, height)
-    axes = drawing.add_axes((0.085, 13.0 / height, 0.42, (BELOW - 20.0) / height))
+    axes = drawing.add_axes((0.085, 13.0 / height, 0.38, (BELOW - 20.0) / height))
     true = reference_of(reference, scenes["dns"])
     curves = [force_curve(MODELS["dns"], dns, "DNS, isotropic friction", true)]
     networks = (
