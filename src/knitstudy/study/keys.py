@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, get_args, get_origin
 
@@ -126,6 +126,7 @@ class Section(BaseModel):
     )
 
 
+@cache
 def describe(section: type[Section], name: str) -> Description:
     """Return what is known of the key `name` of a section."""
     field = section.model_fields[name]
