@@ -47,22 +47,18 @@ _RECORD = "achieved"
 class Workflow(Section):
     """The study of scenes that is made, the folder that they stand in, and modules of kinds from outside."""
 
-    study: Literal["ci", "reduced", "full", "reference", "trade"] = output(
-        "choice", source="which scenes are run; no result depends on it", checked="all"
-    )
+    study: Literal["ci", "reduced", "full", "reference", "trade"] = output("choice")
+    """Which scenes are run; no result depends on it. Checked: all."""
     folder: Annotated[str, Field(min_length=1)] = output(
-        "choice",
-        allowed="the path of a folder with defaults.yaml, families of scenes and a calibrated loop",
-        source="where files are",
-        checked="config, and folders of tests",
+        "choice", allowed="the path of a folder with defaults.yaml, families of scenes and a calibrated loop"
     )
+    """Where files are. Checked: config, and folders of tests."""
     plugins: tuple[Annotated[str, Field(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")], ...] = output(
         "choice",
         allowed="a list of the dotted names of modules, for example [my_elements], that register kinds of their own",
-        source="what the study is extended by",
-        checked="kinds of the tests",
         default=(),
     )
+    """What the study is extended by. Checked: kinds of the tests."""
 
 
 def workflow_configuration(config: Any) -> Workflow:

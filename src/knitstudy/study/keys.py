@@ -1,15 +1,15 @@
 """Keys of a scene: type, bounds, unit, role, standing and source of each stand once, in the field of its section.
 
-A section is a frozen pydantic model whose fields are made by `physics`, `resolution`, `numerics` and `output`. Allowed
-values in words, error messages, ``knitstudy check``, ``docs/keys.md`` and the identity of a problem
-follow from there.
+A section is a frozen pydantic model whose fields are made by `physics`, `resolution`, `numerics` and `output`. The
+text under a field is the source of the value and, after "Checked:", the range over which results were checked. Allowed
+values in words, error messages, ``knitstudy check``, ``docs/keys.md`` and the identity of a problem follow from there.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, get_args, get_origin
@@ -68,15 +68,13 @@ def key(
     role: str,
     standing: str,
     *,
-    source: str,
     unit: str = "1",
-    checked: str = "none",
     meaning: str = "",
     allowed: str | Callable[[], str] = "",
     default: Any = ...,
     **bounds: Any,
 ) -> Any:
-    """Return the field of a key.
+    """Return the field of a key; the text under it names its source (see above).
 
     Parameters
     ----------
@@ -84,10 +82,6 @@ def key(
         One of `ROLES`.
     standing : str
         One of `STANDINGS`.
-    source : str
-        Where the value comes from.
-    checked : str
-        The range over which results were checked.
     meaning : str
         Follows type and bounds in messages; by default the unit does.
     allowed : str or callable
@@ -101,7 +95,7 @@ def key(
     """
     if role not in ROLES or standing not in STANDINGS:
         raise ValueError(f"a key of role {role!r} and standing {standing!r}")
-    known = Description(role, standing, source, unit, checked, meaning, allowed)
+    known = Description(role, standing, unit, meaning, allowed)
     return Field(default, json_schema_extra=known, **bounds)
 
 
@@ -115,22 +109,27 @@ class Description:
 
     role: str
     standing: str
-    source: str
     unit: str
-    checked: str
     meaning: str
     allowed: Any
+    source: str = ""  # where the value comes from
+    checked: str = "none"  # the range over which results were checked
 
 
 class Section(BaseModel):
     """A group of keys that belong together."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
 
 
 def describe(section: type[Section], name: str) -> Description:
     """Return what is known of the key `name` of a section."""
-    return section.model_fields[name].json_schema_extra
+    field = section.model_fields[name]
+    source, _, checked = " ".join((field.description or "").split()).partition(" Checked: ")
+    about = {"source": source.removesuffix("."), "checked": checked.removesuffix(".") or "none"}
+    return replace(field.json_schema_extra, **about)
 
 
 def allowed_values(section: type[Section], name: str) -> str:

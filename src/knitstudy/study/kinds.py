@@ -237,39 +237,23 @@ class Labels(Section):
     """Name and kind of a scene."""
 
     name: SceneName = output(
-        "choice",
-        allowed="a name of at most 200 small letters, digits, - and _, that starts with a letter",
-        source="names files",
+        "choice", allowed="a name of at most 200 small letters, digits, - and _, that starts with a letter"
     )
+    """Names files."""
     knit: SceneName = output(
-        "choice",
-        allowed="a name like that of a scene; scenes with one label share one geometry",
-        source="names files",
+        "choice", allowed="a name like that of a scene; scenes with one label share one geometry"
     )
-    specimen: str = physics(
-        "choice",
-        allowed=lambda: meanings(SPECIMENS),
-        source="the paper simulates knits; a cut_knit has cut outer yarns, a pair serves verification",
-        checked="all",
-    )
-    fidelity: str = numerics(
-        "choice",
-        allowed=lambda: meanings(FIDELITIES),
-        source="sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact",
-        checked="all",
-    )
-    interaction: str = physics(
-        "stated",
-        allowed=lambda: meanings(INTERACTIONS),
-        source="section 2.2, Fig. 2 and Table 1: tie constraint, rough contact, isotropic Coulomb friction",
-        checked="all three",
-    )
+    """Names files."""
+    specimen: str = physics("choice", allowed=lambda: meanings(SPECIMENS))
+    """The paper simulates knits; a cut_knit has cut outer yarns, a pair serves verification. Checked: all."""
+    fidelity: str = numerics("choice", allowed=lambda: meanings(FIDELITIES))
+    """Sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact. Checked: all."""
+    interaction: str = physics("stated", allowed=lambda: meanings(INTERACTIONS))
+    """Section 2.2, Fig. 2 and Table 1: tie constraint, rough contact, isotropic Coulomb friction. Checked: all."""
     outputs: tuple[str, ...] = output(
-        "choice",
-        allowed="a list of what is written besides, for example [fields, vtu]",
-        source="what is written; no result depends on it",
-        checked="all",
+        "choice", allowed="a list of what is written besides, for example [fields, vtu]"
     )
+    """What is written; no result depends on it. Checked: all."""
 
 
 @dataclass(frozen=True)
