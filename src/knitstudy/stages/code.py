@@ -80,10 +80,13 @@ def _carries(name: str) -> bool:
 @cache
 def _counts(name: str, importer: str) -> bool:
     """Whether a name that a module imports is a module whose code counts."""
-    path, top, of_importer = _path_of(name), name.partition(".")[0], importer.partition(".")[0]
-    if path is None or top in ("knitstudy", of_importer):
-        return path is not None
-    return of_importer != "knitstudy" and not INSTALLED.intersection(path.parents)
+    top, of_importer = name.partition(".")[0], importer.partition(".")[0]
+    if of_importer == "knitstudy" != top:
+        return False
+    path = _path_of(name)
+    return path is not None and (
+        top in ("knitstudy", of_importer) or not INSTALLED.intersection(path.parents)
+    )
 
 
 @cache
