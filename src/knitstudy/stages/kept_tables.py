@@ -28,7 +28,7 @@ from knitstudy.report.files import read_sources, save_for_screen
 from knitstudy.report.kept_pages import insert_between_marks, summarise, trade_summary
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.displays import Displays, reference_files
-from knitstudy.stages.extremes import digest_of, load_campaign
+from knitstudy.stages.extremes import load_trials
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
 from knitstudy.study.choice import GROWTH_KEPT, RESOURCES, TRADE_KEPT
@@ -285,13 +285,13 @@ EXTREMES, EXTREMES_PICTURE = RESOURCES / "extremes.csv", Path("docs/notes/extrem
 
 def keep_extremes(config: Path = CONFIG) -> str:
     """Keep the table of the campaign, and draw its map; return what was kept."""
-    table, campaign = read_table(RESULTS / "extremes" / "extremes.csv"), load_campaign(config)
-    behind = digest({"trials": [digest_of(trial, campaign) for trial in campaign.trials]})
-    kept = stamped(table, behind, trials=f"{len(table)} of {len(campaign.trials)}")
+    table, trials = read_table(RESULTS / "extremes" / "extremes.csv"), load_trials(config)
+    counted = f"{len(table)} of {len(trials)}"
+    kept = stamped(table, digest({"trials": [trial.digest() for trial in trials]}), trials=counted)
     sources = {"extremes": kept.assign(code=kept["digest"])}
     _save_picture(extremes_map.draw(table), EXTREMES_PICTURE, sources, "What breaks")
     write_table(kept, EXTREMES)
-    return f"{len(table)} of {len(campaign.trials)} trials: {EXTREMES}"
+    return f"{counted} trials: {EXTREMES}"
 
 
 KEEPERS = {
