@@ -143,6 +143,12 @@ def write_table(table: pd.DataFrame, path: Path | str) -> None:
         table.to_csv(temporary, index=False)
 
 
+def write_text(text: str, path: Path | str) -> None:
+    """Write a text whole or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
 def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
     """Read a CSV table that must have the columns ``needs``.
 

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from knitstudy.files import replacing
+from knitstudy.files import write_text
 from knitstudy.registry import load_plugins
 from knitstudy.stages.extremes import RESULTS, load_trials, run
 from knitstudy.stages.plan import Plan
@@ -14,5 +14,4 @@ with frame(snakemake):
     config = Path(snakemake.params.config)
     (trial,) = (trial for trial in load_trials(config) if trial.label == snakemake.wildcards.trial)
     row = run(trial, Plan.of(config), RESULTS)
-    with replacing(snakemake.output[0]) as temporary:
-        temporary.write_text(json.dumps(row), encoding="utf-8")
+    write_text(json.dumps(row), snakemake.output[0])
