@@ -262,4 +262,4 @@ def linear_solver(name: str, yarns: SolidYarns, prescribed: PrescribedDisplaceme
     layout = structure(yarns, prescribed)
     small = name == "auto" and yarns.model.size <= DIRECT_UNKNOWNS
     preconditioner = AlgebraicMultigrid(layout) if name == "amg" else ThreeScale(layout)
-    return Krylov(preconditioner, truncates=not small, direct=LU() if small else None)
+    return Krylov(preconditioner, LU() if small else None)
