@@ -149,7 +149,7 @@ class _Attempts:
     def add(self, now: Increment, path: _Path, reason: str) -> None:
         """Count a failed attempt beyond an increment."""
         self._cutbacks, self.reason = self._cutbacks + 1, reason
-        self.spent, self._failed = self.spent + path.spent, self._failed + path.newton_iterations
+        self.spent, self._failed = self.spent + path.spent, self._failed + path.spent[0]
         if self._cutbacks > self.settings.cutbacks:
             raise ConvergenceError(
                 f"{reason}; the increment was halved {self.settings.cutbacks} times. {REMEDY}"
@@ -206,18 +206,12 @@ class _Path:
         prescribed.require_of(model.size)
         self.free = np.ones(model.size, dtype=bool)
         self.free[prescribed.fixed] = False
-        self.newton_iterations = 0
-        self.krylov_iterations = 0
+        self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and the linear solver in an increment
         self.seconds = dict.fromkeys(PHASES, 0.0)
-
-    @property
-    def spent(self) -> np.ndarray:
-        """Iterations (2,) of Newton's method and of the linear solver in the last increment."""
-        return np.array([self.newton_iterations, self.krylov_iterations])
 
     def increment(self, now: Increment, target: float) -> Increment:
         """Return the converged increment at load factor `target`, or raise _Failed."""
-        self.newton_iterations = self.krylov_iterations = 0
+        self.spent = np.zeros(2, dtype=int)
         self.seconds = dict.fromkeys(PHASES, 0.0)
         self.solver.begin()
         at = self._predict(now, target)
@@ -326,7 +320,7 @@ class _Path:
         at.state, at.response = taken.state, taken.response
         at.total += taken.step
         at.iterations += 1
-        self.newton_iterations += 1
+        self.spent[0] += 1
         at.correction = self._size(taken.step) / self.model.length
         at.still = at.still + 1 if at.correction <= ROUNDING and not at.changed else 0
         at.residuals.append(self._residual(at.response))
@@ -352,8 +346,8 @@ class _Path:
             size=change,
             rates=(Rate(change, at.total / change), *now.rates)[: self.settings.predictor],
             updates=tuple(after - before for before, after in pairwise([*at.updates, at.total])),
-            newton_iterations=self.newton_iterations,
-            krylov_iterations=self.krylov_iterations,
+            newton_iterations=self.spent[0],
+            krylov_iterations=self.spent[1],
             residual=at.residual,
             correction=at.correction,
             residuals=tuple(at.residuals),
@@ -387,7 +381,7 @@ class _Path:
             solution = self.solver.solve(rhs, tolerance)
         except ConvergenceError as error:
             raise _Failed(str(error)) from error
-        self.krylov_iterations += solution.iterations
+        self.spent[1] += solution.iterations
         # Factors that were made on the way are set-up, not solution.
         self.seconds["setup"] += self.solver.setup_seconds
         self.seconds["solve"] += time.perf_counter() - started - self.solver.setup_seconds
