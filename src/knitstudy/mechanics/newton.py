@@ -206,7 +206,9 @@ class _Path:
         prescribed.require_of(model.size)
         self.free = np.ones(model.size, dtype=bool)
         self.free[prescribed.fixed] = False
-        self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and the linear solver in an increment
+        self.spent = np.zeros(
+            2, dtype=int
+        )  # iterations of Newton's method and the linear solver in an increment
         self.seconds = dict.fromkeys(PHASES, 0.0)
 
     def increment(self, now: Increment, target: float) -> Increment:

@@ -211,5 +211,3 @@ def _waves(block: int, angle: np.ndarray, orders: int = 2) -> np.ndarray:
     if orders > 1:
         np.multiply(found[0], -(wave**2), out=found[2])
     return found
-
-
