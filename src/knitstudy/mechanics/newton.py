@@ -84,29 +84,36 @@ def trace(
         target = _target(now.load, size, prescribed, settings)
         if not target - now.load > SMALLEST:
             raise ConvergenceError(f"{attempts.reason}; the increment has become too small. {REMEDY}")
-        done = _attempt(path, now, target, attempts)
-        if done is not None:
+        try:
+            done = path.increment(now, target)
+        except ConvergenceError as error:
+            raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
+        except _Failed as failure:
+            reason = (
+                f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}"
+            )
+        else:
             # One increment that was too coarse for what is summed says little about those far behind it.
             most = min(share, largest * settings.growth)
             quick = done.newton_iterations <= settings.quick
-            newton, krylov = attempts.spent + path.spent
+            newton, krylov = (attempts.spent + path.spent).tolist()
             done = replace(
                 done,
                 size=min(most, size * settings.growth) if quick else size,
                 largest=most,
-                newton_iterations=int(newton),
-                krylov_iterations=int(krylov),
+                newton_iterations=newton,
+                krylov_iterations=krylov,
             )
-            coarse = yield done
-            if not coarse:
+            reason = yield done
+            if not reason:
                 attempts.end(target, largest)
                 now, size, largest = done, done.size, most
                 continue
-            attempts.add(now, path, coarse)
             # The next ones would be too large as well.
             largest = 0.5 * (target - now.load)
+        attempts.add(now, path.spent, reason)
         size = 0.5 * (target - now.load)
-        log.warning("%s; trying %.3g of the load", attempts.reason, size)
+        log.warning("%s; trying %.3g of the load", reason, size)
 
 
 def _target(load: float, size: float, prescribed: PrescribedDisplacement, settings: Settings) -> float:
@@ -122,21 +129,6 @@ def _target(load: float, size: float, prescribed: PrescribedDisplacement, settin
     return target if target < 1.0 - SMALLEST else 1.0
 
 
-def _attempt(path: _Path, now: Increment, target: float, attempts: _Attempts) -> Increment | None:
-    """Return the converged increment, or None where it failed and a smaller one may do."""
-    try:
-        return path.increment(now, target)
-    except ConvergenceError as error:
-        raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
-    except _Failed as failure:
-        attempts.add(
-            now,
-            path,
-            f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}",
-        )
-        return None
-
-
 class _Attempts:
     """What was tried in vain since the last increment, and since the path last made headway."""
 
@@ -146,10 +138,10 @@ class _Attempts:
         self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and of the linear solver
         self._cutbacks, self._since, self._failed = 0, load, 0
 
-    def add(self, now: Increment, path: _Path, reason: str) -> None:
+    def add(self, now: Increment, spent: np.ndarray, reason: str) -> None:
         """Count a failed attempt beyond an increment."""
         self._cutbacks, self.reason = self._cutbacks + 1, reason
-        self.spent, self._failed = self.spent + path.spent, self._failed + path.spent[0]
+        self.spent, self._failed = self.spent + spent, self._failed + spent[0]
         if self._cutbacks > self.settings.cutbacks:
             raise ConvergenceError(
                 f"{reason}; the increment was halved {self.settings.cutbacks} times. {REMEDY}"
