@@ -21,7 +21,7 @@ KINDS = ("head", "interlock, left", "interlock, right", "leg, left", "leg, right
 
 NO_SEGMENT = -1
 
-_BETWEEN = {
+BETWEEN = {
     # Zones at the two ends, how many rows and columns the second one lies further, and the sides that the yarn has.
     (2, 3, 0, 0): (0, (0,)),
     (0, 2, 0, 0): (1, (0, 1)),
@@ -105,7 +105,7 @@ def _segment(crossings: Crossings, first: int, last: int, yarn: int) -> tuple[in
     for k, other in ((first, last), (last, first)):
         row, column = int(crossings.row[k]), int(crossings.column[k])
         up, right = int(crossings.row[other]) - row, int(crossings.column[other]) - column
-        kind, sides = _BETWEEN.get(
+        kind, sides = BETWEEN.get(
             (int(crossings.zone[k]), int(crossings.zone[other]), up, right), (None, ())
         )
         if kind is not None and yarn - row in sides:
