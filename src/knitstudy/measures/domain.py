@@ -16,6 +16,7 @@ from knitstudy.measures.discretisation import INTERACTIONS, NAMES, is_cut, is_di
 from knitstudy.measures.response import NORMAL, QUANTITIES, largest_out_of_plane
 from knitstudy.study.scene import Scene
 
+# Series by the stem of their names, with the scene of 3 x 3 cells where it is one of another name.
 SERIES = {
     "domain-yarns-tie-course": "yarns-tie-course",
     "domain-yarns-tie-wale": "yarns-tie-wale",
@@ -28,13 +29,9 @@ SERIES = {
     "domain-yarns-untied-course": None,
     "domain-cut-tie-wale": None,
 }
-"""Series by the stem of their names, with the scene of 3 x 3 cells where it is one of another name."""
 
-FEWEST = 3
-"""Sizes that make a series."""
-
-SMALLEST = 3
-"""Cells in a row from which on growth is fitted: a knit of one cell is all edges."""
+FEWEST = 3  # Sizes that make a series
+SMALLEST = 3  # Cells in a row from which on growth is fitted: a knit of one cell is all edges
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ from knitstudy.contacts.facets import Rings
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_elements_across
-from knitstudy.loading.history import Meter
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
@@ -132,9 +131,7 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Problem:
         raise ConfigurationError(
             f"scene {scene.name!r}: specimen is {scene.specimen}, which hexahedra cannot model; use spline_yarns"
         )
-    meter = Meter()
-    yarns = solids.assemble(scene, fabric, discretise(scene, fabric, mesh))
-    return solids.problem(scene, fabric, yarns, meter)
+    return solids.problem(scene, fabric, solids.assemble(scene, fabric, discretise(scene, fabric, mesh)))
 
 
 def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Discretisation:

@@ -26,11 +26,10 @@ COLUMNS = [
     *("time of a Newton iteration [s]", "time of a path [s]", "Newton iterations [1]", "increments [1]"),
 ]
 
-LARGEST = 30
-"""Cells in a row of the paper's largest knit."""
+LARGEST = 30  # Cells in a row of the paper's largest knit
 
+# Knits in course tension; fewer than 12 scenes are not all series of Table 3.
 KNITS = several("simulation", *SQUARES, fewest=12)
-"""Knits in course tension; fewer than 12 scenes are not all series of Table 3."""
 
 
 @TABLES.add(

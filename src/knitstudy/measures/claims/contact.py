@@ -33,29 +33,25 @@ from knitstudy.measures.response import (
 )
 from knitstudy.measures.sweeps import FRICTION
 
-FIRST, LAST = 1, 4
-"""Points of Fig. 7 that claims K1 and K2 are about."""
+FIRST, LAST = 1, 4  # Points of Fig. 7 that claims K1 and K2 are about
 
+# Claim K3: strain before and after a point over which slopes are compared; strain that counts as just after.
 SPAN, JUST_AFTER = 1e-3, 5e-3
-"""Claim K3: strain before and after a point over which slopes are compared; strain that counts as just after."""
 
+# Claim K4: least largest |u_z| over the yarn diameter, and largest difference of mirrored envelopes over it.
 PRONOUNCED, SYMMETRIC = 0.1, 0.2
-"""Claim K4: least largest |u_z| over the yarn diameter, and largest difference of mirrored envelopes over it."""
 
+# Claim K8: least rotation of a section [rad]; least sliding over the yarn diameter, more than the elastic
+# slip of surfaces that stick; least angle of a contact area about the yarn [rad]: facets are 15 degrees wide,
+# and the centroid of few points moves by a degree or two where these come into contact or open.
 TURNS, SLIDES, SPINS = np.radians(1.0), 0.02, np.radians(3.0)
-"""Claim K8: least rotation of a section [rad]; least sliding over the yarn diameter, more than the elastic slip of
-surfaces that stick; least angle of a contact area about the yarn [rad]: facets are 15 degrees wide, and the centroid of
-few points moves by a degree or two where these come into contact or open."""
 
+# Claim K11: slip of the outer rows over that of the others; share of the force below which load is not
+# transferred; factor of iterations that counts as worse convergence.
 SLIDE, TRANSFERRED, HARDER = 1.5, 0.9, 1.2
-"""Claim K11: slip of the outer rows over that of the others; share of the force below which load is not transferred;
-factor of iterations that counts as worse convergence."""
 
+# Claim K7: beginning of the names of scenes with other coefficients of friction.
 FRICTION_SWEEP = "inputs-friction"
-"""Claim K7: beginning of the names of scenes with other coefficients of friction."""
-
-
-# ---- contact zones and force (Fig. 7) ----
 
 
 def judge_no_contact(evidence: Evidence) -> Judgement:
@@ -125,9 +121,6 @@ def largest_bend(history: xr.Dataset) -> float:
         return np.nan
     before, here, after = (np.interp(at + step, strain, force) for step in (-SPAN, 0.0, SPAN))
     return float(at[np.argmax(np.abs(after - 2 * here + before))])
-
-
-# ---- motion (Figs. 8 and 10) ----
 
 
 def judge_motion(evidence: Evidence) -> Judgement:
@@ -200,9 +193,6 @@ def _half(contacts: xr.Dataset, values: np.ndarray) -> float:
     """Return the first strain at which the mean of values (I, ...) over all places is half of the last one."""
     mean = np.nan_to_num(values.reshape(len(values), -1)).mean(axis=1)
     return float(contacts["strain"][int(np.argmax(mean >= 0.5 * mean[-1]))])
-
-
-# ---- ties, rough contact and friction (Fig. 9) ----
 
 
 def judge_stiffness_order(evidence: Evidence) -> Judgement:

@@ -21,20 +21,18 @@ from knitstudy.measures.paper_values import number
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.study.scene import Scene
 
-# ---- scenes ----
-
+# Scenes of isotropic friction in all rows, by the names of the scenes with tied outer rows.
 UNTIED = {"yarns-{case}": "inputs-untied-isotropic-course", "yarns-{case}-p3": "yarns-untied-course-p3"}
-"""Scenes of isotropic friction in all rows, by the names of the scenes with tied outer rows."""
 
+# Other discretisations by which claims are judged again.
 AGAIN = ("yarns-{case}-p3", "dns-{case}", "yarns-{case}-coarse")
-"""Other discretisations by which claims are judged again."""
 
 _SOLIDS = of_cases((*CASES, "rough-course"), (*SOLIDS, *OTHER_SOLIDS))
 
 SIMULATIONS = (*MODELS, *_SOLIDS, "yarns-untied-course-p3", "inputs-*", "sweep-*", "domain-hexahedra-*")
 CONTACTS = (*_SOLIDS, "yarns-untied-course-p3", "inputs-*", "dns-isotropic-*-penalty*")
+# Names of the scenes whose histories, contacts and stresses claims are judged by.
 STRESSES = tuple(name for name in _SOLIDS if name.startswith(("yarns-isotropic", "dns-isotropic")))
-"""Names of the scenes whose histories, contacts and stresses claims are judged by."""
 
 
 NO_DIRECT = "the study has no direct simulation with"
@@ -50,32 +48,21 @@ class NotRun(Exception):
 
 @dataclass(frozen=True)
 class Evidence:
-    """Results that claims are judged by, by the names of scenes.
+    """Results that claims are judged by, by the names of scenes."""
 
-    Attributes
-    ----------
-    geometry : Dataset
-        Result of the geometry stage.
-    paper, reference : DataFrame
-        ``resources/reference/paper_tables.csv`` and ``reference.csv``.
-    direct : mapping of str to str
-        Scenes in course tension that are compared: "tie", "rough", "isotropic", and "untied" for isotropic friction
-        in all rows.
-    again : mapping of str to Evidence
-        The same with `direct` of another discretisation, by the discretisation in words.
-    estimates : mapping of str to Reference
-        Values that stand for the reference, by the keys of `direct`.
-    """
-
-    geometry: xr.Dataset
-    paper: pd.DataFrame
-    reference: pd.DataFrame
+    geometry: xr.Dataset  # result of the geometry stage
+    paper: pd.DataFrame  # ``resources/reference/paper_tables.csv``
+    reference: pd.DataFrame  # ``resources/reference/reference.csv``
     scenes: Mapping[str, Scene]
     histories: Mapping[str, xr.Dataset] = field(default_factory=dict)
     contacts: Mapping[str, xr.Dataset] = field(default_factory=dict)
     stresses: Mapping[str, xr.Dataset] = field(default_factory=dict)
+    # Scenes in course tension that are compared: "tie", "rough", "isotropic", and "untied" for isotropic
+    # friction in all rows
     direct: Mapping[str, str] = field(default_factory=dict)
+    # The same with `direct` of another discretisation, by the discretisation in words
     again: Mapping[str, Evidence] = field(default_factory=dict)
+    # Values that stand for the reference, by the keys of `direct`
     estimates: Mapping[str, Reference] = field(default_factory=dict)
 
     def named(self) -> Evidence:
@@ -117,8 +104,6 @@ class Evidence:
         return tuple(cases_of(self.histories, self.scenes, self.reference))
 
 
-# ---- judgements ----
-
 REPRODUCED, NOT_REPRODUCED, OPEN = "reproduced", "not reproduced", "not decidable"
 CALIBRATED, NOT_RUN = "used in calibration", "not yet run"
 
@@ -154,13 +139,10 @@ def at_full_strain(
     return replace(judgement, note="; ".join(filter(None, notes)))
 
 
-# ---- rules ----
-
+# Uncertainty of a claim without reference values: whether other discretisations decide it likewise.
 BY_OTHERS = "by other discretisations"
-"""Uncertainty of a claim without reference values: whether other discretisations decide it likewise."""
 
-Judge = Callable[[Evidence], Judgement]
-"""Compares the evidence with the bar of a claim."""
+Judge = Callable[[Evidence], Judgement]  # Compares the evidence with the bar of a claim
 
 
 def withholding(judge: Judge) -> Judge:

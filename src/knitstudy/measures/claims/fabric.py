@@ -32,25 +32,12 @@ from knitstudy.measures.sweeps import HELD, SPACING, Point, Sweep, sweeps_of
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.network_2d import heights
 
-CONTACT_BAR = 1e-3
-"""Claim G1: largest |D - 2R - c0| over R at which yarns count as touching at points."""
-
-LENGTH_BAR = 0.02
-"""Claim G2: relative change of length that counts as hardly any."""
-
-AS_AN_AREA = 0.1
-"""Claim S1: largest distance of the exponents of degrees of freedom from 2."""
-
-SHARE = 0.9
-"""Claim S1: share of the paper's ratio of degrees of freedom of contact to ties."""
-
-FEWEST = 5
-"""Claims K9 and K10: least number of values of a sweep, in the reading that has most."""
-
-NEAR = 10.0
-"""Claim M1: angle up to which a leg counts as being about where the paper has it [deg]."""
-
-# ---- loop (Fig. 1) ----
+CONTACT_BAR = 1e-3  # Claim G1: largest |D - 2R - c0| over R at which yarns count as touching at points
+LENGTH_BAR = 0.02  # Claim G2: relative change of length that counts as hardly any
+AS_AN_AREA = 0.1  # Claim S1: largest distance of the exponents of degrees of freedom from 2
+SHARE = 0.9  # Claim S1: share of the paper's ratio of degrees of freedom of contact to ties
+FEWEST = 5  # Claims K9 and K10: least number of values of a sweep, in the reading that has most
+NEAR = 10.0  # Claim M1: angle up to which a leg counts as being about where the paper has it [deg]
 
 
 def judge_penetration(evidence: Evidence) -> Judgement:
@@ -81,9 +68,6 @@ def judge_length(evidence: Evidence) -> Judgement:
         verdict(abs(total) <= LENGTH_BAR and np.abs(change).max() <= LENGTH_BAR),
         f"arc lengths; a change of up to {LENGTH_BAR:.0%} of the loop and of every Bezier curve counts as hardly any",
     )
-
-
-# ---- size of the knit (Table 3) ----
 
 
 def judge_size(evidence: Evidence) -> Judgement:
@@ -118,7 +102,6 @@ def judge_size(evidence: Evidence) -> Judgement:
     return Judgement("; ".join(said), verdict(holds), "contact by penalties adds no degrees of freedom")
 
 
-# ---- course spacing and yarn diameter (Fig. 11) ----
 # What is held fixed is not printed: readings of it that differ leave the claims open.
 
 HANGS = "hangs on what is held fixed"
@@ -172,7 +155,6 @@ def _said(key: str, sweep: Sweep) -> str:
     return f"{ends} ({len(sweep.points)} values)"
 
 
-# ---- principal stress (Table 4, Figs. 13 and 14) ----
 # The bars were fixed before any number was known.
 
 DIRECTIONS = ("course", "wale")

@@ -33,27 +33,22 @@ from knitstudy.measures.response import (
 )
 from knitstudy.models.joints import springs
 
-MUCH_CLOSER = 0.5
-"""Claim R1: "much closer" is at most half the distance."""
+MUCH_CLOSER = 0.5  # Claim R1: "much closer" is at most half the distance
 
+# Claim R2: least correlation of u_z, and the factor by which amplitudes may differ.
 SAME_SHAPE, SAME_SIZE = 0.8, 2.0
-"""Claim R2: least correlation of u_z, and the factor by which amplitudes may differ."""
+NONE_AT_ALL = 0.01  # Claim R2: share of the reference's largest |u_z| that counts as no out-of-plane motion
 
-NONE_AT_ALL = 0.01
-"""Claim R2: share of the reference's largest |u_z| that counts as no out-of-plane motion."""
-
+# Claim R4: kz over the larger of kx and ky from which on it is the largest by far; the paper's least is 2.6.
 BY_FAR = 2.0
-"""Claim R4: kz over the larger of kx and ky from which on it is the largest by far; the paper's least is 2.6."""
 
+# Claim R4: names of simulations with penalties alone, of several contact stiffnesses, by direction.
 PENALTIES = "dns-isotropic-{}-penalty*"
-"""Claim R4: names of simulations with penalties alone, of several contact stiffnesses, by direction."""
 
+# Claims R5 and R6: share of the savings to be reached; share of the DNS's memory that is little.
 AS_MUCH, LITTLE = 0.9, 0.05
-"""Claims R5 and R6: share of the savings to be reached; share of the DNS's memory that is little."""
 
 IN_WORDS = {True: "holds", False: "does not hold", None: "cannot be decided"}
-
-# ---- force and motion (Figs. 15 and 16) ----
 
 
 def judge_forces(evidence: Evidence) -> Judgement:
@@ -131,9 +126,6 @@ def _over_ties(slides: Case, tie: Case) -> Estimate:
     return Estimate(one.value / other.value, off * one.value / other.value)
 
 
-# ---- springs (Table 2) ----
-
-
 def judge_springs(evidence: Evidence) -> Judgement:
     """R4: of the averaged springs kz is the largest by far; kx > ky in course tension, ky > kx in wale tension."""
     cases = [case for case in evidence.cases if case.interaction == "isotropic"]
@@ -172,9 +164,6 @@ def _by_penalty(evidence: Evidence, direction: str) -> str:
             found[stiffness] = f"{kz / 1e3:.3g} and {normal / 1e3:.3g}"
     listed = ", ".join(f"{found[stiffness]} with {stiffness:g} E / h" for stiffness in sorted(found))
     return f" (penalties alone, kz and normal: {listed})" if listed else ""
-
-
-# ---- cost (Table 5) ----
 
 
 def judge_cost(evidence: Evidence) -> Judgement:
@@ -241,9 +230,6 @@ def _reported(evidence: Evidence, fidelity: str, quantity: str) -> float:
     return number(evidence.paper, "5", REPORTED[fidelity], quantity)
 
 
-# ---- beams in contact (Fig. 12b) ----
-
-
 def judge_beams(evidence: Evidence) -> Judgement:
     """B1: beams in contact at one point of a crossing, with rigid sections, are softer than solids."""
     case = _case(evidence, "isotropic", ())
@@ -260,9 +246,6 @@ def judge_beams(evidence: Evidence) -> Judgement:
         f"judged by {plain[0].label}",
     )
     return _at_full_strain(evidence, judged, [case.dns, *case.beams], case.dns)
-
-
-# ---- cases ----
 
 
 def _in_cases(evidence: Evidence, judge: Callable[[Case], tuple[str, bool | None]], begin: str) -> Judgement:
