@@ -44,7 +44,6 @@ def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
 
     Parameters
     ----------
-    fabric : Fabric
     history : Dataset
         Of the fabric, with the forces of its crossings.
 
@@ -140,41 +139,25 @@ _POINT_COLUMNS = (
 
 @dataclass(frozen=True)
 class _Touch:
-    """Gauss points under pressure that belong to a crossing, of all increments one after another.
+    """Gauss points under pressure that belong to a crossing, of all increments one after another."""
 
-    Attributes
-    ----------
-    shape : tuple of 2 ints
-        Increments I and crossings K.
-    place : ndarray of int, shape (p,)
-        Increment times K plus crossing.
-    side : ndarray of int, shape (p,)
-        0: the point lies on the yarn of side 0.
-    cell : ndarray of int, shape (p, 2)
-        Its facet: layer along the yarn, facet around it.
-    around : int
-        Facets around a yarn.
-    position, reference, normal, traction : ndarray, shape (p, 3)
-        Where it is and where it was [m]; outward normal of the touched surface; tangential traction on the point's
-        own yarn [Pa].
-    area, cell_area, pressure, slip, sticks : ndarray, shape (p,)
-        Undeformed area, and that of its facet [m2], pressure [Pa], length slipped [m], and 1 where it sticks.
-    """
-
-    shape: tuple[int, int]
-    place: np.ndarray
-    side: np.ndarray
-    cell: np.ndarray
-    around: int
+    shape: tuple[int, int]  # increments I and crossings K
+    place: np.ndarray  # (p,) increment times K plus crossing
+    side: np.ndarray  # (p,) 0: the point lies on the yarn of side 0
+    cell: np.ndarray  # (p, 2) its facet: layer along the yarn, facet around it
+    around: int  # facets around a yarn
+    # (p, 3) where it is and where it was [m]; outward normal of the touched surface; tangential traction on the
+    # point's own yarn [Pa]
     position: np.ndarray
-    reference: np.ndarray
-    normal: np.ndarray
-    traction: np.ndarray
+    reference: np.ndarray  # the same
+    normal: np.ndarray  # the same
+    traction: np.ndarray  # the same
+    # (p,) undeformed area, and that of its facet [m2], pressure [Pa], length slipped [m], and 1 where it sticks
     area: np.ndarray
-    cell_area: np.ndarray
-    pressure: np.ndarray
-    slip: np.ndarray
-    sticks: np.ndarray
+    cell_area: np.ndarray  # the same
+    pressure: np.ndarray  # the same
+    slip: np.ndarray  # the same
+    sticks: np.ndarray  # the same
 
     @classmethod
     def of(cls, history: xr.Dataset) -> _Touch:

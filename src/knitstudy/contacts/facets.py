@@ -66,18 +66,10 @@ def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -
 
 @dataclass(frozen=True, eq=False)
 class Rings:
-    """Rings of all yarns.
+    """Rings of all yarns."""
 
-    Attributes
-    ----------
-    along : tuple of ndarray (r,)
-        Of every yarn: the parameters of its rings, ascending.
-    arc_length : tuple of ndarray (r,)
-        Their arc lengths, m.
-    """
-
-    along: tuple[np.ndarray, ...]
-    arc_length: tuple[np.ndarray, ...]
+    along: tuple[np.ndarray, ...]  # of every yarn: the parameters of its rings, ascending
+    arc_length: tuple[np.ndarray, ...]  # their arc lengths, m
 
     @classmethod
     def of_rows(cls, arc_length: tuple[np.ndarray, ...]) -> Rings:
@@ -120,19 +112,11 @@ REACH = 2.0
 
 @dataclass(frozen=True, eq=False)
 class CrossingFacets:
-    """Facets at the closest points of all crossings.
-
-    Attributes
-    ----------
-    crossings : Crossings
-    mesh : SweptMesh
-    nodes : ndarray of int, shape (K, 2, 4)
-        Corners of the facet on each of the two yarns.
-    """
+    """Facets at the closest points of all crossings."""
 
     crossings: Crossings
     mesh: SweptMesh
-    nodes: np.ndarray
+    nodes: np.ndarray  # (K, 2, 4) corners of the facet on each of the two yarns
 
     @classmethod
     def of(cls, crossings: Crossings, mesh: SweptMesh) -> CrossingFacets:
@@ -262,7 +246,6 @@ def tied_pieces(stations: Sequence[np.ndarray], crossings: Crossings, tied: np.n
     ----------
     stations : sequence of ndarray
         Arc lengths on every yarn [m]; S in all.
-    crossings : Crossings
     tied : ndarray of bool, shape (K,)
     """
     pieces = []

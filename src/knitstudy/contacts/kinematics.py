@@ -25,18 +25,10 @@ Where the mesh is refined there are as many more, and nodes count by the area th
 
 @dataclass(frozen=True)
 class SectionMotion:
-    """Affine maps of the sections at K crossings, on both sides.
+    """Affine maps of the sections at K crossings, on both sides."""
 
-    Attributes
-    ----------
-    gradient : ndarray, shape (K, 2, 3, 3)
-        Deformation gradient: the last axis is of the undeformed section.
-    displacement : ndarray, shape (K, 2, 3)
-        Of the centreline's point at the crossing [m].
-    """
-
-    gradient: np.ndarray
-    displacement: np.ndarray
+    gradient: np.ndarray  # (K, 2, 3, 3) deformation gradient: the last axis is of the undeformed section
+    displacement: np.ndarray  # (K, 2, 3) of the centreline's point at the crossing [m]
 
 
 def section_motion(
@@ -48,8 +40,6 @@ def section_motion(
 
     Parameters
     ----------
-    crossings : Crossings
-    mesh : SweptMesh
     nodes : ndarray, shape (N, 3)
         Undeformed positions: those of the mesh, or where ties have put them [m].
     displacement : ndarray, shape (N, 3)
@@ -99,17 +89,11 @@ def nodes_around(crossings: Crossings, mesh: SweptMesh) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Axes:
-    """Axes of the undeformed yarns at K crossings, on both sides.
+    """Axes of the undeformed yarns at K crossings, on both sides."""
 
-    Attributes
-    ----------
-    tangent, towards, across : ndarray, shape (K, 2, 3)
-        Orthogonal unit vectors t, n and t x n; n points to the other yarn.
-    """
-
-    tangent: np.ndarray
-    towards: np.ndarray
-    across: np.ndarray
+    tangent: np.ndarray  # (K, 2, 3) orthogonal unit vectors t, n and t x n; n points to the other yarn
+    towards: np.ndarray  # (K, 2, 3) orthogonal unit vectors t, n and t x n; n points to the other yarn
+    across: np.ndarray  # (K, 2, 3) orthogonal unit vectors t, n and t x n; n points to the other yarn
 
     @classmethod
     def of(cls, fabric: Fabric) -> Axes:
@@ -141,7 +125,6 @@ def kinematics(
 
     Parameters
     ----------
-    fabric : Fabric
     gradient : ndarray, shape (I, K, 2, 3, 3)
         Deformation gradients of the sections; see `section_motion`.
     displacement : ndarray, shape (I, K, 2, 3)

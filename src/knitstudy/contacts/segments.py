@@ -34,28 +34,17 @@ _BETWEEN = {
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """Pieces P of all yarns, in their order along them, and the segments Q that they belong to.
+    """Pieces P of all yarns, in their order along them, and the segments Q that they belong to."""
 
-    Attributes
-    ----------
-    yarn : ndarray of int, shape (P,)
-    arc_length : ndarray, shape (P, 2)
-        Where a piece begins and ends [m].
-    of_piece : ndarray of int, shape (P,)
-        Its segment, or `NO_SEGMENT`.
-    kind, row, column : ndarray of int, shape (Q,)
-        Of segments: place in `KINDS`, and interlock row and loop column of the crossing at the lower or left end.
-    central : ndarray of bool, shape (Q,)
-        Whether a segment begins or ends at the centre cell's crossings.
-    """
-
-    yarn: np.ndarray
-    arc_length: np.ndarray
-    of_piece: np.ndarray
+    yarn: np.ndarray  # (P,)
+    arc_length: np.ndarray  # (P, 2) where a piece begins and ends [m]
+    of_piece: np.ndarray  # (P,) its segment, or `NO_SEGMENT`
+    # (Q,) of segments: place in `KINDS`, and interlock row and loop column of the crossing at the lower or left
+    # end
     kind: np.ndarray
-    row: np.ndarray
-    column: np.ndarray
-    central: np.ndarray
+    row: np.ndarray  # the same
+    column: np.ndarray  # the same
+    central: np.ndarray  # (Q,) whether a segment begins or ends at the centre cell's crossings
 
 
 def centre(place: np.ndarray) -> int:

@@ -20,7 +20,7 @@ from knitstudy.mechanics.contact.friction import ContactHistory, ContactPoints
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.model import FADED, FreeBodies, Response, Stabilisation, summed
-from knitstudy.mechanics.sparse_sums import PatternSum, TiedBlocks
+from knitstudy.mechanics.sparse_sums import PatternSum
 
 if TYPE_CHECKING:
     from knitstudy.mechanics.contact.interaction import Contact
@@ -124,7 +124,11 @@ class SolidModel:
         self.length = length
         # Where nothing resists yet, rounding is no measure of a residual.
         self._least_force = UNLOADED * self.groups[0].elements.material.youngs_modulus * length**2
-        self._tied = None if transformation is None else TiedBlocks(transformation)
+        self._ties: sp.bsr_matrix | None = None  # (3 N, 3 n), T of every component
+        if transformation is not None:
+            weights = transformation.data[:, None, None] * np.eye(3)
+            pattern = transformation.indices, transformation.indptr
+            self._ties = sp.bsr_matrix((weights, *pattern), shape=(nodes.size, self.size))
         self._room = 0  # blocks of the tangent that what contact adds to it needs besides
         self._sum: PatternSum | None = None
         self._evaluated: tuple[SolidState, ContactPoints] | None = None
@@ -251,8 +255,9 @@ class SolidModel:
         if response.stiffness is None:
             return response
         full, symmetric = touch.stiffness, touch.symmetric
-        if self._tied is not None:
-            full, symmetric = self._tied.collect(full), self._tied.collect(symmetric)
+        if self._ties is not None:
+            full, symmetric = (self._ties.T @ matrix @ self._ties for matrix in (full, symmetric))
+            full.sort_indices(), symmetric.sort_indices()
         if self._sum is None or not self._sum.fits(response.stiffness, full):
             self._sum = PatternSum(response.stiffness, full)
             self._room = max(self._room, 2 * self._sum.inserted)  # patterns grow as yarns close
