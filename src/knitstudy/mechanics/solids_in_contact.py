@@ -12,7 +12,7 @@ from knitstudy.mechanics.contact.friction import ContactHistory, ContactPoints
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.model import FADED, FreeBodies, Response, summed
 from knitstudy.mechanics.solid import Memory, SolidModel, SolidState
-from knitstudy.mechanics.sparse_sums import PatternSum, TiedBlocks
+from knitstudy.mechanics.sparse_sums import PatternSum
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,11 @@ class SolidsInContact(SolidModel):
     ) -> None:
         super().__init__(*solids, **options)
         self.contact, self.penetration, self.free_bodies = contact, penetration, free_bodies
-        self._tied = None if self.transformation is None else TiedBlocks(self.transformation)
+        self._ties: sp.bsr_matrix | None = None  # (3 N, 3 n), T of every component
+        if self.transformation is not None:
+            weights = self.transformation.data[:, None, None] * np.eye(3)
+            pattern = self.transformation.indices, self.transformation.indptr
+            self._ties = sp.bsr_matrix((weights, *pattern), shape=(self.nodes.size, self.size))
         self._sum: PatternSum | None = None
         self._evaluated: tuple[ContactState, ContactPoints] | None = None
 
@@ -144,8 +148,9 @@ class SolidsInContact(SolidModel):
         if not stiffness:
             return response
         full, symmetric = touch.stiffness, touch.symmetric
-        if self._tied is not None:
-            full, symmetric = self._tied.collect(full), self._tied.collect(symmetric)
+        if self._ties is not None:
+            full, symmetric = (self._ties.T @ matrix @ self._ties for matrix in (full, symmetric))
+            full.sort_indices(), symmetric.sort_indices()
         if self._sum is None or not self._sum.fits(response.stiffness, full):
             self._sum = PatternSum(response.stiffness, full)
             self._room = max(self._room, 2 * self._sum.inserted)  # patterns grow as yarns close

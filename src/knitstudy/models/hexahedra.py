@@ -12,7 +12,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_elements_across
 from knitstudy.loading.solve import Problem
-from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
+from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
 from knitstudy.mechanics.elements.hexahedron import InverseMap, shape, shape_gradient
 from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape, quadratic_shape_gradient
@@ -71,9 +71,6 @@ def _divide_quadratic(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discreti
 
 def _grids(mesh: QuadraticMesh) -> list[Grid]:
     """Return the surface of every yarn, through nodes at half the spacing."""
-    stretch = circular_stretch(2 * mesh.section.ring_edges.size)
-    if not mesh.corners.pull.any():
-        return [Grid(grid, stretch=stretch) for grid in mesh.grids]
     pairs = zip(mesh.grids, mesh.angles, strict=True)
     return [Grid(grid, chords=circular_chords(angles)) for grid, angles in pairs]
 
