@@ -94,9 +94,9 @@ def _draw_cost(
         histories = [squares[scene.name] for scene in series.scenes]
         dof = np.array([float(history.attrs["dof"]) for history in histories])
         memory = np.array([memory_growth(history) for history in histories]) / MEGABYTE
-        unknowns = series.unknowns(dof).at(SHOWN)
+        unknowns = series.unknowns(dof)(SHOWN)
         _draw_law(left, series, dof, unknowns)
-        _draw_law(right, series, memory, series.memory(dof, memory).at(unknowns))
+        _draw_law(right, series, memory, series.memory(dof, memory)(unknowns))
     for axes, quantity in ((left, "degrees of freedom"), (right, "memory")):
         rows = paper[(paper["table"].astype(str) == "3") & (paper["quantity"] == quantity)]
         cells = rows["case"].str.extract(r"c(\d+)w")[0].astype(float)

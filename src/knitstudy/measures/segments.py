@@ -12,17 +12,12 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import DIRECTIONS
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 
+# Number of a segment in Fig. 14; the paper does not say which of 1 and 6 is the head.
 SEGMENT = {kind: number for number, kind in enumerate(KINDS, start=1)}
-"""Number of a segment in Fig. 14; the paper does not say which of 1 and 6 is the head."""
+LEGS = KINDS[1:5]  # Segments 2 to 5, which are not along x
 
-LEGS = KINDS[1:5]
-"""Segments 2 to 5, which are not along x."""
-
+# Width of the slab over which the force through a cut is averaged, over the length of the knit: about a cell.
 SLAB = 0.4
-"""Width of the slab over which the force through a cut is averaged, over the length of the knit: about a cell."""
-
-
-# ---- directions ----
 
 
 def honeycomb_segments(contacts: xr.Dataset) -> dict[str, np.ndarray]:
@@ -56,7 +51,6 @@ def angles_to_axes(vectors: np.ndarray) -> np.ndarray:
     return np.degrees(np.arccos(np.clip(cosine, 0, 1)))
 
 
-# ---- principal stress ----
 # Stresses are Datasets of the stage `stress` (docs/files.md).
 
 
@@ -97,7 +91,6 @@ def angle_to_x(stresses: Sequence[xr.Dataset], kind: str) -> Estimate:
     return Estimate(float(means[0]), float(max(off)))
 
 
-# ---- force through the knit ----
 # Equilibrium holds in the mean for every function phi(x) that is constant at both grips; with psi = phi',
 #     integral of sigma_xx psi dv = F * integral of psi dx.
 # Stresses averaged over a slab with the weight psi give the force F through the knit. Contact adds nothing where both

@@ -34,10 +34,8 @@ from knitstudy.measures.trade_points import (
 from knitstudy.study.choice import digits
 from knitstudy.study.scene import Scene
 
-# ---- values without a reference ----
-
+# Only these independent models may bound a value, in order of preference.
 TRUST = ("quadratic hexahedra", "solid yarns", "one-point hexahedra", "rom3d patch", "beam hertz patch")
-"""Only these independent models may bound a value, in order of preference."""
 
 
 def family_of(scene: Scene) -> str:
@@ -64,9 +62,6 @@ def bracket(values: Mapping[str, float], scenes: Mapping[str, Scene]) -> tuple[E
     one, other = (values[scene.name] for scene in taken)
     said = " and ".join(made_of(scene) if is_direct(scene) else NAMES[scene.fidelity] for scene in taken)
     return Estimate(0.5 * (one + other), 0.5 * abs(one - other)), f"between {said}"
-
-
-# ---- points ----
 
 
 @dataclass
@@ -224,10 +219,7 @@ def _true(
     return brackets[quantity]
 
 
-# ---- fronts of error and cost ----
-
-ACCURACIES = (0.20, 0.10, 0.05, 0.02)
-"""Accuracies of the sentences [1]."""
+ACCURACIES = (0.20, 0.10, 0.05, 0.02)  # Accuracies of the sentences [1]
 
 
 def sentence(words: str, accuracy: float, name: str, seconds: float, memory: float, error: float) -> str:

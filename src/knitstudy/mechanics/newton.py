@@ -24,8 +24,8 @@ from knitstudy.mechanics.increment import (
     Trial,
     line_search,
 )
-from knitstudy.mechanics.linear import LinearSolver
-from knitstudy.mechanics.model import DirichletElimination, Model, Response, without
+from knitstudy.mechanics.linear import LinearSolver, System
+from knitstudy.mechanics.model import Model, Response, eliminate
 
 log = logging.getLogger(__name__)
 
@@ -206,7 +206,6 @@ class _Path:
         prescribed.require_of(model.size)
         self.free = np.ones(model.size, dtype=bool)
         self.free[prescribed.fixed] = False
-        self.elimination: DirichletElimination | None = None
         self.newton_iterations = 0
         self.krylov_iterations = 0
         self.seconds = dict.fromkeys(PHASES, 0.0)
@@ -376,14 +375,10 @@ class _Path:
 
     def _eliminate(self, response: Response) -> None:
         started = time.perf_counter()
-        stiffness, fixed = response.stiffness, self.prescribed.fixed
-        if self.elimination is None or not self.elimination.fits(stiffness):
-            self.elimination = DirichletElimination(stiffness, fixed)
-        self.elimination.apply(stiffness)
-        unsymmetric = response.unsymmetric
-        if unsymmetric is not None:
-            unsymmetric = without(unsymmetric, fixed)
-        self.solver.use(stiffness, unsymmetric, response.touching, response.moved)
+        eliminate(response.stiffness, self.prescribed.fixed)
+        if response.unsymmetric is not None:
+            eliminate(response.unsymmetric, self.prescribed.fixed, diagonal=0.0)
+        self.solver.use(System(response.stiffness, response.unsymmetric, response.touching, response.moved))
         self.seconds["constraints"] += time.perf_counter() - started
 
     def _solve(self, rhs: np.ndarray, tolerance: float) -> np.ndarray:

@@ -77,7 +77,7 @@ APPLIES = {"across": "mesh.size", "degree": "mesh.degree", "diameter": "yarn", "
 
 
 def _said(allowed: str, **default: Any) -> Any:
-    return output("choice", allowed=allowed, source="what is tried", checked="all", **default)
+    return output("choice", allowed=allowed, **default)
 
 
 class Alone(Section):

@@ -17,6 +17,7 @@ from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Sweep, swe
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
+# Variable of the geometry dataset, unit, and key of the target, by name in the table.
 MEASURES = {
     "deepest penetration": ("penetration", "m", None),
     "smallest gap": ("gap", "m", None),
@@ -26,7 +27,6 @@ MEASURES = {
     "angle of interlock segments to x": ("interlock_angle", "deg", "interlock_angle"),
     "angle of legs to x": ("leg_angle", "deg", "leg_angle"),
 }
-"""Variable of the geometry dataset, unit, and key of the target, by name in the table."""
 
 SWEEPS = {SPACING: "course spacing", DIAMETER: "yarn diameter"}
 
@@ -40,10 +40,7 @@ SWEEPS = {SPACING: "course spacing", DIAMETER: "yarn diameter"}
 def tabulate_unit_cell(geometry: xr.Dataset, targets: dict) -> pd.DataFrame:
     """Return measures and terms of F before and after, with targets and residuals where there are any.
 
-    Raises
-    ------
-    ConfigurationError
-        When a target is missing.
+    Raises ConfigurationError when a target is missing.
     """
     rows = [("largest |D - 2R - c0| of a crossing", crossing_error(geometry).to_numpy(), "m", None)]
     rows += [(name, geometry[key].to_numpy(), unit, target) for name, (key, unit, target) in MEASURES.items()]

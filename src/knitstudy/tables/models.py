@@ -33,6 +33,7 @@ OF_BEAMS = [
     *("increments [1]", "Newton iterations [1]", "time [s]"),
 ]
 
+# Windows of solid yarns in knits of beams, with the same knit of solid yarns in full.
 WINDOWS = {
     "window-tie-course-3x3": "yarns-tie-course",
     "window-tie-course-6x6": "domain-yarns-tie-course-6x6",
@@ -42,10 +43,8 @@ WINDOWS = {
     "window-springs-isotropic-course-3x3": "yarns-isotropic-course",
     "window-springs-isotropic-course-10x10": "domain-yarns-isotropic-course-10x10",
 }
-"""Windows of solid yarns in knits of beams, with the same knit of solid yarns in full."""
 
-PLACE = ("row", "column", "zone")
-"""Labels of a crossing."""
+PLACE = ("row", "column", "zone")  # Labels of a crossing
 
 
 @TABLES.add(
@@ -140,9 +139,6 @@ def tabulate_interactions(
     return pd.DataFrame(rows)
 
 
-# ---- windows ----
-
-
 @TABLES.add(
     "windows",
     "Windows of solid yarns, beside the same knits in full",
@@ -193,11 +189,7 @@ def contact_errors(window: xr.Dataset, full: xr.Dataset) -> tuple[float, float]:
 
     Both are at the last increment; the error of a force is the length of the difference over the force. That of
     pressures is nan where yarns are tied.
-
-    Raises
-    ------
-    DataFileError
-        If a crossing of the window is not among those of the full simulation.
+    Raises DataFileError if a crossing of the window is not among those of the full simulation.
     """
     wanted, known = (
         pd.MultiIndex.from_arrays([each[name].to_numpy() for name in PLACE]) for each in (window, full)

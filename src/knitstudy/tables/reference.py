@@ -16,13 +16,13 @@ from knitstudy.measures.response import QUANTITIES, STRAINS, increment_at
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
+# Histories of the direct simulations whose increments end at `STRAINS`.
 REFERENCE_SCENES = several("simulation", "reference-*")
-"""Histories of the direct simulations whose increments end at `STRAINS`."""
 
 RESULTS = {"histories": REFERENCE_SCENES, "contacts": several("contacts", "reference-*")}
 
+# What a row is of; ``problem`` is the digest of the physical problem.
 SAID = ["problem", "knit", "interaction", "direction", "strain [1]", "quantity", "unit"]
-"""What a row is of; ``problem`` is the digest of the physical problem."""
 
 COLUMNS = [
     *SAID,
@@ -30,11 +30,10 @@ COLUMNS = [
     *("uncertainty from disagreement", "mostly from", "ways"),
 ]
 
+# Columns of the values of single simulations, from which the limits follow.
 VALUES = ["scene", "strain [1]", "quantity", "unit", "value"]
-"""Columns of the values of single simulations, from which the limits follow."""
 
-Found = list[tuple[RefinementSeries, dict[str, float]]]
-"""Refinement series with the values of their scenes."""
+Found = list[tuple[RefinementSeries, dict[str, float]]]  # Refinement series with the values of their scenes
 
 
 @TABLES.add("reference", "The reference: limits of independent discretisations", results=RESULTS, order=16)

@@ -27,9 +27,9 @@ from knitstudy.measures.response import (
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
-STRAINS = (0.01, 0.03, 0.05)
-"""Strains at which forces are listed."""
+STRAINS = (0.01, 0.03, 0.05)  # Strains at which forces are listed
 
+# Keys of a scene by column; a column without a key is filled by `_keys`.
 KEYS = {
     "fidelity": "fidelity",
     "interaction": "interaction",
@@ -51,19 +51,12 @@ KEYS = {
     "beam section": "beam.section",
     "beam ties": "beam.tie",
 }
-"""Keys of a scene by column; a column without a key is filled by `_keys`."""
 
-LEDGER = 0.01
-"""Largest gap of the ledger over the largest external work."""
+LEDGER = 0.01  # Largest gap of the ledger over the largest external work
+HOURGLASS = 0.05  # Largest share of hourglass energy in the internal energy
 
-HOURGLASS = 0.05
-"""Largest share of hourglass energy in the internal energy."""
-
+# Largest share of the dissipation of stabilisation in internal energy, on the way and at full load.
 STABILISATION, STABILISATION_AT_END = 0.05, 0.01
-"""Largest share of the dissipation of stabilisation in internal energy, on the way and at full load."""
-
-
-# ---- responses and costs ----
 
 
 @TABLES.add(
@@ -149,18 +142,15 @@ def _cost(history: xr.Dataset) -> dict:
     }
 
 
-# ---- checks ----
+Row = tuple[str, str, float, float]  # Quantity, unit, value and bar
 
-Row = tuple[str, str, float, float]
-"""Quantity, unit, value and bar."""
-
+# Title and case of the tables of checks by name.
 CHECKED = {
     "simulation": ("What the direct simulations stand on: ties, course tension", "tie-course"),
     "simulation_contact": ("What they stand on: friction, course tension", "isotropic-course"),
     "simulation_wale": ("What they stand on: ties, wale tension", "tie-wale"),
     "simulation_contact_wale": ("What they stand on: friction, wale tension", "isotropic-wale"),
 }
-"""Title and case of the tables of checks by name."""
 
 
 def tabulate_checks(dns: xr.Dataset, scenes: Mapping[str, Scene]) -> pd.DataFrame:

@@ -15,8 +15,8 @@ from knitstudy.tables.catalogue import TABLES
 
 NOT_SAID, NONE = "not said", "none"
 
+# Numbers of Table 1.
 STATED = ("stiffness ratio (contact / element)", "stick ratio (stick / element)", "friction coefficient")
-"""Numbers of Table 1."""
 
 HARD = "hard contact, by a penalty method"
 PENALTY = "penalty on smooth surfaces, augmented where penetration is too deep"

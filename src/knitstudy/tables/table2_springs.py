@@ -16,12 +16,13 @@ from knitstudy.models.joints import AXES, MEASURES, Springs, springs
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
+# Names of the direct simulations with rough contact or friction.
 TOUCHING = of_cases(
     ("rough-course", "rough-wale", "isotropic-course", "isotropic-wale"),
     (*SOLIDS, *OTHER_SOLIDS, "dns-{case}-penalty*"),
 )
-"""Names of the direct simulations with rough contact or friction."""
 
+# Statistics of the secants of the crossings; reduced models use the first.
 STATISTICS = {
     "averaged, sum(F d) / sum(d d)": lambda found: found.averaged,
     "averaged, mean of F / d": lambda found: _over_crossings(np.mean, found),
@@ -29,16 +30,14 @@ STATISTICS = {
     "smallest F / d": lambda found: _over_crossings(np.min, found),
     "largest F / d": lambda found: _over_crossings(np.max, found),
 }
-"""Statistics of the secants of the crossings; reduced models use the first."""
 
-AVERAGES = tuple(STATISTICS)[:2]
-"""Statistics that the paper's numbers may be."""
+AVERAGES = tuple(STATISTICS)[:2]  # Statistics that the paper's numbers may be
 
+# Springs of the main reduced models, which the table at a glance shows.
 DISPLACEMENT, STATISTIC = "interface", next(iter(STATISTICS))
-"""Springs of the main reduced models, which the table at a glance shows."""
 
+# Columns of the table at a glance by axis.
 COLUMNS = {"x": "kx", "y": "ky", "z": "kz", "normal": "normal to contact", "tangential": "along contact"}
-"""Columns of the table at a glance by axis."""
 
 
 @TABLES.add(
@@ -52,10 +51,7 @@ def tabulate(
 ) -> pd.DataFrame:
     """Return one row a scene, displacement measure that it has recorded, statistic and axis.
 
-    Raises
-    ------
-    DataFileError
-        If all crossings of a simulation are tied.
+    Raises DataFileError if all crossings of a simulation are tied.
     """
     return pd.DataFrame(
         [row for name, found in contacts.items() for row in _rows(scenes[name], found, paper)]

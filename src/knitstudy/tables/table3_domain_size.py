@@ -26,11 +26,10 @@ COLUMNS = [
     *("time of a Newton iteration [s]", "time of a path [s]", "Newton iterations [1]", "increments [1]"),
 ]
 
-LARGEST = 30
-"""Cells in a row of the paper's largest knit."""
+LARGEST = 30  # Cells in a row of the paper's largest knit
 
+# Knits in course tension; fewer than 12 scenes are not all series of Table 3.
 KNITS = several("simulation", *SQUARES, fewest=12)
-"""Knits in course tension; fewer than 12 scenes are not all series of Table 3."""
 
 
 @TABLES.add(
@@ -53,7 +52,7 @@ def tabulate(
                 "scene": scene.name,
                 "degrees of freedom [1]": int(dof[place]),
                 "memory growth [MB]": memory[place],
-                "memory over its law [1]": memory[place] / law.at(dof[place]),
+                "memory over its law [1]": memory[place] / law(dof[place]),
                 "memory of an unknown [kB]": memory[place] * MEGABYTE / KILOBYTE / dof[place],
                 "time of a Newton iteration [s]": seconds[place],
                 "time of a path [s]": history.attrs["wall_seconds"],
@@ -93,16 +92,16 @@ def tabulate_growth(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene
     for series in series_of(scenes[name] for name in domain):
         dof, memory, seconds = _costs(series, domain)
         paths = [float(domain[scene.name].attrs["wall_seconds"]) for scene in series.scenes]
-        largest = series.memory(dof, memory).at(series.unknowns(dof).at(LARGEST))
+        largest = series.memory(dof, memory)(series.unknowns(dof)(LARGEST))
         rows.append(
             {
                 "model": series.model,
                 "interaction": series.interaction,
                 "cells in a row [1]": ", ".join(map(str, series.cells)),
-                "exponent of degrees of freedom [1]": series.growth(dof).exponent,
-                "exponent of memory growth [1]": series.growth(memory).exponent,
-                "exponent of the time of a Newton iteration [1]": series.growth(seconds).exponent,
-                "exponent of the time of a path [1]": series.growth(paths).exponent,
+                "exponent of degrees of freedom [1]": series.growth(dof),
+                "exponent of memory growth [1]": series.growth(memory),
+                "exponent of the time of a Newton iteration [1]": series.growth(seconds),
+                "exponent of the time of a path [1]": series.growth(paths),
                 "memory growth of 30 x 30 cells, by its law [MB]": largest,
             }
         )

@@ -28,9 +28,10 @@ AXES = "xyz"
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")
 
+# Decimals of angles in degrees: the paper prints none; closest points are found to about 1e-5 degrees.
 DECIMALS = 3
-"""Decimals of angles in degrees: the paper prints none; closest points are found to about 1e-5 degrees."""
 
+# Names of the angles of the honeycomb by geometry in the paper's numbers.
 REPORTED = {
     "head": "segment 1 angles to x y z",
     "interlock, left": "segment 2 and 3 angles to x y z",
@@ -39,10 +40,9 @@ REPORTED = {
     "leg, right": "segment 4 and 5 angles to x y z",
     "sinker": "segment 6 angles to x y z",
 }
-"""Names of the angles of the honeycomb by geometry in the paper's numbers."""
 
+# Cuts over the length of the knit along the load: slabs around them lie between the grips.
 CUTS = (0.3, 0.4, 0.5, 0.6, 0.7)
-"""Cuts over the length of the knit along the load: slabs around them lie between the grips."""
 
 _SOLIDS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS))
 

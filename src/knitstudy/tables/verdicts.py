@@ -20,12 +20,7 @@ from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
 PERCENT = 100.0
-
-BASE = "none"
-"""Text in place of the key of the base."""
-
-
-# ---- claims ----
+BASE = "none"  # Text in place of the key of the base
 
 
 @TABLES.add(
@@ -51,10 +46,7 @@ def tabulate(
 ) -> pd.DataFrame:
     """Return every claim of the paper with its rule, what was measured, and the verdict, which is computed.
 
-    Raises
-    ------
-    ConfigurationError
-        When a claim has no rule.
+    Raises ConfigurationError when a claim has no rule.
     """
     evidence = Evidence(geometry, paper, reference, scenes, histories, contacts or {}, stresses or {}).named()
     hang = _hanging(evidence)
@@ -103,9 +95,6 @@ def _hanging(evidence: Evidence) -> dict[str, str]:
             names = [INPUTS[key] for key, claims in inputs.items() if claim in claims]
             said[claim] = ", ".join(names) or f"none of {len(inputs)}"
     return said
-
-
-# ---- inputs ----
 
 
 @TABLES.add(

@@ -23,9 +23,9 @@ from knitstudy.study.keys import Description, describe
 from knitstudy.study.kinds import Labels, all_sections
 from knitstudy.study.scene import Scene
 
-# ---- variations ----
 # Knits in which one input is changed at a time: "inputs-{what}-{interaction}-course".
 
+# Inputs that are changed one at a time, by key, in words.
 INPUTS = {
     "contact.friction": "coefficient of friction",
     "contact.tied_edges": "rows that stay tied",
@@ -37,13 +37,12 @@ INPUTS = {
     "yarn.material": "material law",
     "load.lateral": "driven ends sideways",
 }
-"""Inputs that are changed one at a time, by key, in words."""
 
+# Names of the scenes with all inputs as usual, by interaction, and of those with one input changed.
 BASE, CHANGED = "yarns-{}-course", re.compile(r"inputs-(.+)-(tie|rough|isotropic)-course")
-"""Names of the scenes with all inputs as usual, by interaction, and of those with one input changed."""
 
+# Rough contact is friction without a limit: one more value of the coefficient.
 COEFFICIENT, WITHOUT_LIMIT = "contact.friction", "rough"
-"""Rough contact is friction without a limit: one more value of the coefficient."""
 
 
 @dataclass(frozen=True)
@@ -69,10 +68,7 @@ class Variation:
 def variations(scenes: Iterable[Scene]) -> list[Variation]:
     """Return the base and every other value of every input, in the order of `INPUTS` and of the values.
 
-    Raises
-    ------
-    ConfigurationError
-        If a scene of a varied input changes none of them.
+    Raises ConfigurationError if a scene of a varied input changes none of them.
     """
     scenes = {scene.name: scene for scene in scenes}
     base = {kind: scenes[BASE.format(kind)] for kind in INTERACTIONS if BASE.format(kind) in scenes}
@@ -97,8 +93,6 @@ def _variation(base: Mapping[str, Scene], changed: Mapping[str, Scene]) -> Varia
         )
     return Variation(key, scene.value(key), {**base, **changed}, tuple(k for k in base if k in changed))
 
-
-# ---- rules and findings ----
 
 _JUDGES: dict[str, Judge] = {
     "G1": fabric.judge_penetration,
@@ -127,11 +121,11 @@ _JUDGES: dict[str, Judge] = {
     "B1": models.judge_beams,
 }
 
-RULES = {claim: withholding(judge) for claim, judge in _JUDGES.items()}
-"""The function that judges, by claim."""
+RULES = {claim: withholding(judge) for claim, judge in _JUDGES.items()}  # The function that judges, by claim
 
+# Claims that histories and contacts of a knit in course tension decide. K7 is K5 at all coefficients of
+# friction.
 CLAIMS = ("K1", "K2", "K3", "K4", "K5", "K6", "K8", "K11", "E1")
-"""Claims that histories and contacts of a knit in course tension decide. K7 is K5 at all coefficients of friction."""
 
 
 @dataclass(frozen=True)
