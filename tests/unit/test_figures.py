@@ -315,7 +315,10 @@ def test_surfaces_are_closed_and_look_outward():
     bodies = {
         "tube": (tube(line, 0.5, "red"), np.pi * 0.25 * 2),
         "rod": (tube([np.zeros(3), np.array([0, 0, 2.0])], 0.5, "red"), np.pi * 0.25 * 2),
-        "arrow": (arrow(np.zeros(3), np.array([0, 0, 2.0]), 0.1, "red"), np.pi * (0.01 * 1.2 + 0.09 * 0.8 / 3)),
+        "arrow": (
+            arrow(np.zeros(3), np.array([0, 0, 2.0]), 0.1, "red"),
+            np.pi * (0.01 * 1.2 + 0.09 * 0.8 / 3),
+        ),
         "sphere": (sphere(np.array([3.0, 1, 2]), 0.5, "red"), np.pi / 6),
     }
     for name, (surface, exact) in bodies.items():
