@@ -19,8 +19,8 @@ from knitstudy.study.scene import Scene
 
 # ---- Contact zones: groups of surface facets that touch and hang together
 
+# Half of the eight cells around a cell (along, around); the other half are those that have it as neighbour.
 NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
-"""Half of the eight cells around a cell (along, around); the other half are those that have it as neighbour."""
 
 
 def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -> np.ndarray:
@@ -39,9 +39,8 @@ def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -
     """
     if not len(place):
         return np.zeros(places, dtype=np.int64)
-    layers = (
-        int(cell[:, 0].max()) + 2
-    )  # a layer beyond the last one keeps neighbours from running into the next place
+    # A layer beyond the last one keeps neighbours from running into the next place.
+    layers = int(cell[:, 0].max()) + 2
 
     def number(place: np.ndarray, layer: np.ndarray, facet: np.ndarray) -> np.ndarray:
         return (place * layers + layer) * around + facet % around
@@ -106,8 +105,7 @@ class Rings:
 # ---- The crossings of a specimen on the surfaces of its mesh: facets that face each other, and what touches near them
 
 
-REACH = 2.0
-"""Distance along the yarn from a crossing, in radii, up to which contact is counted to it."""
+REACH = 2.0  # distance along the yarn from a crossing, in radii, up to which contact is counted to it
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,20 +119,12 @@ class CrossingFacets:
     @classmethod
     def of(cls, crossings: Crossings, mesh: SweptMesh) -> CrossingFacets:
         """Find the facets: the layer that the closest point lies in, and what faces the other yarn there."""
-        nodes = np.empty((len(crossings.row), 2, 4), dtype=np.int64)
         across = crossings.point[:, ::-1] - crossings.point
-        for side in range(2):
-            for yarn in np.unique(crossings.yarn[:, side]):
-                here = np.flatnonzero(crossings.yarn[:, side] == yarn)
-                first, last = mesh.first_slice[yarn : yarn + 2]
-                stations = mesh.arc_length[first:last]
-                layer = np.searchsorted(stations, crossings.arc_length[here, side], side="right") - 1
-                layer = np.clip(layer, 0, len(stations) - 2)
-                directors = mesh.frames[first + layer] + mesh.frames[first + layer + 1]
-                x, y = np.einsum("kdi,ki->dk", directors[:, :2], across[here, side])
-                facet = mesh.facet_at(first + layer, np.arctan2(y, x))
-                nodes[here, side] = mesh.surface_quads(yarn)[layer * mesh.section.ring.size + facet]
-        return cls(crossings, mesh, nodes)
+        below = mesh.slice_below(crossings.yarn, crossings.arc_length)
+        directors = (mesh.frames[below] + mesh.frames[below + 1])[:, :, :2]
+        x, y = np.einsum("ksdi,ksi->dks", directors, across)
+        facet = mesh.facet_at(below.ravel(), np.arctan2(y, x).ravel()).reshape(below.shape)
+        return cls(crossings, mesh, mesh.facet_nodes(below, facet))
 
     def displacement(self, displacement: np.ndarray) -> np.ndarray:
         """Return the mean displacement (K, 2, 3) of the facets [m] from that of all nodes (N, 3)."""
@@ -145,22 +135,16 @@ class CrossingFacets:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return crossing and side (k,) of places where two yarns touch; crossing -1 away from all of them.
 
-        Parameters
-        ----------
-        yarn, other : ndarray of int, shape (k,)
-            Yarn that the place lies on, and the one it touches.
-        arc_length : ndarray, shape (k,)
-            Where: on the first one [m].
+        The places lie on yarns (k,) at arc lengths (k,) [m] and touch other yarns (k,).
         """
         side = np.where(yarn < other, 0, 1)
         crossings = self.crossings
         crossing = np.full(len(yarn), -1)
         for mine, theirs in np.unique(np.stack([yarn, other], axis=1), axis=0):
             here = np.flatnonzero((yarn == mine) & (other == theirs))
-            end = 0 if mine < theirs else 1
-            candidates = np.flatnonzero(
-                (crossings.yarn[:, end] == mine) & (crossings.yarn[:, 1 - end] == theirs)
-            )
+            end = side[here[0]]
+            pair = [mine, theirs] if end == 0 else [theirs, mine]
+            candidates = np.flatnonzero((crossings.yarn == pair).all(axis=1))
             if not len(candidates):
                 continue
             apart = np.abs(arc_length[here, None] - crossings.arc_length[candidates, end])
@@ -206,9 +190,9 @@ def touching_points(
 
 
 def crossing_forces(columns: dict[str, np.ndarray], count: int) -> np.ndarray:
-    """Return the force (count, 3) of contact on the lower row's yarn at every crossing [N].
+    """Return the force (count, 3) of contact on the yarn of side 0 at every crossing [N].
 
-    Each side's points carry half of the stiffness; what acts on the upper row's yarn counts with the other sign.
+    Each side's points carry half of the stiffness; what acts on the yarn of side 1 counts with the other sign.
     """
     force = columns["pressure"][:, None] * columns["normal"] + columns["traction"]
     force *= (PASS_SHARE * columns["area"] * np.where(columns["side"] == 0, 1.0, -1.0))[:, None]

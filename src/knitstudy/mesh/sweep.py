@@ -178,6 +178,15 @@ class SweptMesh:
         lower = self.lower_slices[:, None, None] * self.section.size + self.section.quads  # (L, e, 4)
         return np.concatenate([lower, lower + self.section.size], axis=-1).reshape(-1, 8).astype(np.int32)
 
+    def slice_below(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
+        """Return the slices (...) that layers begin with in which arc lengths (...) [m] on yarns (...) lie."""
+        found = np.empty(yarn.shape, dtype=np.int64)
+        for number, stations in enumerate(self.stations):
+            here = yarn == number
+            layer = np.searchsorted(stations, arc_length[here], side="right") - 1
+            found[here] = self.first_slice[number] + np.clip(layer, 0, len(stations) - 2)
+        return found
+
     @property
     def stations(self) -> tuple[np.ndarray, ...]:
         """Arc lengths of the slices of every yarn, m."""
@@ -220,11 +229,15 @@ class SweptMesh:
         slices = np.arange(*self.first_slice[yarn : yarn + 2])
         return self.slice_nodes(slices)[:, self.section.ring]
 
+    def facet_nodes(self, slices: np.ndarray, facet: np.ndarray) -> np.ndarray:
+        """Corners (..., 4) of facets (...) between slices (...) and the next ones."""
+        corner = np.stack([facet, facet + 1, facet + 1, facet], axis=-1) % self.section.ring.size
+        return (slices[..., None] + [0, 0, 1, 1]) * self.section.size + self.section.ring[corner]
+
     def surface_quads(self, yarn: int) -> np.ndarray:
         """Facets ((slices - 1) angles, 4) of one yarn's lateral surface, layer by layer, normals outward."""
-        grid = self.surface_nodes(yarn)
-        ahead = np.roll(grid, -1, axis=1)
-        return np.stack([grid[:-1], ahead[:-1], ahead[1:], grid[1:]], axis=-1).reshape(-1, 4)
+        facets = np.indices((int(np.diff(self.first_slice)[yarn]) - 1, self.section.ring.size))
+        return self.facet_nodes(self.first_slice[yarn] + facets[0], facets[1]).reshape(-1, 4)
 
     def to_dataset(self) -> xr.Dataset:
         """Dataset of everything the mesh consists of (SI units)."""
