@@ -223,10 +223,8 @@ class Contact:
             )
         touches = points.status != OPEN
         slips = points.status == SLIP
-        size = np.linalg.norm(points.trial[slips], axis=1)
-        limit = law.friction * points.pressure[slips]
         slip = points.slip.copy()
-        slip[slips] *= np.divide(limit, size, out=np.zeros_like(size), where=size > 0)[:, None]
+        slip[slips] *= law.share(points.trial[slips], points.pressure[slips])[:, None]
         length = law.slipped(points.trial, points.pressure)
         xi = _put(every.xi, points.number, points.projection.xi)
         anchor = _put(xi, points.number, points.projection.xi - np.where(touches[:, None], slip, 0.0))
