@@ -193,19 +193,15 @@ class Contact:
                 carried[:, i] += np.bincount(
                     stencil.nodes.ravel(), shares[..., i].ravel(), minlength=len(carried)
                 )
-        node_force = self.surfaces.collect(carried)
-        answer = ContactResponse(points, node_force, self._energy(points, active, weight))
-        if not stiffness:
-            return answer
-        full, symmetric, self._pairs = tangent(
-            points, weight, own, other, self.surfaces.block, len(carried), self._pairs
-        )
-        pattern = self._pairs.indptr, self._pairs.indices
-        return replace(
-            answer,
-            stiffness=self.surfaces.matrix(*pattern, full),
-            symmetric=self.surfaces.matrix(*pattern, symmetric),
-        )
+        matrices = ()
+        if stiffness:
+            *blocks, self._pairs = tangent(
+                points, weight, own, other, self.surfaces.block, len(carried), self._pairs
+            )
+            pattern = self._pairs.indptr, self._pairs.indices
+            matrices = (self.surfaces.matrix(*pattern, each) for each in blocks)
+        energy = self._energy(points, active, weight)
+        return ContactResponse(points, self.surfaces.collect(carried), energy, *matrices)
 
     def commit(self, points: ContactPoints) -> ContactHistory:
         """Return the history that a converged increment leaves.
