@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -110,6 +111,14 @@ BESIDE = 1.5
 """Distance from the middle of a disc, in its radii, beyond which the yarns are not held by it."""
 
 
+class Equations(NamedTuple):
+    """Constraints x_slave = sum of weights times x_master."""
+
+    slave: np.ndarray  # (S,)
+    master: np.ndarray  # (S, c)
+    weight: np.ndarray  # (S, c); 0 is no term
+
+
 @dataclass(frozen=True, eq=False)
 class Ties:
     """Springs between the moments of two yarns' displacement on the discs of all tied crossings."""
@@ -162,16 +171,11 @@ class Ties:
         total[self.discs.crossing] = self.stiffness[:, :1] * mean
         return total
 
-    def equations(self, fixed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the ties as rigid constraints: slave nodes (S,), and nodes (S, c) and weights (S, c) of their sums.
+    def equations(self, fixed: np.ndarray) -> Equations:
+        """Return the ties as rigid constraints whose slaves are none of the nodes `fixed` (k,).
 
         Three nodes of a disc are the slaves, those that its moments weigh most; discs that share nodes are solved
         together, so that no slave is in another's sum.
-
-        Parameters
-        ----------
-        fixed : ndarray of int, shape (k,)
-            Nodes that may be no slaves.
         """
         touched = (self.moments != 0).astype(np.int8)
         count, group = connected_components(touched @ touched.T, directed=False)
@@ -190,7 +194,7 @@ class Ties:
         master, weight = np.zeros((len(sums), width), dtype=np.int64), np.zeros((len(sums), width))
         for place, (nodes, each) in enumerate(sums):
             master[place, : len(nodes)], weight[place, : len(nodes)] = nodes, each
-        return np.concatenate([np.empty(0, dtype=np.int64), *slaves]), master, weight
+        return Equations(np.concatenate([np.empty(0, dtype=np.int64), *slaves]), master, weight)
 
     def beside(self, points: np.ndarray) -> np.ndarray:
         """Return which undeformed points (k, 3) [m] lie beside all discs (k,)."""
