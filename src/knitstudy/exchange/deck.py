@@ -21,8 +21,7 @@ from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.materials import Material, material_of
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.hexahedra import divide
-from knitstudy.models.ties import STIFFNESS, Equations, tie_crossings
-from knitstudy.models.yarn_contact import penalties
+from knitstudy.models.interactions import STIFFNESS, Equations, penalties, tie_crossings
 from knitstudy.study.scene import Scene
 
 EXACTLY_JOINED = (

@@ -21,7 +21,7 @@ from knitstudy.exchange.deck import Deck, Step, Surface, specimen_deck
 from knitstudy.files import code_version, replacing
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models.ties import Equations
+from knitstudy.models.interactions import Equations
 from knitstudy.study.scene import Scene
 
 NUMBER = "%.12e"  # at most 19 characters: CalculiX reads no more than 20 of a number

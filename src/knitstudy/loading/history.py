@@ -127,9 +127,11 @@ class Stations:
         """Return these and other stations."""
         return Stations(*(np.concatenate(pair) for pair in zip(astuple(self), astuple(other), strict=True)))
 
-    def nearest(self, yarn: int, arc_length: float) -> int:
-        """Return the number of the station that is nearest to a place on a yarn."""
-        return int(np.argmin(np.where(self.yarn == yarn, np.abs(self.arc_length - arc_length), np.inf)))
+    def nearest(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
+        """Return the stations nearest to places on yarns; stations are in the order of yarns and arc lengths."""
+        longest = 2 * self.arc_length.max()  # puts all yarns on one axis
+        places = longest * self.yarn + self.arc_length
+        return np.searchsorted(0.5 * (places[1:] + places[:-1]), longest * yarn + arc_length)
 
 
 @dataclass

@@ -161,8 +161,8 @@ class BeamKnit:
 
     def __post_init__(self) -> None:
         stations, crossings = self.network.stations, self.crossings
-        places = list(zip(crossings.yarn[:, 0], crossings.arc_length[:, 0], strict=True))
-        self._lower = [stations.nearest(*places[k]) for k in np.flatnonzero(self.tied)]
+        lower = crossings.chosen(self.tied)
+        self._lower = stations.nearest(lower.yarn[:, 0], lower.arc_length[:, 0])
         stencil = self.model.contact.curves.stencil
         self._stencil = [stencil(crossings.yarn[:, i], crossings.arc_length[:, i]) for i in (0, 1)]
         self._rest = crossings.point.mean(axis=1)

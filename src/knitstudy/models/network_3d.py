@@ -23,6 +23,7 @@ from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.beam import LinearSprings
 from knitstudy.mesh.quality import require_memory
 from knitstudy.models import network
+from knitstudy.models.discretisation import evenly
 from knitstudy.models.joints import (
     JointPoints,
     Joints,
@@ -117,7 +118,8 @@ def spatial_network(
     count = np.array([len(s) for s in pieces])
     yarn, arc_length = np.repeat(np.arange(len(count)), count), np.concatenate(pieces)
     position = np.concatenate([c.position(s) for c, s in zip(fabric.centrelines, pieces, strict=True)])
-    station = _stations_of(contacts, yarn, arc_length)
+    stations = Stations(yarn, arc_length, position)
+    station = stations.nearest(contacts.yarn, contacts.arc_length)  # points C are stops of the division
     node, nodes = _tie(position, station[joints.tied], contacts.centroid[joints.tied])
     offset = position - nodes[node]
     first = np.flatnonzero(yarn[1:] == yarn[:-1])
@@ -130,7 +132,7 @@ def spatial_network(
         offsets=offset[elements],
         arms_turn=joint == "rigid",
         yarns_side_by_side=np.ones(len(elements)),
-        stations=Stations(yarn, arc_length, position),
+        stations=stations,
         station_node=node,
         station_offset=offset,
         beam_nodes=len(position),
@@ -153,7 +155,7 @@ def _curvature(fabric: Fabric, pieces: list[np.ndarray], first: np.ndarray) -> n
 
 
 def _divide(inner: np.ndarray, length: float, size: float, yarn: int) -> np.ndarray:
-    """Arc lengths of the beam nodes of one yarn: its ends, stops inside, and even steps between."""
+    """Return the arc lengths of the beam nodes of one yarn: its ends, stops inside, and even steps between."""
     stops = np.concatenate([[0.0], np.sort(inner), [length]])
     gaps = np.diff(stops)
     if not np.all(gaps > 1e-9 * length):
@@ -163,22 +165,7 @@ def _divide(inner: np.ndarray, length: float, size: float, yarn: int) -> np.ndar
             "they must be apart"
         )
     counts = np.maximum(np.rint(gaps / size), 1).astype(int)
-    piece = np.repeat(np.arange(len(gaps)), counts)
-    step = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return np.append(stops[piece] + step * (gaps / counts)[piece], length)
-
-
-def _stations_of(contacts: JointPoints, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
-    """Stations (K, 2) at the points C."""
-    station = np.empty(contacts.yarn.shape, dtype=int)
-    for number in range(yarn[-1] + 1):
-        on_yarn = contacts.yarn == number
-        start = int(np.searchsorted(yarn, number))
-        along = arc_length[yarn == number]
-        # Points C are stops of the division, so the nearest station is the point itself.
-        middles = 0.5 * (along[1:] + along[:-1])
-        station[on_yarn] = start + np.searchsorted(middles, contacts.arc_length[on_yarn])
-    return station
+    return evenly(stops, counts)
 
 
 def _tie(position: np.ndarray, pairs: np.ndarray, centroid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
