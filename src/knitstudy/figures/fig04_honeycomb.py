@@ -17,7 +17,7 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models import network_2d
-from knitstudy.models.network import Network
+from knitstudy.models.network_3d import Network
 
 
 @FIGURES.add(

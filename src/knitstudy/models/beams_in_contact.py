@@ -30,10 +30,8 @@ from knitstudy.mechanics.beam_contact import (
 )
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.increment import Increment
-from knitstudy.models import network
 from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
-from knitstudy.models.network import Network
-from knitstudy.models.network_3d import spatial_network
+from knitstudy.models.network_3d import Network, loaded, spatial_network
 from knitstudy.study.scene import Scene
 
 
@@ -289,7 +287,7 @@ def build(scene: Scene, fabric: Fabric) -> Problem:
     """
     beams = beam_knit(scene, fabric)
     law = beams.model.contact
-    return network.loaded(
+    return loaded(
         scene,
         fabric,
         beams.network,

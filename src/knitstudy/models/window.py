@@ -25,7 +25,7 @@ from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.solids_and_beams import MixedState, Seams, SolidsAndBeams
 from knitstudy.mesh.mesher import Grips
-from knitstudy.models import network, solids, spline_yarns
+from knitstudy.models import solids, spline_yarns
 from knitstudy.models.beams_in_contact import beam_contact, piece_bounds, point_pairs
 from knitstudy.models.joints import (
     LARGEST,
@@ -36,8 +36,7 @@ from knitstudy.models.joints import (
     patch_stiffness,
     springs,
 )
-from knitstudy.models.network import Network
-from knitstudy.models.network_3d import spatial_network
+from knitstudy.models.network_3d import Network, loaded, spatial_network
 from knitstudy.models.solids import SolidYarns
 from knitstudy.study.scene import Scene
 
@@ -325,7 +324,7 @@ def build(scene: Scene, fabric: Fabric, springs: xr.Dataset | None = None) -> Pr
     shown[window.shown] = 1
     ties = {name: mixed.of_all(values) for name, values in yarns.ties.constants().items()}
     ties["crossing_tied"] = np.nan_to_num(ties["crossing_tied"]).astype(np.int8)
-    return network.loaded(
+    return loaded(
         scene,
         fabric,
         mixed.network,
