@@ -14,8 +14,8 @@ from knitstudy.loading.gates import require_elements_across
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
-from knitstudy.mechanics.elements.hexahedron import InverseMap, shape, shape_gradient
-from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape, quadratic_shape_gradient
+from knitstudy.mechanics.elements.hexahedron import InverseMap, shape
+from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mesh.mesher import Grips, grips
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
@@ -59,9 +59,7 @@ def _divide_quadratic(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discreti
         surfaces=Grids(_grids(quadratic)),
         rings=Rings.of_rows(quadratic.arc_lengths),
         ends=_ends(quadratic, grips(quadratic.corners, scene, fabric)),
-        locate=InverseMap(
-            quadratic.nodes, quadratic.elements, quadratic.yarn, quadratic_shape, quadratic_shape_gradient
-        ).locate,
+        locate=InverseMap(quadratic.nodes, quadratic.elements, quadratic.yarn, quadratic_shape).locate,
         size=scene.mesh.smallest,
         sampling=_sampling(quadratic),
         dependence=_dependence(quadratic),
@@ -165,9 +163,7 @@ def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
         surfaces=Grids(yarn_surfaces(mesh)),
         rings=Rings.of_rows(mesh.stations),
         ends=grips(mesh, scene, fabric),
-        locate=InverseMap(
-            mesh.nodes, mesh.hexahedra, mesh.yarn_of_slice[station], shape, shape_gradient
-        ).locate,
+        locate=InverseMap(mesh.nodes, mesh.hexahedra, mesh.yarn_of_slice[station], shape).locate,
         size=scene.mesh.smallest,
         connectivity=mesh.hexahedra,
     )

@@ -24,7 +24,6 @@ from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, KnitStructure, ThreeScale
 from knitstudy.mechanics.model import Stabilisation, transformation
 from knitstudy.mechanics.solid import SolidModel, SolidState
-from knitstudy.mechanics.solids_in_contact import SolidsInContact
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.discretisation import Discretisation
 from knitstudy.models.ties import Ties, tie_crossings
@@ -135,7 +134,7 @@ def assemble(
     if labels is None:
         labels = tied_pieces(parts.rings.arc_length, fabric.crossings, tied)
     contact = contact_of(scene, parts, labels)
-    model = SolidsInContact(
+    model = SolidModel(
         *solids,
         contact=contact,
         penetration=penetration_of(scene, contact.law, parts.size),
