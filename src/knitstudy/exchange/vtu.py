@@ -21,7 +21,7 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.elements.quadratic import NODES
 from knitstudy.mechanics.materials import Material, material_of
-from knitstudy.mechanics.solid import principal_stresses, von_mises
+from knitstudy.mechanics.solid import principal_axes, von_mises
 from knitstudy.mechanics.spline_yarn.space import Space, locate
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, QuadraticSection, quadratic_mesh
 from knitstudy.mesh.quality import scaled_jacobian
@@ -193,7 +193,7 @@ def _fields(
             around = np.einsum("kqic,qc->kqi", points.slope[..., :2], turn)
             area = np.linalg.norm(np.cross(around, points.slope[..., 2]), axis=-1).ravel()
             place, moves = points.place.reshape(-1, 3), points.displacement.reshape(-1, 3)
-            parts.append((place, moves, von_mises(stress), principal_stresses(stress), area))
+            parts.append((place, moves, von_mises(stress), principal_axes(stress)[0], area))
     place, displacement, mises, principal, area = (np.concatenate(each) for each in zip(*parts, strict=True))
     fields = {"displacement [m]": displacement, "von_mises [Pa]": mises, "principal_stress [Pa]": principal}
     return place, fields, area

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -13,10 +14,10 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_elements_across
 from knitstudy.loading.solve import Problem
-from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
+from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
-from knitstudy.mechanics.elements.hexahedron import InverseMap, shape, shape_gradient
-from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape, quadratic_shape_gradient
+from knitstudy.mechanics.elements.hexahedron import InverseMap, shape
+from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mesh.mesher import Grips, grips
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
@@ -60,9 +61,6 @@ def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
 
 def _grids(mesh: QuadraticMesh) -> list[Grid]:
     """Return the surface of every yarn, through nodes at half the spacing."""
-    stretch = circular_stretch(2 * mesh.section.ring_edges.size)
-    if not mesh.corners.pull.any():
-        return [Grid(grid, stretch=stretch) for grid in mesh.grids]
     pairs = zip(mesh.grids, mesh.angles, strict=True)
     return [Grid(grid, chords=circular_chords(angles)) for grid, angles in pairs]
 
@@ -125,13 +123,12 @@ def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
     """
     if ELEMENTS.find(scene.mesh.element).nodes == NODES:
         quadratic = quadratic_mesh(mesh, fabric.centrelines)
-        functions = quadratic_shape, quadratic_shape_gradient
         return _discretisation(
             scene,
             quadratic.nodes,
             quadratic.elements,
             quadratic.yarn,
-            functions,
+            quadratic_shape,
             mesh=quadratic.corners,
             station=quadratic.station,
             bandwidth=quadratic.bandwidth,
@@ -147,7 +144,7 @@ def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
         mesh.nodes,
         mesh.hexahedra,
         mesh.yarn_of_slice[station],
-        (shape, shape_gradient),
+        shape,
         mesh=mesh,
         station=station,
         bandwidth=mesh.section.size + mesh.section.bandwidth,
@@ -158,7 +155,7 @@ def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
 
 
 def _discretisation(
-    scene: Scene, nodes: np.ndarray, elements: np.ndarray, yarn: np.ndarray, functions: tuple, **parts: Any
+    scene: Scene, nodes: np.ndarray, elements: np.ndarray, yarn: np.ndarray, function: Callable, **parts: Any
 ) -> Discretisation:
     """Return what linear and quadratic hexahedra share: nodes are places."""
     return Discretisation(
@@ -167,7 +164,7 @@ def _discretisation(
         yarn=yarn,
         groups=partial(_elements, scene, elements),
         volume=partial(_volume, len(nodes)),
-        locate=InverseMap(nodes, elements, yarn, *functions).locate,
+        locate=InverseMap(nodes, elements, yarn, function).locate,
         size=scene.mesh.smallest,
         connectivity=elements,
         **parts,

@@ -32,7 +32,7 @@ from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.model import FreeBodies
 from knitstudy.mechanics.patch_compliance import moments, polar_rule
-from knitstudy.mechanics.solids_in_contact import Penetration
+from knitstudy.mechanics.solid import Penetration
 from knitstudy.models.discretisation import Discretisation, project_on_tube
 from knitstudy.study.scene import Scene
 

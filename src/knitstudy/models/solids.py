@@ -30,7 +30,6 @@ from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, KnitStructure, ThreeScale
 from knitstudy.mechanics.model import Stabilisation, transformation
 from knitstudy.mechanics.solid import SolidModel, SolidState
-from knitstudy.mechanics.solids_in_contact import SolidsInContact
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.discretisation import Discretisation
 from knitstudy.models.interactions import (
@@ -56,7 +55,6 @@ class SolidYarns:
     ties: Ties
     facets: CrossingFacets
     retained: np.ndarray  # (n,) nodes that depend on no others, ascending
-    touches: bool = False  # whether yarns touch: the model is `SolidsInContact`
     beside: BesideTies | None = None  # where some yarns are tied and others in contact
 
     @cached_property
@@ -65,6 +63,11 @@ class SolidYarns:
         position = np.full(len(self.parts.nodes), -1)
         position[self.retained] = np.arange(len(self.retained))
         return position
+
+    @property
+    def touches(self) -> bool:
+        """Whether yarns touch."""
+        return self.model.contact is not None
 
     @property
     def elements(self) -> int:
@@ -99,9 +102,8 @@ class SolidYarns:
             if self.beside is not None:
                 beside = self.beside.smallest_gap(parts.nodes + moved)
                 gaps = {"smallest_gap": min(gaps["smallest_gap"], beside), "gap_beside_ties": beside}
-            contact = {
-                name: np.nan if np.isinf(gap) else gap for name, gap in gaps.items()
-            }  # nothing is near
+            # Where nothing is near there is no gap.
+            contact = {name: gap if np.isfinite(gap) else np.nan for name, gap in gaps.items()}
             contact["augmentations"] = state.augmentations
         sections = section_motion(facets.crossings, parts.mesh, parts.sampled(parts.nodes), displacement)
         columns = {
@@ -146,14 +148,14 @@ def assemble(
     if labels is None:
         labels = tied_pieces(parts.rings.arc_length, fabric.crossings, tied)
     contact = contact_of(scene, parts, labels)
-    model = SolidsInContact(
+    model = SolidModel(
         *solids,
         contact=contact,
         penetration=penetration_of(scene, contact.law, parts.size),
         free_bodies=free_yarns(parts, ties, volume, scene.yarn.youngs_modulus),
     )
     beside = BesideTies(scene, parts, ties, fabric.crossings.yarn[tied], labels) if tied.any() else None
-    return SolidYarns(parts, model, ties, facets, retained, True, beside)
+    return SolidYarns(parts, model, ties, facets, retained, beside)
 
 
 def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:

@@ -9,6 +9,7 @@ import numpy as np
 import pyamg
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import SuperLU
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.batches import share
@@ -70,19 +71,18 @@ class YarnScale:
 
     def update(self, matrix: sp.bsr_matrix) -> None:
         """Factorise the yarns of a matrix; raises ConvergenceError if one is not positive definite."""
-        lumps = [None] * len(self._factors)
 
-        def make(yarn: int) -> None:
+        def make(yarn: int) -> tuple[np.ndarray, np.ndarray]:
             for dtype in (np.float32, np.float64):
                 # In single precision a yarn that hardly anything holds cannot be told from one that nothing holds.
-                self._factors[yarn] = None
-                self._factors[yarn], lumps[yarn] = self._band(matrix, yarn, dtype)
-                minor = factorise_band(self._factors[yarn])
+                self._factors[yarn] = None  # room for the next one
+                band, lumps = self._band(matrix, yarn, dtype)
+                minor = factorise_band(band)
                 if minor == 0:
-                    return
+                    return band, lumps
             raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {minor})")
 
-        share(make, len(self._factors))
+        self._factors, lumps = map(list, zip(*share(make, len(self._factors)), strict=True))
         bandwidths = [len(factor) // 3 - 1 for factor in self._factors]
         self._outside = _outside(matrix, self._nodes, bandwidths, np.concatenate(lumps))
 
@@ -134,15 +134,14 @@ class YarnScale:
 
         What remains of the residual is the effect of what the factors leave out: no product with the whole matrix.
         """
-        along = np.empty_like(residual)
 
-        def solve(yarn: int) -> None:
-            part = slice(*3 * self._nodes[yarn : yarn + 2])
-            local = residual[part].astype(self._factors[yarn].dtype)
-            solve_band(self._factors[yarn], local)
-            along[part] = local
+        def solve(yarn: int) -> np.ndarray:
+            factor = self._factors[yarn]
+            local = residual[slice(*3 * self._nodes[yarn : yarn + 2])].astype(factor.dtype)
+            solve_band(factor, local)
+            return local
 
-        share(solve, len(self._factors))
+        along = np.concatenate(share(solve, len(self._factors)), dtype=float)
         correction += along
         np.negative(self._outside @ along, out=residual)
 
@@ -207,13 +206,12 @@ class CrossingScale:
             sp.bsr_matrix((columns.data, columns.indices, ends), shape=(3 * len(reached), own.shape[1]))
         )
         self._groups = _groups(own)
-        self._factors = [None] * len(self._groups)
 
-        def make(number: int) -> None:
+        def make(number: int) -> SuperLU:
             group = self._groups[number]
-            self._factors[number] = factorise(own[group][:, group])
+            return factorise(own[group][:, group])
 
-        share(make, len(self._groups))
+        self._factors = share(make, len(self._groups))
 
     def release(self) -> None:
         """Forget the factors, so that their memory can serve for new ones."""
