@@ -5,7 +5,7 @@ Scenes go by their names, "{stem}-{n}x{n}" with the stems of `SERIES`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import nan
 
@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.polynomial import Polynomial
 
+from knitstudy.measures.catalogue import Datasets
 from knitstudy.measures.discretisation import INTERACTIONS, NAMES, is_cut, is_direct, made_of
 from knitstudy.measures.response import NORMAL, QUANTITIES, largest_out_of_plane
 from knitstudy.study.scene import Scene
@@ -115,7 +116,7 @@ def seconds_a_newton_iteration(history: xr.Dataset) -> float:
 
 
 def contact_over_ties(
-    series: Iterable[Series], histories: Mapping[str, xr.Dataset], quantity: str
+    series: Iterable[Series], histories: Datasets, quantity: str
 ) -> dict[str, dict[int, float]]:
     """Return the ratio of friction to ties by model and cells in a row, for an attribute of histories."""
     values: dict[tuple[str, str], dict[int, float]] = {}
@@ -140,9 +141,7 @@ class DomainResponse:
     normal: float
 
 
-def domain_response(
-    scene: Scene, histories: Mapping[str, xr.Dataset], contacts: Mapping[str, xr.Dataset]
-) -> DomainResponse:
+def domain_response(scene: Scene, histories: Datasets, contacts: Datasets) -> DomainResponse:
     """Return the response of a scene; `contacts` are those of direct simulations."""
     history = histories[scene.name]
     normal = nan

@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 from math import nan
 
 import pandas as pd
-import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.lay_out import FOUND
+from knitstudy.measures.catalogue import Datasets, Scenes
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import reference_of
@@ -71,9 +71,7 @@ class Sweep:
     points: tuple[Point, ...]
 
 
-def sweeps_of(
-    key: str, histories: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
-) -> list[Sweep]:
+def sweeps_of(key: str, histories: Datasets, scenes: Scenes, reference: pd.DataFrame) -> list[Sweep]:
     """Return the sweeps of a key in the order of `HELD`, each of two values or more; with knits of the drawn loop."""
     moved = {name: largest_out_of_plane(history) for name, history in histories.items()}
     errors = _relative_errors([scenes[name] for name in histories], moved, reference)

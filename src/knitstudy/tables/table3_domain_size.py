@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import pandas as pd
-import xarray as xr
 
-from knitstudy.measures.catalogue import SQUARES, several
+from knitstudy.measures.catalogue import SQUARES, Datasets, Scenes, several
 from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.discretisation import is_direct
 from knitstudy.measures.domain import Series, domain_response, seconds_a_newton_iteration, series_of
@@ -35,9 +32,7 @@ KNITS = several("simulation", *SQUARES, fewest=12)
 @TABLES.add(
     "table3_domain_size", "Table 3: cost of square knits of rising size", results={"domain": KNITS}, order=5
 )
-def tabulate(
-    domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], paper: pd.DataFrame
-) -> pd.DataFrame:
+def tabulate(domain: Datasets, scenes: Scenes, paper: pd.DataFrame) -> pd.DataFrame:
     """Return one row for every size of every series."""
     rows = []
     for series in series_of(scenes[name] for name in domain):
@@ -63,7 +58,7 @@ def tabulate(
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _costs(series: Series, domain: Mapping[str, xr.Dataset]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _costs(series: Series, domain: Datasets) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return degrees of freedom (k,), memory growth (k,) [MB] and seconds (k,) of a Newton iteration."""
     histories = [domain[scene.name] for scene in series.scenes]
     return (
@@ -86,7 +81,7 @@ def _of_paper(scene: Scene, paper: pd.DataFrame) -> dict:
 @TABLES.add(
     "domain_growth", "Growth of cost with the size of the domain", results={"domain": KNITS}, order=5.5
 )
-def tabulate_growth(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate_growth(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every series: how unknowns, memory and time grow."""
     rows = []
     for series in series_of(scenes[name] for name in domain):
@@ -114,9 +109,7 @@ def tabulate_growth(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene
     results={"domain": KNITS, "domain_contacts": several("contacts", *SQUARES)},
     order=5.7,
 )
-def tabulate_response(
-    domain: Mapping[str, xr.Dataset], domain_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
-) -> pd.DataFrame:
+def tabulate_response(domain: Datasets, domain_contacts: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every size of every series; contacts are those of the direct simulations."""
     rows = []
     for series in series_of(scenes[name] for name in domain):

@@ -15,11 +15,10 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.cases import MODELS, Case, cases_of
-from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, of_cases
+from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, Datasets, Scenes, of_cases
 from knitstudy.measures.discretisation import INTERACTIONS, made_of
 from knitstudy.measures.paper_values import number
 from knitstudy.measures.reference import Reference, reference_of
-from knitstudy.study.scene import Scene
 
 # Scenes of isotropic friction in all rows, by the names of the scenes with tied outer rows.
 UNTIED = {"yarns-{case}": "inputs-untied-isotropic-course", "yarns-{case}-p3": "yarns-untied-course-p3"}
@@ -52,10 +51,10 @@ class Evidence:
     geometry: xr.Dataset  # result of the geometry stage
     paper: pd.DataFrame  # ``resources/reference/paper_tables.csv``
     reference: pd.DataFrame  # ``resources/reference/reference.csv``
-    scenes: Mapping[str, Scene]
-    histories: Mapping[str, xr.Dataset] = field(default_factory=dict)
-    contacts: Mapping[str, xr.Dataset] = field(default_factory=dict)
-    stresses: Mapping[str, xr.Dataset] = field(default_factory=dict)
+    scenes: Scenes
+    histories: Datasets = field(default_factory=dict)
+    contacts: Datasets = field(default_factory=dict)
+    stresses: Datasets = field(default_factory=dict)
     # Scenes in course tension that are compared: "tie", "rough", "isotropic", and "untied" for isotropic
     # friction in all rows
     direct: Mapping[str, str] = field(default_factory=dict)
@@ -96,7 +95,7 @@ class Evidence:
         """Return the contacts of one of `direct`; raise `NotRun` without them."""
         return self._result(self.contacts, kind)
 
-    def _result(self, results: Mapping[str, xr.Dataset], kind: str) -> xr.Dataset:
+    def _result(self, results: Datasets, kind: str) -> xr.Dataset:
         if self.direct.get(kind) not in results:
             said = INTERACTIONS.get(kind, "isotropic friction in all rows, and with ties in the outer ones")
             raise NotRun(f"{NO_DIRECT} {said}")

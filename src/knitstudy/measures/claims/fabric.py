@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, of_case
+from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, Datasets, of_case
 from knitstudy.measures.centre_cell import crossing_error, loop_of
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, NotRun, verdict
 from knitstudy.measures.cost import memory_growth
@@ -231,7 +231,7 @@ def _isotropic(evidence: Evidence) -> dict[str, dict[str, xr.Dataset]]:
     return found
 
 
-def _compared(evidence: Evidence, found: Mapping[str, Mapping[str, xr.Dataset]]) -> str:
+def _compared(evidence: Evidence, found: Mapping[str, Datasets]) -> str:
     """Return the origins of the uncertainty in words."""
     others = {made_of(evidence.scenes[name]) for stresses in found.values() for name in list(stresses)[1:]}
     beside = f", {', '.join(sorted(others))} beside it" if others else ""
