@@ -21,7 +21,7 @@ KINDS = ("head", "interlock, left", "interlock, right", "leg, left", "leg, right
 
 NO_SEGMENT = -1
 
-_BETWEEN = {
+BETWEEN = {
     # Zones at the two ends, how many rows and columns the second one lies further: kind, and sides that the yarn is of.
     (2, 3, 0, 0): (0, (0,)),
     (0, 2, 0, 0): (1, (0, 1)),
@@ -91,7 +91,7 @@ def _segment(crossings: Crossings, ends: np.ndarray, yarn: int) -> tuple[int, in
         row, column = int(crossings.row[k]), int(crossings.column[k])
         up, right = int(crossings.row[other]) - row, int(crossings.column[other]) - column
         zones = int(crossings.zone[k]), int(crossings.zone[other])
-        kind, sides = _BETWEEN.get((*zones, up, right), (None, ()))
+        kind, sides = BETWEEN.get((*zones, up, right), (None, ()))
         if kind is not None and any(crossings.yarn[k, side] == yarn for side in sides):
             return kind, row, column
     return None
