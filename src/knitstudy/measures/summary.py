@@ -10,8 +10,8 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.loading.history import FORMS
+from knitstudy.measures.centre_cell import SEGMENT, stress_angles
 from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
-from knitstudy.measures.segments import SEGMENT, stress_angles
 
 # Attributes of the origin of a result.
 PROVENANCE = dict.fromkeys(("scene", "digest", "code_version", "numpy", "scipy", "pyamg"), "")
