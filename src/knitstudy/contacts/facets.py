@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -75,31 +74,23 @@ class Rings:
         """Return the rings of grids whose rows of nodes, which count as parameters, lie at arc lengths in m."""
         return cls(tuple(np.arange(float(len(s))) for s in arc_length), arc_length)
 
-    @cached_property
-    def _first(self) -> np.ndarray:
-        return np.concatenate([[0], np.cumsum([len(along) for along in self.along])])
-
     def arc_length_at(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
         """Return arc lengths (k,) in m of places with parameters (k,) on yarns (k,)."""
-        return self._by_yarn(yarn, along, lambda n, x: np.interp(x, self.along[n], self.arc_length[n]))
-
-    def nearest(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
-        """Return the rings (k,), counted through all yarns, next to places with parameters (k,) on yarns (k,)."""
-
-        def ring(number: int, along: np.ndarray) -> np.ndarray:
-            edges = self.along[number]
-            return self._first[number] + np.searchsorted(0.5 * (edges[1:] + edges[:-1]), along)
-
-        return self._by_yarn(yarn, along, ring).astype(np.int64)
-
-    def _by_yarn(
-        self, yarn: np.ndarray, along: np.ndarray, function: Callable[[int, np.ndarray], np.ndarray]
-    ) -> np.ndarray:
         values = np.empty(len(yarn))
         for number in np.unique(yarn):
             here = yarn == number
-            values[here] = function(number, along[here])
+            values[here] = np.interp(along[here], self.along[number], self.arc_length[number])
         return values
+
+    def nearest(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """Return the rings (k,), counted through all yarns, next to places with parameters (k,) on yarns (k,)."""
+        ring = np.empty(len(yarn), dtype=np.int64)
+        first = 0
+        for number, edges in enumerate(self.along):
+            here = yarn == number
+            ring[here] = first + np.searchsorted(0.5 * (edges[1:] + edges[:-1]), along[here])
+            first += len(edges)
+        return ring
 
 
 # ---- The crossings of a specimen on the surfaces of its mesh: facets that face each other, and what touches near them

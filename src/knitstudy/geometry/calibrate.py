@@ -26,7 +26,7 @@ from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
 from knitstudy.files import replacing
 from knitstudy.geometry.loop import Loop, symmetric_motions, symmetries
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, CostFunction, optimise
-from knitstudy.geometry.survey import approaches, check_yarns, honeycomb_angles, survey
+from knitstudy.geometry.survey import approaches, away_from_crossings, check_yarns, honeycomb_angles, survey
 from knitstudy.study.documents import read_yaml
 
 CURVATURE_SAMPLES = 12  # a Bezier segment, where curvature is bounded and bending energy summed
@@ -163,9 +163,9 @@ def _residuals(candidate, problem):
     u = (np.arange(problem.quarter)[:, None] + share).ravel()
     curvature = curve.curvature(u)
     size = np.linalg.norm(curve.d1(u), axis=1) / CURVATURE_SAMPLES
-    others = approaches(loop, reach=2 * problem.gap + 2, samples=8).without(found.parameter)
-    gap = np.full(NEAREST, np.inf)
-    gap[: others.distance.size] = others.distance[:NEAREST] - 2
+    near = approaches(loop, reach=2 * problem.gap + 2, samples=8)
+    others = away_from_crossings(near, found.parameter)["distance"].to_numpy()[:NEAREST]
+    gap = np.pad(others - 2, (0, NEAREST - others.size), constant_values=np.inf)
     return np.concatenate(
         [
             targets,

@@ -238,9 +238,7 @@ class Approach:
     parameter: np.ndarray  # (K, 2) of the curves
     point: np.ndarray  # (K, 2, 3)
     distance: np.ndarray  # (K,)
-    interior: (
-        np.ndarray
-    )  # (K,) False where a point lies on the bound of its window: no closest approach in it
+    interior: np.ndarray  # (K,) False on the bound of a window: there is no closest approach in it
 
 
 def closest_points(
@@ -293,15 +291,11 @@ def _half_square(curves: tuple[CatmullRom, CatmullRom], u: np.ndarray) -> tuple[
     """Half the squared distance (K,) and the Newton step that lowers it (K, 2)."""
     (a, b), (first, second) = u.T, curves
     apart, ta, tb = first.value(a) - second.value(b), first.d1(a), second.d1(b)
-    gradient = np.stack([_dot(apart, ta), -_dot(apart, tb)], axis=-1)
-    mixed, saa, sbb = -_dot(ta, tb), _dot(ta, ta), _dot(tb, tb)
-    haa, hbb = saa + _dot(apart, first.d2(a)), sbb - _dot(apart, second.d2(b))
+    gradient = np.stack([np.vecdot(apart, ta), -np.vecdot(apart, tb)], axis=-1)
+    mixed, saa, sbb = -np.vecdot(ta, tb), np.vecdot(ta, ta), np.vecdot(tb, tb)
+    haa, hbb = saa + np.vecdot(apart, first.d2(a)), sbb - np.vecdot(apart, second.d2(b))
     # Where the Hessian is not positive definite, the Gauss-Newton part of it is.
     bad = (haa <= 0) | (haa * hbb - mixed**2 <= 1e-6 * saa * sbb)
     haa, hbb = np.where(bad, 1.01 * saa, haa), np.where(bad, 1.01 * sbb, hbb)
     one, two = mixed * gradient[:, 1] - hbb * gradient[:, 0], mixed * gradient[:, 0] - haa * gradient[:, 1]
-    return 0.5 * _dot(apart, apart), np.stack([one, two], axis=-1) / (haa * hbb - mixed**2)[:, None]
-
-
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return (a * b).sum(axis=-1)
+    return 0.5 * np.vecdot(apart, apart), np.stack([one, two], axis=-1) / (haa * hbb - mixed**2)[:, None]

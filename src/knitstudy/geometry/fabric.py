@@ -61,24 +61,21 @@ class Arcs:
 class Fabric:
     """Yarns of one radius, as curves."""
 
-    specimen: str  # what it was made as, "knit" or "pair", and
-    made_of: Mapping[str, Any]  # the numbers that it was made of, by their names in a dataset
     radius: float  # of the yarns. [m]
     clearance: float  # gap aimed at where yarns cross, in radii
     centrelines: tuple[Centreline, ...]  # of all Y yarns
     crossings: Crossings
-    # Held and driven, by the direction of the load (of a pair: by how it is supported).
-    grips: Mapping[str, tuple[Grip, Grip]]
     size: np.ndarray  # lengths along x, y and z that strains refer to. [m]
-    repeats: int  # equally long parts with the same crossings that every yarn consists of
-    cell: (
-        np.ndarray
-    )  # distances along x and y after which the pattern repeats itself; nan if it does not. [m]
     copy_of: np.ndarray  # (Y,) the yarn that every yarn is a moved copy of; it may be itself
     shift: np.ndarray  # (Y, 3) vector from that one to the copy. [m]
-    angle: float = (
-        90.0  # between crossing yarns, which refined meshes are adapted to; of a knit as if 90. [degrees]
-    )
+    specimen: str = "curves"  # what it was made as, and
+    made_of: Mapping[str, Any] = field(default_factory=dict)  # of which numbers, by their names in a dataset
+    # Held and driven, by the direction of the load (of a pair: by how it is supported).
+    grips: Mapping[str, tuple[Grip, Grip]] = field(default_factory=dict)
+    repeats: int = 1  # equally long parts with the same crossings that every yarn consists of
+    # Distances along x and y after which the pattern repeats itself; nan if it does not. [m]
+    cell: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
+    angle: float = 90.0  # between crossing yarns [degrees], for refined meshes; of a knit as if 90
     arcs: Arcs | None = None  # of pieces: the parts of another fabric's yarns that the yarns are
     # (p, 3) vectors by which an endless fabric repeats itself; none if it ends. [m]
     periods: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
@@ -100,20 +97,14 @@ class Fabric:
         """Columns and rows of cells that crossings are labelled with."""
         return int(self.crossings.column.max()) + 1, int(self.crossings.row.max()) + 1
 
-    def stations(self, yarn: int) -> np.ndarray:
-        """Return the ascending arc lengths (k,) of a yarn's crossings. [m]"""
-        return np.sort(self.crossings.arc_length[self.crossings.yarn == yarn])
-
     def gripped_arcs(self, load: str | None) -> dict[int, np.ndarray]:
         """Return the arcs (a, 2) by yarn along which a load grips yarns, without those that are ends. [m]"""
-        arcs = {}
-        for grip in self.grips.get(load or "", ()):
-            for yarn in np.unique(grip.yarn).tolist():
-                own = grip.of(yarn)
-                own = own[own[:, 1] > own[:, 0]]
-                if len(own):
-                    arcs[yarn] = np.concatenate([arcs.get(yarn, NO_ARCS), own])
-        return arcs
+        pair = self.grips.get(load or "")
+        if pair is None:
+            return {}
+        yarn, arc = (np.concatenate([getattr(grip, name) for grip in pair]) for name in ("yarn", "arc"))
+        long = arc[:, 1] > arc[:, 0]
+        return {number: arc[long & (yarn == number)] for number in np.unique(yarn[long]).tolist()}
 
     def grip_ends(self, load: str | None) -> dict[int, np.ndarray]:
         """Return the arc lengths (k,) by yarn, ascending, at which grips begin or end inside yarns. [m]"""
@@ -216,7 +207,6 @@ def of_curves(
     centrelines: Sequence[Centreline],
     radius: float,
     clearance: float = 0.0,
-    grips: Mapping[str, tuple[Grip, Grip]] | None = None,
     size: np.ndarray | None = None,
     copy_of: np.ndarray | None = None,
     shift: np.ndarray | None = None,
@@ -232,21 +222,8 @@ def of_curves(
     if size is None:
         points = np.concatenate([curve.curve.value(np.linspace(*curve.span, 100)) for curve in centrelines])
         size = np.ptp(points, axis=0)
-    fabric = Fabric(
-        specimen="curves",
-        made_of={},
-        radius=radius,
-        clearance=clearance,
-        centrelines=tuple(centrelines),
-        crossings=find_crossings(centrelines, radius, copy_of, shift),
-        grips=grips or {},
-        size=np.asarray(size, dtype=float),
-        repeats=1,
-        cell=np.full(2, np.nan),
-        copy_of=copy_of,
-        shift=shift,
-    )
-    return replace(fabric, **more)
+    crossings = find_crossings(centrelines, radius, copy_of, shift)
+    return Fabric(radius, clearance, tuple(centrelines), crossings, np.asarray(size), copy_of, shift, **more)
 
 
 # ---- Plain knits: rows of loops, whole, cut or endless. Zones of a cell: 0 left lower, 1 right lower, 2 left upper,

@@ -169,30 +169,27 @@ def _at_length(drawn, ratio, settings):
     """The initial loop whose optimisation has the drawn length, and what that returns: secants on the width."""
     length = drawn.length
 
-    def initial(across):
-        return stretched(drawn, across, ratio)
-
-    def excess(loop):
-        return loop.length / length - 1
+    def excess(across):
+        return stretched(drawn, across, ratio).length / length - 1
 
     bounds = 1 / WIDEST, WIDEST
-    if excess(initial(bounds[0])) * excess(initial(bounds[1])) >= 0:
+    if excess(bounds[0]) * excess(bounds[1]) >= 0:
         raise GeometryError(
             f"no wale spacing within a factor of {WIDEST:g} of the drawn one keeps the drawn length of "
             f"{length:.4e} m: take a pattern.course_ratio nearer to 1"
         )
-    across, slope = brentq(lambda each: excess(initial(each)), *bounds, xtol=1e-6), FIRST_SLOPE
-    found = optimise(initial(across), settings)
-    error = excess(found[0])
-    for _ in range(MOST_OPTIMISATIONS - 1):
+    across, slope = brentq(excess, *bounds, xtol=1e-6), FIRST_SLOPE
+    before = step = None
+    for _ in range(MOST_OPTIMISATIONS):
+        initial = stretched(drawn, across, ratio)
+        found = optimise(initial, settings)
+        error = found[0].length / length - 1
         if abs(error) <= LENGTH_TOLERANCE:
-            return initial(across), found
-        step = -error / slope
-        found = optimise(initial(across + step), settings)
-        across, change = across + step, excess(found[0]) - error
-        slope, error = change / step or FIRST_SLOPE, error + change
-    if abs(error) <= LENGTH_TOLERANCE:
-        return initial(across), found
+            return initial, found
+        if step:
+            slope = (error - before) / step or FIRST_SLOPE
+        step, before = -error / slope, error
+        across += step
     raise GeometryError(
         f"the yarn in a loop misses the drawn length of {length:.4e} m by {error:.1e} of it, allowed is "
         f"{LENGTH_TOLERANCE:g}: take a pattern.course_ratio nearer to 1 or a smaller yarn.diameter"

@@ -20,9 +20,7 @@ class Loop:
     negative.
     """
 
-    control_points: (
-        np.ndarray
-    )  # (P, 3) from the sinker's centre, x = 0, to the last one before the next's. [m]
+    control_points: np.ndarray  # (P, 3) from the sinker's centre, x = 0, to the one before the next's. [m]
     wale_spacing: float  # distance w of neighbouring loops along x. [m]
     course_spacing: float  # distance c of neighbouring rows along y. [m]
     radius: float  # R of the yarn. [m]

@@ -9,6 +9,7 @@ endless knit: a finite one has no other pairs.
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from knitstudy.errors import GeometryError
 from knitstudy.geometry.crossings import closest_points, refine, windows_of_loop
@@ -44,15 +45,15 @@ def survey(loop):
     curve = unit.curve
     found = closest_points(curve, curve.shifted(unit.rise), windows_of_loop(curve, unit.rise))
     near = approaches(unit)
-    others = near.without(found.parameter)
+    others = away_from_crossings(near, found.parameter)["distance"].min()  # nan if there are none
     interlock, leg = honeycomb_angles(found.point.mean(axis=1), unit.course_spacing)
-    shortest = min(found.distance.min(), near.distance.min(initial=np.inf))
+    shortest = np.fmin(found.distance.min(), near["distance"].min())
     return Survey(
         length=unit.length * loop.radius,
         radius_of_curvature=smallest_radius_of_curvature(curve) * loop.radius,
         distance=found.distance * loop.radius,
         gap=float(shortest - 2) * loop.radius,
-        other_gap=float(others.distance.min(initial=np.inf) - 2) * loop.radius,
+        other_gap=float(np.fmin(others, np.inf) - 2) * loop.radius,
         interlock_angle=interlock,
         leg_angle=leg,
     )
@@ -81,28 +82,8 @@ def check_yarns(surveyed, loop, tolerance):
         )
 
 
-@dataclass(frozen=True)
-class Approaches:
-    """Local minima of the distance between a loop and the pieces of yarn around it."""
-
-    parameter: (
-        np.ndarray
-    )  # (k, 2) u of the two points; the second one counts on through the neighbouring loops
-    row: np.ndarray  # (k,) row of the second point above the first one's
-    distance: np.ndarray  # (k,) distance of the centrelines. [m]
-
-    def without(self, crossings):
-        """The approaches that are not among the crossings with the next row, (4, 2) parameters."""
-        apart = np.abs(self.parameter[:, None] - crossings).max(axis=-1).min(axis=-1)
-        return self.selected((self.row != 1) | (apart > 1e-3))
-
-    def selected(self, index):
-        """The approaches at an index or mask."""
-        return Approaches(self.parameter[index], self.row[index], self.distance[index])
-
-
 def approaches(loop, reach=REACH, samples=APPROACH_SAMPLES):
-    """All places where a loop comes near other yarn, or to itself: Approaches, sorted by distance.
+    """All places where a loop comes near other yarn, or to itself: local minima of the distance.
 
     Parameters
     ----------
@@ -110,6 +91,12 @@ def approaches(loop, reach=REACH, samples=APPROACH_SAMPLES):
         Distance of centrelines, in radii, beyond which pieces of yarn are not looked at.
     samples : int
         Samples a Bezier segment.
+
+    Returns
+    -------
+    DataFrame
+        By distance: ``row`` of the second point above the first one's, the curve's parameters ``u`` and ``v`` of the
+        two points, the latter counting on through the neighbouring loops, and ``distance`` of the centrelines. [m]
     """
     curve = loop.curve
     y = curve.value(np.linspace(0, curve.period, 20 * curve.period))[:, 1]
@@ -118,15 +105,19 @@ def approaches(loop, reach=REACH, samples=APPROACH_SAMPLES):
     minima = []
     for row in range(rows + 1):
         start = _local_minima(loop, row, reach, samples)
-        image = curve.shifted(row * loop.rise)
-        near = refine(curve, image, start, start[..., None] + [-width, width])
-        number = np.full(len(start), row)
-        minima.append([each[near.interior] for each in (near.parameter, number, near.distance)])
-    result = Approaches(*map(np.concatenate, zip(*minima, strict=True)))
-    result = result.selected(np.argsort(result.distance, kind="stable"))
+        near = refine(curve, curve.shifted(row * loop.rise), start, start[..., None] + [-width, width])
+        columns = np.column_stack([np.full(len(start), row), near.parameter, near.distance])
+        minima.append(columns[near.interior])
+    found = pd.DataFrame(np.concatenate(minima), columns=["row", "u", "v", "distance"])
+    found = found.sort_values("distance", kind="stable", ignore_index=True)
     # Neighbouring samples may end in one minimum.
-    key = np.column_stack([result.row, np.round(result.parameter, 6)])
-    return result.selected(np.sort(np.unique(key, axis=0, return_index=True)[1]))
+    return found[~found[["row", "u", "v"]].round(6).duplicated()]
+
+
+def away_from_crossings(near, crossings):
+    """The approaches that are not among the crossings with the next row, (4, 2) parameters."""
+    apart = np.abs(near[["u", "v"]].to_numpy()[:, None] - crossings).max(axis=-1).min(axis=-1)
+    return near[(near["row"] != 1) | (apart > 1e-3)]
 
 
 def _local_minima(loop, row, reach, samples):

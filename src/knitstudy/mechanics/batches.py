@@ -119,6 +119,16 @@ def share(work: Callable[[int], Result], count: int) -> list[Result]:
     return results
 
 
+def by_parts(
+    work: Callable[[slice], np.ndarray | tuple[np.ndarray, ...]], count: int, size: int
+) -> np.ndarray | tuple[np.ndarray, ...]:
+    """Return the arrays that ``work(part)`` returns, of `size` of so many at a time: that bounds the memory."""
+    found = [work(slice(low, low + size)) for low in range(0, max(count, 1), size)]
+    if isinstance(found[0], tuple):
+        return tuple(map(np.concatenate, zip(*found, strict=True)))
+    return np.concatenate(found)
+
+
 @lru_cache(maxsize=1)
 def _pool(count: int) -> ThreadPoolExecutor:
     """Return the threads that help the calling one, made once: a new one costs as much as a small batch."""

@@ -126,61 +126,40 @@ class SpanSum:
 
     def __init__(
         self,
-        first: np.ndarray,  # int (e,), first node of the elements, rising
-        width: int,  # a; nodes of an element
+        nodes: np.ndarray,  # int (e, a), of the elements, which rise
         indptr: np.ndarray,  # of the pattern, which has all pairs of nodes of an element, columns sorted
         indices: np.ndarray,  # likewise
-        alone: np.ndarray,  # bool (n,), rows that no other batch touches
     ) -> None:
-        rows = touched_rows(first, width)
+        rows, local = np.unique(nodes, return_inverse=True)
+        local = local.reshape(nodes.shape)
         count = np.diff(indptr)[rows]
         start = np.concatenate([[0], np.cumsum(count)])  # of the rows, among the entries of the batch
-        self._size = int(start[-1])
-        local = np.searchsorted(rows, first[:, None] + np.arange(width))  # (e, a)
-        row = rows[local]
-        within = entries_at(indptr, indices, row, first[:, None]) - indptr[row]
+        within = entries_at(indptr, indices, nodes, nodes[:, :1]) - indptr[nodes]
         self._place = (start[local] + within).astype(np.int32)
-        self._rounds = _rounds(first, width)
-        self._width = width
-        change = (np.diff(rows) != 1) | (alone[rows[1:]] != alone[rows[:-1]])
-        self._own: list[
-            tuple[slice, slice]
-        ] = []  # runs of rows, among the entries of the batch and in the pattern
-        self._joint: list[tuple[slice, slice]] = []
-        for low, high in pairwise([0, *(np.flatnonzero(change) + 1).tolist(), len(rows)]):
-            here = slice(int(start[low]), int(start[high]))
-            there = slice(int(indptr[rows[low]]), int(indptr[rows[high - 1] + 1]))
-            (self._own if alone[rows[low]] else self._joint).append((here, there))
+        self._size = int(start[-1])
+        self._rounds = _rounds(nodes[:, 0], nodes.shape[1])
+        ends = np.flatnonzero(np.diff(rows) != 1) + 1
+        # Runs of rows, among the entries of the batch and in the pattern.
+        self._runs = [
+            (slice(start[low], start[high]), slice(indptr[rows[low]], indptr[rows[high - 1] + 1]))
+            for low, high in pairwise([0, *ends, len(rows)])
+        ]
 
-    def put(self, data: np.ndarray, blocks: np.ndarray) -> np.ndarray:
-        """Write rows of its own into `data` (entries, 9); return what rows at the seams get, from blocks (e a^2, 9)."""
-        total = np.zeros((self._size, data.shape[1]))
-        blocks = blocks.reshape(len(self._place), -1, data.shape[1])
+    def of(self, blocks: np.ndarray) -> np.ndarray:
+        """Return the sums (k, b) of blocks (e a^2, b) at the entries of the batch."""
+        total = np.zeros((self._size, blocks.shape[1]))
+        width = self._place.shape[1]
+        blocks = blocks.reshape(len(self._place), -1, blocks.shape[1])
         for number in range(self._rounds):  # of elements that share no node
             chosen = slice(number, None, self._rounds)
-            places = self._place[chosen][:, :, None] + np.arange(self._width)
+            places = self._place[chosen][:, :, None] + np.arange(width)
             total[places.reshape(len(places), -1)] += blocks[chosen]
-        for here, there in self._own:
-            data[there] = total[here]
-        return np.concatenate([total[here] for here, _ in self._joint] or [total[:0]])
+        return total
 
-    def clear(self, data: np.ndarray) -> None:
-        """Set the rows at the seams to zero."""
-        for _, there in self._joint:
-            data[there] = 0
-
-    def close(self, data: np.ndarray, seam: np.ndarray) -> None:
-        """Add what `put` has returned."""
-        start = 0
-        for _, there in self._joint:
-            size = there.stop - there.start
-            data[there] += seam[start : start + size]
-            start += size
-
-
-def touched_rows(first: np.ndarray, width: int) -> np.ndarray:
-    """Return the nodes of elements whose nodes have consecutive numbers, ascending."""
-    return np.unique(first[:, None] + np.arange(width))
+    def add(self, data: np.ndarray, total: np.ndarray) -> None:
+        """Add what `of` has returned to all entries (entries, b)."""
+        for here, there in self._runs:
+            data[there] += total[here]
 
 
 def consecutive(connectivity: np.ndarray) -> bool:

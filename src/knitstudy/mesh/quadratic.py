@@ -34,9 +34,7 @@ class QuadraticSection:
 
     section: Section  # corners and quads, the ring on the unit circle
     edges: np.ndarray  # (m, 2) corners of every edge
-    middles: (
-        np.ndarray
-    )  # (m, 2) positions of their middles over the radius; those of the ring lie on the circle
+    middles: np.ndarray  # (m, 2) places of their middles over the radius; those of the ring on the circle
     quad_edges: np.ndarray  # (e, 4) edges of every quad, the first one from its first corner to its second
     ring_edges: np.ndarray  # (a,) edges from every surface node to the next one
 
@@ -75,9 +73,7 @@ class QuadraticMesh:
     station: np.ndarray  # (N,) numbered through all yarns
     corner_nodes: np.ndarray  # number of every node of ``corners``
     face_centres: np.ndarray  # (F,) nodes in the middles of surface faces, which belong to no element
-    faces: (
-        np.ndarray
-    )  # (F, 8) corners of these faces, and the middles of their edges: what `FACE_CENTRE` weighs
+    faces: np.ndarray  # (F, 8) corners of these faces, and middles of their edges, by `FACE_CENTRE`
     grids: tuple[np.ndarray, ...]  # surface nodes (2 s - 1, 2 a) of every yarn, station by station, by angle
     arc_lengths: tuple[np.ndarray, ...]  # (2 s - 1,) of the stations of every yarn. [m]
 
@@ -86,8 +82,7 @@ class QuadraticMesh:
         """Angles (2 s - 1, 2 a) of the nodes of every grid, from d1 towards d2, rad."""
         ring = self.corners.section.angles
         around = np.stack([ring, ring + np.pi / ring.size], axis=-1).ravel()
-        bounds = self.corners.first_slice
-        pulls = (self.corners.pull[slice(*bounds[yarn : yarn + 2])] for yarn in range(self.corners.yarns))
+        pulls = self.corners.by_yarn(self.corners.pull)
         return tuple(drawn_angles(around, _with_middles(pull)) for pull in pulls)
 
     @cached_property
@@ -132,9 +127,14 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Centreline]) -> QuadraticMe
     on_slices = np.stack([slice_nodes[:, ring], slice_nodes[:, ring_edges]], axis=-1).reshape(len(slices), -1)
     between = np.stack([middle_nodes[:, ring], middle_nodes[:, q:]], axis=-1).reshape(len(lower), -1)
 
+    station_of_slice = 2 * slices - mesh.yarn_of_slice
     station = np.empty(len(nodes), dtype=np.int64)
-    station[slice_nodes] = (2 * slices - mesh.yarn_of_slice)[:, None]
-    station[middle_nodes] = station[below[:, :1]] + 1
+    grid = np.empty((station_of_slice[-1] + 1, 2 * a), dtype=np.int64)
+    for here, own, on_surface in (
+        (station_of_slice, slice_nodes, on_slices),
+        (station_of_slice[lower] + 1, middle_nodes, between),
+    ):
+        station[own], grid[here] = here[:, None], on_surface
     quads, edges = section.section.quads, q + section.quad_edges
     parts = [below[:, quads], above[:, quads], below[:, edges], above[:, edges], middle_nodes[:, quads]]
     elements = np.concatenate(parts, axis=-1).reshape(-1, 20).astype(np.int32)
@@ -150,7 +150,7 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Centreline]) -> QuadraticMe
         corner_nodes=slice_nodes[:, :q].ravel(),
         face_centres=middle_nodes[:, q:].ravel(),
         faces=faces.reshape(-1, 8),
-        grids=tuple(_grid(on_slices, between, mesh, yarn) for yarn in range(mesh.yarns)),
+        grids=tuple(np.split(grid, station_of_slice[mesh.first_slice[1:-1]])),
         arc_lengths=arc_lengths,
     )
 
@@ -165,26 +165,15 @@ def _middle_slices(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Centres (L, 3) and frames (L, 3, 3) halfway between all slices of every yarn."""
     centres, frames = [], []
-    for yarn, (curve, s) in enumerate(zip(curves, arc_lengths, strict=True)):
-        here = slice(*mesh.first_slice[yarn : yarn + 2])
+    for curve, s, d1 in zip(curves, arc_lengths, mesh.by_yarn(mesh.frames[:, 0]), strict=True):
         place = curve.position(s)
         free = rotation_minimising(place, curve.tangent(s))
         # The roll of the slices against frames without spin, and its mean between them.
-        d1 = mesh.frames[here, 0]
         x, y = (np.einsum("si,si->s", free[::2, axis], d1) for axis in (0, 1))
         roll = np.unwrap(np.arctan2(y, x))
         centres.append(place[1::2])
         frames.append(rolled(free[1::2], 0.5 * (roll[1:] + roll[:-1])))
     return np.concatenate(centres), np.concatenate(frames)
-
-
-def _grid(on_slices: np.ndarray, between: np.ndarray, mesh: SweptMesh, yarn: int) -> np.ndarray:
-    """Surface nodes (2 s - 1, 2 a) of one yarn, from those of all slices and of all middle slices."""
-    first, last = mesh.first_slice[yarn : yarn + 2]
-    grid = np.empty((2 * (last - first) - 1, on_slices.shape[1]), dtype=np.int64)
-    grid[::2] = on_slices[first:last]
-    grid[1::2] = between[first - yarn : last - yarn - 1]
-    return grid
 
 
 def _refuse_folded(nodes: np.ndarray, elements: np.ndarray, corners: SweptMesh) -> None:

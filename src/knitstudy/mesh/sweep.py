@@ -190,7 +190,11 @@ class SweptMesh:
     @property
     def stations(self) -> tuple[np.ndarray, ...]:
         """Arc lengths of the slices of every yarn, m."""
-        return tuple(np.split(self.arc_length, self.first_slice[1:-1]))
+        return self.by_yarn(self.arc_length)
+
+    def by_yarn(self, values: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return values of slices (S, ...) for every yarn."""
+        return tuple(np.split(values, self.first_slice[1:-1]))
 
     @cached_property
     def angles(self) -> np.ndarray:
@@ -242,7 +246,9 @@ class SweptMesh:
     def to_dataset(self) -> xr.Dataset:
         """Dataset of everything the mesh consists of (SI units)."""
         metre, one, section = {"units": "m"}, {"units": "1"}, self.section
-        corners = one | {"long_name": "corner nodes, VTK order"}
+        corners, over_radius = (
+            one | {"long_name": name} for name in ("corner nodes, VTK order", "over the radius")
+        )
         variables = {
             "nodes": (("node", "xyz"), self.nodes, metre),
             "hexahedra": (("element", "corner"), self.hexahedra, corners),
@@ -250,11 +256,7 @@ class SweptMesh:
             "frames": (("slice", "director", "xyz"), self.frames, one | {"long_name": "d1, d2, tangent"}),
             "arc_length": (("slice",), self.arc_length, metre),
             "first_slice": (("yarn_bound",), self.first_slice, one),
-            "section_points": (
-                ("section_node", "plane"),
-                section.points,
-                one | {"long_name": "over the radius"},
-            ),
+            "section_points": (("section_node", "plane"), section.points, over_radius),
             "section_quads": (("section_quad", "quad_corner"), section.quads, one),
             "section_ring": (("angle",), section.ring, one),
             "radius": ((), self.radius, metre),

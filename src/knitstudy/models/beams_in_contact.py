@@ -30,10 +30,8 @@ from knitstudy.mechanics.beam_contact import (
 )
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.increment import Increment
-from knitstudy.models import network
 from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
-from knitstudy.models.network import Network
-from knitstudy.models.network_3d import spatial_network
+from knitstudy.models.network_3d import Network, loaded, spatial_network
 from knitstudy.study.scene import Scene
 
 
@@ -161,8 +159,8 @@ class BeamKnit:
 
     def __post_init__(self) -> None:
         stations, crossings = self.network.stations, self.crossings
-        places = list(zip(crossings.yarn[:, 0], crossings.arc_length[:, 0], strict=True))
-        self._lower = [stations.nearest(*places[k]) for k in np.flatnonzero(self.tied)]
+        lower = crossings.chosen(self.tied)
+        self._lower = stations.nearest(lower.yarn[:, 0], lower.arc_length[:, 0])
         stencil = self.model.contact.curves.stencil
         self._stencil = [stencil(crossings.yarn[:, i], crossings.arc_length[:, i]) for i in (0, 1)]
         self._rest = crossings.point.mean(axis=1)
@@ -289,7 +287,7 @@ def build(scene: Scene, fabric: Fabric) -> Problem:
     """
     beams = beam_knit(scene, fabric)
     law = beams.model.contact
-    return network.loaded(
+    return loaded(
         scene,
         fabric,
         beams.network,

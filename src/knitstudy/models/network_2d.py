@@ -27,9 +27,7 @@ from knitstudy.errors import GeometryError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Stations
 from knitstudy.loading.solve import Problem
-from knitstudy.models import network
-from knitstudy.models.network import Network
-from knitstudy.models.network_3d import contacts_of
+from knitstudy.models.network_3d import Network, contacts_of, problem, require_named
 from knitstudy.study.scene import Scene
 
 INTERLOCKS, LEGS = ("interlock, left", "interlock, right"), ("leg, left", "leg, right")
@@ -119,9 +117,9 @@ def build(
     another fabric; GeometryError if the stresses make no honeycomb.
     """
     contacts = contacts_of(scene, fabric, contacts)
-    network.require_named(scene, "rom.stress_from", "stresses", stresses)
+    require_named(scene, "rom.stress_from", "stresses", stresses)
     beams = planar_network(fabric, contacts, scene.rom.section == "doubled", stresses)
-    return network.problem(scene, fabric, beams)
+    return problem(scene, fabric, beams)
 
 
 def planar_network(

@@ -25,7 +25,7 @@ from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.solids_and_beams import MixedState, Seams, SolidsAndBeams
 from knitstudy.mesh.mesher import Grips
-from knitstudy.models import network, solids, spline_yarns
+from knitstudy.models import solids, spline_yarns
 from knitstudy.models.beams_in_contact import beam_contact, piece_bounds, point_pairs
 from knitstudy.models.joints import (
     LARGEST,
@@ -36,8 +36,7 @@ from knitstudy.models.joints import (
     patch_stiffness,
     springs,
 )
-from knitstudy.models.network import Network
-from knitstudy.models.network_3d import spatial_network
+from knitstudy.models.network_3d import Network, loaded, spatial_network
 from knitstudy.models.solids import SolidYarns
 from knitstudy.study.scene import Scene
 
@@ -147,8 +146,7 @@ def surroundings(scene: Scene, fabric: Fabric, window: Window, contacts: xr.Data
 
 def cut_nodes(around: Network, window: Window) -> np.ndarray:
     """Return the nodes (P, 2) of the network at both ends of every solid arc."""
-    ends = zip(np.repeat(window.yarn, 2), window.arc.ravel(), strict=True)
-    return around.station_node[[around.stations.nearest(*end) for end in ends]].reshape(-1, 2)
+    return around.station_node[around.stations.nearest(window.yarn[:, None], window.arc)]
 
 
 def _joints(
@@ -226,8 +224,11 @@ def touching_beams(
         return None
     chain = _chains(around)
     curves = Curves(chain, around.stations.arc_length)
-    crossings = _on_chains(fabric.crossings.chosen(outside), around.stations, chain)
-    contact = beam_contact(scene, curves, point_pairs(crossings, touching, curves.length))
+    crossings = fabric.crossings.chosen(outside)
+    # Chains take the place of yarns; arc lengths stay those of the yarns.
+    own = chain[around.stations.nearest(crossings.yarn, crossings.arc_length)]
+    pairs = point_pairs(replace(crossings, yarn=own), touching, curves.length)
+    contact = beam_contact(scene, curves, pairs)
     return TouchingBeams(beams, around.station_node, around.station_offset, contact)
 
 
@@ -238,15 +239,6 @@ def _chains(around: Network) -> np.ndarray:
     elements = around.ends[:, 0] * count + around.ends[:, 1]
     joined[1:] = (yarn[1:] == yarn[:-1]) & np.isin(node[:-1] * count + node[1:], elements)
     return np.cumsum(~joined) - 1
-
-
-def _on_chains(crossings: Crossings, stations: Stations, chain: np.ndarray) -> Crossings:
-    """Return crossings with chains instead of yarns; arc lengths stay those of the yarns."""
-    # Places of all stations on one axis, yarn after yarn, as the network has them.
-    longest = 2 * stations.arc_length.max()
-    places = longest * stations.yarn + stations.arc_length
-    nearest = np.searchsorted(places, longest * crossings.yarn + crossings.arc_length)
-    return replace(crossings, yarn=chain[nearest])
 
 
 # Columns of the history with a value for every crossing
@@ -330,23 +322,21 @@ def build(scene: Scene, fabric: Fabric, springs: xr.Dataset | None = None) -> Pr
     model, yarns, window = mixed.model, mixed.yarns, mixed.window
     shown = np.zeros(mixed.crossings, dtype=np.int8)
     shown[window.shown] = 1
-    tied = np.zeros(mixed.crossings, dtype=np.int8)
-    tied[window.crossing] = np.isfinite(yarns.ties.area)
-    return network.loaded(
+    ties = {name: mixed.of_all(values) for name, values in yarns.ties.constants().items()}
+    ties["crossing_tied"] = np.nan_to_num(ties["crossing_tied"]).astype(np.int8)
+    return loaded(
         scene,
         fabric,
         mixed.network,
         first=model.first_beam,
         model=model,
         observer=mixed,
-        settings=settings_of(scene, yarns.contact is not None),
+        settings=settings_of(scene, yarns.touches),
         stations=mixed.stations,
         checks=(partial(require_no_jump, scene),),
         constants={
             "window_crossing": shown,
-            "crossing_tied": tied,
-            "tied_area": mixed.of_all(yarns.ties.area),
-            "tied_centroid": mixed.of_all(yarns.ties.centroid),
+            **ties,
             "seam_yarn": np.repeat(window.yarn, 2),
             "seam_arc_length": window.arc.ravel(),
         },
