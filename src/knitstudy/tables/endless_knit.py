@@ -11,8 +11,8 @@ import xarray as xr
 from knitstudy.exchange.inp import SHELL_ENTRIES, section_matrix, shell_entries
 from knitstudy.loading.history import DIRECTIONS
 from knitstudy.measures.catalogue import Datasets, Scenes, several
+from knitstudy.measures.cost import SERIES, Series, force_per_width, series_of
 from knitstudy.measures.discretisation import made_of
-from knitstudy.measures.domain import SERIES, Series, force_per_width, series_of
 from knitstudy.measures.endless_knit import CELLS, Moduli, between_grips, limit, moduli
 from knitstudy.measures.response import increment_at
 from knitstudy.study.scene import Scene

@@ -6,9 +6,15 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.measures.catalogue import SQUARES, Datasets, Scenes, several
-from knitstudy.measures.cost import MEGABYTE, memory_growth
+from knitstudy.measures.cost import (
+    MEGABYTE,
+    Series,
+    domain_response,
+    memory_growth,
+    seconds_a_newton_iteration,
+    series_of,
+)
 from knitstudy.measures.discretisation import is_direct
-from knitstudy.measures.domain import Series, domain_response, seconds_a_newton_iteration, series_of
 from knitstudy.measures.paper_values import number_if_printed
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES

@@ -16,9 +16,7 @@ from knitstudy.measures.catalogue import (
     several,
     solid,
 )
-from knitstudy.measures.discretisation import INTERACTIONS, made_of
-from knitstudy.measures.paper_values import numbers
-from knitstudy.measures.segments import (
+from knitstudy.measures.centre_cell import (
     SEGMENT,
     angles_to_axes,
     central,
@@ -26,6 +24,8 @@ from knitstudy.measures.segments import (
     honeycomb_segments,
     stress_angles,
 )
+from knitstudy.measures.discretisation import INTERACTIONS, made_of
+from knitstudy.measures.paper_values import numbers
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
