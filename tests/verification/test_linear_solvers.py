@@ -17,7 +17,7 @@ def cell(plain_scene, knit_of):
     )
     knit = knit_of(scene)
     problem = build(scene, knit, mesh=mesh_fabric(knit, scene.mesh.size))
-    return problem.observers[0].yarns, problem
+    return problem.observer.yarns, problem
 
 
 def tangent(problem, displacement=0.0):

@@ -8,33 +8,28 @@ from __future__ import annotations
 
 import logging
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TextIO
 
 import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.exchange.deck import Deck, Equations, Step, Surface, specimen_deck
+from knitstudy.exchange.deck import Deck, Step, Surface, specimen_deck
 from knitstudy.files import code_version, replacing
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.models.interactions import Equations
 from knitstudy.study.scene import Scene
 
-if TYPE_CHECKING:
-    from knitstudy.exchange.deck import Deck, Step
+NUMBER = "%.12e"  # at most 19 characters: CalculiX reads no more than 20 of a number
 
-
-NUMBER = "%.12e"
-"""At most 19 characters: CalculiX reads no more than 20 of a number."""
-
+# Hourglass stiffness over G in Abaqus at a scaling factor of 1; over (1 + nu) G in CalculiX, where it is fixed
 HOURGLASS_OF_C3D8R = {"abaqus": 0.005, "calculix": 0.008}
-"""Hourglass stiffness over G in Abaqus at a scaling factor of 1; over (1 + nu) G in CalculiX, where it is fixed."""
 
-ROUGH = 1e6
-"""Friction coefficient that stands for rough contact in CalculiX."""
+ROUGH = 1e6  # friction coefficient that stands for rough contact in CalculiX
 
 
 @dataclass(frozen=True)
@@ -61,9 +56,10 @@ NEO_HOOKE = Keywords(
 
 HARD = "*SURFACE BEHAVIOR, PENALTY=LINEAR\n{normal:.12e}\n"
 
+# The second number belongs to contact of nodes and must be positive.
 LINEAR = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{normal:.12e}, 1.0\n"
-"""The second number belongs to contact of nodes and must be positive."""
 
+# Keywords by key and value, then by dialect
 TABLE: dict[tuple[str, str], dict[str, Keywords]] = {
     ("mesh.element", "one_point"): {
         "abaqus": Keywords(
@@ -117,27 +113,22 @@ TABLE: dict[tuple[str, str], dict[str, Keywords]] = {
         ),
     },
 }
-"""Keywords by key and value, then by dialect."""
 
-
-def _abaqus_outputs(deck: Deck) -> str:
-    """Ask for fields at the end, and for energies and the reaction of the driven set in every increment."""
-    contact = "*CONTACT OUTPUT\nCSTRESS, CDISP\n" if deck.contacts else ""
-    ending = "*OUTPUT, FIELD, NUMBER INTERVAL=1\n*NODE OUTPUT\nU, RF\n*ELEMENT OUTPUT\nS, LE\n" + contact
-    always = "*OUTPUT, HISTORY, FREQUENCY=1\n*ENERGY OUTPUT\nALLIE, ALLSE, ALLAE, ALLWK, ALLFD\n"
-    reaction = f"*NODE PRINT, NSET={deck.driven}, TOTALS=YES, SUMMARY=NO\nRF\n"
-    return (ending if deck.fields else "") + always + reaction
-
-
-def _calculix_outputs(deck: Deck) -> str:
-    """Ask for the reaction of the driven set, displacements and contact stresses in every increment."""
-    reaction = f"*NODE PRINT, NSET={deck.driven}, TOTALS=ONLY\nRF\n"
-    contact = "*CONTACT FILE\nCDIS, CSTR\n" if deck.contacts else ""
-    return reaction + ("*NODE FILE\nU\n" + contact if deck.fields else "")
-
-
-DIALECTS: dict[str, Callable[[Deck], str]] = {"abaqus": _abaqus_outputs, "calculix": _calculix_outputs}
-"""Cards that ask for results, by dialect."""
+# Cards that ask for results, by dialect: energies and the reaction of the driven set in every increment; fields; and
+# fields of yarns that touch
+OUTPUTS = {
+    "abaqus": (
+        "*OUTPUT, HISTORY, FREQUENCY=1\n*ENERGY OUTPUT\nALLIE, ALLSE, ALLAE, ALLWK, ALLFD\n"
+        "*NODE PRINT, NSET=DRIVEN, TOTALS=YES, SUMMARY=NO\nRF\n",
+        "*OUTPUT, FIELD, NUMBER INTERVAL=1\n*NODE OUTPUT\nU, RF\n*ELEMENT OUTPUT\nS, LE\n",
+        "*CONTACT OUTPUT\nCSTRESS, CDISP\n",
+    ),
+    "calculix": (
+        "*NODE PRINT, NSET=DRIVEN, TOTALS=ONLY\nRF\n",
+        "*NODE FILE\nU\n",
+        "*CONTACT FILE\nCDIS, CSTR\n",
+    ),
+}
 
 
 def keywords(deck: Deck, dialect: str) -> dict[str, Keywords]:
@@ -145,8 +136,8 @@ def keywords(deck: Deck, dialect: str) -> dict[str, Keywords]:
 
     Raises ConfigurationError if the dialect is unknown, or the program does not have one of them.
     """
-    if dialect not in DIALECTS:
-        raise ConfigurationError(f"unknown deck dialect {dialect!r}; allowed are {', '.join(DIALECTS)}")
+    if dialect not in OUTPUTS:
+        raise ConfigurationError(f"unknown deck dialect {dialect!r}; allowed are {', '.join(OUTPUTS)}")
     values = {"mesh.element": deck.element, "yarn.material": deck.material.name}
     if deck.interaction is not None:
         values["interaction"] = deck.interaction.kind
@@ -158,22 +149,16 @@ def keywords(deck: Deck, dialect: str) -> dict[str, Keywords]:
     return {key: TABLE[key, value][dialect].filled(numbers) for key, value in values.items()}
 
 
-def step_parameters(deck: Deck, dialect: str) -> str:
-    """Return the parameters of every step: friction makes the tangent unsymmetric, which Abaqus must be told."""
-    return ", UNSYMM=YES" if dialect == "abaqus" and deck.contacts else ""
-
-
 def steps(deck: Deck, dialect: str) -> tuple[Step, ...]:
     """Return the steps of a deck, in CalculiX with contact after a step in which nothing is driven.
 
     In the first step CalculiX takes the penetration at the beginning of an increment for an overlap of the mesh, which
     acts in proportion to the time that has passed: contact pressures are too small until it ends (docs/decks.md).
     """
-    if dialect != "calculix" or not (deck.contacts and deck.rests):
+    if dialect != "calculix" or not deck.contacts:
         return deck.steps
-    first = deck.steps[0]
-    still = tuple(replace(each, value=0.0) for each in first.prescribed)
-    return (replace(first, prescribed=still, increments=1), *deck.steps)
+    still = Step(dict.fromkeys(deck.steps[0].moves, 0.0), increments=1)
+    return (still, *deck.steps)
 
 
 def _template_numbers(deck: Deck) -> dict[str, float]:
@@ -196,29 +181,21 @@ def _template_numbers(deck: Deck) -> dict[str, float]:
     return numbers | contact | {"elastic_slip": touch.elastic_slip}
 
 
-# ---- Keyword files (.inp) of Abaqus and CalculiX
+# Keyword files (.inp) of Abaqus and CalculiX
 
 ENTRIES_PER_LINE = 12
-
-COMMENT = 120
-"""Characters a line of comments; CalculiX reads 132."""
-
-INTERACTION = "YARNS"
-"""Name of the surface interaction of all contact pairs."""
+COMMENT = 120  # characters a line of comments; CalculiX reads 132
+INTERACTION = "YARNS"  # name of the surface interaction of all contact pairs
 
 log = logging.getLogger(__name__)
 
 
 def write_inp(deck: Deck, path: Path | str, dialect: str) -> None:
-    """Write a deck as a keyword file, whole or not at all.
+    """Write a deck as a keyword file of Abaqus or CalculiX, whole or not at all.
 
     What the keywords cannot say of the scene stands in the file's head as comments, and is logged as warnings.
     Raises ConfigurationError if the dialect is unknown, or the program lacks the deck's element, material or
     interaction; DataFileError if the file cannot be written.
-
-    Parameters
-    ----------
-    dialect : {"abaqus", "calculix"}
     """
     words = keywords(deck, dialect)
     departures = [*filter(None, (each.departure for each in words.values())), *deck.departures]
@@ -295,16 +272,20 @@ def _write_equations(file: TextIO, equations: Equations) -> None:
 
 
 def _write_step(file: TextIO, deck: Deck, step: Step, dialect: str) -> None:
-    parameters = step_parameters(deck, dialect)
-    file.write(f"*STEP, NLGEOM, INC={100 * step.increments}{parameters}\n")
+    # Friction makes the tangent unsymmetric, which Abaqus must be told.
+    unsymmetric = ", UNSYMM=YES" if dialect == "abaqus" and deck.contacts else ""
+    file.write(f"*STEP, NLGEOM, INC={100 * step.increments}{unsymmetric}\n")
     if deck.tolerance is not None:
         file.write("*CONTROLS, PARAMETERS=FIELD, FIELD=DISPLACEMENT\n")
         file.write(f"{NUMBER % deck.tolerance}, {NUMBER % deck.tolerance}\n")
     # Whole numbers of time: increments of a rounded fraction would leave a last one of almost nothing.
     file.write(f"*STATIC, DIRECT\n1.0, {step.increments}.0\n*BOUNDARY\n")
-    for item in step.prescribed:
-        file.write(f"{item.node_set}, {item.first}, {item.last}, {NUMBER % item.value}\n")
-    file.write(DIALECTS[dialect](deck) + "*END STEP\n")
+    file.write(f"HELD, 1, 3, {NUMBER % 0.0}\n")
+    for component, value in step.moves.items():
+        file.write(f"DRIVEN, {component}, {component}, {NUMBER % value}\n")
+    always, fields, contact = OUTPUTS[dialect]
+    fields += contact if deck.contacts else ""
+    file.write(always + (fields if deck.fields else "") + "*END STEP\n")
 
 
 def _numbers(count: int) -> str:
@@ -324,22 +305,22 @@ def _wrapped(numbers: np.ndarray) -> Iterator[str]:
 
 def write_abaqus(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
     """Write the deck of a scene for Abaqus."""
-    deck = specimen_deck(scene, Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh))
-    write_inp(deck, path, "abaqus")
+    write_inp(_deck(scene, geometry, mesh), path, "abaqus")
 
 
 def write_calculix(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
     """Write the deck of a scene for CalculiX."""
-    deck = specimen_deck(scene, Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh))
-    write_inp(deck, path, "calculix")
+    write_inp(_deck(scene, geometry, mesh), path, "calculix")
 
 
-# ---- Stiffness of an endless knit at rest, as a shell section of Abaqus
+def _deck(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset) -> Deck:
+    return specimen_deck(scene, Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh))
 
-SHELL_ENTRIES_PER_LINE = 8
 
+# Stiffness of an endless knit at rest, as a shell section of Abaqus
+
+# The 21 entries of a symmetric section in their order: column by column, each down to the diagonal
 SHELL_ENTRIES = tuple(f"D{row + 1}{column + 1}" for column in range(6) for row in range(column + 1))
-"""The 21 entries of a symmetric section in their order: column by column, each down to the diagonal."""
 
 SHELL = """*HEADING
 {name}: an endless knit as a shell
@@ -379,8 +360,7 @@ def shell_entries(matrix: np.ndarray) -> np.ndarray:
 def write_shell(scene: Scene, path: Path | str, history: xr.Dataset) -> None:
     """Write one square shell element with the section of a cell, to be copied into a model of Abaqus."""
     numbers = [NUMBER % value for value in shell_entries(section_matrix(history))]
-    starts = range(0, len(numbers), SHELL_ENTRIES_PER_LINE)
-    data = "\n".join(", ".join(numbers[i : i + SHELL_ENTRIES_PER_LINE]) for i in starts)
+    data = "\n".join(", ".join(numbers[i : i + 8]) for i in range(0, len(numbers), 8))
     text = SHELL.format(name=scene.name, version=code_version(), entries=", ".join(SHELL_ENTRIES), data=data)
     with replacing(path) as temporary:
         Path(temporary).write_text(text, encoding="ascii")

@@ -4,7 +4,7 @@ A loop is its own mirror image about the plane through head and sinker (x = w/2)
 shape, a half turn about the z axis through the middle of a leg maps the yarn onto itself too.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,29 +16,15 @@ from knitstudy.geometry.spline import CatmullRom
 class Loop:
     """Control points of one loop and the spacings at which it is repeated.
 
-    Attributes
-    ----------
-    control_points : ndarray (P, 3)
-        From the sinker's centre, where x = 0, to the last point before the next sinker's centre. [m]
-    wale_spacing, course_spacing : float
-        Distance w of neighbouring loops along x, and c of neighbouring rows along y. [m]
-    radius : float
-        Radius R of the yarn. [m]
-    clearance : float
-        Gap c0 between yarns at the crossings that the optimisation aims at, in radii.
-
-    Raises
-    ------
-    GeometryError
-        When a length is not positive, rows or loops stand closer than a diameter, or the clearance is
-        negative.
+    Raises GeometryError when a length is not positive, rows or loops stand closer than a diameter, or the clearance is
+    negative.
     """
 
-    control_points: np.ndarray
-    wale_spacing: float
-    course_spacing: float
-    radius: float
-    clearance: float = 0.0
+    control_points: np.ndarray  # (P, 3) from the sinker's centre, x = 0, to the one before the next's. [m]
+    wale_spacing: float  # distance w of neighbouring loops along x. [m]
+    course_spacing: float  # distance c of neighbouring rows along y. [m]
+    radius: float  # R of the yarn. [m]
+    clearance: float = 0.0  # gap c0 between yarns at the crossings that the optimisation aims at, in radii
 
     def __post_init__(self):
         object.__setattr__(self, "control_points", np.array(self.control_points, dtype=float))
@@ -77,47 +63,18 @@ class Loop:
 
     def in_radii(self):
         """The same loop with the radius as unit of length."""
-        return self.scaled(1 / self.radius, radius=1.0)
-
-    def scaled(self, factor, radius=None):
-        """The same loop with every length times a factor."""
-        return Loop(
-            self.control_points * factor,
-            self.wale_spacing * factor,
-            self.course_spacing * factor,
-            self.radius * factor if radius is None else radius,
-            self.clearance,
-        )
-
-    def with_points(self, control_points):
-        """The same loop through other control points (P, 3). [m]"""
-        return replace(self, control_points=control_points)
+        factor = 1 / self.radius
+        spacings = self.wale_spacing * factor, self.course_spacing * factor
+        return Loop(self.control_points * factor, *spacings, 1.0, self.clearance)
 
 
 # ---- Symmetries
 
-SYMMETRY_TOLERANCE = 1e-9
-"""Distance over the wale spacing by which an image may miss its point."""
-
-
-@dataclass(frozen=True)
-class Symmetry:
-    """One symmetry: control point k goes to ``image[k]``, its displacement is multiplied by ``sign``."""
-
-    image: np.ndarray  # (P,) int
-    sign: np.ndarray  # (3,)
-
-    def matrix(self):
-        """Action on displacements: (3 P, 3 P)."""
-        count = len(self.image)
-        action = np.zeros((count, 3, count, 3))
-        k, axis = np.arange(count)[:, None], np.arange(3)
-        action[self.image[k], axis, k, axis] = self.sign
-        return action.reshape(3 * count, 3 * count)
+SYMMETRY_TOLERANCE = 1e-9  # distance over the wale spacing by which an image may miss its point
 
 
 def symmetries(curve):
-    """Symmetries of a loop, the mirror and the half turn if the loop has it: tuple of Symmetry.
+    """Symmetries of a loop, the mirror and the half turn if the loop has it: matrices (3 P, 3 P) on displacements.
 
     Parameters
     ----------
@@ -140,13 +97,18 @@ def symmetries(curve):
             f"by {miss / wale:.2e} wale spacings: allowed is an even number of points, mirrored within "
             f"{SYMMETRY_TOLERANCE:g}, the first one at the sinker's centre"
         )
-    found = [Symmetry((count - k) % count, np.array([-1.0, 1.0, 1.0]))]
+
+    def action(image, sign):
+        """Control point k goes to image[k], its displacement is multiplied by the sign."""
+        return np.kron(np.eye(count)[:, image % count], np.diag(sign))
+
+    found = [action(count - k, [-1.0, 1.0, 1.0])]
     if count % 4 == 0:
         centre = 2 * points[count // 4]
         turned = centre * [1, 1, 0] - curve.points(count // 2 - k) * [1, 1, -1]
         if np.abs(turned - points).max() <= SYMMETRY_TOLERANCE * wale:
-            found.append(Symmetry((count // 2 - k) % count, np.array([-1.0, -1.0, 1.0])))
-    return tuple(found)
+            found.append(action(count // 2 - k, [-1.0, -1.0, 1.0]))
+    return found
 
 
 def symmetric_motions(free, group):
@@ -158,7 +120,6 @@ def symmetric_motions(free, group):
     ----------
     free : ndarray of bool (P, 3)
         Which components of which control points may move.
-    group : tuple of Symmetry
 
     Raises
     ------
@@ -168,7 +129,7 @@ def symmetric_motions(free, group):
     count = len(free)
     average = np.eye(3 * count)
     for symmetry in group:
-        average = 0.5 * (average + symmetry.matrix() @ average)
+        average = 0.5 * (average + symmetry @ average)
     moved = (np.abs(average) > 0).any(axis=1)
     reach = average[~free.ravel()][:, free.ravel()]
     if np.abs(reach).any():

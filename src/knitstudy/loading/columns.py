@@ -34,6 +34,18 @@ class Columns:
     kind: str
     table: dict[str, Column]
 
+    @classmethod
+    def listed(cls, name: str, kind: str) -> Columns:
+        """Return the variables of a file by its name in the list."""
+        with LIST.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
+        own = [row for row in rows if row["file"] == name]
+        found = {
+            row["name"]: Column(tuple(row["dims"].split()), row["unit"], row["meaning"], row["where"])
+            for row in own
+        }
+        return cls(kind, found)
+
     def require(self, names: Iterable[str]) -> None:
         """Refuse names that the table does not have; DataFileError for the first of them."""
         for name in names:
@@ -44,10 +56,7 @@ class Columns:
                 )
 
     def variables(self, values: Mapping[str, np.ndarray]) -> dict[str, tuple]:
-        """Return arrays as variables of a dataset, in the order of the table.
-
-        Raises DataFileError if the table does not have one of them.
-        """
+        """Return arrays as variables of a dataset, in the order of the table; DataFileError as `require`."""
         self.require(values)
         return {
             name: (column.dims, values[name], {"units": column.unit, "long_name": column.meaning})
@@ -56,23 +65,11 @@ class Columns:
         }
 
 
-def _read() -> dict[str, dict[str, Column]]:
-    """Return the listed columns by file and name."""
-    found: dict[str, dict[str, Column]] = {}
-    with LIST.open(encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE):
-            column = Column(tuple(row["dims"].split()), row["unit"], row["meaning"], row["where"])
-            found.setdefault(row["file"], {})[row["name"]] = column
-    return found
+# Histories of all models; `contact_...` has a row for every point in contact at every increment
+HISTORY = Columns.listed("history", "history")
 
+# Contacts at the crossings of solid yarns
+CONTACTS = Columns.listed("contacts", "file of contacts")
 
-_LISTED = _read()
-
-HISTORY = Columns("history", _LISTED["history"])
-"""Histories of all models; `contact_...` has a row for every point in contact at every increment."""
-
-CONTACTS = Columns("file of contacts", _LISTED["contacts"])
-"""Contacts at the crossings of solid yarns."""
-
-STRESSES = Columns("file of stresses", _LISTED["stresses"])
-"""Mean stresses of cells, pieces and segments of solid yarns."""
+# Mean stresses of cells, pieces and segments of solid yarns
+STRESSES = Columns.listed("stresses", "file of stresses")

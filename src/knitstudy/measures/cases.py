@@ -19,7 +19,9 @@ from knitstudy.measures.catalogue import (
     OTHER_SOLIDS,
     REDUCED,
     SOLIDS,
+    Datasets,
     Results,
+    Scenes,
     network,
     of_case,
     of_cases,
@@ -141,9 +143,7 @@ class Case:
         return "DNS" if model is self.dns else model.label
 
 
-def cases_of(
-    histories: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
-) -> Iterator[Case]:
+def cases_of(histories: Datasets, scenes: Scenes, reference: pd.DataFrame) -> Iterator[Case]:
     """Yield the cases of which there is a direct simulation; histories and scenes go by the same names."""
     known = {name: scenes[name] for name in histories}
 

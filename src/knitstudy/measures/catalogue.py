@@ -14,11 +14,16 @@ from inspect import signature
 from math import inf
 from typing import Any, TypeVar
 
+import xarray as xr
+
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import Registry
 from knitstudy.study.scene import Scene
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+Datasets = Mapping[str, xr.Dataset]  # results of one stage by the names of their scenes
+Scenes = Mapping[str, Scene]  # by name
 
 # The four cases in which models are compared (Fig. 15): interaction and direction of the load.
 CASES = ("tie-course", "tie-wale", "isotropic-course", "isotropic-wale")

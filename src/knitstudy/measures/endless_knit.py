@@ -132,7 +132,7 @@ def stretches(square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 MOST = 4  # Number of the largest knits through which a limit is sought
 
 # Scene of one cell of the endless knit, free across, by the series of square knits
-# (`measures.domain.SERIES`).
+# (`measures.cost.SERIES`).
 CELLS = {
     "domain-yarns-tie-course": "cell-course",
     "domain-yarns-tie-wale": "cell-wale",

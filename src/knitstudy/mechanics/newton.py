@@ -84,29 +84,36 @@ def trace(
         target = _target(now.load, size, prescribed, settings)
         if not target - now.load > SMALLEST:
             raise ConvergenceError(f"{attempts.reason}; the increment has become too small. {REMEDY}")
-        done = _attempt(path, now, target, attempts)
-        if done is not None:
+        try:
+            done = path.increment(now, target)
+        except ConvergenceError as error:
+            raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
+        except _Failed as failure:
+            reason = (
+                f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}"
+            )
+        else:
             # One increment that was too coarse for what is summed says little about those far behind it.
             most = min(share, largest * settings.growth)
             quick = done.newton_iterations <= settings.quick
-            newton, krylov = attempts.spent + path.spent
+            newton, krylov = (attempts.spent + path.spent).tolist()
             done = replace(
                 done,
                 size=min(most, size * settings.growth) if quick else size,
                 largest=most,
-                newton_iterations=int(newton),
-                krylov_iterations=int(krylov),
+                newton_iterations=newton,
+                krylov_iterations=krylov,
             )
-            coarse = yield done
-            if not coarse:
+            reason = yield done
+            if not reason:
                 attempts.end(target, largest)
                 now, size, largest = done, done.size, most
                 continue
-            attempts.add(now, path, coarse)
             # The next ones would be too large as well.
             largest = 0.5 * (target - now.load)
+        attempts.add(now, path.spent, reason)
         size = 0.5 * (target - now.load)
-        log.warning("%s; trying %.3g of the load", attempts.reason, size)
+        log.warning("%s; trying %.3g of the load", reason, size)
 
 
 def _target(load: float, size: float, prescribed: PrescribedDisplacement, settings: Settings) -> float:
@@ -122,21 +129,6 @@ def _target(load: float, size: float, prescribed: PrescribedDisplacement, settin
     return target if target < 1.0 - SMALLEST else 1.0
 
 
-def _attempt(path: _Path, now: Increment, target: float, attempts: _Attempts) -> Increment | None:
-    """Return the converged increment, or None where it failed and a smaller one may do."""
-    try:
-        return path.increment(now, target)
-    except ConvergenceError as error:
-        raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
-    except _Failed as failure:
-        attempts.add(
-            now,
-            path,
-            f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}",
-        )
-        return None
-
-
 class _Attempts:
     """What was tried in vain since the last increment, and since the path last made headway."""
 
@@ -146,10 +138,10 @@ class _Attempts:
         self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and of the linear solver
         self._cutbacks, self._since, self._failed = 0, load, 0
 
-    def add(self, now: Increment, path: _Path, reason: str) -> None:
+    def add(self, now: Increment, spent: np.ndarray, reason: str) -> None:
         """Count a failed attempt beyond an increment."""
         self._cutbacks, self.reason = self._cutbacks + 1, reason
-        self.spent, self._failed = self.spent + path.spent, self._failed + path.newton_iterations
+        self.spent, self._failed = self.spent + spent, self._failed + spent[0]
         if self._cutbacks > self.settings.cutbacks:
             raise ConvergenceError(
                 f"{reason}; the increment was halved {self.settings.cutbacks} times. {REMEDY}"
@@ -206,18 +198,12 @@ class _Path:
         prescribed.require_of(model.size)
         self.free = np.ones(model.size, dtype=bool)
         self.free[prescribed.fixed] = False
-        self.newton_iterations = 0
-        self.krylov_iterations = 0
+        self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and the linear solver
         self.seconds = dict.fromkeys(PHASES, 0.0)
-
-    @property
-    def spent(self) -> np.ndarray:
-        """Iterations (2,) of Newton's method and of the linear solver in the last increment."""
-        return np.array([self.newton_iterations, self.krylov_iterations])
 
     def increment(self, now: Increment, target: float) -> Increment:
         """Return the converged increment at load factor `target`, or raise _Failed."""
-        self.newton_iterations = self.krylov_iterations = 0
+        self.spent = np.zeros(2, dtype=int)
         self.seconds = dict.fromkeys(PHASES, 0.0)
         self.solver.begin()
         at = self._predict(now, target)
@@ -236,19 +222,14 @@ class _Path:
         """Return the state with which the iterations start: on the curve through those before, or on its tangent."""
         begun = self.model.begin(now.state, target, target - now.load)
         rates = () if self.prescribed.turns(now.load) else now.rates[: self.settings.predictor]
-        found = self._predicted(now, begun, target, rates)
-        if len(rates) > 1 and not self._residual(found[2]) <= FAR:
-            found = self._predicted(now, begun, target, rates[:1])
-        state, total, response = found
-        self._require_finite(response)
-        return _Iterate(
-            state, total, response, [self._residual(response)], changed=response.status is not None
-        )
+        at = self._predicted(now, begun, target, rates)
+        if len(rates) > 1 and not at.residual <= FAR:
+            at = self._predicted(now, begun, target, rates[:1])
+        self._require_finite(at.response)
+        return at
 
-    def _predicted(
-        self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]
-    ) -> tuple[Any, np.ndarray, Response]:
-        """Return the predicted state, the change (size,) that leads to it, and its response.
+    def _predicted(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> _Iterate:
+        """Return the predicted state.
 
         A straight step stretches what turns, and the state knows that. A curve through what came before foresees the
         turning as well; but where it overshoots it presses yarns, which may have no stiffness then.
@@ -258,18 +239,19 @@ class _Path:
         state = self.model.advance(begun, total)
         if len(rates) > 1:
             state = self.model.begin(state, target, target - now.load)
-        return state, total, self._respond(state, stiffness=False)
+        response = self._respond(state, stiffness=False)
+        return _Iterate(
+            state, total, response, [self._residual(response)], changed=response.status is not None
+        )
 
     def _guess(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> np.ndarray:
         """First guess (size,) of the change of all unknowns, exact where they are prescribed."""
         moved = self.prescribed.at(target) - self.prescribed.at(now.load)
+        guess = extrapolated(rates, target - now.load) if rates else np.zeros(self.model.size)
+        guess[self.prescribed.fixed] = moved
         if rates:
-            guess = extrapolated(rates, target - now.load)
-            guess[self.prescribed.fixed] = moved
             return guess
         # Moving the driven side alone would crush the elements there: let the tangent spread it.
-        guess = np.zeros(self.model.size)
-        guess[self.prescribed.fixed] = moved
         response = self._tangent(begun)
         pull = np.where(self.free, -(response.stiffness @ guess), 0.0)
         self._eliminate(response)
@@ -326,21 +308,17 @@ class _Path:
         at.state, at.response = taken.state, taken.response
         at.total += taken.step
         at.iterations += 1
-        self.newton_iterations += 1
+        self.spent[0] += 1
         at.correction = self._size(taken.step) / self.model.length
         at.still = at.still + 1 if at.correction <= ROUNDING and not at.changed else 0
-        at.residuals.append(self._residual(at.response))
+        at.residuals.append(taken.residual)
         if at.changed:
             at.correction, at.tangent_is_stale = np.inf, True
         elif taken.share == 1.0 and at.residual <= 0.3 * self.settings.residual_tolerance:
             # Corrections fall as residuals do: what is still to come need not be computed to be known.
             at.correction *= min(at.residual / max(at.residuals[-2], 1e-300), 1.0)
-        log.debug(
-            "iteration %d: residual %.3e, correction %.3e h",
-            len(at.residuals) - 1,
-            at.residual,
-            at.correction,
-        )
+        number = len(at.residuals) - 1
+        log.debug("iteration %d: residual %.3e, correction %.3e h", number, at.residual, at.correction)
 
     def _converged(self, at: _Iterate, now: Increment, target: float) -> Increment:
         change = target - now.load
@@ -352,8 +330,8 @@ class _Path:
             size=change,
             rates=(Rate(change, at.total / change), *now.rates)[: self.settings.predictor],
             updates=tuple(after - before for before, after in pairwise([*at.updates, at.total])),
-            newton_iterations=self.newton_iterations,
-            krylov_iterations=self.krylov_iterations,
+            newton_iterations=self.spent[0],
+            krylov_iterations=self.spent[1],
             residual=at.residual,
             correction=at.correction,
             residuals=tuple(at.residuals),
@@ -387,7 +365,7 @@ class _Path:
             solution = self.solver.solve(rhs, tolerance)
         except ConvergenceError as error:
             raise _Failed(str(error)) from error
-        self.krylov_iterations += solution.iterations
+        self.spent[1] += solution.iterations
         # Factors that were made on the way are set-up, not solution.
         self.seconds["setup"] += self.solver.setup_seconds
         self.seconds["solve"] += time.perf_counter() - started - self.solver.setup_seconds

@@ -16,7 +16,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.mechanics.contact.cylinders import Cylinders
-from knitstudy.mechanics.contact.grids import Grid, circular_chords, circular_stretch
+from knitstudy.mechanics.contact.grids import Grid, circular_chords
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
@@ -25,18 +25,15 @@ from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
 
 
-def project_on_tube(centreline: Centreline, points: np.ndarray, guess: np.ndarray) -> np.ndarray:
+def project_on_tube(
+    centreline: Centreline,
+    points: np.ndarray,  # (k, 3) within a radius of curvature of the centreline [m]
+    guess: np.ndarray,  # (k,) spline parameters near the nearest points
+) -> np.ndarray:
     """Return the spline parameters (k,) of the nearest points of a centreline.
 
     Newton's method on (x - r(u)) . r'(u) = 0; where the curve bends away so strongly that its slope loses its
     sign, the step of a straight line is taken.
-
-    Parameters
-    ----------
-    points : ndarray, shape (k, 3)
-        Points within a radius of curvature of the centreline [m].
-    guess : ndarray, shape (k,)
-        Spline parameters near the nearest points.
     """
     curve = centreline.curve
     u = np.array(guess, dtype=float)
@@ -54,14 +51,15 @@ def project_on_tube(centreline: Centreline, points: np.ndarray, guess: np.ndarra
 def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
     """Return the surface of every yarn; its polygon is inflated, the contact surface has the true radius."""
     inflated = mesh.radius * float(np.linalg.norm(mesh.section.points[mesh.section.ring], axis=1).mean())
-    stretch = circular_stretch(mesh.section.ring.size)
-    graded = circular_chords(mesh.angles) if mesh.pull.any() else None
-    grids = []
-    for yarn in range(mesh.yarns):
-        chords = None if graded is None else graded[slice(*mesh.first_slice[yarn : yarn + 2])]
-        grid = Grid(mesh.surface_nodes(yarn), offset=inflated - mesh.radius, stretch=stretch, chords=chords)
-        grids.append(grid)
-    return grids
+    chords = circular_chords(mesh.angles)
+    return [
+        Grid(
+            mesh.surface_nodes(yarn),
+            offset=inflated - mesh.radius,
+            chords=chords[slice(*mesh.first_slice[yarn : yarn + 2])],
+        )
+        for yarn in range(mesh.yarns)
+    ]
 
 
 Locate = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -113,8 +111,7 @@ class Discretisation:
         return np.flatnonzero(self.yarn == yarn)
 
 
-COARSE = 3.0
-"""Length of cells away from crossings, over that near them."""
+COARSE = 3.0  # length of cells away from crossings, over that near them
 
 
 def contact_surfaces(scene: Scene, space: Space, specimen: Fabric) -> tuple[Cylinders, Rings]:
@@ -149,9 +146,7 @@ def _edges(length: float, stations: np.ndarray, window: float, cell: float) -> n
     middle = 0.5 * (stops[1:] + stops[:-1])
     fine = np.any((middle[:, None] > low) & (middle[:, None] < high), axis=1)
     parts = np.ceil(np.diff(stops) / np.where(fine, cell, COARSE * cell) - 1e-9).astype(int)
-    start = np.repeat(np.cumsum(parts) - parts, parts)
-    share = (np.arange(parts.sum()) - start) / np.repeat(parts, parts)
-    return np.append(np.repeat(stops[:-1], parts) + share * np.repeat(np.diff(stops), parts), length)
+    return evenly(stops, parts)
 
 
 def _require_apart(stations: np.ndarray, window: float, radius: float) -> None:
@@ -164,12 +159,15 @@ def _require_apart(stations: np.ndarray, window: float, radius: float) -> None:
         )
 
 
-PLACES = 8
-"""Places a span at which the shape of a yarn is fitted."""
+PLACES = 8  # places a span at which the shape of a yarn is fitted
 
 
 def fitted_places(own: YarnSpace) -> np.ndarray:
     """Return the arc lengths (k,) at which the shape of a yarn is fitted, its end included [m]."""
     low, high = own.spline.spans.T
-    share = np.arange(PLACES) / PLACES
-    return np.append((low[:, None] + (high - low)[:, None] * share).ravel(), high[-1])
+    return evenly(np.append(low, high[-1]), np.full(len(low), PLACES))
+
+
+def evenly(stops: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return places from the first to the last of the stops (m + 1,), in counts (m,) of even steps between them."""
+    return np.interp(np.arange(counts.sum() + 1), np.append(0, np.cumsum(counts)), stops)

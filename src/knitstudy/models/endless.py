@@ -19,11 +19,10 @@ from scipy.sparse.linalg import splu
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.gates import require_sound
-from knitstudy.loading.history import Meter, Motion
-from knitstudy.loading.solve import Problem
+from knitstudy.loading.history import Motion
+from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.periodic import Lattice, PeriodicModel, Seam, condensed, seam
 from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
@@ -35,19 +34,15 @@ from knitstudy.models.discretisation import Discretisation, fitted_places
 from knitstudy.models.solids import SolidYarns
 from knitstudy.study.scene import Scene
 
+# The first node is held: without it all of a cell could move freely. The first that repeats itself is the first of all.
 HELD = np.zeros(1, dtype=np.int64)
-"""The first node: without it all of a cell could move freely."""
+FIXED = np.arange(3)  # its unknowns
 
-FIXED = (3 * HELD[:, None] + np.arange(3)).ravel()
-"""Unknowns of the nodes that are held: the first that repeats itself is the first of all."""
-
+# Which strains a deformation prescribes, by `load.deformation`
 PRESCRIBED = {"course": (1, 0, 0), "wale": (0, 1, 0), "biaxial": (1, 1, 0), "shear": (0, 0, 1)}
-"""Which strains a deformation prescribes, by ``load.deformation``."""
-
-DIRECTORS = slice(3, 6), slice(6, 9)
 
 
-def problem(scene: Scene, fabric: Fabric, parts: Discretisation, meter: Meter) -> Problem:
+def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
     """Return a scene whose fabric is endless as a problem, from its discretisation (`spline_yarns`).
 
     The driven side is the lattice: its displacement along x, y and in shear is the strain times the edge of the cell,
@@ -61,7 +56,6 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation, meter: Meter) -
     prescribed = chosen | (load.lateral == "fixed")
     axis = int(np.argmax(chosen))
     stops = tuple(stop / load.strain for stop in load.stops)
-    settings = Settings.of(scene.solver)
     return Problem(
         scene=scene,
         model=model,
@@ -70,32 +64,20 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation, meter: Meter) -
             np.concatenate([np.zeros(len(FIXED)), end[prescribed]]),
             stops=stops,
         ),
-        solver=LU(),
-        # Where contact begins, a parabola through earlier increments overshoots.
-        settings=replace(settings, predictor=1) if yarns.contact else settings,
+        settings=settings_of(scene, yarns.touches),
         motion=Motion(end[None], (1.0,), stops, axis, float(lattice.lengths[axis])),
         driven=model.lattice[None],
         stations=solids.stations_of(parts.mesh, fabric.arcs),
-        observers=(CellObserver(cell),),
+        observer=cell,
         checks=(partial(require_sound, scene, yarns.model.loaded),),
-        constants=yarns.constants() | ({} if yarns.contact else _shell(cell.stiffness())),
+        constants=yarns.ties.constants() | ({} if yarns.touches else cell.shell()),
         attributes={
             "dof": parts.nodes.size,
             "elements": yarns.elements,
             "deformation": load.deformation,
             **yarns.attributes(),
         },
-        meter=meter,
     )
-
-
-def _shell(stiffness: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the parts of a stiffness (6, 6) by their names in the history."""
-    return {
-        "membrane_stiffness": stiffness[:3, :3],
-        "coupling_stiffness": stiffness[:3, 3:],
-        "bending_stiffness": stiffness[3:, 3:],
-    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +89,16 @@ class Cell:
     spread: sp.csr_matrix  # (3 N, 3 n) displacements of all nodes from the n nodes that repeat themselves
     jumps: np.ndarray  # (3 N, 6) displacements added for each generalised strain of `mechanics.periodic`
     lattice: Lattice
+
+    def record(self, increment: Increment) -> Reported:
+        """Return strains, forces per width, of a tied cell its tangent, and what solid yarns report."""
+        state = increment.state
+        columns, points = self.yarns.record(state)
+        columns["cell_strain"] = self.strains(state)
+        columns["force_per_width"] = self.resultants(increment.response.force)
+        if not self.yarns.touches:
+            columns["tangent_per_width"] = self.tangent(state)
+        return columns, points
 
     def resultants(self, force: np.ndarray) -> np.ndarray:
         """Return the forces per width (3,) that forces of the unknowns (size,) stand for [N/m]."""
@@ -123,11 +115,18 @@ class Cell:
         """
         return self._condensed(self.yarns.model.start(), self.jumps)
 
+    def shell(self) -> dict[str, np.ndarray]:
+        """Return the parts of the stiffness by their names in the history."""
+        whole = self.stiffness()
+        parts = {"membrane": whole[:3, :3], "coupling": whole[:3, 3:], "bending": whole[3:, 3:]}
+        return {f"{name}_stiffness": part for name, part in parts.items()}
+
     def tangent(self, state: Any) -> np.ndarray:
         """Return the derivative (3, 3) of the forces per width by the strains in the plane [N/m]."""
         return self._condensed(replace(state, step=None), self.jumps[:, :3])
 
     def _condensed(self, state: Any, jumps: np.ndarray) -> np.ndarray:
+        """Return the stiffness against the amounts of jumps (3 N, m) with all nodes in balance."""
         tangent = self.yarns.model.respond(state, stiffness=True).stiffness
         return condensed(tangent, jumps, self.spread, FIXED) / self.lattice.area
 
@@ -144,23 +143,6 @@ def assemble(scene: Scene, fabric: Fabric, parts: Discretisation) -> Cell:
     stretch = sp.csr_matrix(jumps[:, :3] / lattice.lengths)
     model = PeriodicModel(yarns.model, sp.csr_matrix(sp.hstack([spread, stretch])))
     return Cell(yarns, model, spread, jumps, lattice)
-
-
-class CellObserver:
-    """Reports the strains of a cell, its forces per width and, where it is tied, its tangent."""
-
-    def __init__(self, cell: Cell) -> None:
-        self.cell = cell
-
-    def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-        """Return columns of the history, and of the points in contact."""
-        cell, state = self.cell, increment.state
-        columns, points = cell.yarns.record(state)
-        columns["cell_strain"] = cell.strains(state)
-        columns["force_per_width"] = cell.resultants(increment.response.force)
-        if cell.yarns.contact is None:
-            columns["tangent_per_width"] = cell.tangent(state)
-        return columns, points
 
 
 def wrapped_nodes(space: Space, fabric: Fabric) -> np.ndarray:
@@ -196,29 +178,17 @@ def _wrapped(space: Space, fabric: Fabric) -> tuple[Seam, np.ndarray, Lattice]:
     """Return the seam of the yarns, the nodes (p, 3) of the first one that wrap around [m], and the lattice."""
     around, lattice = seam(space.yarns[0]), Lattice(fabric.periods)
     curve = fabric.centrelines[0]
-    return (
-        around,
-        wrapped_shape(space.yarns[0], around, curve, fabric.radius, lattice.vectors[0]),
-        lattice,
-    )
+    start = wrapped_shape(space.yarns[0], around, curve, fabric.radius, lattice.vectors[0])
+    return around, start, lattice
 
 
 def periodic_map(
-    space: Space, around: Seam, start: np.ndarray, lattice: Lattice
+    space: Space,  # of all yarns, which share theirs
+    around: Seam,
+    start: np.ndarray,  # (p, 3) undeformed nodes of the first yarn that wrap around [m]
+    lattice: Lattice,  # its second vector is the way of all rows
 ) -> tuple[sp.csr_matrix, np.ndarray]:
-    """Return S (3 N, 3 n) and the jumps (3 N, 6) of all yarns, the last of which is the image of the first.
-
-    Parameters
-    ----------
-    space : Space
-        Of all yarns, which share theirs.
-    around : Seam
-        Of that.
-    start : ndarray, shape (p, 3)
-        Undeformed nodes of the first yarn that wrap around [m].
-    lattice : Lattice
-        Its second vector is the way of all rows.
-    """
+    """Return S (3 N, 3 n) and the jumps (3 N, 6) of all yarns, the last of which is the image of the first."""
     rows = len(space.yarns) - 1
     row_of = sp.csr_matrix((np.ones(rows + 1), (np.arange(rows + 1), np.arange(rows + 1) % rows)))
     spread = sp.csr_matrix(sp.kron(sp.kron(row_of, around.wrapped), sp.identity(3)))
@@ -247,12 +217,14 @@ def wrapped_shape(
     angle = (missed * s / places[-1])[:, None]
     d1, d2 = frames[:-1, 0], frames[:-1, 1]
     turned = np.cos(angle) * d1 + np.sin(angle) * d2, np.cos(angle) * d2 - np.sin(angle) * d1
-    at = own.first_node[:-1]
     first = around.order == 0
-    along, beyond = (own.spline.matrix(s) @ each[at][:, first] for each in (around.wrapped, around.beyond))
+    splines = own.spline.matrix(s)
+    along, beyond = (
+        splines @ each[own.first_node[:-1]][:, first] for each in (around.wrapped, around.beyond)
+    )
     centre = curve.position(s) - np.multiply.outer(beyond @ np.ones(beyond.shape[1]), period)
     found = splu(sp.csc_matrix(along.T @ along)).solve(along.T @ np.concatenate([centre, *turned], axis=1))
     nodes = np.zeros((len(around.order), 3))
-    at = np.flatnonzero(first)
-    nodes[at], nodes[at + 1], nodes[at + 2] = found[:, :3], *(0.5 * radius * found[:, d] for d in DIRECTORS)
+    found[:, 3:] *= 0.5 * radius  # centres, and the two directors
+    nodes[np.flatnonzero(first)[:, None] + np.arange(3)] = found.reshape(-1, 3, 3)
     return nodes

@@ -6,34 +6,44 @@ crossings, and `problem` adds grips, load, observers and checks.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.contacts.facets import CrossingFacets, tied_crossings, tied_pieces
+from knitstudy.contacts.facets import (
+    CrossingFacets,
+    crossing_forces,
+    tied_crossings,
+    tied_pieces,
+    touching_points,
+)
 from knitstudy.contacts.kinematics import section_motion
 from knitstudy.geometry.fabric import Arcs, Fabric
 from knitstudy.loading.gates import require_sound
-from knitstudy.loading.history import Meter, Motion, Stations, load_path
-from knitstudy.loading.solve import Problem
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.loading.history import Motion, Stations, load_path
+from knitstudy.loading.solve import Problem, Reported, settings_of
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, KnitStructure, ThreeScale
 from knitstudy.mechanics.model import Stabilisation, transformation
 from knitstudy.mechanics.solid import SolidModel, SolidState
-from knitstudy.mechanics.solids_in_contact import SolidsInContact
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.discretisation import Discretisation
-from knitstudy.models.ties import Ties, tie_crossings
-from knitstudy.models.yarn_contact import BesideTies, YarnContact, contact_of, free_yarns, penetration_of
+from knitstudy.models.interactions import (
+    BesideTies,
+    Ties,
+    contact_of,
+    free_yarns,
+    penetration_of,
+    tie_crossings,
+)
 from knitstudy.study.scene import Scene
 
+# Up to here sparse LU replaces iterations that fail; beyond, it takes too much time and memory
 DIRECT_UNKNOWNS = 20_000
-"""Up to here sparse LU replaces iterations that fail; beyond, it takes too much time and memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +55,7 @@ class SolidYarns:
     ties: Ties
     facets: CrossingFacets
     retained: np.ndarray  # (n,) nodes that depend on no others, ascending
-    contact: YarnContact | None = None  # of yarns that touch
+    beside: BesideTies | None = None  # where some yarns are tied and others in contact
 
     @cached_property
     def unknown(self) -> np.ndarray:
@@ -55,32 +65,46 @@ class SolidYarns:
         return position
 
     @property
+    def touches(self) -> bool:
+        """Whether yarns touch."""
+        return self.model.contact is not None
+
+    @property
     def elements(self) -> int:
         """Number of elements."""
         return sum(len(group.connectivity) for group in self.model.groups)
 
     def attributes(self) -> dict[str, float]:
         """Return the attributes of a history for ties and contact."""
-        return self.ties.attributes() | (self.contact.attributes() if self.contact else {})
+        found = self.ties.attributes()
+        if self.touches:
+            contact, limit = self.model.contact, self.model.penetration.limit
+            found |= {"facets_around": int(contact.surfaces.cells[0, 1]), **contact.law.attributes()}
+            found |= {"friction": contact.law.friction, "penetration_limit": limit}
+        return found
 
-    def constants(self) -> dict[str, np.ndarray]:
-        """Return the variables of a history for the ties of all crossings."""
-        return {
-            "crossing_tied": np.isfinite(self.ties.area).astype(np.int8),
-            "tied_area": self.ties.area,
-            "tied_centroid": self.ties.centroid,
-        }
+    def fields(self, state: SolidState) -> dict[str, np.ndarray]:
+        """Return the variables of a history that are known at its last increment alone."""
+        return {"node_displacement": self.model.node_displacement(state)}
 
-    def record(self, state: SolidState) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    def record(self, state: SolidState) -> Reported:
         """Return the motion of stations and crossings and the forces at crossings, and the points in contact."""
         parts, facets = self.parts, self.facets
         moved = self.model.node_displacement(state)
         displacement = parts.sampled(moved)
         force = self.ties.resultants(moved)
         contact, points = {}, {}
-        if self.contact is not None:
-            contact, points, pushed = self.contact.record(state, len(force))
-            force += pushed
+        if self.touches:
+            near = self.model.contact_points(state)
+            points = touching_points(self.model.contact, near, facets, parts.rings)
+            force += crossing_forces(points, len(force))
+            gaps = {"smallest_gap": self.model.contact.smallest_gap(near)}
+            if self.beside is not None:
+                beside = self.beside.smallest_gap(parts.nodes + moved)
+                gaps = {"smallest_gap": min(gaps["smallest_gap"], beside), "gap_beside_ties": beside}
+            # Where nothing is near there is no gap.
+            contact = {name: gap if np.isfinite(gap) else np.nan for name, gap in gaps.items()}
+            contact["augmentations"] = state.augmentations
         sections = section_motion(facets.crossings, parts.mesh, parts.sampled(parts.nodes), displacement)
         columns = {
             "centreline_displacement": parts.mesh.ring_means(displacement),
@@ -96,23 +120,15 @@ def assemble(
     scene: Scene,
     fabric: Fabric,
     parts: Discretisation,
-    tied: np.ndarray | None = None,
-    spread: sp.csr_matrix | None = None,
+    tied: np.ndarray | None = None,  # (K,) crossings that are tied; by default as the scene says
+    spread: sp.csr_matrix | None = None,  # (N, n) nodes as sums of the retained ones, where all are retained
+    # (R,) of the rings of the surfaces: rings with one label, if it is not -1, do not touch. By default pieces of
+    # yarn that are tied to each other have one
     labels: np.ndarray | None = None,
 ) -> SolidYarns:
     """Return the solid yarns of a scene: tied at some crossings, in contact elsewhere if the scene says so.
 
     Raises MeshError if an element is folded, a crossing cannot be tied, or yarns overlap.
-
-    Parameters
-    ----------
-    tied : ndarray of bool, shape (K,), optional
-        Crossings that are tied; as the scene says if left out.
-    spread : csr matrix, shape (N, n), optional
-        Nodes as sums of the retained ones, where all are retained.
-    labels : ndarray of int, shape (R,), optional
-        Of the rings of the surfaces: rings with one label, if it is not -1, do not touch. By default pieces of yarn
-        that are tied to each other have one.
     """
     tied = tied_crossings(scene, fabric.crossings) if tied is None else tied
     ties = tie_crossings(parts, fabric, tied, scene.tie.radius, scene.yarn.youngs_modulus)
@@ -132,45 +148,40 @@ def assemble(
     if labels is None:
         labels = tied_pieces(parts.rings.arc_length, fabric.crossings, tied)
     contact = contact_of(scene, parts, labels)
-    model = SolidsInContact(
+    model = SolidModel(
         *solids,
         contact=contact,
         penetration=penetration_of(scene, contact.law, parts.size),
         free_bodies=free_yarns(parts, ties, volume, scene.yarn.youngs_modulus),
     )
     beside = BesideTies(scene, parts, ties, fabric.crossings.yarn[tied], labels) if tied.any() else None
-    touching = YarnContact(model, facets, parts.rings, beside, scene.tie.radius**2 * fabric.radius)
-    return SolidYarns(parts, model, ties, facets, retained, touching)
+    return SolidYarns(parts, model, ties, facets, retained, beside)
 
 
-def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns, meter: Meter) -> Problem:
+def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
     """Return solid yarns with the load of a scene, observers and checks."""
-    model, contact = yarns.model, yarns.contact
+    model = yarns.model
     motion = load_path(scene, fabric)
     prescribed, driven = _prescribed(yarns, scene, motion)
-    settings = Settings.of(scene.solver)
-    if contact is not None:
-        # Where contact begins, a parabola through earlier increments overshoots far into the other yarn; and no
-        # correction may exceed the distance within which contact is searched.
-        settings = replace(settings, predictor=1, stride=model.contact.margin)
+    # No correction may exceed the distance within which contact is searched.
+    stride = model.contact.margin if yarns.touches else np.inf
     return Problem(
         scene=scene,
         model=model,
         prescribed=prescribed,
         solver=linear_solver(scene.solver.linear, yarns, prescribed),
-        settings=settings,
+        settings=settings_of(scene, yarns.touches, stride),
         motion=motion,
         driven=driven,
         stations=stations_of(yarns.parts.mesh, fabric.arcs),
-        observers=(SolidObserver(yarns),),
+        observer=SolidObserver(yarns),
         checks=(
             partial(require_sound, scene, model.loaded),
-            *([contact.require_apart] if contact and contact.beside else []),
+            *([yarns.beside.require_apart] if yarns.beside else []),
         ),
-        constants=yarns.constants(),
-        fields=partial(_fields, yarns) if "fields" in scene.outputs else None,
+        constants=yarns.ties.constants(),
+        fields=yarns.fields if "fields" in scene.outputs else None,
         attributes={"dof": yarns.parts.nodes.size, "elements": yarns.elements, **yarns.attributes()},
-        meter=meter,
     )
 
 
@@ -180,10 +191,6 @@ def stations_of(mesh: SweptMesh, arcs: Arcs | None) -> Stations:
     if arcs is not None:
         yarn, arc_length = arcs.yarn[yarn], arcs.arc[yarn, 0] + arc_length
     return Stations(yarn, arc_length, mesh.centres)
-
-
-def _fields(yarns: SolidYarns, state: SolidState) -> dict[str, np.ndarray]:
-    return {"node_displacement": yarns.model.node_displacement(state)}
 
 
 def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[PrescribedDisplacement, np.ndarray]:
@@ -199,13 +206,13 @@ def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[Prescr
     return PrescribedDisplacement(fixed, value, motion.corners, motion.stops), driven[unity[ends.driven] == 1]
 
 
+@dataclass(frozen=True, eq=False)
 class SolidObserver:
     """Reports crossings and contact of solid yarns, and the net forces on every yarn."""
 
-    def __init__(self, yarns: SolidYarns) -> None:
-        self.yarns = yarns
+    yarns: SolidYarns
 
-    def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    def record(self, increment: Increment) -> Reported:
         """Return columns of the history, and of the points in contact."""
         columns, points = self.yarns.record(increment.state)
         moved = self.yarns.model.node_displacement(increment.state)

@@ -21,9 +21,9 @@ from knitstudy.errors import DataFileError, KnitstudyError
 from knitstudy.figures import extremes_map
 from knitstudy.figures.catalogue import FIGURES, draw
 from knitstudy.figures.style import save
-from knitstudy.files import read_result, read_table, write_table, write_text
+from knitstudy.files import read_result, read_table, replacing, write_table, write_text
 from knitstudy.measures.catalogue import Catalogue
-from knitstudy.report.files import read_sources, save_for_screen
+from knitstudy.report.files import ScreenPicture, read_sources
 from knitstudy.report.kept_pages import insert_between_marks, summarise, trade_summary
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.displays import Displays, reference_files
@@ -126,7 +126,8 @@ def _save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> 
     with TemporaryDirectory() as beside:
         picture = Path(beside) / f"{path.stem}.png"
         save(drawing, [picture], sources, title)
-        save_for_screen(picture, path)
+        with replacing(path) as temporary:
+            temporary.write_bytes(ScreenPicture.of(picture).content)
 
 
 # Verdicts of the full study
@@ -151,7 +152,7 @@ def keep_verdicts(config: Path = CONFIG) -> str:
 PROMISES_KEPT = RESOURCES / "trade_promise.csv"
 """Of `knitstudy.stages.promise`."""
 
-TRADE_PAGE = Path("docs/accuracy.md")
+TRADE_PAGE, TRADE_TEMPLATE = Path("docs/accuracy.md"), Path("workflow/report/accuracy.j2")
 
 
 def keep_trade(config: Path = CONFIG) -> str:
@@ -170,8 +171,8 @@ def keep_trade(config: Path = CONFIG) -> str:
 def write_trade_page(table: pd.DataFrame) -> None:
     """Write a trade and the kept promises into the page about them."""
     promises = read_table(PROMISES_KEPT) if PROMISES_KEPT.is_file() else None
-    page = TRADE_PAGE.read_text(encoding="utf-8")
-    write_text(insert_between_marks(page, trade_summary(table, promises)), TRADE_PAGE)
+    summary = trade_summary(TRADE_TEMPLATE, table, promises)
+    write_text(insert_between_marks(TRADE_PAGE.read_text(encoding="utf-8"), summary), TRADE_PAGE)
 
 
 # The reference: values to which independent discretisations converge

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
@@ -10,9 +10,9 @@ import xarray as xr
 
 from knitstudy.exchange.inp import SHELL_ENTRIES, section_matrix, shell_entries
 from knitstudy.loading.history import DIRECTIONS
-from knitstudy.measures.catalogue import several
+from knitstudy.measures.catalogue import Datasets, Scenes, several
+from knitstudy.measures.cost import SERIES, Series, force_per_width, series_of
 from knitstudy.measures.discretisation import made_of
-from knitstudy.measures.domain import SERIES, Series, force_per_width, series_of
 from knitstudy.measures.endless_knit import CELLS, Moduli, between_grips, limit, moduli
 from knitstudy.measures.response import increment_at
 from knitstudy.study.scene import Scene
@@ -46,7 +46,7 @@ SQUARES = [f"{stem}-*" for stem in CELLS] + [SERIES[stem] for stem in CELLS if S
     results={"cells": several("simulation", "cell-*")},
     order=5.8,
 )
-def tabulate_cells(cells: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate_cells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every cell: forces per width at full load, and moduli at rest."""
     return pd.DataFrame([_row(scenes[name], history) for name, history in cells.items()])
 
@@ -100,9 +100,7 @@ def _slope(history: xr.Dataset, kind: str, free: bool) -> float:
     },
     order=5.85,
 )
-def tabulate_limits(
-    squares: Mapping[str, xr.Dataset], cells: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
-) -> pd.DataFrame:
+def tabulate_limits(squares: Datasets, cells: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return a row for the first and the last strain that all knits of a tied series and its cell reach."""
     rows = []
     for series in series_of(scenes[name] for name in squares):
@@ -112,9 +110,7 @@ def tabulate_limits(
     return pd.DataFrame(rows)
 
 
-def _limits(
-    series: Series, histories: Mapping[str, xr.Dataset], cell: Scene, history: xr.Dataset
-) -> Iterator[dict]:
+def _limits(series: Series, histories: Datasets, cell: Scene, history: xr.Dataset) -> Iterator[dict]:
     paths = [histories[scene.name] for scene in series.scenes]
     shared = [
         strain
@@ -150,7 +146,7 @@ def _limits(
 @TABLES.add(
     "shell", "An endless knit as a shell", results={"cells": several("simulation", "cell-*")}, order=5.9
 )
-def tabulate_shells(cells: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate_shells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every cell that differs at rest: the symmetric stiffness in the order of Abaqus.
 
     Rows and columns 1 to 3 are the strains in the plane, course, wale and shear, 4 to 6 the curvatures; the plane of

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.measures.catalogue import DRAWN, of_case, several, solid
+from knitstudy.measures.catalogue import DRAWN, Datasets, Scenes, of_case, several, solid
 from knitstudy.measures.centre_cell import crossing_error
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.response import at_strain
 from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Sweep, sweeps_of
-from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
 # Variable of the geometry dataset, unit, and key of the target, by name in the table.
@@ -87,10 +84,7 @@ def _target(targets: dict, name: str | None) -> float:
     order=13,
 )
 def tabulate_sweeps(
-    drawn: Mapping[str, xr.Dataset],
-    sweeps: Mapping[str, xr.Dataset],
-    scenes: Mapping[str, Scene],
-    reference: pd.DataFrame,
+    drawn: Datasets, sweeps: Datasets, scenes: Scenes, reference: pd.DataFrame
 ) -> pd.DataFrame:
     """Return one row a simulation of each sweep; the uncertainty is empty where no error is known."""
     histories = {**drawn, **sweeps}

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.catalogue import is_whole_knit, several, solid
+from knitstudy.measures.catalogue import Datasets, Scenes, is_whole_knit, several, solid
 from knitstudy.measures.cost import MEGABYTE, element_length
 from knitstudy.measures.history_checks import (
     allowed_penetration,
@@ -65,7 +63,7 @@ STABILISATION, STABILISATION_AT_END = 0.05, 0.01
     results={"every": several("simulation", "*", where=is_whole_knit)},
     order=9,
 )
-def tabulate_responses(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate_responses(every: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row a simulation; cells are empty where a model has no such key or result.
 
     Stiffnesses are those of a cloth: force per width over strain at the largest strain, secant and tangent. The width
@@ -153,7 +151,7 @@ CHECKED = {
 }
 
 
-def tabulate_checks(dns: xr.Dataset, scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate_checks(dns: xr.Dataset, scenes: Scenes) -> pd.DataFrame:
     """Return one quantity of a direct simulation a row, with its unit and its bar where it has one."""
     rows = [*_ties(dns), *_solution(dns, scenes["dns"]), *(_contact(dns) if "smallest_gap" in dns else ())]
     return pd.DataFrame(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from itertools import product
 
 import numpy as np
@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, of_cases, several
+from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, Datasets, Scenes, of_cases, several
 from knitstudy.measures.paper_values import number
 from knitstudy.models.joints import AXES, MEASURES, Springs, springs
 from knitstudy.study.scene import Scene
@@ -46,9 +46,7 @@ COLUMNS = {"x": "kx", "y": "ky", "z": "kz", "normal": "normal to contact", "tang
     results={"contacts": several("contacts", *TOUCHING)},
     order=5,
 )
-def tabulate(
-    contacts: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
-) -> pd.DataFrame:
+def tabulate(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
     """Return one row a scene, displacement measure that it has recorded, statistic and axis.
 
     Raises DataFileError if all crossings of a simulation are tied.
@@ -99,9 +97,7 @@ def _over_crossings(statistic: Callable, found: Springs) -> list[float]:
 @TABLES.add(
     "springs", "Table 2 at a glance: springs", results={"contacts": several("contacts", *TOUCHING)}, order=4
 )
-def tabulate_averages(
-    contacts: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
-) -> pd.DataFrame:
+def tabulate_averages(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
     """Return one row a simulation: the averaged springs of interfaces beside the paper's."""
     found = tabulate(contacts, paper, scenes)
     shown = found[(found["displacement"] == DISPLACEMENT) & (found["statistic"] == STATISTIC)]

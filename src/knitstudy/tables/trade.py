@@ -7,13 +7,12 @@ from collections.abc import Iterable, Mapping
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.catalogue import is_whole_knit, several
+from knitstudy.measures.catalogue import Datasets, Scenes, is_whole_knit, several
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS, UNITS
 from knitstudy.measures.trade import ACCURACIES, nothing, points_of, rungs, sentence
 from knitstudy.measures.trade_points import TIES, Point, shown, turned
 from knitstudy.study.choice import cheapest, front, nearest
-from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
 CASE = ["question", "interaction", "direction", "cells [1]"]  # Columns that the points of one front share
@@ -67,10 +66,7 @@ OF_POINTS = {"results": RESULTS, "files": ("reference",), "scenes": True}
 
 @TABLES.add("trade", "What accuracy costs: all points", results=RESULTS, order=20)
 def tabulate(
-    every: Mapping[str, xr.Dataset],
-    every_contacts: Mapping[str, xr.Dataset],
-    scenes: Mapping[str, Scene],
-    reference: pd.DataFrame,
+    every: Datasets, every_contacts: Datasets, scenes: Scenes, reference: pd.DataFrame
 ) -> pd.DataFrame:
     """Return one row a simulation and question; contacts are those of the direct simulations."""
     points = points_of(every, every_contacts, scenes, reference)

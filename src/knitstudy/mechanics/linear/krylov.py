@@ -32,9 +32,7 @@ class Rows:
 
     def __init__(self, parts: Sequence[sp.bsr_matrix]) -> None:
         self._parts = parts
-        ends = np.cumsum([0, *(part.shape[0] for part in parts)]).tolist()
-        self._ranges = [slice(low, high) for low, high in pairwise(ends)]
-        self.shape, self.dtype = (ends[-1], parts[0].shape[1]), parts[0].dtype
+        self.shape = sum(part.shape[0] for part in parts), parts[0].shape[1]
 
     @classmethod
     def of(cls, matrix: sp.bsr_matrix) -> Rows:
@@ -46,13 +44,7 @@ class Rows:
 
     def __matmul__(self, vector: np.ndarray) -> np.ndarray:
         """Return the product (rows,) with a vector (columns,)."""
-        product = np.empty(self.shape[0], dtype=np.result_type(self.dtype, vector.dtype))
-
-        def multiply(number: int) -> None:
-            product[self._ranges[number]] = self._parts[number] @ vector
-
-        share(multiply, len(self._parts))
-        return product
+        return np.concatenate(share(lambda number: self._parts[number] @ vector, len(self._parts)))
 
     def galerkin(
         self,
@@ -60,18 +52,14 @@ class Rows:
         dtype: type,  # of K P, no more than a range of which is ever held in the matrix's own, as P^T K P is
     ) -> tuple[Rows, sp.csr_matrix]:
         """Return K P, of a square matrix K and a basis P (columns, m), and P^T K P (m, m)."""
-        images: list[sp.bsr_matrix | None] = [None] * len(self._parts)
-        coarse: list[sp.coo_matrix | None] = [None] * len(self._parts)
-        height = basis.blocksize[0]
+        ends = np.cumsum([0, *(len(part.indptr) - 1 for part in self._parts)])
 
-        def multiply(number: int) -> None:
+        def multiply(number: int) -> tuple[sp.bsr_matrix, sp.coo_matrix]:
             image = self._parts[number] @ basis
-            rows = self._ranges[number]
-            own = _part(basis, rows.start // height, rows.stop // height)
-            coarse[number] = (own.T @ image).tocoo()
-            images[number] = image.astype(dtype)
+            own = _part(basis, *ends[number : number + 2])
+            return image.astype(dtype), (own.T @ image).tocoo()
 
-        share(multiply, len(images))
+        images, coarse = zip(*share(multiply, len(self._parts)), strict=True)
         row, column, data = (
             np.concatenate([getattr(piece, name) for piece in coarse]) for name in ("row", "col", "data")
         )

@@ -9,6 +9,7 @@ import numpy as np
 import pyamg
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import SuperLU
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.batches import share
@@ -52,6 +53,7 @@ class KnitStructure:
 # Most that a band may be widened by: factors cost its square. Of solid yarns, a tie reaches one station further.
 WIDER = 1.5
 CHUNK = 2048  # nodes at a time; bounds the index arrays
+AXES = np.arange(3)
 
 
 class YarnScale:
@@ -70,19 +72,18 @@ class YarnScale:
 
     def update(self, matrix: sp.bsr_matrix) -> None:
         """Factorise the yarns of a matrix; raises ConvergenceError if one is not positive definite."""
-        lumps = [None] * len(self._factors)
 
-        def make(yarn: int) -> None:
+        def make(yarn: int) -> tuple[np.ndarray, np.ndarray]:
             for dtype in (np.float32, np.float64):
                 # In single precision a yarn that hardly anything holds cannot be told from one that nothing holds.
-                self._factors[yarn] = None
-                self._factors[yarn], lumps[yarn] = self._band(matrix, yarn, dtype)
-                minor = factorise_band(self._factors[yarn])
+                self._factors[yarn] = None  # room for the next one
+                band, lumps = self._band(matrix, yarn, dtype)
+                minor = factorise_band(band)
                 if minor == 0:
-                    return
+                    return band, lumps
             raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {minor})")
 
-        share(make, len(self._factors))
+        self._factors, lumps = map(list, zip(*share(make, len(self._factors)), strict=True))
         bandwidths = [len(factor) // 3 - 1 for factor in self._factors]
         self._outside = _outside(matrix, self._nodes, bandwidths, np.concatenate(lumps))
 
@@ -98,21 +99,19 @@ class YarnScale:
         lumps = np.zeros((last - first, 3))
         for low, high, row, column, data in _chunks(matrix, first, last):
             apart = row - column
-            inside = (apart > 0) & (apart <= bandwidth) & (column >= first)
-            self._put(band, row[inside] - first, column[inside] - first, data[inside], width)
-            diagonal = data[apart == 0]
             dropped = (np.abs(apart) > bandwidth) & (column >= first) & (column < last)
-            if dropped.any():
-                lump = np.abs(data[dropped]).sum(axis=2)  # (entries, 3)
-                diagonal = diagonal.copy()
-                for axis in range(3):
-                    added = np.bincount(row[dropped] - low, lump[:, axis], high - low)
-                    diagonal[:, axis, axis] += added
-                    lumps[low - first : high - first, axis] = added
-            node = np.arange(low, high) - first
-            for i in range(3):
-                for k in range(i + 1):
-                    band[(3 * node + k) * width + i - k] = diagonal[:, i, k]
+            lump = np.abs(data[dropped]).sum(axis=2)  # (entries, 3)
+            added = np.stack([np.bincount(row[dropped] - low, each, high - low) for each in lump.T], axis=1)
+            lumps[low - first : high - first] = added
+            inside = np.flatnonzero((apart >= 0) & (apart <= bandwidth) & (column >= first))
+            apart, column, data = apart[inside], column[inside] - first, data[inside]
+            below = np.flatnonzero(apart)
+            data[np.flatnonzero(apart == 0)[:, None], AXES, AXES] += added
+            for k in range(3):
+                start = (3 * column + k) * width + 3 * apart - k
+                for i in range(3):
+                    some = slice(None) if i >= k else below
+                    band[start[some] + i] = data[some, i, k]
         return band.reshape((width, (last - first) * 3), order="F"), lumps
 
     def _reach(self, matrix: sp.bsr_matrix, first: int, last: int) -> int:
@@ -122,27 +121,19 @@ class YarnScale:
             reach = max(reach, int((row - column).max(where=column >= first, initial=0)))
         return reach if reach <= WIDER * self._bandwidth else self._bandwidth
 
-    @staticmethod
-    def _put(band: np.ndarray, row: np.ndarray, column: np.ndarray, data: np.ndarray, width: int) -> None:
-        for k in range(3):
-            start = (3 * column + k) * width + 3 * (row - column) - k
-            for i in range(3):
-                band[start + i] = data[:, i, k]
-
     def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
         """Add the correction of all yarns and take its effect off the residual, both (size,) in place.
 
         What remains of the residual is the effect of what the factors leave out: no product with the whole matrix.
         """
-        along = np.empty_like(residual)
 
-        def solve(yarn: int) -> None:
-            part = slice(*3 * self._nodes[yarn : yarn + 2])
-            local = residual[part].astype(self._factors[yarn].dtype)
-            solve_band(self._factors[yarn], local)
-            along[part] = local
+        def solve(yarn: int) -> np.ndarray:
+            factor = self._factors[yarn]
+            local = residual[slice(*3 * self._nodes[yarn : yarn + 2])].astype(factor.dtype)
+            solve_band(factor, local)
+            return local
 
-        share(solve, len(self._factors))
+        along = np.concatenate(share(solve, len(self._factors)), dtype=float)
         correction += along
         np.negative(self._outside @ along, out=residual)
 
@@ -200,20 +191,14 @@ class CrossingScale:
         if unsymmetric is not None and unsymmetric.nnz:
             columns = columns + unsymmetric.tocsr()[:, self.unknowns].tobsr(blocksize=(3, 3))
         own = _block_rows(columns, patch).tocsr()
-        reached = np.flatnonzero(np.diff(columns.indptr))  # nodes
-        self._reached = (3 * reached[:, None] + np.arange(3)).ravel()
-        ends = columns.indptr[np.append(0, reached + 1)]  # rows that are left out have no entries
-        self._columns = Rows.of(
-            sp.bsr_matrix((columns.data, columns.indices, ends), shape=(3 * len(reached), own.shape[1]))
-        )
+        self._columns = Rows.of(columns)
         self._groups = _groups(own)
-        self._factors = [None] * len(self._groups)
 
-        def make(number: int) -> None:
+        def make(number: int) -> SuperLU:
             group = self._groups[number]
-            self._factors[number] = factorise(own[group][:, group])
+            return factorise(own[group][:, group])
 
-        share(make, len(self._groups))
+        self._factors = share(make, len(self._groups))
 
     def release(self) -> None:
         """Forget the factors, so that their memory can serve for new ones."""
@@ -232,7 +217,7 @@ class CrossingScale:
 
         share(solve, len(self._groups))
         correction[self.unknowns] += local
-        residual[self._reached] -= self._columns @ local
+        residual -= self._columns @ local
 
 
 def _groups(matrix: sp.csr_matrix) -> list[np.ndarray]:

@@ -1,4 +1,4 @@
-"""Ties of solid yarns: the mean and the linear moments of two yarns' displacement are joined on a disc.
+"""Interactions of solid yarns: ties of their displacement on discs, and contact of smooth tubes of the true radius.
 
 At every tied crossing nine springs hold the relative displacement u of the upper yarn to the lower one,
 
@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,10 +22,19 @@ from scipy.linalg import qr
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from knitstudy.errors import MeshError
+from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.loading.history import Recorder
+from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
+from knitstudy.mechanics.contact.indentation import Indentation, indentation
+from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.increment import Increment
+from knitstudy.mechanics.materials import material_of
+from knitstudy.mechanics.model import FreeBodies
 from knitstudy.mechanics.patch_compliance import moments, polar_rule
+from knitstudy.mechanics.solid import Penetration
 from knitstudy.models.discretisation import Discretisation, project_on_tube
+from knitstudy.study.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -93,21 +103,28 @@ def _sums(parts: Discretisation, points: np.ndarray, yarn: np.ndarray, factor: n
     return matrix
 
 
+# Of a tie where the yarns show all of the patch's compliance, over E R; ten times as much moves no force by 0.03 %
 STIFFNESS = 100.0
-"""Of a tie where the yarns show all of the patch's compliance, over E R; ten times as much moves no force by 0.03 %."""
 
-RINGS = 3
-"""Fewest rings of points on a disc."""
+RINGS = 3  # fewest rings of points on a disc
 
+# Largest distance of rings, in elements: between them a disc would push elements that lie inside of it too little
 WIDEST_STEP = 0.5
-"""Largest distance of rings, in elements: between them a disc would push elements that lie inside of it too little."""
 
+# Least radius of a disc, in elements. At 0.3 the force of a cell is 6 % (one point) to 15 % too large
+# (docs/notes/ties.md)
 NARROWEST = 0.25
-"""Least radius of a disc, in elements. At 0.3 the force of a cell is 6 % (one point) to 15 % too large
-(docs/notes/ties.md)."""
 
+# Distance from the middle of a disc, in its radii, beyond which the yarns are not held by it
 BESIDE = 1.5
-"""Distance from the middle of a disc, in its radii, beyond which the yarns are not held by it."""
+
+
+class Equations(NamedTuple):
+    """Constraints x_slave = sum of weights times x_master."""
+
+    slave: np.ndarray  # (S,)
+    master: np.ndarray  # (S, c)
+    weight: np.ndarray  # (S, c); 0 is no term
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,19 +150,13 @@ class Ties:
         """Nodes that the ties act on, ascending."""
         return np.unique(self.moments.indices)
 
-    @cached_property
-    def area(self) -> np.ndarray:
-        """Tied area (K,) [m2]; nan where a crossing is not tied."""
-        area = np.full(self.crossings, np.nan)
-        area[self.discs.crossing] = np.pi * self.discs.radius**2
-        return area
-
-    @cached_property
-    def centroid(self) -> np.ndarray:
-        """Centroid (K, 3) of the tied area [m]; nan where there is none."""
-        centroid = np.full((self.crossings, 3), np.nan)
-        centroid[self.discs.crossing] = self.discs.centre
-        return centroid
+    def constants(self) -> dict[str, np.ndarray]:
+        """Return whether crossings (K,) are tied, area [m2] and centroid [m] of ties, as variables of a history."""
+        tied = np.zeros(self.crossings, dtype=np.int8)
+        area, centroid = np.full(self.crossings, np.nan), np.full((self.crossings, 3), np.nan)
+        at = self.discs.crossing
+        tied[at], area[at], centroid[at] = 1, np.pi * self.discs.radius**2, self.discs.centre
+        return {"crossing_tied": tied, "tied_area": area, "tied_centroid": centroid}
 
     def attributes(self) -> dict[str, float]:
         """Return the attributes of a history for the ties."""
@@ -162,16 +173,11 @@ class Ties:
         total[self.discs.crossing] = self.stiffness[:, :1] * mean
         return total
 
-    def equations(self, fixed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the ties as rigid constraints: slave nodes (S,), and nodes (S, c) and weights (S, c) of their sums.
+    def equations(self, fixed: np.ndarray) -> Equations:
+        """Return the ties as rigid constraints whose slaves are none of the nodes `fixed` (k,).
 
         Three nodes of a disc are the slaves, those that its moments weigh most; discs that share nodes are solved
         together, so that no slave is in another's sum.
-
-        Parameters
-        ----------
-        fixed : ndarray of int, shape (k,)
-            Nodes that may be no slaves.
         """
         touched = (self.moments != 0).astype(np.int8)
         count, group = connected_components(touched @ touched.T, directed=False)
@@ -190,7 +196,7 @@ class Ties:
         master, weight = np.zeros((len(sums), width), dtype=np.int64), np.zeros((len(sums), width))
         for place, (nodes, each) in enumerate(sums):
             master[place, : len(nodes)], weight[place, : len(nodes)] = nodes, each
-        return np.concatenate([np.empty(0, dtype=np.int64), *slaves]), master, weight
+        return Equations(np.concatenate([np.empty(0, dtype=np.int64), *slaves]), master, weight)
 
     def beside(self, points: np.ndarray) -> np.ndarray:
         """Return which undeformed points (k, 3) [m] lie beside all discs (k,)."""
@@ -202,21 +208,13 @@ class Ties:
 def tie_crossings(
     parts: Discretisation,
     fabric: Fabric,
-    tied: np.ndarray,
-    radius: float,
-    youngs_modulus: float,
+    tied: np.ndarray,  # (K,)
+    radius: float,  # of the discs, over the yarn's
+    youngs_modulus: float,  # of the yarns [Pa]
 ) -> Ties:
     """Tie crossings of a fabric on discs.
 
     Raises MeshError if discs overlap each other, reach over the end of a yarn, or are narrower than elements can show.
-
-    Parameters
-    ----------
-    tied : ndarray of bool, shape (K,)
-    radius : float
-        Of the discs, over the yarn's.
-    youngs_modulus : float
-        Of the yarns [Pa].
     """
     crossing = np.flatnonzero(tied)
     discs = Discs.of(fabric, crossing, radius * fabric.radius)
@@ -270,4 +268,137 @@ def _require_room(fabric: Fabric, discs: Discs, radius: float) -> None:
                 f"tie.radius is {radius:g} radii, but crossings {discs.crossing[worst]} and "
                 f"{discs.crossing[other[worst, 1]]} lie {apart[worst, 1] / fabric.radius:.3g} radii apart: use "
                 "less than half of that"
+            )
+
+
+# Distance up to which pairs of points and surfaces are followed, over the yarn's radius
+MARGIN = 0.3
+
+
+def contact_of(scene: Scene, yarns: Discretisation, labels: np.ndarray) -> Contact:
+    """Return the contact of all yarns of a scene.
+
+    Rings of the surfaces with one of the labels (R,) do not touch (`contacts.facets.tied_pieces`), unless it is -1.
+    Raises MeshError if yarns overlap before anything moves.
+    """
+    return Contact(
+        yarns.nodes,
+        yarns.surfaces,
+        contact_law(scene, yarns),
+        pieces=labels,
+        points=scene.contact.points,
+        margin=MARGIN * yarns.mesh.radius,
+        overlap=scene.contact.penetration * yarns.size,
+    )
+
+
+def contact_law(scene: Scene, yarns: Discretisation) -> Coulomb | Indentation:
+    """Return the law of a scene; yarns without hexahedra may add the local indentation that they do not resolve."""
+    if scene.value("mesh.crossing_degree") is not None:
+        modulus, poisson = material_of(scene.yarn).across
+        return indentation(
+            scene.mesh.crossing_degree,
+            scene.mesh.crossing_span,
+            scene.mesh.spline_degree,
+            modulus=modulus,
+            poisson=poisson,
+            radius=yarns.mesh.radius,
+            friction=scene.kind.interaction.friction(scene),
+        )
+    return penalties(scene, yarns.size)
+
+
+def penalties(scene: Scene, size: float) -> Coulomb:
+    """Return stiffnesses as ratios to E / h (Table 1), h = `size` [m], with no slip at all where contact is rough."""
+    unit = scene.yarn.youngs_modulus / size
+    return Coulomb(
+        normal=scene.contact.normal_stiffness * unit,
+        tangential=scene.contact.tangential_stiffness * unit,
+        friction=scene.kind.interaction.friction(scene),
+    )
+
+
+def penetration_of(scene: Scene, law: Coulomb | Indentation, size: float) -> Penetration:
+    """Return the penetration limit of a scene with elements of a size [m]."""
+    if isinstance(law, Indentation):
+        return Penetration(
+            law.end,
+            remedy="the law of indentation is not known beyond: use a smaller load, a smaller "
+            "mesh.crossing_degree, or hexahedra",
+        )
+    return Penetration(
+        scene.contact.penetration * size,
+        scene.contact.augmentations,
+        "Use a larger contact.normal_stiffness or contact.augmentations",
+    )
+
+
+def free_yarns(
+    yarns: Discretisation,
+    ties: Ties,
+    volume: np.ndarray,  # (N,) of every node [m3]
+    youngs_modulus: float,  # [Pa]
+) -> FreeBodies | None:
+    """Return the yarns without grip and tie, which nothing but contact can hold; None if there are none."""
+    fixed = np.concatenate([yarns.ends.held, yarns.ends.driven, ties.joined])
+    free = np.setdiff1d(np.arange(yarns.mesh.yarns), yarns.yarn[fixed])
+    if not len(free):
+        return None
+    nodes = [yarns.nodes_of(yarn) for yarn in free]
+    return FreeBodies.of(nodes, volume, youngs_modulus, yarns.size, yarns.unity)
+
+
+class BesideTies:
+    """Gaps between pieces of yarn that are tied to each other, beside the ties: no contact acts there."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        yarns: Discretisation,
+        ties: Ties,
+        pairs: np.ndarray,  # (k, 2) yarns that are tied to each other
+        labels: np.ndarray,  # (R,) of the rings of the surfaces, -1 where yarns are not tied
+    ) -> None:
+        mesh = yarns.mesh
+        meets = np.zeros((mesh.yarns, mesh.yarns), dtype=bool)
+        meets[pairs[:, 0], pairs[:, 1]] = meets[pairs[:, 1], pairs[:, 0]] = True
+        self._contact = Contact(
+            yarns.nodes,
+            yarns.surfaces,
+            contact_law(scene, yarns),
+            meets=meets,
+            points=1,
+            margin=MARGIN * mesh.radius,
+            overlap=np.inf,
+        )
+        self._labels, self._rings, self._ties = labels, yarns.rings, ties
+        # Undeformed surfaces are a^2 / R apart at the edge of a tied disc of radius a; flattening the disc indents them
+        # as deep.
+        self.overlap = ties.discs.radius**2 / mesh.radius
+        # With the same empty history all along, pairs of a search stay followed.
+        self._history = ContactHistory.empty()
+
+    def smallest_gap(self, nodes: np.ndarray) -> float:
+        """Return the smallest gap of current nodes (N, 3) beside the ties [m]; inf if nothing is near."""
+        points = self._contact.points(nodes, nodes, self._history)
+        (xi, gap), pairs = self._contact.everywhere(points), points.followed
+        quadrature = self._contact.quadrature
+        own = self._label(quadrature.surface[pairs.point], quadrature.xi[pairs.point, 0])
+        other = self._label(pairs.surface, xi[:, 0])
+        near = np.flatnonzero(np.isfinite(gap) & (own == other) & (own >= 0))
+        place = self._contact.reference(pairs.point[near])
+        return float(gap[near[self._ties.beside(place)]].min(initial=np.inf))
+
+    def _label(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """Return the labels of the rings at natural coordinates along yarns."""
+        return self._labels[self._rings.nearest(yarn, along)]
+
+    def require_apart(self, increment: Increment, recorder: Recorder) -> None:
+        """Refuse a state in which tied yarns penetrate each other beside their ties; ConvergenceError."""
+        gap = recorder.columns["gap_beside_ties"][-1]
+        if gap < -self.overlap:
+            raise ConvergenceError(
+                f"increment {increment.index}: tied yarns penetrate each other by {-gap:.3g} m beside their ties; "
+                f"tie.radius allows {self.overlap:.3g} m. Use contact.tied_edges 'none', a larger tie.radius or a "
+                "smaller load.strain"
             )
