@@ -21,8 +21,7 @@ from knitstudy.study.configuration import CONFIG, load_changed, workflow_configu
 from knitstudy.study.documents import parsed, read_yaml
 from knitstudy.study.scene import Scene
 
-ONE_LINE, LONGEST = 32, 120
-"""Characters of a value that a terminal does not break, and that it shows at all."""
+ONE_LINE, LONGEST = 32, 120  # Characters of a value that a terminal does not break, and that it shows at all
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:

@@ -16,8 +16,7 @@ from knitstudy.study.scene import Scene, digest
 
 REFERENCE = Path("resources/reference")
 
-Source = Step | list[Step] | Path
-"""A result, several results of one argument, or a file of reference."""
+Source = Step | list[Step] | Path  # A result, several results of one argument, or a file of reference
 
 
 def reference_files(config: Path) -> dict[str, Path]:

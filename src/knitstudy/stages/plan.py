@@ -18,11 +18,8 @@ from knitstudy.study.scene import Scene, digest
 
 log = logging.getLogger(__name__)
 
-DIGITS = 8
-"""Digits of a hash in the name of a scene or knit that the configuration does not have."""
-
-OUTDATED = Path("run/outdated")
-"""Folder of the marks of outdated results, beside restart files."""
+DIGITS = 8  # Digits of a hash in the name of a scene or knit that the configuration does not have
+OUTDATED = Path("run/outdated")  # Folder of the marks of outdated results, beside restart files
 
 Step = tuple[Stage, Scene]
 

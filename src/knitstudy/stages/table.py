@@ -32,8 +32,7 @@ from knitstudy.study.scene import Scene
 Needs = Mapping[str, tuple[str, Scene]]
 """The results that a function takes, by its parameters: the stage that makes each, and of which scene."""
 
-Named = Callable[[str], Scene]
-"""Returns the scene that a dotted key names."""
+Named = Callable[[str], Scene]  # Returns the scene that a dotted key names
 
 OF_SIZE = ("pattern.loops", "pattern.rows", "pair.length", "mesh.size", "mesh.crossing_degree")
 """Keys that memory depends on."""
@@ -247,5 +246,4 @@ _STAGES = (
     ),
 )
 
-STAGES = {stage.name: stage for stage in _STAGES}
-"""All stages by their names, each after those that it needs."""
+STAGES = {stage.name: stage for stage in _STAGES}  # All stages by their names, each after those that it needs
