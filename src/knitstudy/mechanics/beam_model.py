@@ -14,9 +14,9 @@ from knitstudy.mechanics.beam_contact import BeamContact, BeamContactHistory
 from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.mechanics.rotation import exp
 
+# Force over the axial stiffness of elements up to which a network counts as unloaded: rounding of where its nodes are
+# makes 1e-14 of it.
 UNLOADED = 1e-8
-"""Force over the axial stiffness of elements up to which a network counts as unloaded: rounding of where its nodes are
-makes 1e-14 of it."""
 
 
 @dataclass(frozen=True)
@@ -90,9 +90,10 @@ class BeamModel(Memoryless):
         arm = self._arm(state)
         chord = self._chord(state, arm)
         now, stretch = self._deform(state, chord), self._stretch(chord)
-        at_ends = np.concatenate([beam.force(now), self.springs.at_points(stretch)])
+        pull = self.springs.at_points(stretch)
+        at_ends = np.concatenate([beam.force(now), pull])
         at_nodes = rigid_arm.force_at_nodes(at_ends, arm) if self.arms_turn else at_ends
-        stored = np.sum(beam.energy(self.elements, now)) + np.sum(self.springs.energy(stretch))
+        stored = np.sum(beam.energy(self.elements, now)) + 0.5 * np.vdot(pull[:, 2], stretch)
         response = Response(
             force=self._assembly.sum_forces([at_nodes]),
             mean_force=max(self._mean(at_ends[: self.beams]), self._least_force),
@@ -121,8 +122,8 @@ class BeamModel(Memoryless):
         if not self.arms_turn:
             force = beam.force(self._deform(state, chord))[:, 0::2]
             np.add.at(left, self.ends[: self.beams], np.cross(arm[: self.beams], force))
-        pull = self.springs.pull(self._stretch(chord))
-        couple = np.cross(chord[self.beams :], -pull)
+        pull = self.springs.at_points(self._stretch(chord))
+        couple = np.cross(chord[self.beams :], pull[:, 0])
         np.add.at(left, self.springs.ends, 0.5 * couple[:, None])
         return left
 

@@ -29,6 +29,7 @@ from numpy.polynomial.legendre import leggauss
 
 from knitstudy.errors import GeometryError
 from knitstudy.mechanics.beam import SLENDERNESS
+from knitstudy.mechanics.materials.isotropic import Hencky
 
 DEGREE = 8  # of the polynomials: at k = 0.55 degree 10 moves no compliance by more than 2e-5 of it
 TIGHTEST = 0.8  # largest k = kappa R of the table; the layers inside of a yarn vanish at 1
@@ -111,7 +112,7 @@ def _solve(disc: _Disc, bend: float, poisson_ratio: float, forces: tuple[int, ..
     f = list(forces)
     T = _balance(bend)[np.ix_(f, f)]
     of_warping, of_slope, of_strain = _strains(disc, bend)
-    root = np.linalg.cholesky(_elasticity(poisson_ratio)).T
+    root = np.linalg.cholesky(Hencky(1.0, poisson_ratio).moduli).T
     weigh = np.sqrt(disc.weight * (1.0 - bend * disc.x))[:, None, None] * root
     B0, B1, BR = (
         (weigh @ each).reshape(-1, each.shape[-1]) for each in (of_warping, of_slope, of_strain[..., f])
@@ -124,18 +125,12 @@ def _solve(disc: _Disc, bend: float, poisson_ratio: float, forces: tuple[int, ..
     free = np.linalg.svd(motion.T)[2][3:].T
     B0, B1 = B0 @ free, B1 @ free
     # (B1' e)' = B0' e for the warping, BR' e = f for the strains, with e = B1 W T + B0 W + BR P for every f.
-    n = B0.shape[1]
+    n, one = B0.shape[1], np.eye(3)
     M, C, E = B1.T @ B1, B1.T @ B0, B0.T @ B0
-    one = np.eye(3)
-    system = np.block(
-        [
-            [
-                np.kron(M, (T @ T).T) + np.kron(C - C.T, T.T) - np.kron(E, one),
-                np.kron(B1.T @ BR, T.T) - np.kron(B0.T @ BR, one),
-            ],
-            [np.kron(BR.T @ B1, T.T) + np.kron(BR.T @ B0, one), np.kron(BR.T @ BR, one)],
-        ]
-    )
+    of_warping = np.kron(M, (T @ T).T) + np.kron(C - C.T, T.T) - np.kron(E, one)
+    of_both = np.kron(B1.T @ BR, T.T) - np.kron(B0.T @ BR, one)
+    back = np.kron(BR.T @ B1, T.T) + np.kron(BR.T @ B0, one)
+    system = np.block([[of_warping, of_both], [back, np.kron(BR.T @ BR, one)]])
     solution = np.linalg.solve(system, np.concatenate([np.zeros(3 * n), one.ravel()]))
     W, P = solution[: 3 * n].reshape(n, 3), solution[3 * n :].reshape(3, 3)
     e = B1 @ (W @ T) + B0 @ W + BR @ P
@@ -172,15 +167,6 @@ def _rigid(disc: _Disc) -> np.ndarray:
     return rigid
 
 
-def _elasticity(poisson_ratio: float) -> np.ndarray:
-    """Stresses over strains (6, 6) of modulus 1, with shear angles."""
-    mu = 0.5 / (1 + poisson_ratio)
-    lam = 2 * mu * poisson_ratio / (1 - 2 * poisson_ratio)
-    D = np.diag([2 * mu, 2 * mu, 2 * mu, mu, mu, mu])
-    D[:3, :3] += lam
-    return D
-
-
 # Section of beams that follow a curved yarn: the law of a curved rod, by the curvature of every element
 
 
@@ -208,9 +194,8 @@ class CurvedSection:
         length = np.linalg.norm(chord, axis=1)
         frame, bend = self._frames(chord / length[:, None])
         S = compliances(bend, self.poisson_ratio)
-        S[:, :2, :2] *= (1 + self.slenderness * (length / self.radius) ** 2 / 3)[
-            :, None, None
-        ]  # R^2 EA = 4 EI
+        softer = 1 + self.slenderness * (length / self.radius) ** 2 / 3  # R^2 EA = 4 EI
+        S[:, :2, :2] *= softer[:, None, None]
         scale = np.repeat([1.0, self.radius], 3)
         law = self.youngs_modulus * self.radius**2 * np.outer(scale, scale) * np.linalg.inv(S)
         turn = np.zeros_like(law)

@@ -45,6 +45,13 @@ class Isotropic:
         return self.youngs_modulus * nu / ((1 + nu) * (1 - 2 * nu))
 
     @property
+    def moduli(self) -> np.ndarray:
+        """Stress over engineering strain (6, 6) of small strains [Pa]."""
+        moduli = np.diag([2 * self.shear_modulus] * 3 + [self.shear_modulus] * 3)
+        moduli[:3, :3] += self.lame
+        return moduli
+
+    @property
     def across(self) -> tuple[float, float]:
         """E [Pa] and nu."""
         return self.youngs_modulus, self.poisson_ratio
@@ -224,7 +231,5 @@ class StVenantKirchhoff(Isotropic):
         trace = np.trace(strain, axis1=1, axis2=2)
         energy = mu * np.einsum("eij,eij->e", strain, strain) + 0.5 * lame * trace**2
         stress = 2 * mu * strain + lame * trace[:, None, None] * np.eye(3)
-        moduli = np.diag([2 * mu] * 3 + [mu] * 3)
-        moduli[:3, :3] += lame
-        constant = np.broadcast_to(moduli, (len(strain), 6, 6)) if tangent else None
+        constant = np.broadcast_to(self.moduli, (len(strain), 6, 6)) if tangent else None
         return Stress(energy, stress, constant)
