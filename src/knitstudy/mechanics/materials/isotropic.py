@@ -139,20 +139,11 @@ def add_pairs(total: np.ndarray, one: np.ndarray, other: np.ndarray) -> None:
         total[start:end] += other[p] * one[p:]
 
 
-def _position_of_pairs() -> np.ndarray:
-    position = np.empty((6, 6), dtype=int)
-    position[PAIRS[:, 0], PAIRS[:, 1]] = position[PAIRS[:, 1], PAIRS[:, 0]] = np.arange(len(PAIRS))
-    return position
-
-
-def _crossed_pairs() -> tuple[np.ndarray, np.ndarray]:
-    """Return where A_ik A_jl and A_il A_jk stand for every pair of the components ij and kl (21,)."""
-    position = _position_of_pairs()
-    (i, j), (k, m) = VOIGT[PAIRS[:, 0]].T, VOIGT[PAIRS[:, 1]].T
-    return position[FULL[i, k], FULL[j, m]], position[FULL[i, m], FULL[j, k]]
-
-
-POSITION, CROSSED = _position_of_pairs(), _crossed_pairs()
+POSITION = np.empty((6, 6), dtype=int)  # of a pair of components among the 21
+POSITION[PAIRS[:, 0], PAIRS[:, 1]] = POSITION[PAIRS[:, 1], PAIRS[:, 0]] = np.arange(len(PAIRS))
+(_I, _J), (_K, _L) = VOIGT[PAIRS[:, 0]].T, VOIGT[PAIRS[:, 1]].T
+# Where A_ik A_jl and A_il A_jk stand for every pair of the components ij and kl (21,).
+CROSSED = POSITION[FULL[_I, _K], FULL[_J, _L]], POSITION[FULL[_I, _L], FULL[_J, _K]]
 
 
 def _adjugate(x: np.ndarray) -> np.ndarray:

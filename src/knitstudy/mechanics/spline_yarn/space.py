@@ -283,9 +283,7 @@ def _start(yarn: YarnSpace, nodes: np.ndarray, points: np.ndarray) -> tuple[np.n
     low, high = yarn.spline.spans.T
     share = (np.arange(SAMPLES) + 0.5) / SAMPLES
     s = (low[:, None] + (high - low)[:, None] * share).ravel()
-    first, values = yarn.spline.basis(s)
-    at = yarn.first_node[first[:, None] + np.arange(values.shape[2])]
-    centre, half1, half2 = (np.einsum("kj,kji->ki", values[0], nodes[at + k]) for k in range(3))
+    centre, half1, half2 = np.moveaxis(along(yarn, nodes, s)[0, :, :3], 1, 0)
     nearest = cKDTree(centre).query(points)[1]
     out = points - centre[nearest]
     # Of phi_1 and phi_2 the coefficients are half the directors.
