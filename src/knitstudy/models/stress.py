@@ -101,31 +101,19 @@ def undeformed_splines(scene: Scene, specimen: Fabric, displacement: np.ndarray)
     return space, nodes
 
 
-@dataclass(frozen=True, eq=False)
-class Points:
-    """Points (k, q) of k sections of a spline yarn under load."""
-
-    place: np.ndarray  # (k, q, 3) undeformed [m]
-    displacement: np.ndarray  # (k, q, 3) [m]
-    slope: np.ndarray  # (k, q, 3, 3) of the place by natural coordinates
-    gradient: np.ndarray  # (k, q, 3, 3) of the deformation
-    stress: np.ndarray  # (k, q, 3, 3) of Cauchy [Pa]
-
-    @classmethod
-    def of(
-        cls,
-        yarn: YarnSpace,
-        nodes: tuple[np.ndarray, np.ndarray],
-        s: np.ndarray,
-        x: np.ndarray,
-        material: Material,
-    ) -> Points:
-        """Return points x (q, 2) at arc lengths s (k,), from undeformed nodes and their displacement (n, 3) [m]."""
-        (place, slope), (displacement, change) = (sections(yarn, each, s, x) for each in nodes)
-        gradient = deformation_gradient(slope, change)
-        axes = axes_along(slope[..., 2].reshape(-1, 3))
-        stress = cauchy_stress(gradient.reshape(-1, 3, 3), material, axes).reshape(gradient.shape)
-        return cls(place, displacement, slope, gradient, stress)
+def stressed_points(
+    yarn: YarnSpace,
+    nodes: tuple[np.ndarray, np.ndarray],  # undeformed, and their displacement (n, 3) [m]
+    s: np.ndarray,  # (k,) arc lengths of sections [m]
+    x: np.ndarray,  # (q, 2) points of a section, over the radius
+    material: Material,
+) -> tuple[np.ndarray, ...]:
+    """Return places, displacements (k, q, 3), slopes of places, gradients and Cauchy stresses (k, q, 3, 3)."""
+    (place, slope), (displacement, change) = (sections(yarn, each, s, x) for each in nodes)
+    gradient = deformation_gradient(slope, change)
+    axes = axes_along(slope[..., 2].reshape(-1, 3))
+    stress = cauchy_stress(gradient.reshape(-1, 3, 3), material, axes).reshape(gradient.shape)
+    return place, displacement, slope, gradient, stress
 
 
 def spline_cell_stress(
@@ -157,9 +145,9 @@ def _layers(
     x, area = _section_points(section)
     rise = np.diff(breaks)
     s = (breaks[:-1, None] + 0.5 * rise[:, None] * (1 + GAUSS)).ravel()
-    points = Points.of(yarn, nodes, s, x, material)
-    weight = np.repeat(0.5 * rise, len(GAUSS))[:, None] * area * np.linalg.det(points.slope)
-    after = weight * np.linalg.det(points.gradient)
+    place, moved, slope, gradient, stress = stressed_points(yarn, nodes, s, x, material)
+    weight = np.repeat(0.5 * rise, len(GAUSS))[:, None] * area * np.linalg.det(slope)
+    after = weight * np.linalg.det(gradient)
 
     def summed(values: np.ndarray) -> np.ndarray:
         """Sum over the points of every cell: two along, four across."""
@@ -167,9 +155,9 @@ def _layers(
         return each.sum(axis=(1, 3)).reshape(-1, *values.shape[2:])
 
     before, volume = summed(weight), summed(after)
-    middle = summed(weight[..., None] * points.place) / before[:, None]
-    now = summed(after[..., None] * (points.place + points.displacement)) / volume[:, None]
-    return summed(after[..., None, None] * points.stress), volume, middle, now
+    middle = summed(weight[..., None] * place) / before[:, None]
+    now = summed(after[..., None] * (place + moved)) / volume[:, None]
+    return summed(after[..., None, None] * stress), volume, middle, now
 
 
 def _section_points(section: Section) -> tuple[np.ndarray, np.ndarray]:
