@@ -150,11 +150,6 @@ class CurvedCells:
         """Yarn (P,) of every node."""
         return np.repeat(np.arange(len(self.stations)), [s.size * len(self.x) for s in self.stations])
 
-    @property
-    def arc_length(self) -> np.ndarray:
-        """Arc length (P,) of every node's section [m]."""
-        return np.repeat(np.concatenate(self.stations), len(self.x))
-
     def surface(self, yarn: int) -> np.ndarray:
         """Return the nodes (t, a) on the surface of a yarn, section by section."""
         return np.flatnonzero(self.yarn == yarn).reshape(-1, len(self.x))[:, self.rim]
@@ -174,7 +169,8 @@ def write_spline_yarns(scene: Scene, path: Path | str, specimen: Fabric, history
     places, fields, area = _fields(space, nodes, moved, cells, material_of(scene.yarn))
     if "contact_pressure" in history:
         fields["contact_pressure [Pa]"] = _pressure(space, nodes, cells, area, history)
-    fields |= {"yarn": cells.yarn, "arc_length [m]": cells.arc_length}
+    arc_length = np.repeat(np.concatenate(cells.stations), len(cells.x))
+    fields |= {"yarn": cells.yarn, "arc_length [m]": arc_length}
     _write(path, places, cells.cells, fields, {"yarn": cells.yarn[cells.cells[:, 0]]})
 
 

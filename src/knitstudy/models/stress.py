@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import make_interp_spline
 
 from knitstudy.contacts.segments import KINDS, NO_SEGMENT, Segments, segments
 from knitstudy.errors import DataFileError
@@ -260,20 +261,14 @@ def _of_pieces(
     last = np.cumsum(np.diff(mesh.first_slice) - 1)
     for yarn, (stations, end) in enumerate(zip(mesh.stations, last, strict=True)):
         own = layers[end - len(stations) + 1 : end]
-        upto = np.concatenate([np.zeros((1, own.shape[1])), own.cumsum(axis=0)])
+        sums = np.concatenate([np.zeros((1, own.shape[1])), own.cumsum(axis=0)])
+        upto = make_interp_spline(stations, sums, k=1)
         here = parts.yarn == yarn
         low, high = parts.arc_length[here].T
         for i, share in enumerate(EXTENTS.values()):
             half, middle = 0.5 * share * (high - low), 0.5 * (low + high)
-            found[here, i] = _at(middle + half, stations, upto) - _at(middle - half, stations, upto)
+            found[here, i] = upto(middle + half) - upto(middle - half)
     return found[..., 0], found[..., 1:10].reshape(*found.shape[:2], 3, 3), found[:, 0, 10:].reshape(-1, 4, 7)
-
-
-def _at(s: np.ndarray, stations: np.ndarray, upto: np.ndarray) -> np.ndarray:
-    """Return sums (k, c) up to arc lengths s (k,) [m], from the sums (S, c) up to stations (S,)."""
-    low = np.clip(np.searchsorted(stations, s) - 1, 0, len(stations) - 2)
-    share = (s - stations[low]) / (stations[low + 1] - stations[low])
-    return upto[low] + share[:, None] * (upto[low + 1] - upto[low])
 
 
 def _rotations(moments: np.ndarray) -> np.ndarray:
