@@ -173,11 +173,11 @@ def _template_numbers(deck: Deck) -> dict[str, float]:
         "hourglass_factor": deck.hourglass / HOURGLASS_OF_C3D8R["abaqus"],
         "hourglass_of_calculix": HOURGLASS_OF_C3D8R["calculix"] * (1 + material.poisson_ratio),
     }
-    if touch is None:
-        return numbers
-    law = touch.law
-    contact = {"normal": law.normal, "tangential": law.tangential, "friction": law.friction}
-    return numbers | contact | {"elastic_slip": touch.elastic_slip}
+    if touch is not None:
+        law = touch.law
+        numbers |= {"normal": law.normal, "tangential": law.tangential, "friction": law.friction}
+        numbers["elastic_slip"] = touch.elastic_slip
+    return numbers
 
 
 COMMENT = 120  # characters a line of comments; CalculiX reads 132

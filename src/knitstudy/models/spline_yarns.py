@@ -129,7 +129,7 @@ def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> D
         surfaces=surfaces,
         rings=rings,
         ends=_grips(scene, fabric, space, spans),
-        locate=partial(_locate, space, nodes),
+        locate=lambda points, yarn: space.weights(yarn, *locate(space, nodes, points, yarn)),
         size=2 * mesh.radius / ACROSS,
         missing=partial(missing, space, mesh.radius, *material.across),
         sampling=Sampling(space, mesh.yarn_of_slice, mesh.arc_length, mesh.section.points),
@@ -185,12 +185,6 @@ def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
     for group in groups:
         total += np.bincount(group.connectivity.ravel(), group.elements.node_volume().ravel(), count)
     return total
-
-
-def _locate(
-    space: Space, nodes: np.ndarray, points: np.ndarray, yarn: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    return space.weights(yarn, *locate(space, nodes, points, yarn))
 
 
 def _grips(scene: Scene, fabric: Fabric, space: Space, spans: list[YarnSpans]) -> Grips:
