@@ -27,6 +27,15 @@ def memory_growth(history: xr.Dataset) -> float:
     return max(float(history.attrs["memory_growth"]), NO_GROWTH)
 
 
+def effort(history: xr.Dataset) -> dict[str, float]:
+    """Return increments, Newton iterations and wall-clock time of a simulation, by column."""
+    return {
+        "increments [1]": history.sizes["increment"] - 1,
+        "Newton iterations [1]": int(history["newton_iterations"].sum()),
+        "time [s]": history.attrs.get("wall_seconds", nan),
+    }
+
+
 def element_length(history: xr.Dataset) -> float:
     """Return the mean length of the beams of a reduced model, whose stations are their nodes [m]."""
     step = np.linalg.norm(np.diff(history["centreline"].to_numpy(), axis=0), axis=1)
