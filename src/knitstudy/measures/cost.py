@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.polynomial import Polynomial
 
 from knitstudy.measures.catalogue import Datasets
-from knitstudy.measures.discretisation import INTERACTIONS, NAMES, is_cut, is_direct, made_of
+from knitstudy.measures.discretisation import INTERACTIONS, NAMES, is_direct, made_of
 from knitstudy.measures.response import NORMAL, QUANTITIES, largest_out_of_plane
 from knitstudy.study.scene import Scene
 
@@ -110,7 +110,7 @@ class Series:
     def model(self) -> str:
         """Model in words."""
         scene = self.scenes[0]
-        if is_cut(scene):
+        if scene.specimen == "cut_knit":
             return f"{made_of(scene)}, cells cut out"
         return made_of(scene) if is_direct(scene) else NAMES[scene.fidelity]
 
