@@ -27,8 +27,7 @@ from knitstudy.figures.style import (
 )
 from knitstudy.measures.cases import label_of
 from knitstudy.measures.catalogue import BEAM_MODELS, SQUARES, network, of_case, several, solid
-from knitstudy.measures.cost import MEGABYTE, memory_growth
-from knitstudy.measures.domain import Series, domain_response, series_of
+from knitstudy.measures.cost import MEGABYTE, Series, domain_response, memory_growth, series_of
 from knitstudy.measures.reference import reference_of
 from knitstudy.study.scene import Scene
 

@@ -26,6 +26,7 @@ from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Motion, Stations, load_path
 from knitstudy.loading.solve import Check, Problem, Reported, settings_of
 from knitstudy.mechanics.beam import LinearSprings, Section, SectionLaw
+from knitstudy.mechanics.beam_contact import BeamContact
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.curved_rod import CurvedSection
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
@@ -76,12 +77,10 @@ class Network:
             yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, self.yarns_side_by_side
         )
 
-    def model(self, yarn: Yarn, law: str) -> BeamModel:
+    def model(self, yarn: Yarn, law: str, contact: BeamContact | None = None) -> BeamModel:
         """Return the network as beams of circular yarn, with the law of `section`."""
-        section = self.section(yarn, law)
-        return BeamModel(
-            self.nodes, self.ends, section, yarn.radius, self.offsets, self.arms_turn, self.springs
-        )
+        where = self.nodes, self.ends, self.section(yarn, law), yarn.radius, self.offsets
+        return BeamModel(*where, self.arms_turn, self.springs, contact)
 
     def station_displacement(self, model: BeamModel, state: BeamState) -> np.ndarray:
         """Return the displacement (S, 3) of the stations [m]."""

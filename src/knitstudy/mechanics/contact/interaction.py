@@ -193,19 +193,15 @@ class Contact:
                 carried[:, i] += np.bincount(
                     stencil.nodes.ravel(), shares[..., i].ravel(), minlength=len(carried)
                 )
-        node_force = self.surfaces.collect(carried)
-        answer = ContactResponse(points, node_force, self._energy(points, active, weight))
-        if not stiffness:
-            return answer
-        full, symmetric, self._pairs = tangent(
-            points, weight, own, other, self.surfaces.block, len(carried), self._pairs
-        )
-        pattern = self._pairs.indptr, self._pairs.indices
-        return replace(
-            answer,
-            stiffness=self.surfaces.matrix(*pattern, full),
-            symmetric=self.surfaces.matrix(*pattern, symmetric),
-        )
+        matrices = ()
+        if stiffness:
+            *blocks, self._pairs = tangent(
+                points, weight, own, other, self.surfaces.block, len(carried), self._pairs
+            )
+            pattern = self._pairs.indptr, self._pairs.indices
+            matrices = (self.surfaces.matrix(*pattern, each) for each in blocks)
+        energy = self._energy(points, active, weight)
+        return ContactResponse(points, self.surfaces.collect(carried), energy, *matrices)
 
     def commit(self, points: ContactPoints) -> ContactHistory:
         """Return the history that a converged increment leaves.
@@ -223,10 +219,8 @@ class Contact:
             )
         touches = points.status != OPEN
         slips = points.status == SLIP
-        size = np.linalg.norm(points.trial[slips], axis=1)
-        limit = law.friction * points.pressure[slips]
         slip = points.slip.copy()
-        slip[slips] *= np.divide(limit, size, out=np.zeros_like(size), where=size > 0)[:, None]
+        slip[slips] *= law.share(points.trial[slips], points.pressure[slips])[:, None]
         length = law.slipped(points.trial, points.pressure)
         xi = _put(every.xi, points.number, points.projection.xi)
         anchor = _put(xi, points.number, points.projection.xi - np.where(touches[:, None], slip, 0.0))
