@@ -17,10 +17,10 @@ from knitstudy.measures.cases import Case, Simulation, cases_of
 from knitstudy.measures.catalogue import (
     CASES,
     OTHER_SOLIDS,
+    REDUCED,
     SOLIDS,
     network,
     of_case,
-    reduced_models,
     several,
     solid,
 )
@@ -32,7 +32,7 @@ DASHES = ((0, (1, 1.2)), (0, (4, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (2, 2.5)), (0
 
 SHARES = (1.0, 0.5)  # shares of a model's colour, for variants whose dashes are the same
 
-SHOWN = [name for case in CASES for name in (*of_case(case, SOLIDS + OTHER_SOLIDS), *reduced_models(case))]
+SHOWN = [name for case in CASES for name in of_case(case, SOLIDS + OTHER_SOLIDS + REDUCED)]
 """Names of the scenes."""
 
 HEAD, HEIGHT, FOOT, BETWEEN = 7.0, 60.0, 11.0, 4.0
