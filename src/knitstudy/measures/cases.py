@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures import response
 from knitstudy.measures.catalogue import (
     BEAM_MODELS,
     CASES,
@@ -37,13 +38,6 @@ from knitstudy.measures.discretisation import (
     made_of,
 )
 from knitstudy.measures.reference import Reference, reference_of
-from knitstudy.measures.response import (
-    RMS_U_Z,
-    largest_out_of_plane,
-    out_of_plane_correlation,
-    rms_out_of_plane,
-    secant_stiffness,
-)
 from knitstudy.study.scene import Scene
 
 # Names of all simulations of the four cases.
@@ -195,14 +189,14 @@ def comparison(history: xr.Dataset, dns: xr.Dataset, reference: Reference) -> di
     row = {
         "strain [1]": float(history["strain"][-1]),
         "force [N]": float(history["force"][-1]),
-        "secant stiffness [N/m]": secant_stiffness(history),
-        "largest |u_z| [m]": largest_out_of_plane(history),
-        SHAPE: out_of_plane_correlation(history, dns),
+        "secant stiffness [N/m]": response.secant_stiffness(history),
+        "largest |u_z| [m]": response.largest_out_of_plane(history),
+        SHAPE: response.out_of_plane_correlation(history, dns),
     }
     estimates = {
         OVER_REFERENCE: reference.force_ratio(history),
         DISTANCE: reference.force_distance(history),
-        AMPLITUDE: reference.ratio(history, RMS_U_Z, rms_out_of_plane(history)),
+        AMPLITUDE: reference.ratio(history, response.RMS_U_Z, response.rms_out_of_plane(history)),
     }
     for column, estimate in estimates.items():
         row |= {column: estimate.value, UNCERTAIN[column]: estimate.uncertainty}

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import xarray as xr
 
+from knitstudy.measures import response
 from knitstudy.measures.cases import Case, Simulation, is_plain
 from knitstudy.measures.catalogue import CASES
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, NotRun, verdict
@@ -15,14 +16,6 @@ from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import UNKNOWN, Estimate, all_hold
 from knitstudy.measures.paper_values import REPORTED
-from knitstudy.measures.response import (
-    LARGEST_U_Z,
-    RMS_U_Z,
-    largest_out_of_plane,
-    out_of_plane,
-    out_of_plane_correlation,
-    rms_out_of_plane,
-)
 from knitstudy.models.joints import springs
 
 MUCH_CLOSER = 0.5  # Claim R1: "much closer" is at most half the distance
@@ -65,9 +58,9 @@ def judge_out_of_plane(evidence: Evidence) -> Judgement:
 
     def judge(case: Case) -> tuple[str, bool | None]:
         dns, rom3d, rom2d = (model.history for model in (case.dns, case.main["rom3d"], case.main["rom2d"]))
-        shape = out_of_plane_correlation(rom3d, dns)
-        size = case.reference.ratio(rom3d, RMS_U_Z, rms_out_of_plane(rom3d))
-        flat = case.reference.ratio(rom2d, LARGEST_U_Z, out_of_plane(rom2d))
+        shape = response.out_of_plane_correlation(rom3d, dns)
+        size = case.reference.ratio(rom3d, response.RMS_U_Z, response.rms_out_of_plane(rom3d))
+        flat = case.reference.ratio(rom2d, response.LARGEST_U_Z, response.out_of_plane(rom2d))
         said = f"correlation {shape:.3f}, amplitude ratio {size}, 2D ROM {flat}"
         bounds = (size.above(1 / SAME_SIZE), size.below(SAME_SIZE), flat.below(NONE_AT_ALL))
         return said, all_hold((shape >= SAME_SHAPE, *bounds))
@@ -90,8 +83,8 @@ def judge_motion_order(evidence: Evidence) -> Judgement:
     _require_reference(compared)
     said, more = [], {}
     for way, pair in pairs.items():
-        rom = [largest_out_of_plane(case.main["rom3d"].history) for case in pair]
-        dns = [largest_out_of_plane(case.dns.history) for case in pair]
+        rom = [response.largest_out_of_plane(case.main["rom3d"].history) for case in pair]
+        dns = [response.largest_out_of_plane(case.dns.history) for case in pair]
         true = _over_ties(*pair)
         said.append(
             f"{way} {rom[0] / rom[1]:.2f} in the 3D ROM, {dns[0] / dns[1]:.2f} in the DNS, {true} in the reference"
@@ -109,10 +102,11 @@ def judge_motion_order(evidence: Evidence) -> Judgement:
 
 def _over_ties(slides: Case, tie: Case) -> Estimate:
     """Return the reference's largest |u_z| with friction over that with ties, at the largest strain with both."""
-    strains = set(slides.reference.strains(LARGEST_U_Z)) & set(tie.reference.strains(LARGEST_U_Z))
+    u_z, references = response.LARGEST_U_Z, (slides.reference, tie.reference)
+    strains = set.intersection(*(set(each.strains(u_z)) for each in references))
     if not strains:
         return UNKNOWN
-    one, other = (case.reference.at(LARGEST_U_Z, max(strains)) for case in (slides, tie))
+    one, other = (each.at(u_z, max(strains)) for each in references)
     off = one.uncertainty / one.value + other.uncertainty / other.value
     return Estimate(one.value / other.value, off * one.value / other.value)
 
