@@ -46,7 +46,6 @@ KEYS = {
 
 LEDGER = 0.01  # Largest gap of the ledger over the largest external work
 HOURGLASS = 0.05  # Largest share of hourglass energy in the internal energy
-
 # Largest share of the dissipation of stabilisation in internal energy, on the way and at full load.
 STABILISATION, STABILISATION_AT_END = 0.05, 0.01
 

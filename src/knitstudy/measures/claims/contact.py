@@ -17,24 +17,16 @@ from knitstudy.measures.reference import reference_of, transferred_uncertainty
 from knitstudy.measures.sweeps import FRICTION
 
 FIRST, LAST = 1, 4  # Points of Fig. 7 that claims K1 and K2 are about
-
-# Claim K3: strain before and after a point over which slopes are compared; strain that counts as just after.
-SPAN, JUST_AFTER = 1e-3, 5e-3
-
-# Claim K4: least largest |u_z| over the yarn diameter, and largest difference of mirrored envelopes over it.
-PRONOUNCED, SYMMETRIC = 0.1, 0.2
-
+SPAN, JUST_AFTER = 1e-3, 5e-3  # Claim K3: strain over which slopes are taken; what counts as just after
+PRONOUNCED, SYMMETRIC = 0.1, 0.2  # Claim K4: least |u_z| over d; largest difference of envelopes
 # Claim K8: least rotation of a section [degrees]; least sliding over the yarn diameter, more than the elastic
 # slip of surfaces that stick; least angle of a contact area about the yarn [degrees]: facets are 15 degrees wide,
 # and the centroid of few points moves by a degree or two where these come into contact or open.
 TURNS, SLIDES, SPINS = 1.0, 0.02, 3.0
-
 # Claim K11: slip of the outer rows over that of the others; share of the force below which load is not
 # transferred; factor of iterations that counts as worse convergence.
 SLIDE, TRANSFERRED, HARDER = 1.5, 0.9, 1.2
-
-# Claim K7: beginning of the names of scenes with other coefficients of friction.
-FRICTION_SWEEP = "inputs-friction"
+FRICTION_SWEEP = "inputs-friction"  # Claim K7: scenes with other coefficients of friction
 
 
 def judge_no_contact(evidence: Evidence) -> Judgement:

@@ -19,20 +19,11 @@ from knitstudy.measures.paper_values import REPORTED
 from knitstudy.models.joints import springs
 
 MUCH_CLOSER = 0.5  # Claim R1: "much closer" is at most half the distance
-
-# Claim R2: least correlation of u_z, and the factor by which amplitudes may differ.
-SAME_SHAPE, SAME_SIZE = 0.8, 2.0
+SAME_SHAPE, SAME_SIZE = 0.8, 2.0  # Claim R2: least correlation of u_z, largest factor of amplitudes
 NONE_AT_ALL = 0.01  # Claim R2: share of the reference's largest |u_z| that counts as no out-of-plane motion
-
-# Claim R4: kz over the larger of kx and ky from which on it is the largest by far; the paper's least is 2.6.
-BY_FAR = 2.0
-
-# Claim R4: names of simulations with penalties alone, of several contact stiffnesses, by direction.
-PENALTIES = "dns-isotropic-{}-penalty*"
-
-# Claims R5 and R6: share of the savings to be reached; share of the DNS's memory that is little.
-AS_MUCH, LITTLE = 0.9, 0.05
-
+BY_FAR = 2.0  # Claim R4: kz over the larger of kx and ky; the paper's least is 2.6
+PENALTIES = "dns-isotropic-{}-penalty*"  # Claim R4: scenes with penalties alone, by direction
+AS_MUCH, LITTLE = 0.9, 0.05  # Claims R5, R6: share of the savings; share of the DNS's memory
 SAVINGS = ("DOF", "memory growth", "time")
 
 IN_WORDS = {True: "holds", False: "does not hold", None: "cannot be decided"}
