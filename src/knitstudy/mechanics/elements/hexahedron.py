@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
-from knitstudy.mechanics.elements import ElementResponse, element, in_parts
+from knitstudy.mechanics.elements import ELEMENTS, ElementResponse, in_parts
 from knitstudy.mechanics.materials import FULL, Material, axes_along
 
 _LOWER = np.array([(-1.0, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1)])
@@ -150,7 +150,7 @@ HOURGLASS = np.stack(
 )  # vectors (4, 8) of Flanagan and Belytschko (1981)
 
 
-@element("one_point", "with hourglass control", hourglass=True)
+@ELEMENTS.register
 class OnePointHexahedron(Hexahedra):
     """Mean-gradient hexahedron with stiffness hourglass control (Flanagan and Belytschko 1981).
 
@@ -159,6 +159,7 @@ class OnePointHexahedron(Hexahedra):
     objective and cannot do work on a linear field.
     """
 
+    name, meaning, nodes = "one_point", "with hourglass control", 8
     few = 512
 
     def __init__(
