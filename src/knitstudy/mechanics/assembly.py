@@ -178,7 +178,8 @@ class PairSum:
 
     def add(self, data: np.ndarray, total: np.ndarray) -> None:
         """Add what `of` has returned to all entries (entries, b)."""
-        data[self.entries] += total
+        total += data.take(self.entries, axis=0)
+        data[self.entries] = total
 
 
 def _batches(group: int, connectivity: np.ndarray, pairs: int) -> list[Batch]:
