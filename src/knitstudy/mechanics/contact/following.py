@@ -12,8 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.batches import by_parts
-from knitstudy.mechanics.contact.friction import OPEN, ContactHistory, joined, same_pair, taken
-from knitstudy.mechanics.contact.search import Candidates, Search
+from knitstudy.mechanics.contact.friction import ContactHistory, joined, same_pair, taken
+from knitstudy.mechanics.contact.search import Search
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.contact.tangent import CHUNK
 
@@ -227,7 +227,10 @@ class Following:
         stays = history.pressure > 0
         stays[same[same >= 0]] = True
         stays, new = np.flatnonzero(stays), np.flatnonzero(same < 0)
-        every = joined(taken(history, stays), _open(found, new, history.dissipated))
+        opened = ContactHistory.of_open(
+            found.point[new], found.surface[new], found.guess[new], history.dissipated
+        )
+        every = joined(taken(history, stays), opened)
         least = np.append(least[stays], found.least[new])
         # In one order, so that sums are the same whenever was searched, after a restart too.
         order = np.lexsort((every.xi[:, 0], every.surface, every.point))
@@ -272,21 +275,3 @@ class Following:
             return np.abs(np.einsum("ki,ki->k", *lines)) / sizes
 
         return np.arccos(np.minimum(by_parts(cosine, len(history.point), CHUNK), 1.0))
-
-
-def _open(found: Candidates, number: np.ndarray, dissipated: np.ndarray) -> ContactHistory:
-    """Return the history of pairs found (k,) that nothing was known of."""
-    none, guess = np.zeros(len(number)), found.guess[number]
-    return ContactHistory(
-        point=found.point[number],
-        surface=found.surface[number],
-        xi=guess,
-        gap=none - np.inf,
-        pressure=none,
-        traction=np.zeros((len(number), 3)),
-        multiplier=none,
-        anchor=guess,
-        slip=none,
-        status=np.full(len(number), OPEN),
-        dissipated=dissipated,
-    )

@@ -1,4 +1,10 @@
-"""Two passes: the points of each surface against the other, so that none is master."""
+"""Contact of smooth surfaces in two passes: Gauss points of each surface against the other, so that none is master.
+
+The points' history holds what friction remembers: where a point last stuck on the other surface, in convected
+coordinates, so that a rotation of both changes nothing. It is updated when an increment has converged. Sources:
+Wriggers, Computational Contact Mechanics (2006), chapters 5 and 6; Laursen, Computational Contact and Impact Mechanics
+(2002), chapter 5.
+"""
 
 from __future__ import annotations
 
@@ -18,13 +24,6 @@ from knitstudy.mechanics.contact.tangent import CellPairs, Quadrature
 from knitstudy.mechanics.contact.tangent import stiffness as tangent
 
 PASS_SHARE = 0.5  # each of the two surfaces' points carries half of the contact stiffness
-
-
-# Contact of smooth surfaces: Gauss points of each against the other, both ways with half the stiffness each
-# Two passes leave no bias of master and slave. The points' history holds what friction remembers: where a point last
-# stuck on the other surface, in convected coordinates, so that a rotation of both changes nothing. It is updated only
-# when an increment has converged. References: Wriggers, Computational Contact Mechanics (2006), chapters 5 and 6;
-# Laursen, Computational Contact and Impact Mechanics (2002), chapter 5.
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,23 +221,21 @@ class Contact:
         slip = points.slip.copy()
         slip[slips] *= law.share(points.trial[slips], points.pressure[slips])[:, None]
         length = law.slipped(points.trial, points.pressure)
+        dissipated = np.asarray(history.dissipated + self._dissipation(points))
         xi = _put(every.xi, points.number, points.projection.xi)
-        anchor = _put(xi, points.number, points.projection.xi - np.where(touches[:, None], slip, 0.0))
-        none = np.zeros(len(xi))
-        committed = ContactHistory(
-            point=every.point,
-            surface=every.surface,
-            xi=xi,
-            gap=_put(np.full(len(xi), -np.inf), points.number, points.gap),
-            pressure=_put(none, points.number, points.pressure),
-            traction=_put(np.zeros((len(xi), 3)), points.number, points.traction),
-            # A multiplier stays with its point while contact moves on: kept, it would press across an open gap.
-            multiplier=none,
-            anchor=anchor,
-            slip=_put(none, points.number, np.where(touches, history.slip + length, 0.0)),
-            status=_put(np.full(len(xi), OPEN), points.number, points.status),
-            dissipated=np.asarray(history.dissipated + self._dissipation(points)),
-        )
+        # A multiplier stays with its point while contact moves on: kept, it would press across an open gap.
+        committed = ContactHistory.of_open(every.point, every.surface, xi, dissipated)
+        known = {
+            "gap": points.gap,
+            "pressure": points.pressure,
+            "traction": points.traction,
+            "anchor": points.projection.xi - np.where(touches[:, None], slip, 0.0),
+            "slip": np.where(touches, history.slip + length, 0.0),
+            "status": points.status,
+        }
+        for name, values in known.items():
+            known[name] = _put(getattr(committed, name), points.number, values)
+        committed = replace(committed, **known)
         self._following.go_on(every, committed, points.carriers)
         return committed
 
