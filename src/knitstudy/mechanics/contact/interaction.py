@@ -110,10 +110,10 @@ class Contact:
         Those are left out whose surfaces have moved too little since their gap was last known to close it.
         """
         carriers, before = self.surfaces.carry(nodes), self.surfaces.carry(before)
-        followed, number, least = self._following.may_touch(carriers, before, history)
-        every = followed.history
+        number, least = self._following.may_touch(carriers, before, history)
+        every = self._following.history
         history = taken(every, number)
-        angle = followed.angle[number] if self.law.directional else None
+        angle = self._following.angle[number] if self.law.directional else None
         position = self._search.positions(history.point, carriers)
         projection, gap = self._search.closest(history, position, carriers)
         least[number] = _known(gap)
