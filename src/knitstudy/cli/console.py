@@ -1,8 +1,7 @@
-"""What the subcommands share: options, tables on the console, and standard streams."""
+"""What the subcommands share: options, and tables on the console."""
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -25,29 +24,10 @@ ONE_LINE, LONGEST = 32, 120
 """Characters of a value that a terminal does not break, and that it shows at all."""
 
 
-def open_standard_streams() -> None:
-    """Put the null device where the shell has closed a standard stream (``knitstudy list >&-``).
-
-    Otherwise the next file that is opened would be taken for it.
-    """
-    for descriptor, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
-        try:
-            os.fstat(descriptor)
-        except OSError:
-            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free: this one
-        if getattr(sys, name) is None:
-            setattr(sys, name, open(descriptor, mode, encoding="utf-8", closefd=False))
-
-
-def forget_output() -> None:
-    """Send what is still to be printed nowhere: whoever read it has gone (``knitstudy list | head -1``)."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-
-
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     """Print rows under the names of their columns."""
     texts = [[plain(value) for value in row] for row in rows]
-    if not sys.stdout.isatty():
+    if sys.stdout is None or not sys.stdout.isatty():
         click.echo("\n".join("\t".join(line) for line in (columns, *texts)))
         return
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)

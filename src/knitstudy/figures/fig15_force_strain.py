@@ -30,10 +30,10 @@ from knitstudy.measures.cases import Case, cases_of
 from knitstudy.measures.catalogue import (
     CASES,
     OTHER_SOLIDS,
+    REDUCED,
     SOLIDS,
     network,
     of_case,
-    reduced_models,
     several,
     solid,
 )
@@ -46,7 +46,7 @@ DASHES = ((0, (1, 1.2)), (0, (4, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (2, 2.5)), (0
 SHARES = (1.0, 0.5)  # shares of a model's colour, for variants whose dashes are the same
 
 # Names of the scenes.
-SHOWN = [name for case in CASES for name in (*of_case(case, SOLIDS + OTHER_SOLIDS), *reduced_models(case))]
+SHOWN = [name for case in CASES for name in of_case(case, SOLIDS + OTHER_SOLIDS + REDUCED)]
 
 # Above the axes, their height, below them for their labels, and of a line of the legend [mm].
 HEAD, HEIGHT, FOOT, LINE = 7.0, 60.0, 11.0, 3.4

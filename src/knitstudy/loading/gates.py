@@ -6,17 +6,15 @@ Every message names the increment, what is wrong and by how much, and the key th
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError, MeshError
-
-if TYPE_CHECKING:
-    from knitstudy.loading.history import Motion, Recorder
-    from knitstudy.mechanics.increment import Increment
-    from knitstudy.mechanics.model import Response
-    from knitstudy.study.scene import Scene
+from knitstudy.loading.history import Motion, Recorder
+from knitstudy.mechanics.increment import Increment
+from knitstudy.mechanics.model import Response
+from knitstudy.study.scene import Scene
 
 USUAL_HOURGLASS = 0.005  # hourglass stiffness over shear stiffness as in C3D8R
 

@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.polynomial import Polynomial
 
 from knitstudy.measures.catalogue import Datasets
-from knitstudy.measures.discretisation import INTERACTIONS, NAMES, is_cut, is_direct, made_of
+from knitstudy.measures.discretisation import INTERACTIONS, NAMES, is_direct, made_of
 from knitstudy.measures.response import NORMAL, QUANTITIES, largest_out_of_plane
 from knitstudy.study.scene import Scene
 
@@ -25,6 +25,15 @@ PROCESSOR, WALL = "processor", "wall clock"
 def memory_growth(history: xr.Dataset) -> float:
     """Return the growth of memory above that of the bare process, at least `NO_GROWTH` [bytes]."""
     return max(float(history.attrs["memory_growth"]), NO_GROWTH)
+
+
+def effort(history: xr.Dataset) -> dict[str, float]:
+    """Return increments, Newton iterations and wall-clock time of a simulation, by column."""
+    return {
+        "increments [1]": history.sizes["increment"] - 1,
+        "Newton iterations [1]": int(history["newton_iterations"].sum()),
+        "time [s]": history.attrs.get("wall_seconds", nan),
+    }
 
 
 def element_length(history: xr.Dataset) -> float:
@@ -101,7 +110,7 @@ class Series:
     def model(self) -> str:
         """Model in words."""
         scene = self.scenes[0]
-        if is_cut(scene):
+        if scene.specimen == "cut_knit":
             return f"{made_of(scene)}, cells cut out"
         return made_of(scene) if is_direct(scene) else NAMES[scene.fidelity]
 

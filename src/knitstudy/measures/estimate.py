@@ -161,15 +161,8 @@ def common_limit(limits: Sequence[Limit]) -> Common:
     Where limits lie farther apart than their uncertainties explain, some uncertainty is too small. Then the same
     variance is added to all of them, the least that explains the distance [1].
 
-    Raises
-    ------
-    DataFileError
-        When there are fewer than two.
-
-    References
-    ----------
-    [1] J. Mandel, R. C. Paule: Interlaboratory evaluation of a material with unequal numbers of replicates, Analytical
-    Chemistry 42 (1970).
+    Raises DataFileError when there are fewer than two. [1] J. Mandel, R. C. Paule: Interlaboratory evaluation of a
+    material with unequal numbers of replicates, Analytical Chemistry 42 (1970).
     """
     if len(limits) < 2:
         raise DataFileError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from knitstudy.mechanics import beam
 from knitstudy.mechanics import rotation as rigid_arm
 from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.beam import LinearSprings
+from knitstudy.mechanics.beam_contact import BeamContact, BeamContactHistory
 from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.mechanics.rotation import exp
 
@@ -24,6 +25,7 @@ class BeamState:
 
     position: np.ndarray  # (N, 3), positions [m]
     rotation: np.ndarray  # (N, 3, 3), rotations from the reference, where they are the identity
+    contact: BeamContactHistory | None = None
 
 
 class BeamModel(Memoryless):
@@ -44,6 +46,7 @@ class BeamModel(Memoryless):
         arms_turn: bool = True,
         # springs between nodes, or between points that they carry in the same way; none if left out
         springs: LinearSprings | None = None,
+        contact: BeamContact | None = None,  # of stations on rigid arms
     ) -> None:
         self.nodes = np.asarray(nodes, dtype=float)
         self.springs = springs or LinearSprings.none()
@@ -52,7 +55,7 @@ class BeamModel(Memoryless):
         self.ends = np.concatenate([ends, self.springs.ends])
         beam_offsets = np.zeros((self.beams, 2, 3)) if offsets is None else offsets
         self.offsets = np.concatenate([beam_offsets, self.springs.offsets])
-        self.arms_turn = arms_turn
+        self.arms_turn, self.contact = arms_turn, contact
         self._armed = np.flatnonzero(self.offsets.any(axis=(1, 2)))
         points = self.nodes[self.ends] + self.offsets
         self.apart = points[:, 1] - points[:, 0]
@@ -69,12 +72,18 @@ class BeamModel(Memoryless):
 
     def start(self) -> BeamState:
         """Return the reference state."""
-        return BeamState(self.nodes.copy(), np.tile(np.eye(3), (len(self.nodes), 1, 1)))
+        state = BeamState(self.nodes.copy(), np.tile(np.eye(3), (len(self.nodes), 1, 1)))
+        return state if self.contact is None else replace(state, contact=self.contact.start(state))
 
     def advance(self, state: BeamState, step: np.ndarray) -> BeamState:
         """Return the state a step (size,) further: translations [m] and spins [rad] from the left."""
         step = np.asarray(step).reshape(-1, 2, 3)
-        return BeamState(state.position + step[:, 0], exp(step[:, 1]) @ state.rotation)
+        rotation = exp(step[:, 1]) @ state.rotation
+        return replace(state, position=state.position + step[:, 0], rotation=rotation)
+
+    def commit(self, state: BeamState) -> BeamState:
+        """Return the state that a converged increment leaves."""
+        return state if self.contact is None else replace(state, contact=self.contact.commit(state))
 
     def respond(self, state: BeamState, stiffness: bool) -> Response:
         """Return force, energy and, if asked, tangent of a state."""
@@ -84,12 +93,13 @@ class BeamModel(Memoryless):
         at_ends = np.concatenate([beam.force(now), self.springs.at_points(stretch)])
         at_nodes = rigid_arm.force_at_nodes(at_ends, arm) if self.arms_turn else at_ends
         stored = np.sum(beam.energy(self.elements, now)) + np.sum(self.springs.energy(stretch))
-        return Response(
+        response = Response(
             force=self._assembly.sum_forces([at_nodes]),
             mean_force=max(self._mean(at_ends[: self.beams]), self._least_force),
             energy={"internal": float(stored)},
             stiffness=self._tangent(now, at_ends, arm) if stiffness else None,
         )
+        return response if self.contact is None else self.contact.added(response, state)
 
     def carried(self, state: BeamState, node: np.ndarray, offset: np.ndarray) -> np.ndarray:
         """Return the positions (k, 3) [m] of points that nodes (k,) carry at reference offsets (k, 3) [m]."""

@@ -303,17 +303,14 @@ def patch_stiffness(fabric: Fabric, points: JointPoints, contacts: xr.Dataset, y
     compliance = np.zeros((len(normal), 3, 3))
     for number, centreline in enumerate(fabric.centrelines):
         crossing, side = np.nonzero(points.yarn == number)
-        frame = _frames(normal[crossing], centreline.tangent(points.arc_length[crossing, side]))
+        tangent = centreline.tangent(points.arc_length[crossing, side])
+        across = np.cross(normal[crossing], tangent)
+        across /= np.linalg.norm(across, axis=1)[:, None]
+        # Rows: normal, along the yarn in the tangent plane, across both
+        frame = np.stack([normal[crossing], np.cross(across, normal[crossing]), across], axis=1)
         each = frame.swapaxes(1, 2) @ (np.array(local_compliance(size, yarn.poisson_ratio))[:, None] * frame)
         np.add.at(compliance, crossing, each)
     return yarn.youngs_modulus * yarn.radius * np.linalg.inv(compliance)
-
-
-def _frames(normal: np.ndarray, tangent: np.ndarray) -> np.ndarray:
-    """Return rows (k, 3, 3): normal, along the yarn in the tangent plane, across both."""
-    across = np.cross(normal, tangent)
-    across /= np.linalg.norm(across, axis=1)[:, None]
-    return np.stack([normal, np.cross(across, normal), across], axis=1)
 
 
 @dataclass(frozen=True)

@@ -145,8 +145,7 @@ def assemble(
     solids = (parts.nodes, groups, parts.size, spread, stabilisation, ties.links)
     if not scene.kind.interaction.touches:
         return SolidYarns(parts, SolidModel(*solids), ties, facets, retained)
-    if labels is None:
-        labels = tied_pieces(parts.rings.arc_length, fabric.crossings, tied)
+    labels = tied_pieces(parts.rings.arc_length, fabric.crossings, tied) if labels is None else labels
     contact = contact_of(scene, parts, labels)
     model = SolidModel(
         *solids,

@@ -49,7 +49,7 @@ class Displays:
         label: str = "the study",
     ) -> None:
         self.catalogue, self._plan, self._code = catalogue, plan, code
-        self._study = {scene.name: scene for scene in study}
+        self.study = {scene.name: scene for scene in study}
         self._label = label
         self._reference = {name: Path(path) for name, path in reference.items()}
 
@@ -70,7 +70,7 @@ class Displays:
     def _steps(self, results: Results) -> list[Step]:
         """Return the results that the study has, of scenes that have the stage."""
         stage = STAGES[results.stage]
-        return [(stage, scene) for scene in results.scenes(self._study) if stage.of(scene)]
+        return [(stage, scene) for scene in results.scenes(self.study) if stage.of(scene)]
 
     def names(self) -> tuple[str, ...]:
         """Return the names of the figures or tables that the study can make, in the order of the report."""

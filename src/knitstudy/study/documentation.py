@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from inspect import cleandoc, get_annotations
-from pathlib import Path
 
-from knitstudy.files import replacing
+from knitstudy.files import write_text
 from knitstudy.registry import listed
 from knitstudy.study.choice import AUTO, Ask
 from knitstudy.study.configuration import CONFIG
@@ -113,5 +112,4 @@ def _table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
 
 
 if __name__ == "__main__":
-    with replacing(KEYS) as partial:
-        Path(partial).write_text(keys_page(), encoding="utf-8")
+    write_text(keys_page(), KEYS)
