@@ -96,7 +96,7 @@ def _draw_angle(axes: tuple[Axes, Axes], slides: list[Slide]) -> None:
         longest = max(sliding, key=lambda slide: len(slide.distance))
         bound = longest.scene.contact.friction * longest.normal
         look = {"color": FAINT, "linewidth": 0.8, "linestyle": ":"}
-        look["label"] = "± friction coefficient times normal force"
+        look["label"] = ["± friction coefficient times normal force", "_"]
         axes[0].plot(MICROMETRE * longest.distance, np.column_stack([bound, -bound]), **look)
     axes[0].axhline(0, color=FAINT, linewidth=0.6, zorder=0)
     axes[1].set(xlabel="relative displacement along the slide (µm)")
