@@ -9,7 +9,7 @@ import xarray as xr
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.figures.fig12_size_and_beams import series_line
-from knitstudy.measures.domain import contact_over_ties, fitted, series_of
+from knitstudy.measures.cost import contact_over_ties, fitted, series_of
 from knitstudy.measures.endless_knit import between_grips, held_over_free, limit, stretches
 from knitstudy.study.configuration import load_scenes, load_study
 from knitstudy.study.scene import LABELS

@@ -11,13 +11,13 @@ from synthetic import history
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
 from knitstudy.figures.extremes_map import CAUSES, draw
 from knitstudy.stages import extremes
-from knitstudy.stages.extremes import QUANTITIES, Trial, cause, judged, load_campaign, run
+from knitstudy.stages.extremes import QUANTITIES, Trial, cause, judged, load_trials, run
 from knitstudy.stages.simulate import Results
 
 
 @pytest.fixture
 def trial(plain_scene):
-    return Trial("strain a 1", "strain", plain_scene, {"load.strain": 0.1})
+    return Trial("strain a 1", "strain", plain_scene, {"load.strain": 0.1}, 5.0, 0.0)
 
 
 @pytest.fixture
@@ -53,7 +53,7 @@ def fails(error):
 )
 def test_every_end_has_a_row(trial, simulated, error, outcome, why):
     simulated(fails(error))
-    row = judged(trial, 0.0, None, None)
+    row = judged(trial, None, None)
     assert (row["outcome"], row["error"], cause(row)) == (outcome, type(error).__name__, why)
     assert str(error) in row["reason"]
     assert cause(row) in CAUSES
@@ -67,13 +67,13 @@ def test_a_history_that_is_not_sound_is_a_silent_failure(trial, simulated):
     broken["energy"] = (("increment", "form"), np.ones((3, 1)))
     broken = broken.assign_coords(form=["external"])
     simulated(lambda scene: Results(scene, None, broken))
-    row = judged(trial, 0.0, None, None)
+    row = judged(trial, None, None)
     assert (row["outcome"], row["reason"]) == ("silent", "force holds what is no number")
 
 
 def test_a_process_that_dies_is_a_silent_failure(trial, simulated):
     simulated(lambda scene: os._exit(7))
-    row = run(trial, 5.0, 0.0, None, None)
+    row = run(trial, None, None)
     assert (row["outcome"], row["reason"]) == ("silent", "the process ended with status 7")
     assert (row["trial"], row["changed"]) == ("strain a 1", "load.strain = 0.1")
 
@@ -87,7 +87,8 @@ def test_the_map_has_a_square_for_every_trial():
     ]
     page = draw(pd.DataFrame(rows))
     (axes,) = page.axes
-    assert len(axes.collections[0].get_offsets()) == len(rows)
+    *squares, _ = axes.collections
+    assert sum(len(each.get_offsets()) for each in squares) == len(rows)
     assert [text.get_text() for text in axes.get_yticklabels()] == ["strain", "gap"]
     labels = [text.get_text() for text in page.legends[0].get_texts()]
     assert labels == [f"{label} (4)" for label, _ in CAUSES.values()]
@@ -134,13 +135,13 @@ def campaign(config):
     def declared(**together):
         document = DECLARED | {"together": DECLARED["together"] | together}
         (config / "extremes.yaml").write_text(yaml.safe_dump(document))
-        return load_campaign(config)
+        return load_trials(config)
 
     return declared
 
 
 def changes(campaign, group):
-    return [(trial.model, dict(trial.changes)) for trial in campaign.trials if trial.group == group]
+    return [(trial.model, dict(trial.changes)) for trial in campaign if trial.group == group]
 
 
 def test_one_thing_at_a_time(campaign):
@@ -154,15 +155,13 @@ def test_one_thing_at_a_time(campaign):
 
 
 def test_a_value_that_no_scene_may_have_is_refused_when_the_scene_is_asked_for(campaign):
-    (first,) = (trial for trial in campaign().trials if trial.name == "strain a 1")
+    (first,) = (trial for trial in campaign() if trial.name == "strain a 1")
     with pytest.raises(ConfigurationError, match=r"load\.strain is -1 but must be"):
         first.scene()
 
 
 def test_quantities_change_what_they_stand_for(campaign):
-    scenes = {
-        trial.group: trial.scene() for trial in campaign().trials if trial.group in ("size", *QUANTITIES)
-    }
+    scenes = {trial.group: trial.scene() for trial in campaign() if trial.group in ("size", *QUANTITIES)}
     large, soft, fine = (scenes[name] for name in ("size", "stiffness", "across"))
     assert large.yarn.diameter == pytest.approx(1.0)
     assert large.mesh.size / large.yarn.diameter == pytest.approx(0.3 / 1.8)

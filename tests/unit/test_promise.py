@@ -1,5 +1,7 @@
 """What is promised of other knits: what a model is off there, and when that counts as held; the page about it."""
 
+from pathlib import Path
+
 import pytest
 import study
 from click.testing import CliRunner
@@ -13,6 +15,8 @@ from knitstudy.report.kept_pages import BEGIN, END, insert_between_marks, trade_
 from knitstudy.stages.simulate import Results
 from knitstudy.study.choice import AGAIN, Ask, Choice, Rung, second
 from knitstudy.tables import catalogue as tables
+
+TEMPLATE = Path(__file__).resolve().parents[2] / "workflow" / "report" / "accuracy.j2"
 
 
 def of(force):
@@ -71,7 +75,7 @@ def table(plain_scene):
 
 
 def test_the_page_is_written_from_the_table(table):
-    page = insert_between_marks(f"before\n{BEGIN}\nold\n{END}\nafter\n", trade_summary(table))
+    page = insert_between_marks(f"before\n{BEGIN}\nold\n{END}\nafter\n", trade_summary(TEMPLATE, table))
     assert page.startswith(f"before\n{BEGIN}\n")
     assert page.endswith(f"{END}\nafter\n")
     assert "old" not in page

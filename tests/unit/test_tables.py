@@ -13,8 +13,8 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact
-from knitstudy.measures.domain import SERIES
+from knitstudy.measures.centre_cell import centre_cell, cut_force, first_symmetric_contact
+from knitstudy.measures.cost import SERIES
 from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.response import (
     distance_of_curves,
@@ -23,7 +23,6 @@ from knitstudy.measures.response import (
     secant_stiffness,
     transverse_contraction,
 )
-from knitstudy.measures.segments import cut_force
 from knitstudy.study.configuration import load_scenes
 from knitstudy.tables import catalogue
 

@@ -25,7 +25,6 @@ from knitstudy.measures.catalogue import (
     network,
     of_case,
     of_cases,
-    reduced_models,
     several,
     solid,
 )
@@ -71,24 +70,21 @@ PLAIN = ("rigid", "rigid")  # Section and ties of the simplest model of beams in
 
 def label_of(scene: Scene) -> str:
     """Return the name of a model beside others of its case: its fidelity, and what makes it a variant."""
-    name = NAMES.get(scene.fidelity) or scene.kind.fidelity.meaning
     if is_direct(scene):
         return f"{NAMES['dns']}, {made_of(scene)}"
     if scene.fidelity == "beam":
-        words = [name, "point contact", SECTIONS[scene.beam.section]]
-        words += [TIES[scene.beam.tie]] if scene.beam.tie in TIES else []
-        return ", ".join(words + [WORDS[law] for law in [scene.mesh.section_law] if law in WORDS])
-    keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section", "mesh.section_law")
-    words = [WORDS[value] for value in map(scene.value, keys) if value in WORDS]
-    if scene.value("rom.stress_from"):
-        words.append(f"by principal stress of {scene.rom.stress_from}")
-    if scene.value("rom.springs_from"):
-        words.append(CARRIED)
-    if scene.value("rom.stiffness"):
-        words.append(GIVEN)
-    elif scene.value("rom.axes") == "global":
-        words.append(ALONG_AXES)
-    return ", ".join([name, *words])
+        words = ["point contact", SECTIONS[scene.beam.section], TIES.get(scene.beam.tie)]
+        words.append(WORDS.get(scene.mesh.section_law))
+    else:
+        keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section", "mesh.section_law")
+        words = [WORDS.get(scene.value(key)) for key in keys]
+        if source := scene.value("rom.stress_from"):
+            words.append(f"by principal stress of {source}")
+        words.append(CARRIED if scene.value("rom.springs_from") else None)
+        along_axes = ALONG_AXES if scene.value("rom.axes") == "global" else None
+        words.append(GIVEN if scene.value("rom.stiffness") else along_axes)
+    name = NAMES.get(scene.fidelity) or scene.kind.fidelity.meaning
+    return ", ".join(filter(None, [name, *words]))
 
 
 def is_plain(scene: Scene) -> bool:
@@ -157,7 +153,7 @@ def cases_of(histories: Datasets, scenes: Scenes, reference: pd.DataFrame) -> It
                 *case.split("-"),
                 dns=dns,
                 others=tuple(each for each in others if each.scene is not dns.scene),
-                reduced=tuple(simulations(several("simulation", *reduced_models(case)))),
+                reduced=tuple(simulations(several("simulation", *of_case(case, REDUCED)))),
                 main={name: model for name in NETWORKS for model in simulations(network(name, case))},
                 beams=tuple(simulations(several("simulation", *of_case(case, BEAM_MODELS)))),
                 reference=reference_of(reference, dns.scene),

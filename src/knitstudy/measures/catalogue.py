@@ -71,11 +71,6 @@ def of_cases(cases: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
     return tuple(name.format(case=case) for case in cases for name in names)
 
 
-def reduced_models(case: str) -> tuple[str, ...]:
-    """Return the names of all reduced models of a case."""
-    return of_case(case, REDUCED)
-
-
 @dataclass(frozen=True)
 class Results:
     """Results of one stage that a figure or table is made from."""

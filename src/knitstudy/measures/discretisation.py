@@ -24,11 +24,6 @@ def is_direct(scene: Scene) -> bool:
     return scene.kind.direct
 
 
-def is_cut(scene: Scene) -> bool:
-    """Whether a scene is a direct simulation of cells cut out of a knit."""
-    return scene.specimen == "cut_knit"
-
-
 def discretisation(scene: Scene) -> str:
     """Return the discretisation of a direct simulation in words, without its resolution."""
     element = scene.value("mesh.element")

@@ -193,17 +193,13 @@ def refinement_series_of(scenes: Iterable[Scene]) -> dict[str, list[RefinementSe
     """
     groups: dict[str, dict[str, dict[float, Scene]]] = {}
     for scene in scenes:
-        alike = groups.setdefault(problem_of(scene), {}).setdefault(_all_but_resolution(scene), {})
+        shared = digest({"discretisation": discretisation(scene)} | scene.values_of("numerics"))
+        alike = groups.setdefault(problem_of(scene), {}).setdefault(shared, {})
         alike.setdefault(resolution(scene), scene)
     return {
         problem: [_series(alike) for alike in found.values() if len(alike) > 1]
         for problem, found in groups.items()
     }
-
-
-def _all_but_resolution(scene: Scene) -> str:
-    """Return a digest of the numerical keys that the simulations of one series share."""
-    return digest({"discretisation": discretisation(scene)} | scene.values_of("numerics"))
 
 
 def _series(by_resolution: Mapping[float, Scene]) -> RefinementSeries:

@@ -26,6 +26,7 @@ from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Motion, Stations, load_path
 from knitstudy.loading.solve import Check, Problem, Reported, settings_of
 from knitstudy.mechanics.beam import LinearSprings, Section, SectionLaw
+from knitstudy.mechanics.beam_contact import BeamContact
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.curved_rod import CurvedSection
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
@@ -76,12 +77,10 @@ class Network:
             yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, self.yarns_side_by_side
         )
 
-    def model(self, yarn: Yarn, law: str) -> BeamModel:
+    def model(self, yarn: Yarn, law: str, contact: BeamContact | None = None) -> BeamModel:
         """Return the network as beams of circular yarn, with the law of `section`."""
-        section = self.section(yarn, law)
-        return BeamModel(
-            self.nodes, self.ends, section, yarn.radius, self.offsets, self.arms_turn, self.springs
-        )
+        where = self.nodes, self.ends, self.section(yarn, law), yarn.radius, self.offsets
+        return BeamModel(*where, self.arms_turn, self.springs, contact)
 
     def station_displacement(self, model: BeamModel, state: BeamState) -> np.ndarray:
         """Return the displacement (S, 3) of the stations [m]."""
@@ -151,7 +150,11 @@ def loaded(
     **given: Any,
 ) -> Problem:
     """Return a network with the load of a scene; `first` is the first of its unknowns among those of the model."""
-    motion = _motion(network, scene, fabric)
+    motion = load_path(scene, fabric)
+    if network.height is not None and scene.load.direction == "wale":
+        # Strains refer to the height of the network.
+        scale = network.height / fabric.height
+        motion = replace(motion, displacement=scale * motion.displacement, length=scale * motion.length)
     ends = grips(network, fabric, scene.load.direction)
     prescribed = tension(ends, motion, scene.load.lateral)
     return Problem(
@@ -164,15 +167,6 @@ def loaded(
         attributes={"dof": 6 * network.beam_nodes, "elements": len(network.ends)} | attributes,
         **given,
     )
-
-
-def _motion(network: Network, scene: Scene, fabric: Fabric) -> Motion:
-    """Return how the grips move: strains refer to the height of the network, where it is not that of the fabric."""
-    motion = load_path(scene, fabric)
-    if scene.load.direction == "course" or network.height is None:
-        return motion
-    scale = network.height / fabric.height
-    return replace(motion, displacement=scale * motion.displacement, length=scale * motion.length)
 
 
 @dataclass(frozen=True, eq=False)

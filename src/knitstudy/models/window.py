@@ -20,10 +20,9 @@ from knitstudy.loading.gates import require_no_jump
 from knitstudy.loading.history import Stations
 from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beam_approach import Curves
-from knitstudy.mechanics.beam_contact import TouchingBeams
-from knitstudy.mechanics.beam_model import BeamModel
+from knitstudy.mechanics.beam_contact import BeamContact
 from knitstudy.mechanics.increment import Increment
-from knitstudy.mechanics.solids_and_beams import MixedState, Seams, SolidsAndBeams
+from knitstudy.mechanics.solids_and_beams import Seams, SolidsAndBeams
 from knitstudy.mesh.mesher import Grips
 from knitstudy.models import solids, spline_yarns
 from knitstudy.models.beams_in_contact import beam_contact, piece_bounds, point_pairs
@@ -210,10 +209,8 @@ def _without_arcs(whole: Network, window: Window) -> Network:
     )
 
 
-def touching_beams(
-    scene: Scene, fabric: Fabric, window: Window, around: Network, beams: BeamModel
-) -> TouchingBeams | None:
-    """Return beams with contact at all crossings outside of the window that are not tied; None if there are none.
+def outer_contact(scene: Scene, fabric: Fabric, window: Window, around: Network) -> BeamContact | None:
+    """Return the contact of beams at all crossings outside of the window that are not tied; None if there are none.
 
     Raises GeometryError if a piece of yarn has too few nodes for a smooth centreline.
     """
@@ -228,8 +225,7 @@ def touching_beams(
     # Chains take the place of yarns; arc lengths stay those of the yarns.
     own = chain[around.stations.nearest(crossings.yarn, crossings.arc_length)]
     pairs = point_pairs(replace(crossings, yarn=own), touching, curves.length)
-    contact = beam_contact(scene, curves, pairs)
-    return TouchingBeams(beams, around.station_node, around.station_offset, contact)
+    return beam_contact(scene, around, curves, pairs)
 
 
 def _chains(around: Network) -> np.ndarray:
@@ -252,7 +248,6 @@ class MixedKnit:
     window: Window
     yarns: SolidYarns  # of the pieces: each solid arc of the window counts as a yarn
     network: Network
-    beams: BeamModel  # of the network, without contact
     model: SolidsAndBeams
     # (S,) stations of the network, then sections of the pieces, in the order of yarns and arc lengths
     order: np.ndarray
@@ -264,23 +259,17 @@ class MixedKnit:
         state = increment.state
         columns, points = self.yarns.record(state.solids)
         columns |= {name: self.of_all(columns[name]) for name in OF_CROSSINGS}
-        outer = self.network.station_displacement(self.beams, state.frame)
+        outer = self.network.station_displacement(self.model.beams, state.beams)
         stations = np.concatenate([outer, columns["centreline_displacement"]])[self.order]
         columns["centreline_displacement"] = stations
         if points:
             here = points["crossing"]
             points["crossing"] = np.where(here < 0, -1, self.window.crossing[here])
             points |= {name: self.window.yarn[points[name]] for name in ("yarn", "target")}
-        return columns | self._seams(state), points
-
-    def _seams(self, state: MixedState) -> dict[str, np.ndarray | float]:
-        """Return forces and moments of the beams on the solids at the seams, and the largest difference at a seam."""
-        force, moment = self.model.seam_forces(state)
-        return {
-            "seam_force": -force[:, 1],
-            "seam_moment": -moment[:, 1],
-            "seam_jump": float(np.linalg.norm(force.sum(axis=1), axis=1).max()),
-        }
+        force, moment = self.model.seam_forces(state)  # of the solids and of the beams
+        columns |= {"seam_force": -force[:, 1], "seam_moment": -moment[:, 1]}
+        columns["seam_jump"] = float(np.linalg.norm(force.sum(axis=1), axis=1).max())
+        return columns, points
 
     def of_all(self, values: np.ndarray) -> np.ndarray:
         """Return values (K, ...) of all crossings from those of the window (V, ...)."""
@@ -301,15 +290,15 @@ def mixed_knit(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None = None)
     # All crossings of the window are tied, or all in contact.
     yarns = solids.assemble(scene, pieces, parts, np.full(len(window.crossing), not touches))
     around = surroundings(scene, fabric, window, contacts)
-    beams = around.model(scene.yarn, scene.mesh.section_law)
     section = section.reshape(-1, 3)
     seams = Seams(section, cut_nodes(around, window).ravel(), parts.nodes[section[:, 1:]])
-    outer = touching_beams(scene, fabric, window, around, beams) if touches and contacts is None else None
-    model = SolidsAndBeams(yarns.model, outer or beams, seams)
+    outer = outer_contact(scene, fabric, window, around) if touches and contacts is None else None
+    beams = around.model(scene.yarn, scene.mesh.section_law, outer)
+    model = SolidsAndBeams(yarns.model, beams, seams)
     stations = around.stations.and_more(solids.stations_of(parts.mesh, window))
     order = np.lexsort((stations.arc_length, stations.yarn))
     count = len(fabric.crossings.row)
-    return MixedKnit(window, yarns, around, beams, model, order, stations.at(order), count)
+    return MixedKnit(window, yarns, around, model, order, stations.at(order), count)
 
 
 def build(scene: Scene, fabric: Fabric, springs: xr.Dataset | None = None) -> Problem:

@@ -12,6 +12,7 @@ import xarray as xr
 from knitstudy.errors import DataFileError
 from knitstudy.measures.cases import COMPARED, MODELS, Case, cases_of, comparison, is_plain
 from knitstudy.measures.catalogue import Datasets, Scenes, several, solid
+from knitstudy.measures.cost import effort
 from knitstudy.measures.discretisation import INTERACTIONS, is_direct, made_of
 from knitstudy.measures.response import (
     at_strain,
@@ -87,9 +88,7 @@ def _rows_of_beams(case: Case) -> Iterator[dict]:
             "scene": model.scene.name,
             **comparison(history, case.dns.history, case.reference),
             OVER_FIRST: secant_stiffness(history) / base if model in case.beams else np.nan,
-            "increments [1]": history.sizes["increment"] - 1,
-            "Newton iterations [1]": int(history["newton_iterations"].sum()),
-            "time [s]": history.attrs["wall_seconds"],
+            **effort(history),
         }
 
 
@@ -109,28 +108,22 @@ def tabulate_interactions(
 ) -> pd.DataFrame:
     """Return one row an interaction (Figs. 8 and 9), at the largest strain that all have reached."""
     histories = {"tie": tie, "rough": rough, "isotropic": isotropic}
-    strain = common_strain(histories.values())
-    diameter = 2 * float(geometry["radius"])
-    stiffnesses = {name: stiffness_at(history, strain) for name, history in histories.items()}
+    strain, diameter = common_strain(histories.values()), 2 * float(geometry["radius"])
     rows = []
     for name, history in histories.items():
         u_z = at_strain(history, strain, out_of_plane(history))
-        rows.append(
-            {
-                "interaction": INTERACTIONS[name],
-                "scene": history.attrs.get("scene", ""),
-                "strain [1]": strain,
-                "force [N]": at_strain(history, strain, history["force"].to_numpy()),
-                "secant stiffness [N/m]": stiffnesses[name],
-                "stiffness over tie's [1]": stiffnesses[name] / stiffnesses["tie"],
-                "largest |u_z| [m]": u_z,
-                "largest |u_z| over diameter [1]": u_z / diameter,
-                "transverse contraction at full strain [1]": transverse_contraction(history),
-                "increments [1]": history.sizes["increment"] - 1,
-                "Newton iterations [1]": int(history["newton_iterations"].sum()),
-                "time [s]": history.attrs.get("wall_seconds", np.nan),
-            }
-        )
+        row = {
+            "interaction": INTERACTIONS[name],
+            "scene": history.attrs.get("scene", ""),
+            "strain [1]": strain,
+            "force [N]": at_strain(history, strain, history["force"].to_numpy()),
+            "secant stiffness [N/m]": stiffness_at(history, strain),
+            "stiffness over tie's [1]": stiffness_at(history, strain) / stiffness_at(tie, strain),
+            "largest |u_z| [m]": u_z,
+            "largest |u_z| over diameter [1]": u_z / diameter,
+            "transverse contraction at full strain [1]": transverse_contraction(history),
+        }
+        rows.append(row | effort(history))
     return pd.DataFrame(rows)
 
 

@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.catalogue import Datasets, Scenes, is_whole_knit, several, solid
-from knitstudy.measures.cost import MEGABYTE, element_length
+from knitstudy.measures.cost import MEGABYTE, effort, element_length
 from knitstudy.measures.history_checks import (
     allowed_penetration,
     hourglass_share,
@@ -135,8 +135,7 @@ def _cost(history: xr.Dataset) -> dict:
         "unknowns [1]": int(cost["unknowns"]),
         "time [s]": cost["wall_seconds"],
         "memory growth [MB]": cost["memory_growth"] / MEGABYTE,
-        "increments [1]": history.sizes["increment"] - 1,
-        "Newton iterations [1]": int(history["newton_iterations"].sum()),
+        **effort(history),
     }
 
 

@@ -8,7 +8,7 @@ import pandas as pd
 
 from knitstudy.measures.cases import MODELS, OVER_REFERENCE, UNCERTAIN, Case, Simulation, cases_of, label_of
 from knitstudy.measures.catalogue import Datasets, Scenes, several
-from knitstudy.measures.cost import MEGABYTE, element_length
+from knitstudy.measures.cost import MEGABYTE, effort, element_length
 from knitstudy.measures.discretisation import discretisation
 from knitstudy.measures.paper_values import REPORTED, number, reported
 from knitstudy.tables.catalogue import TABLES
@@ -61,9 +61,7 @@ def _row(fidelity: str, model: Simulation, first: Simulation, case: Case, paper:
         "DNS's degrees of freedom over these [1]": dns["dof"] / cost["dof"],
         "memory growth [MB]": cost["memory_growth"] / MEGABYTE,
         "memory peak [MB]": cost["memory_peak"] / MEGABYTE,
-        "increments [1]": history.sizes["increment"] - 1,
-        "Newton iterations [1]": int(history["newton_iterations"].sum()),
-        "time [s]": cost["wall_seconds"],
+        **effort(history),
         "DNS's time over this [1]": dns["wall_seconds"] / cost["wall_seconds"],
         OVER_REFERENCE: ratio.value,
         UNCERTAIN[OVER_REFERENCE]: ratio.uncertainty,
