@@ -41,43 +41,27 @@ class ContactResponse:
 class Contact:
     """Contact between the surfaces of one model.
 
-    Parameters
-    ----------
-    nodes : ndarray, shape (N, 3)
-        Undeformed nodes [m].
-    surfaces : Surfaces
-    law : Coulomb or Indentation
-    meets : ndarray of bool, shape (G, G), optional
-        Which surfaces may touch each other; by default all, themselves included.
-    pieces : ndarray of int, shape (R,), optional
-        A number for every ring, surface by surface: those with the same one, unless it is negative, do not touch
-        each other.
-    points : int
-        Gauss points along each side of a cell.
-    margin : float
-        Distance up to which pairs are followed [m]; the search is repeated when others could touch.
-    overlap : float
-        Largest penetration of the undeformed surfaces [m].
-
     Raises
     ------
     MeshError
-        If undeformed surfaces overlap by more than that.
+        If undeformed surfaces overlap by more than is allowed.
     ConfigurationError
         For a law of indentation on surfaces of other elements than spline yarns.
     """
 
     def __init__(
         self,
-        nodes: np.ndarray,
+        nodes: np.ndarray,  # (N, 3), undeformed [m]
         surfaces: Surfaces,
         law: Coulomb | Indentation,
         *,
+        # bool (G, G), which surfaces may touch each other; by default all, themselves included
         meets: np.ndarray | None = None,
+        # int (R,), a number for every ring: rings with the same one, unless it is negative, do not touch each other
         pieces: np.ndarray | None = None,
-        points: int = 3,
-        margin: float,
-        overlap: float,
+        points: int = 3,  # Gauss points along each side of a cell
+        margin: float,  # distance up to which pairs are followed [m]
+        overlap: float,  # largest penetration of the undeformed surfaces [m]
     ) -> None:
         if isinstance(law, Indentation) and not isinstance(surfaces, Cylinders):
             raise ConfigurationError(

@@ -16,9 +16,9 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, gcrotmk
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.assembly import lacking
 from knitstudy.mechanics.batches import share
 from knitstudy.mechanics.linear import LU, NOWHERE, Solution, System
-from knitstudy.mechanics.sparse_sums import lacking
 
 log = logging.getLogger(__name__)
 
